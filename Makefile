@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium
+.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64
 .DEFAULT_GOAL := help
 
 # What the tests may not miss: see crates/testkit/src/needs.rs. .ci/run adds what `make tools` installs.
@@ -8,8 +8,7 @@ LUTRA_REQUIRED ?= browser,agent
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := detection_report geofile imc_packet imc_deframer imc_json imc_lsf lakes link_message store_arrivals \
-  $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
+FUZZ_TARGETS := $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/*.rs))
 
 say = @printf '\n== %s\n' "$(1)"
 
@@ -18,12 +17,14 @@ help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
 	@echo "make test-long  the tests that take minutes: a day on a bad link, pictures of all pages, 150 squares in wind and current"
 	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
-	@echo "make types   write web/src/api/types.gen.ts anew from crates/api"
+	@echo "make types   write web/src/api/types.gen.ts again from crates/api"
 	@echo "make demo    start a shore server and three simulated Otters that sail before a browser, until Ctrl-C"
 	@echo "make demo-vessel  sail one simulated Otter through a short plan and look into its log"
 	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
 	@echo "make bench   measure and print speeds"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
+	@echo "make agent-aarch64  build lutra-agent for the Raspberry Pi 4 with Debian's compilers, in /tmp/lutra-aarch64"
+	@echo "make test-aarch64   run its tests and those of devices, drivers and onboard as the Pi would, under qemu-user"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
 	@echo "make fmt     format the code"
 
@@ -49,18 +50,20 @@ types:
 	LUTRA_WRITE_TYPES=1 cargo test --quiet --locked --package api
 
 chromium:
-	@command -v chromium >/dev/null || { \
+	@{ command -v chromium && command -v chromium-headless-shell; } >/dev/null || { \
 	  echo "Installing Chromium, for the tests of the pages (once)"; \
-	  apt-get update -q && apt-get install -qy --no-install-recommends chromium; }
+	  apt-get update -q && apt-get install -qy --no-install-recommends chromium && { \
+	    apt-get install -qy --no-install-recommends chromium-headless-shell || \
+	    echo "Chromium without its headless shell: the tests of the pages take longer"; }; }
 
-# For the tests of tunnels, clocks and InfluxDB, which are skipped and named at the end where these are absent.
+# For the tests of tunnels, clocks, InfluxDB and gpsd, which are skipped and named at the end where these are absent.
 tools:
-	@for tool in openvpn wireguard-go wg ip influxd; do command -v $$tool >/dev/null || missing=yes; done; \
+	@for tool in openvpn wireguard-go wg ip influxd gpsd gpsdecode; do command -v $$tool >/dev/null || missing=yes; done; \
 	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
 	[ -z "$$missing" ] || { \
-	  echo "Installing OpenVPN, WireGuard, libfaketime and InfluxDB, for tests with the real ones (once)"; \
+	  echo "Installing OpenVPN, WireGuard, libfaketime, InfluxDB and gpsd, for tests with the real ones (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends \
-	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime influxdb; } || \
+	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime influxdb gpsd gpsd-clients; } || \
 	  echo "not installed: what needs them is skipped and says so"
 
 # A server's own tests need the pages' scripts.
@@ -72,6 +75,7 @@ check: setup web
 	$(call say,Tests of one program without a browser)
 	cargo nextest run --workspace --locked --lib --bins -E 'not test(/browser_tests::|hostile_tests::|_in_a_browser/)'
 
+# One test more at a time than there are processors: flows of pages wait for a third of their time.
 test: setup web chromium tools
 	$(call say,Formatting)
 	cargo fmt --all --check
@@ -82,7 +86,7 @@ test: setup web chromium tools
 	$(call say,Tests)
 	@rm -f target/skipped
 	LUTRA_REQUIRED=$(LUTRA_REQUIRED) LUTRA_SKIPPED=$(CURDIR)/target/skipped \
-	  cargo nextest run --workspace --locked --no-fail-fast
+	  cargo nextest run --workspace --locked --no-fail-fast --test-threads $$(( $$(nproc) + 1 ))
 	@[ ! -e target/skipped ] || { echo "Skipped, for this computer lacks what they need:"; sort target/skipped | uniq -c; }
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet
@@ -123,7 +127,7 @@ bench: setup web chromium
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package mission --bench guard
-	cargo bench --locked --package planner --bench routes
+	@sh scripts/bench-routes
 	@command -v ogr2ogr >/dev/null || { \
 	  echo "Installing GDAL (135 MB, once), to import the same cells beside"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends gdal-bin; } || \
@@ -161,3 +165,10 @@ audit: setup
 
 fmt:
 	cargo fmt --all
+
+agent-aarch64: rust
+	scripts/agent-aarch64 build
+
+# The unit tests; those that start programs of their own are for the Pi itself.
+test-aarch64: rust
+	scripts/agent-aarch64 test --lib --bins

@@ -1,4 +1,4 @@
-//! Compiles the crate anew when the bundle of the pages changed: a release build holds it.
+//! Compiles the crate again when the bundle of the pages changed: a release build holds it.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,4 +1,4 @@
-//! Compiles the crate anew when the schema of app.db changed: it holds the migrations.
+//! Compiles the crate again when the schema of app.db changed: it holds the migrations.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

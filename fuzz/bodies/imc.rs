@@ -55,7 +55,7 @@ fn check_packet(bytes: &[u8]) {
 }
 
 /// Nested messages, which are decoded when they are asked for, are the same whichever byte order they came in,
-/// and the same when they are packed anew.
+/// and the same when they are packed again.
 fn check_values(packet: &Packet, bytes: &[u8], short: ShortPayload) {
     let other = match packet.order {
         ByteOrder::Little => ByteOrder::Big,

@@ -224,7 +224,7 @@ fn encode_names_the_line_and_the_place_of_each_mistake() {
     let made = run(&["encode", "--hex"], lines.join("\n").as_bytes()).expect(1);
     assert_eq!(made.text().lines().count(), 2);
     for part in [
-        "standard input:2: fields.arg.fields.lat: \"north\" is no number",
+        "standard input:2: fields.arg.fields.lat: \"north\" is not a number",
         "standard input:3: no JSON from column 10",
         "standard input:5: error: decode found bad_crc here",
         "standard input:6: abbrev: no message is called `Temprature`; did you mean Temperature",

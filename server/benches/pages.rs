@@ -1,7 +1,7 @@
 //! How fast the pages are in a browser: `cargo bench -p server --bench pages [-- SECTION...]`; `scripts/bench-pages`
 //! prepares what it needs.
 //!
-//! A server with the chart of the demonstration and a history, a fleet that speaks at the IMCProxy door when the
+//! A server with the chart of the demonstration and a history, a fleet that speaks at the IMCProxy transport when the
 //! script of the browser says so, and headless Chromium, all on this machine. Sections are those of
 //! `tests/browser/bench-pages.mjs`.
 
@@ -59,9 +59,9 @@ fn main() {
     let fleet = Arc::new(AtomicBool::new(false));
     let over = Arc::new(AtomicBool::new(false));
     let sailing = {
-        let (door, fleet, over) =
+        let (transport, fleet, over) =
             (serving.transports.imcproxy.unwrap(), Arc::clone(&fleet), Arc::clone(&over));
-        thread::spawn(move || sail(door, vessels, &fleet, &over))
+        thread::spawn(move || sail(transport, vessels, &fleet, &over))
     };
     let url = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
@@ -107,7 +107,9 @@ fn history(data: &Path, now_s: f64, samples: u32, vessels: u32) -> (f64, f64) {
         imc::encode_into(&mut bytes, &header(number, NAVIGATION, at_s), &state(number, at_s)).unwrap();
         let received = UtcTime::from_micros((at_s * 1e6) as i64);
         let packet = Bytes::copy_from_slice(&bytes);
-        store.accept(&Accepted { packet: &packet, received, door: store::Door::Tcp, link: None }).unwrap();
+        store
+            .accept(&Accepted { packet: &packet, received, transport: store::Transport::Tcp, link: None })
+            .unwrap();
         waiting += 1;
         if waiting == AT_ONCE {
             store.commit().unwrap();
@@ -150,8 +152,8 @@ fn state(number: u32, at_s: f64) -> EstimatedState {
 }
 
 /// Lets the fleet speak while `on`.
-fn sail(door: SocketAddr, vessels: u32, on: &AtomicBool, over: &AtomicBool) {
-    let mut stream = connect(door);
+fn sail(transport: SocketAddr, vessels: u32, on: &AtomicBool, over: &AtomicBool) {
+    let mut stream = connect(transport);
     // What comes back is nobody's business, but must not pile up.
     let mut back = stream.try_clone().unwrap();
     thread::spawn(move || std::io::copy(&mut back, &mut std::io::sink()));

@@ -1,4 +1,4 @@
-//! How fast the IMCProxy door relays between real sockets, and how late: `cargo bench -p server --bench relay`.
+//! How fast the IMCProxy transport relays between real sockets, and how late: `cargo bench -p server --bench relay`.
 //!
 //! Clients and server share the machine. The clients do as little as can be (frames are counted, not decoded), so
 //! that what is measured is the server. Set SECONDS to measure longer than 3 s each.

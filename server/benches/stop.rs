@@ -1,7 +1,7 @@
 //! How soon a stop leaves the server, whatever else it has to do: `cargo bench -p server --bench stop`.
 //!
 //! Measured from the beginning of a script's request (its connection included) to the packet at the vessel, which
-//! listens at the IMCProxy's door. The real program runs beside its load on the same cores. LUTRA_SERVER=PROGRAM measures
+//! listens at the IMCProxy's transport. The real program runs beside its load on the same cores. LUTRA_SERVER=PROGRAM measures
 //! another build, STOPS=N takes more stops than 200. What needs a disk of its own needs root and says so.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
@@ -131,7 +131,7 @@ fn run(what: &str, stops: usize, disk: Option<Disk>, load: impl FnOnce(&Bench) -
     assert!(child.wait().unwrap().success());
     let made = command(&["token", "create", "--person", "nils", "--role", "operator"]).output().unwrap();
     let token = String::from_utf8(made.stdout).unwrap().trim().to_owned();
-    let serve = ["serve", "--listen", "127.0.0.1:0", "--set", "doors.imcproxy.listen=127.0.0.1:0"];
+    let serve = ["serve", "--listen", "127.0.0.1:0", "--set", "transports.imcproxy.listen=127.0.0.1:0"];
     let mut serve = command(&serve);
     let server = serve.args(["--set", "imc.active=false"]).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut server = server.spawn().unwrap();
@@ -237,7 +237,7 @@ fn vessel(proxy: SocketAddr, ends: &Arc<AtomicBool>) -> Receiver<Instant> {
     came
 }
 
-/// Packets at a steady rate by the IMCProxy's door, from a system of their own.
+/// Packets at a steady rate by the IMCProxy's transport, from a system of their own.
 fn ingest(proxy: SocketAddr, per_s: u32, ends: &Arc<AtomicBool>) -> thread::JoinHandle<()> {
     let (mut stream, ends) = (connect(proxy), Arc::clone(ends));
     // What is relayed to this client too is read and dropped.

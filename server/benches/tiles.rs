@@ -35,7 +35,7 @@ fn main() {
     let mut config = Config { data: data.path().to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;
-    config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    config.transports.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     let start = Instant::now();
     let serving = runtime.block_on(server::serve(config)).unwrap();

@@ -60,7 +60,7 @@ pub(crate) struct Made {
 /// Makes a certificate for `names` in `folder`, with the authority that is there or a new one.
 ///
 /// # Errors
-/// There is a certificate and `renew` is not asked for; a name is none; a file cannot be written.
+/// There is a certificate and `renew` is not asked for; a name is not valid; a file cannot be written.
 pub(crate) fn make(folder: &Path, names: &[String], renew: bool) -> anyhow::Result<Made> {
     let file = |name: &str| folder.join(name);
     let (authority, authority_key) = (file("ca.pem"), file("ca-key.pem"));

@@ -15,7 +15,7 @@ use crate::links::Links;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::router::Router;
-use api::{AlarmList, AlarmNote, AlarmShelf, AlarmWord, Role};
+use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, Role};
 use hub::Fleet;
 use imc::Address;
 use notes::WriteNotes;
@@ -62,6 +62,7 @@ pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
         part: alarm.key.part.clone(),
         state: alarm.state.name().to_owned(),
         priority: alarm.priority.name().to_owned(),
+        says: alarm.says.clone(),
         text: alarm.text.clone(),
         cause: advice.cause.to_owned(),
         consequence: advice.consequence.to_owned(),
@@ -72,7 +73,7 @@ pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
         acknowledged: alarm.acknowledged.as_ref().map(word),
         escalated: alarm.escalated,
         chatters: alarm.chatters,
-        shelved: alarm.shelved.as_ref().map(|shelf| AlarmShelf {
+        shelved: alarm.shelved.as_ref().map(|shelf| AlarmShelving {
             by: shelf.said.by.clone(),
             time_us: shelf.said.at.micros(),
             until_us: shelf.until.micros(),
@@ -95,6 +96,7 @@ pub fn note(fleet: &Fleet, note: &Note) -> AlarmNote {
         priority: note.priority.name().to_owned(),
         what: note.what.to_owned(),
         by: note.by.clone(),
+        says: note.says.clone(),
         text: note.text.clone(),
     }
 }
@@ -119,6 +121,7 @@ fn saved(alarm: api::Alarm) -> Option<Saved> {
         key: Key { vessel: alarm.vessel.map(Address), kind: Kind::named(&alarm.kind)?, part: alarm.part },
         state: State::named(&alarm.state)?,
         priority: Priority::named(&alarm.priority)?,
+        says: alarm.says,
         text: alarm.text,
         since: UtcTime::from_micros(alarm.since_us),
         over: alarm.over_us.map(UtcTime::from_micros),
@@ -329,7 +332,7 @@ impl Alarms {
         let mut every = tokio::time::interval(EVERY);
         every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (told, standing) = watch::channel(Vec::new());
-        let happened = Happened::default();
+        let happened = PendingNotes::default();
         let kept = keep(self.people.clone(), standing, happened.clone(), watch.stop.clone());
         watch.tasks.spawn(watch.owners.watch("the list of alarms", kept));
         let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
@@ -421,9 +424,9 @@ impl Watch {
 
 /// What happened to alarms and is not written down yet.
 #[derive(Debug, Clone, Default)]
-struct Happened(Arc<Mutex<VecDeque<AlarmNote>>>);
+struct PendingNotes(Arc<Mutex<VecDeque<AlarmNote>>>);
 
-impl Happened {
+impl PendingNotes {
     fn waiting(&self) -> MutexGuard<'_, VecDeque<AlarmNote>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -456,7 +459,7 @@ impl Happened {
 async fn keep(
     people: People,
     mut standing: watch::Receiver<Vec<api::Alarm>>,
-    happened: Happened,
+    happened: PendingNotes,
     stop: CancellationToken,
 ) {
     let mut told = false;

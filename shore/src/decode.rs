@@ -21,7 +21,7 @@ fn shortened(mean: f32) -> f64 {
     format!("{mean:.2e}").parse().unwrap_or(f64::from(mean))
 }
 
-/// One packet. `None` for bytes that are none, which nobody keeps.
+/// One packet. `None` for bytes that are no packet, which nobody keeps.
 pub(crate) fn packet(
     bytes: &[u8],
     instance: Option<u8>,
@@ -87,6 +87,8 @@ pub(crate) fn detection(one: Detection) -> api::Detection {
         clock: match clock.state {
             ClockState::Set => ReceiverClock::Set,
             ClockState::NotSet => ReceiverClock::NotSet,
+            ClockState::Disciplined => ReceiverClock::Disciplined,
+            ClockState::Lost => ReceiverClock::Lost,
         },
         clock_us: clock.micros(),
         pose_age_s: pose.and_then(|pose| pose.age_s),

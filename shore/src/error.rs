@@ -2,6 +2,8 @@
 
 use crate::identity::Fault;
 use crate::router::Stopped;
+use api::NoControl;
+use operations::{ANSWER_WITHIN, LeaseRefused, NotYours};
 use store::StoreError;
 
 /// What kind of refusal it is. A page or an API turns it into its own status.
@@ -13,6 +15,8 @@ pub enum ErrorKind {
     Refused,
     /// Somebody else has control of the vessel.
     NoControl,
+    /// A stop was ordered meanwhile.
+    CalledOff,
     /// The chart shows danger.
     Grounding,
     /// The vessel has not reported which entities it has.
@@ -34,13 +38,24 @@ pub enum ErrorKind {
 }
 
 /// Why something was not done.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{text}")]
 pub struct Error {
     /// For programs.
     pub kind: ErrorKind,
     /// For people: what is wrong and what to do.
     pub text: String,
+    /// What a page makes its own words of, where there is more than the kind.
+    pub detail: Option<Box<Detail>>,
+}
+
+/// The parameters of a refusal.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Detail {
+    /// The guard's verdict.
+    Guard(api::Guard),
+    /// Why somebody has no control.
+    Control(api::NoControl),
 }
 
 /// What the shore answers.
@@ -49,12 +64,18 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 impl Error {
     /// Of a kind, with its text.
     pub fn new(kind: ErrorKind, text: impl Into<String>) -> Self {
-        Self { kind, text: text.into() }
+        Self { kind, text: text.into(), detail: None }
     }
 
     /// Understood, and cannot be.
     pub fn refused(text: impl Into<String>) -> Self {
         Self::new(ErrorKind::Refused, text)
+    }
+
+    /// The chart shows danger, as the verdict says.
+    pub(crate) fn grounding(guard: api::Guard) -> Self {
+        let text = format!("The chart shows danger: {}", guard.text);
+        Self { detail: Some(Box::new(Detail::Guard(guard))), ..Self::new(ErrorKind::Grounding, text) }
     }
 
     /// Whether the same is refused again, however often it is asked for: nothing fails here.
@@ -102,11 +123,28 @@ impl From<StoreError> for Error {
 
 impl From<operations::NotOrdered> for Error {
     fn from(why: operations::NotOrdered) -> Self {
-        let kind = match why {
-            operations::NotOrdered::NoControl(_) => ErrorKind::NoControl,
-            operations::NotOrdered::Refused(_) => ErrorKind::Refused,
+        match why {
+            operations::NotOrdered::NoControl(why) => why.into(),
+            why @ operations::NotOrdered::CalledOff => Self::new(ErrorKind::CalledOff, why.to_string()),
+            why @ operations::NotOrdered::Refused(_) => Self::refused(why.to_string()),
+        }
+    }
+}
+
+impl From<LeaseRefused> for Error {
+    fn from(why: LeaseRefused) -> Self {
+        let text = why.to_string();
+        let control = match why {
+            LeaseRefused::NotYours(NotYours::Free) => NoControl::Free,
+            LeaseRefused::NotYours(NotYours::Held(by)) => NoControl::Held { by },
+            LeaseRefused::NotYours(NotYours::OtherWindow) => NoControl::OtherWindow,
+            LeaseRefused::NotYours(NotYours::Expired) => NoControl::Expired,
+            LeaseRefused::NobodyWaits => NoControl::NobodyWaits,
+            LeaseRefused::AnotherWaits(by) => NoControl::Asked { by, within_s: ANSWER_WITHIN.as_secs() },
+            LeaseRefused::NoReason(by) => NoControl::ReasonNeeded { by },
+            LeaseRefused::TooLong { most, .. } => NoControl::TooLong { most: most as u64 },
         };
-        Self::new(kind, why.to_string())
+        Self { detail: Some(Box::new(Detail::Control(control))), ..Self::new(ErrorKind::NoControl, text) }
     }
 }
 

@@ -103,7 +103,7 @@ impl Fleet {
     }
 }
 
-/// Asks a vessel that has such parts for their parameters, where it has not told them lately.
+/// Asks a vessel that has such parts for their parameters, where it has not reported them lately.
 fn ask_limits(operations: &mut Operations, now: Now, vessel: Address) {
     let Some(system) = operations.fleet().system(vessel) else { return };
     let reports = operations.commands().reports();
@@ -151,8 +151,8 @@ fn systems(fleet: &hub::Fleet, now: Now, wanted: &Wanted) -> Vec<api::System> {
 }
 
 fn describe(system: &System, now: Now) -> api::System {
-    let mut doors: Vec<_> = system.doors().collect();
-    doors.sort_by_key(|(_, heard)| std::cmp::Reverse(*heard));
+    let mut transports: Vec<_> = system.transports().collect();
+    transports.sort_by_key(|(_, heard)| std::cmp::Reverse(*heard));
     api::System {
         address: system.address().0,
         name: system.name().map(str::to_owned),
@@ -164,7 +164,7 @@ fn describe(system: &System, now: Now) -> api::System {
             hub::Liveness::Lost => Liveness::Lost,
         },
         heard_us: system.last_heard_utc().micros(),
-        doors: doors.into_iter().map(|(door, _)| door.name().to_owned()).collect(),
+        transports: transports.into_iter().map(|(transport, _)| transport.name().to_owned()).collect(),
         fix: fix(system),
         entities: system.entities().clone(),
     }
@@ -224,7 +224,7 @@ fn place(lat_rad: f64, lon_rad: f64) -> Option<(f64, f64)> {
     (known && earthly).then(|| (lat_rad.to_degrees(), lon_rad.to_degrees()))
 }
 
-/// An angle from 0 to 2π; `None` for what is no number.
+/// An angle from 0 to 2π; `None` for what is not a number.
 fn turn(angle_rad: f64) -> Option<f64> {
     angle_rad.is_finite().then(|| angle_rad.rem_euclid(std::f64::consts::TAU))
 }

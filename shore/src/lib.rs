@@ -42,8 +42,10 @@ mod selection;
 mod settings;
 pub mod sinks;
 mod start;
+mod tls;
+pub mod words;
 
-pub use error::{Error, ErrorKind, Result};
+pub use error::{Detail, Error, ErrorKind, Result};
 pub use selection::{Changes, Wanted};
 pub use settings::Settings;
 pub use start::{Opened, Running};

@@ -2,7 +2,7 @@
 //!
 //! Each holds a [`Duty`] while it lives. One that is dropped before its owner said that it is done was lost to a fault:
 //! [`Owners::failed`] tells, the program flushes what can be flushed and ends with an error, and its service starts it
-//! anew. An owner that has worked on one thing for longer than `HANGS_AFTER` is told by `/healthz`: its disk hangs,
+//! again. An owner that has worked on one thing for longer than `HANGS_AFTER` is told by `/healthz`: its disk hangs,
 //! most likely, and no restart helps.
 
 use crate::clock::Clock;

@@ -43,7 +43,7 @@ pub(crate) fn described(entities: ByEntity, recorded: bool) -> VesselParameters 
         entities.values().flat_map(|entity| entity.parameters.values()).any(|one| one.saved.is_some());
     let entity = |(label, entity): (String, EntityReport)| {
         let names: Vec<&str> = entity.parameters.keys().map(String::as_str).collect();
-        let parameter = |(name, told): (&String, &ParameterReport)| api::ParameterTold {
+        let parameter = |(name, told): (&String, &ParameterReport)| api::ParameterReport {
             name: name.clone(),
             value: told.value.clone(),
             saved: told.saved.clone(),
@@ -51,7 +51,7 @@ pub(crate) fn described(entities: ByEntity, recorded: bool) -> VesselParameters 
             time_us: told.at.micros(),
             about: if lutra { about(&known, &label, &names, name) } else { None },
         };
-        api::EntityTold {
+        api::EntityReport {
             time_us: entity.at.map_or(0, UtcTime::micros),
             parameters: entity.parameters.iter().map(parameter).collect(),
             left_out: u32::try_from(entity.left_out).unwrap_or(u32::MAX),

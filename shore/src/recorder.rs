@@ -2,7 +2,7 @@
 //!
 //! The hub never waits for a disk. Records wait in a queue; the thread takes all of them, and makes them durable
 //! at least every `COMMIT_EVERY`. What came by the vessel link is acknowledged only then, and stays queued
-//! however long the disk is in trouble: the link's window bounds it, and the vessel keeps its copy. Of other doors
+//! however long the disk is in trouble: the link's window bounds it, and the vessel keeps its copy. Of other transports
 //! [`WAITING_BYTES`] may wait; beyond that packets are not recorded, which is counted, told to the page and
 //! logged, for nobody can send them again.
 
@@ -22,7 +22,7 @@ const COMMIT_EVERY: Duration = Duration::from_millis(100);
 const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
-/// Bytes of packets of other doors than the link that may wait.
+/// Bytes of packets of other transports than the link that may wait.
 pub const WAITING_BYTES: usize = 16 << 20;
 /// Bytes of packets that are given to the store before a commit: until then it holds them a second time.
 const SLICE_BYTES: usize = 2 << 20;
@@ -276,7 +276,7 @@ impl Thread {
             let accepted = Accepted {
                 packet: &record.packet,
                 received: record.received,
-                door: record.door,
+                transport: record.transport,
                 link: record.link,
             };
             match self.store.accept(&accepted) {

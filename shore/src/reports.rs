@@ -6,7 +6,7 @@ use crate::error::{Error, ErrorKind, Result, slow};
 use crate::history::{self, History};
 use crate::router::Router;
 use crate::{parameters, plans};
-use api::{PlanUnderWay, VesselAsk, VesselAsked, VesselParameters};
+use api::{PlanUnderWay, VesselParameters, VesselQuery, VesselQuerySent};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use operations::{Operations, Question};
@@ -46,9 +46,9 @@ impl Reports {
     /// Asks a vessel.
     ///
     /// # Errors
-    /// The question is none, or the vessel has not reported which entities it has.
-    pub async fn ask(&self, vessel: Address, asked: VesselAsk) -> Result<VesselAsked> {
-        if let VesselAsk::Plan { plan_id: name } = &asked
+    /// The question is not valid, or the vessel has not reported which entities it has.
+    pub async fn ask(&self, vessel: Address, asked: VesselQuery) -> Result<VesselQuerySent> {
+        if let VesselQuery::Plan { plan_id: name } = &asked
             && (!NAME.contains(&name.chars().count()) || name.chars().any(char::is_control))
         {
             let (least, most) = NAME.into_inner();
@@ -63,7 +63,7 @@ impl Reports {
                 operations.hub_mut().send(now, packet);
             }
             let packets = u32::try_from(packets.len()).unwrap_or(u32::MAX);
-            Ok(VesselAsked { time_us: now.utc.micros(), packets, reached, entities })
+            Ok(VesselQuerySent { time_us: now.utc.micros(), packets, reached, entities })
         };
         self.router.ask(send).await?
     }
@@ -111,12 +111,12 @@ impl Reports {
 fn questions(
     operations: &Operations,
     vessel: Address,
-    ask: VesselAsk,
+    ask: VesselQuery,
 ) -> Result<(Vec<Question>, Vec<String>)> {
     let entities = match ask {
-        VesselAsk::Plans {} => return Ok((vec![Question::Plans], Vec::new())),
-        VesselAsk::Plan { plan_id } => return Ok((vec![Question::Plan(plan_id)], Vec::new())),
-        VesselAsk::Parameters { entities } => entities,
+        VesselQuery::Plans {} => return Ok((vec![Question::Plans], Vec::new())),
+        VesselQuery::Plan { plan_id } => return Ok((vec![Question::Plan(plan_id)], Vec::new())),
+        VesselQuery::Parameters { entities } => entities,
     };
     let mut known: Vec<String> = operations
         .fleet()

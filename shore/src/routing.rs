@@ -5,7 +5,7 @@
 
 use crate::charts::Set;
 use crate::error::{Error, ErrorKind, Result, slow};
-use api::{SeaRoute, SeaRouteAnswer, SeaRouteAsk, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal};
+use api::{SeaRoute, SeaRouteAnswer, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal, SeaRouteRequest};
 use guard::{GuardLimits, check_way};
 use planner::{Cancel, End, Moved, Needs, Refusal, Request, Route, RouteLeg};
 use std::ops::RangeInclusive;
@@ -55,7 +55,7 @@ impl Routing {
     pub async fn route(
         &self,
         set: Arc<Set>,
-        ask: SeaRouteAsk,
+        ask: SeaRouteRequest,
         limits: GuardLimits,
     ) -> Result<SeaRouteAnswer> {
         let question = Question::new(&ask, limits)?;
@@ -73,6 +73,7 @@ impl Routing {
 pub struct Question {
     places: Vec<LatLon>,
     needs: Needs,
+    request: Request,
     limits: GuardLimits,
     speed_mps: f64,
     explain: bool,
@@ -83,7 +84,7 @@ impl Question {
     ///
     /// # Errors
     /// Which part is malformed.
-    pub fn new(ask: &SeaRouteAsk, limits: GuardLimits) -> Result<Self> {
+    pub fn new(ask: &SeaRouteRequest, limits: GuardLimits) -> Result<Self> {
         let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
         if !POINTS.contains(&ask.points.len()) {
             let (least, most) = POINTS.into_inner();
@@ -91,7 +92,7 @@ impl Question {
         }
         let place = |[lat, lon]: [f64; 2]| {
             LatLon::from_deg(lat, lon)
-                .map_err(|error| malformed(format!("{lat}, {lon} is no place: {error}")))
+                .map_err(|error| malformed(format!("{lat}, {lon} is not a place: {error}")))
         };
         let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
         needs.validate().map_err(|error| malformed(error.to_string()))?;
@@ -99,15 +100,18 @@ impl Question {
         if !(0.05..=20.0).contains(&speed_mps) {
             return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
         }
-        let places = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
-        Ok(Self { places, needs, limits, speed_mps, explain: ask.explain })
+        let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
+        let ends = Request::new(places[0], places[places.len() - 1]);
+        let request = Request { turn_radius_m: ask.turn_radius_m, ..ends };
+        request.validate().map_err(|error| malformed(error.to_string()))?;
+        Ok(Self { places, needs, request, limits, speed_mps, explain: ask.explain })
     }
 
     /// Plans; `wanted` says whether anybody still waits.
     pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool) -> SeaRouteAnswer {
         let began = Instant::now();
         let cancel = Cancel::unless(wanted);
-        let request = Request::new(self.places[0], self.places[self.places.len() - 1]);
+        let request = self.request;
         let planned = set.router.route_by(&self.places, &request, &self.needs, &cancel);
         let (route, refusal) = match planned {
             Ok(route) => (Some(self.described(&route, set)), None),
@@ -136,16 +140,21 @@ impl Question {
         (refused.passable_depth_m, refused.passable_clearance_m) = (passable.depth_m, passable.clearance_m);
         let mut would_do = Vec::new();
         if let Some(depth_m) = passable.depth_m {
-            would_do.push(format!("a least depth of {depth_m:.1} m"));
+            would_do.push(format!("a least depth of {depth_m} m"));
         }
         if let Some(clearance_m) = passable.clearance_m {
-            would_do.push(format!("a clearance of {clearance_m:.0} m"));
+            would_do.push(format!("a clearance of {clearance_m} m"));
         }
         let text = match &would_do[..] {
             [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
             some => format!("There is one with {}.", some.join(", or with ")),
         };
-        refused.text = format!("{} {text}", refused.text);
+        let areas = if passable.by_rule_alone {
+            " Areas where entry is prohibited or restricted are in the way; without them there is a route."
+        } else {
+            ""
+        };
+        refused.text = format!("{} {text}{areas}", refused.text);
     }
 
     fn described(&self, route: &Route, set: &Set) -> SeaRoute {
@@ -185,6 +194,7 @@ fn leg(leg: &RouteLeg) -> SeaRouteLeg {
         least_depth_m: leg.worst.water.least_m(),
         least_depth_at: degrees(leg.worst.at),
         clearance_m: leg.clearance_m,
+        turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
     }
 }
 
@@ -208,15 +218,18 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::NotConfirmed { .. } => ("not_confirmed", None, None),
         Refusal::Needs(_) | Refusal::Plan(_) => ("failed", None, None),
     };
-    let text = refusal.to_string();
-    let text = text[..1].to_uppercase() + &text[1..] + ".";
     SeaRouteRefusal {
         code: code.to_owned(),
-        text,
+        text: sentence(&refusal.to_string()),
         stretch,
         nearest,
         gap_m,
         passable_depth_m: None,
         passable_clearance_m: None,
     }
+}
+
+/// With a capital letter and a full stop.
+fn sentence(text: &str) -> String {
+    text[..1].to_uppercase() + &text[1..] + "."
 }

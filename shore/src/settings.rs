@@ -11,7 +11,7 @@ pub struct Settings {
     /// The server as a node of IMC.
     pub hub: hub::Settings,
     /// Transports besides the link at which vessels that have a link are believed.
-    pub trusted: Vec<hub::Door>,
+    pub trusted: Vec<hub::Transport>,
     /// Accounts and sessions.
     pub people: identity::Settings,
     /// The sea chart.

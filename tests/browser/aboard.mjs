@@ -43,7 +43,7 @@ await inBrowser(async (open) => {
   await look(page, "plan-aboard");
 
   // Another state ashore is not what is aboard.
-  await type("Speed of all", "2");
+  await type("Speed of all", "4");
   await page.getByText("What is shown is not saved").waitFor();
   await page.getByRole("button", { name: "Save", exact: true }).click();
   await page.getByText(new RegExp(`DIFFERENT: ashore [0-9a-f]{8}, aboard ${otter} [0-9a-f]{8}`)).waitFor();

@@ -58,7 +58,7 @@ await inBrowser(async (open) => {
   const other = await open();
   await logIn(other, url, "nils", password, "seven small boats");
   check((await other.getByRole("link", { name: "Admin", exact: true }).count()) === 0, "a researcher sees no Admin");
-  for (const path of ["/admin", "/admin/doors", "/admin/storage"]) {
+  for (const path of ["/admin", "/admin/connections", "/admin/storage"]) {
     check((await other.goto(url + path)).status() === 403, `and is refused at ${path}`);
   }
   await other.goto(`${url}/account`);
@@ -99,17 +99,17 @@ await inBrowser(async (open) => {
   check((await page.getByRole("cell", { name: "Add person" }).count()) === 0, "filtered by what was done");
   await look(page, "admin-audit");
 
-  // The doors: the link is open, the others say what opens them; whoever comes without a token is counted.
+  // The transports: the link is open, the others say what opens them; whoever comes without a token is counted.
   await page.getByRole("link", { name: "Connections" }).click();
-  const doors = page.getByRole("region", { name: "Transports" });
-  await doors.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 0 none none/ }).waitFor();
-  await doors.getByRole("row", { name: /IMCProxy closed set doors\.imcproxy\.listen/ }).waitFor();
+  const transports = page.getByRole("region", { name: "Transports" });
+  await transports.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 0 none none/ }).waitFor();
+  await transports.getByRole("row", { name: /IMCProxy closed set transports\.imcproxy\.listen/ }).waitFor();
   await page.getByText("No vessel has come in by its link").waitFor();
   const stranger = await page.request.get(`${url}/link`, { headers: { authorization: "Bearer lutra_link_guess" } });
   check(stranger.status() === 401, `a guessed token: ${stranger.status()}`);
   await page.getByRole("link", { name: "Look again" }).click();
-  await doors.getByRole("row", { name: /\/link 0 0 1 0 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
-  await look(page, "admin-doors");
+  await transports.getByRole("row", { name: /\/link 0 0 1 0 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
+  await look(page, "admin-transports");
 
   // Storage: an empty one says what to do; what would go is told by dates, with the command.
   await page.getByRole("link", { name: "Storage" }).click();

@@ -159,7 +159,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
   await countTones(page);
   console.log("stop the server");
-  await told(page, /^Alarms are not known since \d\d:\d\d:\d\dZ: the server is not heard/);
+  await told(page, /^Alarms unknown since \d\d:\d\d:\d\dZ: the server is not reached/);
   await page.waitForFunction(() => window.tones === 3);
   // It tries again and again, and does not sound at each try, but again after half a minute.
   for (let tries = 0; tries < 3; tries++) await page.waitForEvent("websocket");

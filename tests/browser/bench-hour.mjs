@@ -58,7 +58,7 @@ async function onVessel(page) {
   for (const tab of ["Values", "Entities", "Log book", "Tags", "Link loss", "Control", "Plots"]) await click("tab", tab);
   for (const name of ["Zoom out", "Zoom in", "Earlier", "Later"]) await click("button", name);
   await page.getByRole("button", { name: "Add a field" }).click();
-  await page.getByLabel("Words of message, entity or field").fill("estimatedstate psi");
+  await page.getByLabel("Words of quantity, message, entity or field").fill("estimatedstate psi");
   await page.keyboard.press("Enter");
   await page.getByRole("button", { name: /^Remove .*psi/ }).click();
   acts += 2;

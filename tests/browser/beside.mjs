@@ -29,7 +29,7 @@ await inBrowser(async (open) => {
 
   // Both are in one plot, with values of their own, live and as files.
   const told = (name) => plot.locator(".legend li").filter({ hasText: name });
-  for (const name of [/^Navigation u\s*−?\d.* m\/s/, /otter-2 Navigation u\s*−?\d.* m\/s/]) await told(name).waitFor();
+  for (const name of [/^Navigation forward speed\s*−?\d.* m\/s/, /otter-2 Navigation forward speed\s*−?\d.* m\/s/]) await told(name).waitFor();
   const link = plot.getByRole("link", { name: /Download CSV of otter-2 EstimatedState u/ });
   await link.waitFor();
   check(new URL(await link.getAttribute("href"), url).searchParams.get("vessel") === String(OTHER), "the file is the other's");
@@ -46,7 +46,7 @@ await inBrowser(async (open) => {
   await page.waitForURL(/t=\d+.*with=10450|with=10450.*t=\d+/);
   const query = new URL(page.url()).searchParams;
   const t = Number(query.get("t"));
-  const then = await told(/otter-2 Navigation u\s*−?\d.* m\/s/).locator(".num").innerText();
+  const then = await told(/otter-2 Navigation forward speed\s*−?\d.* m\/s/).locator(".num").innerText();
   const at = await (await page.request.get(`${url}/api/v1/vessels/${OTHER}/at?time_us=${t}`)).json();
   const u = at.values.find((one) => one.abbrev === "EstimatedState").fields.find(({ name }) => name === "u").value;
   check(Math.abs(Number.parseFloat(then.replace("−", "-")) - u) < 0.3, `${then} is about ${u}`);

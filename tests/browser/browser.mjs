@@ -1,14 +1,19 @@
 // A headless Chromium whose console must stay empty, and what every page must be: axe's judgement, widths, pictures.
 
 import { createRequire } from "node:module";
+import { existsSync } from "node:fs";
 import { mkdir, readFile } from "node:fs/promises";
 import { fileURLToPath } from "node:url";
-import { join } from "node:path";
+import { basename, join } from "node:path";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const require = createRequire(join(root, "web/package.json"));
 const { chromium } = require("playwright-core");
 const axe = await readFile(require.resolve("axe-core/axe.min.js"), "utf8");
+
+/** The shell has no windows of its own: it starts three times as soon, needs two thirds of the processor's time, and draws all
+ * pages as if each were in front. The whole browser draws a page that is behind others as people's do: not at all. */
+const [SHELL, WHOLE] = ["/usr/bin/chromium-headless-shell", "/usr/bin/chromium"];
 
 /** A desk, a small laptop, a tablet and a phone; a page that is opened has the first. */
 export const SIZES = [
@@ -17,22 +22,27 @@ export const SIZES = [
   { width: 820, height: 1180 },
   { width: 390, height: 844 },
 ];
+/** Letters of a page that failed. */
+const MOST_SAID = 6_000;
 const PALETTES = ["day", "sun", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
 /** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
 const [COLOURS, SIZE] = [["color-contrast", "link-in-text-block"], ["target-size"]];
 
-/** Starts Chromium, runs `work`, and fails on anything the pages complained about. */
-export async function inBrowser(work) {
+/** Starts Chromium, runs `work`, and fails on anything the pages complained about. `whole` asks for the whole browser, with pages
+ * behind others, where it is there. */
+export async function inBrowser(work, { whole = false } = {}) {
   const browser = await chromium.launch({
-    executablePath: "/usr/bin/chromium",
+    executablePath: (whole ? [WHOLE, SHELL] : [SHELL, WHOLE]).find(existsSync),
     args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
   });
   const complaints = [];
+  const pages = [];
   const open = async (options = {}) => {
     const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", ...options });
     context.setDefaultTimeout(15_000);
     const page = await context.newPage();
+    pages.push(page);
     page.on("console", (message) => {
       // A refusal or a broken line that a test provokes is told by the browser itself; a map that is folded away for a
       // moment by OpenLayers, which also tries at its first click which way of reading a canvas is faster;
@@ -51,9 +61,22 @@ export async function inBrowser(work) {
   try {
     await work(open);
     if (complaints.length) throw new Error(`the browser complained:\n${complaints.join("\n")}`);
+  } catch (error) {
+    for (const [number, page] of pages.entries()) await lastSeen(page, number).catch(() => undefined);
+    throw error;
   } finally {
     await browser.close();
   }
+}
+
+/** What a page showed when its test failed: a picture, and all that it says, as whoever hears it read would. */
+async function lastSeen(page, number) {
+  if (page.isClosed()) return;
+  const name = `${basename(process.argv[1], ".mjs")}-${number}`;
+  console.error(`-- page ${number}: ${page.url()}; a picture is in target/failures/${name}.png; it said:`);
+  console.error((await page.locator("body").ariaSnapshot({ timeout: 5_000 })).slice(0, MOST_SAID));
+  await mkdir(join(root, "target/failures"), { recursive: true });
+  await page.screenshot({ path: join(root, `target/failures/${name}.png`), timeout: 10_000 });
 }
 
 export function check(holds, text) {
@@ -117,21 +140,22 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** A page as it should be: no wider than its window at any of the sizes, and without a violation by axe. Scripts that go
- * through tasks look in one palette: which ink stands on which ground is held to the same contrast in all of them by
- * web/test/palettes.test.mjs, and [`lookInAll`] has axe judge each page in each. Texts that look alike are judged by two of
+/** A page as it should be: no wider than its window, and without a violation by axe. Scripts that go through tasks look at the
+ * narrowest size, where nearly all that sticks out does, and in one palette: which ink stands on which ground is held to the same
+ * contrast in all of them by web/test/palettes.test.mjs, and [`lookInAll`] looks at each page at each size in each. Texts that look alike are judged by two of
  * them, and of targets those that are small or under others. With LUTRA_LONG set axe looks at each, in all palettes; with
  * LUTRA_PICTURES set pictures of it all lie in target/screenshots. */
 export async function look(page, name) {
-  await lookIn(page, name, process.env.LUTRA_LONG ? PALETTES : PALETTES.slice(0, 1));
+  if (process.env.LUTRA_LONG) await lookIn(page, name, PALETTES, SIZES);
+  else await lookIn(page, name, PALETTES.slice(0, 1), [SIZES[0], SIZES.at(-1)]);
 }
 
-/** As [`look`], in all palettes. */
+/** As [`look`], at all sizes and in all palettes. */
 export async function lookInAll(page, name) {
-  await lookIn(page, name, PALETTES);
+  await lookIn(page, name, PALETTES, SIZES);
 }
 
-async function lookIn(page, name, palettes) {
+async function lookIn(page, name, palettes, sizes) {
   const whole = Boolean(process.env.LUTRA_LONG);
   for (const palette of palettes) {
     await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
@@ -142,7 +166,7 @@ async function lookIn(page, name, palettes) {
     if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
   // Palettes do not change widths. The size in which flows go on comes last.
-  for (const size of [...SIZES].reverse()) {
+  for (const size of [...sizes].reverse()) {
     await resize(page, size);
     await fits(page, `${name} at ${size.width} px`);
   }

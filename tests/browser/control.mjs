@@ -81,7 +81,7 @@ await inBrowser(async (open) => {
   await two.goto(`${url}/vessels/${OTTER}?tab=Control`);
   await who(two, "You have control of this vessel.");
   await button(one, "Take over …").click();
-  await one.getByRole("alert").getByText("Say why you take over: nils is told.").waitFor();
+  await one.getByRole("alert").getByText("Enter a reason for taking over: nils will see it.").waitFor();
   await one.getByLabel("Reason, for the one who has control").fill("it drifts ashore");
   await button(one, "Take over …").click();
   await one.getByText(/nils loses control at once/).waitFor();
@@ -116,7 +116,7 @@ await inBrowser(async (open) => {
   // Go to a clicked point, and to a typed one.
   await button(one, "Choose on the map").click();
   await one.locator(".map").click({ position: { x: 200, y: 220 } });
-  await one.waitForFunction(() => document.querySelector('.control input[type="number"]').value !== "");
+  await one.waitForFunction((place) => place.value !== "", await one.getByLabel("Latitude, °").elementHandle());
   await button(one, "Go there …").click();
   await one.getByText(/First leg: \d{3}° T/).waitFor();
   await button(one, "Go").click();

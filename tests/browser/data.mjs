@@ -36,16 +36,16 @@ await inBrowser(async (open) => {
   same(positions.rows.length, 40, "rows");
   same(positions.head.slice(6, 9), ["true_lat_deg [deg]", "true_lon_deg [deg]", "psi [deg]"], "columns");
   check(Math.abs(Number(positions.rows[0][6]) - 63.44) < 0.001, positions.rows[0]);
-  await page.getByLabel("Seconds from row to row").fill("6");
+  await page.getByLabel("Sampling interval, seconds").fill("6");
   await told(/^2[01] rows/);
   const fewer = table((await take()).text);
   check(fewer.rows.length === 20 || fewer.rows.length === 21, `${fewer.rows.length} rows`);
 
   // What is wrong is said at its field, with the remedy, and nothing is fetched.
-  await page.getByLabel("Seconds from row to row").fill("never");
+  await page.getByLabel("Sampling interval, seconds").fill("never");
   await page.getByText("From 0.001 to 86400 seconds.").waitFor();
   await page.getByRole("button", { name: "Download", exact: true, disabled: true }).waitFor();
-  await page.getByLabel("Seconds from row to row").fill("");
+  await page.getByLabel("Sampling interval, seconds").fill("");
   await page.getByRole("radio", { name: /^Messages of one kind/ }).check();
   const message = page.getByRole("combobox", { name: "Message" });
   await message.fill("EstimatedStat");

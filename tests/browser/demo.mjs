@@ -40,11 +40,11 @@ await inBrowser(async (open) => {
   }
   await look(page, "demo-plans");
 
-  // Doors and storage of a server that works.
-  await page.goto(`${url}/admin/doors`);
+  // Transports and storage of a server that works.
+  await page.goto(`${url}/admin/connections`);
   await page.getByRole("region", { name: "Links of vessels" }).getByRole("row", { name: /otter-2 ● up/ }).waitFor();
   await page.getByRole("region", { name: "Open connections" }).getByRole("row", { name: /link of .* otter-1/ }).waitFor();
-  await look(page, "demo-doors");
+  await look(page, "demo-transports");
   await page.goto(`${url}/admin/storage`);
   await page.getByRole("region", { name: "By vessel" }).getByRole("row", { name: /otter-1 .*iB 1 20/ }).waitFor();
   await page.getByLabel(/^Days of the archive/).fill("2100-01-01");

@@ -17,7 +17,7 @@ const sabotage = (page, selector) =>
     window.mend = () => delete node.textContent;
   });
 
-/** The same for what components draw: no text that they change, and none that they make anew. */
+/** The same for what components draw: no text that they change, and none that they rebuild. */
 const sabotageComponents = (page) =>
   page.evaluate(() => {
     const [data, make] = [Object.getOwnPropertyDescriptor(CharacterData.prototype, "data"), document.createTextNode];
@@ -70,7 +70,7 @@ await inBrowser(async (open) => {
     await page.locator("#stop .halt").first().click();
     await page.locator("#orders .order").first().getByText(/accepted, sent|sent .*, but the vessel is silent/).waitFor();
     await page.evaluate(() => window.mend());
-    // What is told once and could not be drawn is missing until the page is loaded anew.
+    // What is told once and could not be drawn is missing until the page is loaded again.
     if (part.startsWith(".alarm")) {
       console.log("speak");
       await page.reload();
@@ -80,7 +80,7 @@ await inBrowser(async (open) => {
     await page.close();
   }
 
-  // What fails outside of any drawing is not known to be mended before the page is loaded anew.
+  // What fails outside of any drawing is not known to be mended before the page is loaded again.
   const page = await another(`/vessels/${BOAT}`);
   await page.evaluate(() => void setTimeout(() => {
     throw new Error("sabotage");

@@ -53,7 +53,7 @@ await inBrowser(async (open) => {
   await values.getByRole("row", { name: /Voltage <b>Battery<\/b> value/ }).waitFor();
   await values.getByRole("row", { name: /onerror=alert/ }).waitFor();
   check((await values.getByRole("row", { name: /EstimatedState Navigation psi/ }).innerText()).includes("°"), "angles are in degrees");
-  check((await values.getByRole("row", { name: /Voltage.*Spare/ }).innerText()).includes("no number"), "NaN is no number");
+  check((await values.getByRole("row", { name: /Voltage.*Spare/ }).innerText()).includes("no number"), "NaN is not a number");
   await panel.getByLabel("Filter").fill("voltage");
   await values.getByRole("row", { name: /EstimatedState/ }).first().waitFor({ state: "detached" });
   await page.goto(`${url}/vessels/2070?tab=Values`);

@@ -12,7 +12,7 @@ await inBrowser(async (open) => {
   const box = page.getByRole("tabpanel", { name: "Parameters" });
   await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).waitFor();
   await box.getByText("Read. 1 part of the vessel reported none.").waitFor();
-  check((await box.getByText("not described: this is no parameter that Lutra knows").count()) > 4, "nothing is made up");
+  check((await box.getByText("no description: not a parameter known to Lutra").count()) > 4, "nothing is made up");
   check((await box.locator("img, script, b").count()) === 0, "text from a vessel stays text");
   await box.getByText("<img src=x onerror=alert(1)>").first().waitFor();
   const long = box.getByRole("textbox", { name: /^nnnn/ }).first();
@@ -29,7 +29,7 @@ await inBrowser(async (open) => {
   await page.getByRole("tab", { name: "Parameters" }).click();
   await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).fill("6");
   await box.getByRole("button", { name: "Write 1" }).click();
-  await box.getByText("Take care: its meaning is not known here.").waitFor();
+  await box.getByText("Take care: its meaning is unknown to Lutra.").waitFor();
   await box.getByRole("button", { name: "Write to vessel" }).click();
   await later(box.getByText(/timed out: .*The vessel reports 5\./), 5);
   check((await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).inputValue()) === "6", "what was typed stays");

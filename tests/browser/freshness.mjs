@@ -133,7 +133,7 @@ await inBrowser(async (open) => {
   console.log("speak");
   await live();
 
-  // Only where it is is not told any more: it is heard, and its place is old.
+  // Only where it is is no longer reported: it is heard, and its place is old.
   console.log("no place");
   await fleet.locator('.system[data-liveness="live"]').getByText(/63° .* E \(old\)/).waitFor();
   for (const [, page] of all) await onMap(page, true);
@@ -180,4 +180,4 @@ await inBrowser(async (open) => {
   check(await values.evaluate(() => !document.querySelector(".tile:not([data-old])")), "no instrument looks fresh");
   for (const [name, page] of all) check((await page.locator(".map").evaluate((node) => getComputedStyle(node.closest("#fleet, #vessel") ?? node).filter)) !== "none", `${name} is grey`);
   await nothingWrong("server gone");
-});
+}, { whole: true });

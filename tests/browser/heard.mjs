@@ -1,14 +1,14 @@
 // Tags that a boat hears: node heard.mjs URL ONE-TIME-PASSWORD. Prints what the boat hears.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, same, table } from "./browser.mjs";
+import { check, inBrowser, logIn, look, same, table } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 const BOAT = 2068;
 /** From the word of the boat to the row, ms; a frame comes ten times a second. */
 const AT_ONCE_MS = 2_500;
 
-/** In the page: its live socket can be closed, and made to leave out detections, as a server that started anew does. */
+/** In the page: its live socket can be closed, and made to leave out detections, as a server that started again does. */
 function watch() {
   const [real, parse] = [window.WebSocket, JSON.parse];
   window.WebSocket = class extends real {
@@ -72,8 +72,57 @@ await inBrowser(async (open) => {
   await page.waitForTimeout(600);
   const middle = await map.boundingBox();
   await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height / 2);
-  await page.getByText("4 of 4 tags: those at the place on the map.").waitFor();
+  await page.getByText("4 of 4 detections: those at the chosen place on the map.").waitFor();
   await page.getByRole("button", { name: "Show all tags" }).click();
+
+  // The legend lists them by protocol and number with their counts; a click, or a key, hides one on the map and in the table.
+  const legend = page.getByRole("region", { name: "Tag legend" });
+  const tool = page.getByRole("group", { name: "Map tools" }).getByRole("button", { name: "Tag legend", exact: true });
+  await legend.waitFor();
+  same((await legend.getByRole("listitem").allInnerTexts()).map((text) => text.trim().replace(/\s+/g, " ")).sort(), ["OPi-103 1", "R64K-101 1", "R64K-102 1", "R64K-104 1"], "the legend");
+  const colour = (one) => one.evaluate((node) => getComputedStyle(node, "::before").backgroundColor);
+  for (const tag of ["R64K-101", "R64K-102", "OPi-103"]) {
+    const [here, there] = [await colour(legend.locator("[data-tag]", { hasText: tag })), await colour(row(tag).locator("[data-tag]"))];
+    check(here === there && here !== "", `${tag} is ${here} in the legend and ${there} in the table`);
+  }
+  await legend.getByRole("checkbox", { name: /R64K-101/ }).click();
+  await row("R64K-101").waitFor({ state: "detached" });
+  await panel.getByText("3 of 4 detections; the legend on the map hides the others.").waitFor();
+  await legend.getByRole("checkbox", { name: /R64K-102/ }).focus();
+  await page.keyboard.press("Space");
+  await row("R64K-102").waitFor({ state: "detached" });
+  await legend.getByText("2 of 4 shown").waitFor();
+  // What is left is on the map: the group in the middle has two.
+  await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height / 2);
+  await panel.getByText("2 of 4 detections: those at the chosen place on the map.").waitFor();
+  await page.getByRole("button", { name: "Show all tags" }).click();
+  await look(page, "vessel-tags");
+  // It is remembered for the window, here and on the page of all detections; another window has all.
+  await page.reload();
+  await legend.getByText("2 of 4 shown").waitFor();
+  same(await rows(), ["OPi-103", "R64K-104"], "after a reload");
+  await page.goto(`${url}/detections`);
+  await page.getByRole("checkbox", { name: /R64K-101/ }).and(page.locator(":not(:checked)")).waitFor();
+  await page.goto(`${url}/vessels/${BOAT}?tab=Tags`);
+  await legend.getByRole("button", { name: "All tags" }).click();
+  await row("R64K-101").waitFor();
+  same((await rows()).length, 4, "all again");
+  // The tool folds it, and so does Escape.
+  await tool.click();
+  await legend.waitFor({ state: "hidden" });
+  await tool.press("Enter");
+  await legend.getByRole("checkbox").first().press("Escape");
+  await legend.waitFor({ state: "hidden" });
+  check(await tool.evaluate((node) => node === document.activeElement && node.getAttribute("aria-expanded") === "false"), "the keyboard is back on the tool");
+  // On a phone it is folded until somebody opens it.
+  const phone = await open({ viewport: { width: 390, height: 844 }, storageState: await page.context().storageState() });
+  await phone.goto(`${url}/vessels/${BOAT}?tab=Tags`);
+  await phone.getByRole("group", { name: "Map tools" }).getByRole("button", { name: "Tag legend", exact: true }).and(phone.locator('[aria-expanded="false"]')).waitFor();
+  check(await phone.getByRole("region", { name: "Tag legend" }).isHidden(), "folded on a phone");
+  await phone.getByRole("button", { name: "Tag legend", exact: true }).click();
+  await phone.getByRole("checkbox", { name: /R64K-101/ }).waitFor();
+  await look(phone, "vessel-tags-phone");
+  await phone.close();
 
   // A file has what the messages carried, and nothing else.
   const saved = page.waitForEvent("download");
@@ -85,7 +134,7 @@ await inBrowser(async (open) => {
   same(cells("R64K-102", ...names), ["", "set", "0.4", "0.8", "$001024,a line"], "by both messages");
   same(cells("OPi-103", ...names, "heard_utc", "clock_count [s]"), ["", "not set", "0.4", "0.8", "$001024,a line", "", "600.250"], "without a clock");
 
-  // One that no frame brought is asked for when the connection begins anew, from the last word on, and the others stay.
+  // One that no frame brought is asked for when the connection starts over, from the last word on, and the others stay.
   await page.evaluate(() => (window.forgetful = true));
   console.log("hear 105 whole");
   const path = `${url}/api/v1/vessels/${BOAT}/detections?from_us=0&to_us=4000000000000000`;
@@ -100,7 +149,7 @@ await inBrowser(async (open) => {
   await row("R64K-105").waitFor();
   same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104", "R64K-105"], "none twice");
   same(asked.length, questions + 1, "questions for what was missed");
-  const since = Number(asked.at(-1).searchParams.get("came_from_us"));
+  const since = Number(asked.at(-1).searchParams.get("received_since_us"));
   check(Math.abs(since / 1e3 - Date.now()) < 60_000, `since ${since}`);
 
   // And it goes on by itself.

@@ -21,7 +21,7 @@ await inBrowser(async (open) => {
   check(!(await term("Chart datum").isVisible()), "what does not match is gone");
   await term("Speed over ground (SOG)").waitFor();
   await search.fill("zeppelin");
-  await help.getByText("Nothing of this is in the help.").waitFor();
+  await help.getByText("No matching help topics.").waitFor();
   await page.keyboard.press("Escape");
   await help.waitFor({ state: "hidden" });
   // A field keeps its letters; a press on the button does the same as the key.

@@ -68,7 +68,7 @@ await inBrowser(async (open) => {
   const vessels = [];
   for (const address of [NAMED, FOREIGN]) vessels.push(await another(`/vessels/${address}`));
   const plans = await another("/plans");
-  const doors = await another("/admin/doors");
+  const transports = await another("/admin/connections");
 
   for (let round = 1; round <= Number(rounds); round++) {
     console.log(`round ${round}`);
@@ -104,10 +104,10 @@ await inBrowser(async (open) => {
     }
     await plans.bringToFront();
     await holds(plans, `round ${round}, plans`);
-    await doors.bringToFront();
-    await doors.reload();
-    await doors.locator('body[data-link="up"]').waitFor();
-    await holds(doors, `round ${round}, doors`);
+    await transports.bringToFront();
+    await transports.reload();
+    await transports.locator('body[data-link="up"]').waitFor();
+    await holds(transports, `round ${round}, transports`);
     check(!wrong.length, `${wrong.length} times wrong:\n${wrong.slice(0, 20).join("\n")}`);
   }
 

@@ -87,7 +87,7 @@ await inBrowser(async (open) => {
     await act(/^Revoke .*…$/);
     await act(/^Revoke .* now$/);
   }
-  await page.getByText("There are none.").waitFor();
+  await page.getByText("No tokens.").waitFor();
   check((await me()).status() === 401, "the token opens nothing");
 
   // An alarm: opened in the bar, acknowledged; another shelved with a reason; the list closed by Escape.

@@ -90,7 +90,7 @@ await inBrowser(async (open) => {
   same(rows.length, 1, "rows");
   same([rows[0][0], rows[0][1], rows[0][head.indexOf("latitude [deg]")], rows[0][4]], ["2026-06-01T12:00:05.000000Z", "otter-0", "63.44000000", "Swell from west, wind 10 m/s"], "the row");
   await page.getByLabel("Words in the text").fill("nowhere");
-  await page.getByText("No note is like this. Choose a longer time, or clear the filter.").waitFor();
+  await page.getByText("No matching notes. Choose a longer time, or clear the filter.").waitFor();
   await page.getByLabel("Words in the text").fill("");
 
   // Withdrawn in two steps, and still to be read.

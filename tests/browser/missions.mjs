@@ -19,7 +19,7 @@ await inBrowser(async (open) => {
   await note("Before it", Number(from) - 5_000_000, BOAT);
   await page.getByRole("link", { name: "Log book", exact: true }).click();
   await page.getByRole("navigation", { name: "Log book" }).getByRole("link", { name: "Missions" }).click();
-  await page.getByText("No mission is written down yet. Make one by New mission").waitFor();
+  await page.getByText("No missions yet. Press New mission").waitFor();
   await look(page, "missions-empty");
 
   // Errors stand at their field, which has the focus.
@@ -94,7 +94,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Withdraw …" }).click();
   await page.getByRole("group", { name: "Withdraw this mission" }).getByRole("button", { name: "Withdraw", exact: true }).press("Enter");
   await page.waitForURL(/\/missions$/);
-  await page.getByText("No mission is written down yet.").waitFor();
+  await page.getByText("No missions yet.").waitFor();
   await page.getByLabel("Withdrawn too").check();
   await page.getByText("(withdrawn)").waitFor();
 });

@@ -41,7 +41,7 @@ await inBrowser(async (open) => {
   await field.fill("somewhere");
   await part.getByRole("button", { name: "Add rule" }).click();
   await page.getByRole("alert").getByText('"somewhere" is no URL; give one like https://example.org/hook.').waitFor();
-  check(!(await part.getByRole("table").count()), "no rule is made");
+  check(!(await part.getByRole("list", { name: "Your rules" }).count()), "no rule is made");
 
   await field.fill(target);
   await part.getByLabel("Also when it is over").check();
@@ -51,7 +51,7 @@ await inBrowser(async (open) => {
   await look(page, "notices-key");
   await page.goto(`${url}/account`);
   check(!(await page.content()).includes(key), "and never again");
-  await part.getByRole("row", { name: new RegExp(target) }).getByText("alarm and worse, all vessels").waitFor();
+  await part.getByRole("listitem").filter({ hasText: target }).getByText(/^alarm and worse, all vessels/).waitFor();
 
   // Tried out: what became of it is on the page at once.
   const send = part.getByRole("button", { name: /^Send a test message/ });

@@ -31,6 +31,10 @@ await inBrowser(async (open) => {
   const words = await row(page, NAME).innerText();
   check(/1 to 50\b/.test(words) && /\bm\b/.test(words), words);
   await box(page).getByRole("region", { name: "Path Control" }).getByText(/told \d+(\.\d)? s ago/).waitFor();
+  const most = (await row(page, "Maximum Speed").first().innerText()).replace(/\s+/g, " ");
+  check(/\bkn\b/.test(most) && /= [\d.]+ m\/s/.test(most), `speeds are read in knots, and beside it as the vessel has them: ${most}`);
+  const [knots, mps] = [Number(await field(page, "Maximum Speed", "Operational Limits").inputValue()), Number(/= ([\d.]+) m\/s/.exec(most)[1])];
+  check(Math.abs((knots * 1852) / 3600 - mps) < 1e-3, `${knots} kn are ${mps} m/s`);
   check(await field(page, "Maximum Speed", "Operational Limits").evaluate((node) => node.readOnly), "a limit of safety is set in the file only");
 
   // A viewer reads and cannot write, and the server says so too.
@@ -78,7 +82,7 @@ await inBrowser(async (open) => {
   await box(page).getByLabel("Find").fill("corridor");
   await field(page, NAME).waitFor({ state: "hidden" });
   await box(page).getByLabel("Find").fill("no such parameter");
-  await box(page).getByText("Nothing here is like that.").waitFor();
+  await box(page).getByText("No matching parameters.").waitFor();
   await box(page).getByLabel("Find").fill("ilos");
   await field(page, NAME).focus();
   await page.keyboard.press("ArrowUp");
@@ -88,7 +92,7 @@ await inBrowser(async (open) => {
   // What is wrong is not written; then two steps with old and new, and the vessel's word for it.
   await field(page, "Corridor -- Width").fill("x");
   await button(page, "Write 2").click();
-  await box(page).getByRole("alert").getByText(/Corridor -- Width of Path Control: “x” is no number/).waitFor();
+  await box(page).getByRole("alert").getByText(/Corridor -- Width of Path Control: “x” is not a number/).waitFor();
   await look(page, "params-wrong");
   await page.keyboard.press("Escape");
   await field(page, "Corridor -- Width").press("Escape");
@@ -118,7 +122,7 @@ await inBrowser(async (open) => {
   await button(page, "Save to vessel …").click();
   await box(page).getByText(`Path Control, ${NAME}: ${first} → 17`).waitFor();
   await button(page, "Save").click();
-  await box(page).getByText("Saved: the vessel tells that its next start has these values.").waitFor();
+  await box(page).getByText("Saved: the vessel reports these values for its next start.").waitFor();
   await row(page, NAME).getByText(/≠ saved/).waitFor({ state: "detached" });
   /** How the vessel's link stands, and the how-manieth connection it is. */
   const link = async () => (await (await page.request.get(`${url}/api/v1/links`)).json()).find((one) => one.vessel === OTTER);

@@ -83,9 +83,9 @@ await inBrowser(async (open) => {
   await look(page, "plan-path");
 
   // A problem is told at its maneuver, and what has problems is no saved plan.
-  await page.getByLabel("Speed", { exact: true }).fill("9");
+  await page.getByLabel("Speed", { exact: true }).fill("18");
   await page.keyboard.press("Enter");
-  await steps.nth(2).getByText(/a speed of 9 m\/s is not possible; above 0 and up to/).waitFor();
+  await steps.nth(2).getByText(/a speed of 9\.26\d* m\/s is not possible; above 0 and up to/).waitFor();
   await page.getByText("1 problem: cannot be sailed as it is").waitFor();
   await look(page, "plan-problem");
   await page.keyboard.press("Control+s");
@@ -142,7 +142,14 @@ await inBrowser(async (open) => {
   await type("Name of the plan", HOSTILE);
   await type("Speed of all", "2");
   await kept(page);
-  check((await stored(page)).plan.maneuvers.every((step) => step.speed.value === 2), "one speed for all");
+  check((await stored(page)).plan.maneuvers.every((step) => step.speed.unit === "mps" && Math.abs(step.speed.value - (2 * 1852) / 3600) < 1e-9), "one speed for all, typed in knots and kept in m/s");
+  // In another unit it is the same speed, and the same plan.
+  const asKept = JSON.stringify((await stored(page)).plan);
+  await page.getByLabel("Unit of all").selectOption("m/s");
+  check((await page.getByLabel("Speed of all").inputValue()).startsWith("1.02888"), "in m/s");
+  await page.getByLabel("Unit of all").selectOption("kn");
+  check((await page.getByLabel("Speed of all").inputValue()) === "2", "and back in knots");
+  check(JSON.stringify((await stored(page)).plan) === asKept, "another unit is no change");
 
   // The server is away: nothing is lost, not even by closing the page.
   console.log("kill the server");
@@ -171,7 +178,7 @@ await inBrowser(async (open) => {
       await new Promise((done) => setTimeout(done, 100));
     }
   }
-  await page.getByText(/This browser holds a state of the plan from .* that did not reach the server/).waitFor();
+  await page.getByText(/This browser has changes to the plan from .* that did not reach the server/).waitFor();
   await look(page, "plan-offered");
   await page.getByRole("button", { name: "Go on with it" }).click();
   await kept(page);
@@ -203,13 +210,13 @@ await inBrowser(async (open) => {
   await other.getByRole("alert").getByText(/admin changed this plan at .* Nothing is lost/).waitFor();
   await look(other, "plan-conflict");
   check((await stored(page)).plan.description === "of the first tab", "not overwritten");
-  await other.getByRole("button", { name: "Keep mine as a plan of its own" }).click();
+  await other.getByRole("button", { name: "Keep mine as a separate plan" }).click();
   await other.waitForURL((now) => now.href !== address && now.pathname.startsWith("/plans/"));
   await other.getByRole("button", { name: /2 Goto 1/ }).waitFor();
   check((await stored(other)).plan.description === "of the second tab", "kept beside it");
   await other.close();
 
-  // Files in and out; what is no plan is refused with its place; deleting has a way back.
+  // Files in and out; what is not a plan is refused with its place; deleting has a way back.
   await page.goto(`${url}/plans`);
   const folder = await mkdtemp(join(tmpdir(), "lutra-plans-"));
   const bring = async (name, text) => {

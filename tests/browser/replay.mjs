@@ -44,7 +44,7 @@ await inBrowser(async (open) => {
     await page.locator('[data-tile="link"]').getByText("recorded").waitFor();
     await page.getByRole("tabpanel", { name: "Values" }).getByLabel("Filter").fill("estimatedstate psi");
     const psi = ((of("psi") * 180) / Math.PI).toFixed(1).replace("-", "−");
-    await page.getByRole("row", { name: new RegExp(`EstimatedState .* psi ${psi} °`) }).waitFor();
+    await page.getByRole("row", { name: new RegExp(`EstimatedState .* psi · heading ${psi} °`) }).waitFor();
     if (pictures) await look(page, `replay-${name}-values`);
     await page.getByRole("tab", { name: "Plots" }).click();
     check(query().get("tab") === null && query().get("t") === String(t), page.url());
@@ -171,7 +171,7 @@ await inBrowser(async (open) => {
   const middle = await map.boundingBox();
   // Zoomed out far enough, all of them are one group in the middle.
   await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height / 2);
-  await page.getByText(`${detections.length} of ${detections.length} tags: those at the place on the map.`).waitFor();
+  await page.getByText(`${detections.length} of ${detections.length} detections: those at the chosen place on the map.`).waitFor();
   await look(page, "replay-tags-grouped");
   await button("Show all tags").click();
   await page.getByRole("button", { name: "Show all", exact: true }).click();
@@ -220,7 +220,7 @@ await inBrowser(async (open) => {
   await page.mouse.click(found, middle.y + middle.height / 2);
   // Where a tag lies on the track, the tap is the tag's.
   await page.waitForFunction(
-    (time) => Math.abs(Number(new URL(location.href).searchParams.get("t")) - Date.parse(time.replace(" ", "T")) * 1e3) < 2e6 || /those at the place on the map/.test(document.body.textContent),
+    (time) => Math.abs(Number(new URL(location.href).searchParams.get("t")) - Date.parse(time.replace(" ", "T")) * 1e3) < 2e6 || /those at the chosen place on the map/.test(document.body.textContent),
     pointed,
   );
   await page.getByRole("tab", { name: "Plots" }).click();

@@ -17,10 +17,39 @@ await inBrowser(async (open) => {
   const maneuvers = [EAST, WEST].map(([lat_deg, lon_deg], at) => ({ id: `P${at + 1}`, speed: { value: 1.5, unit: "mps" }, task: { kind: "goto", at: { lat_deg, lon_deg } } }));
   const made = await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: { name: "around", description: "", vessel: null, repeat: false, maneuvers } });
   check(made.ok(), await made.text());
+  let asking = 0;
+  const ofRoute = (by) => (request) => request.url().endsWith("/chart/route") && (asking += by);
+  page.on("request", ofRoute(1));
+  for (const end of ["requestfinished", "requestfailed"]) page.on(end, ofRoute(-1));
   await page.goto(`${url}/plans/${(await made.json()).id}`);
 
   // The refused leg offers a way around; taking it makes the plan safe, and one undo takes it back.
   await page.getByText(/refused by the chart/).waitFor();
+
+  // Brought aboard all the same it is refused, and where is marked, listed, and one click away.
+  const { guard } = await (await page.request.post(`${url}/api/v1/plans/check`, { headers: { "x-csrf-token": csrf }, data: { name: "around", description: "", vessel: ADDRESS, repeat: false, maneuvers } })).json();
+  const where = page.getByRole("group", { name: "Where it was refused" });
+  /** What the map has in its middle, degrees; to a hundredth of a minute, which are some metres. */
+  const isLedTo = async (place) => {
+    const map = await page.locator(".map").boundingBox();
+    await page.mouse.move(map.x + map.width / 2 + 1, map.y + map.height / 2);
+    await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
+    const told = await page.locator(".ol-mouse-position").innerText();
+    const [lat, lon] = [...told.matchAll(/(\d+)° (\d+\.\d+)′/g)].map(([, whole, minutes]) => Number(whole) + Number(minutes) / 60);
+    check(Math.abs(lat - place.lat_deg) < 2e-4 && Math.abs(lon - place.lon_deg) < 4e-4, `led to ${told} in place of ${place.lat_deg} ${place.lon_deg}`);
+  };
+  await page.locator(".plan-aboard").getByRole("combobox").selectOption({ label: vessel });
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  await page.getByText(/^Saved .*Z, revision \d+; the chart refuses it as it is$/).waitFor();
+  await page.getByRole("button", { name: "Upload" }).click();
+  await page.getByText(/Not uploaded: The chart shows danger: .* The plan stays here as it is/).first().waitFor();
+  await where.getByRole("button", { name: /the way to P2 / }).waitFor();
+  await look(page, "refused-upload");
+  await where.getByRole("button", { name: /the way to P2 / }).first().click();
+  await isLedTo(guard.reasons.find(({ maneuver }) => maneuver === "P2"));
+  await where.getByRole("button", { name: "Remove the marks" }).click();
+  await where.waitFor({ state: "hidden" });
+
   await page.getByRole("button", { name: /^Route around: / }).first().click();
   const panel = page.locator(".sea-route");
   await panel.getByRole("heading", { name: "Way around: P2" }).waitFor();
@@ -57,6 +86,11 @@ await inBrowser(async (open) => {
   await page.mouse.move(box.x + box.width * 0.85, box.y + box.height * 0.6, { steps: 8 });
   await page.mouse.up();
   await page.waitForFunction((wider) => ![wider, NaN].includes(Number.parseInt(document.querySelector(".sea-route .totals").textContent, 10)), wider);
+  // While it was dragged it was asked about at each step: what is looked at is the last answer.
+  for (let times = 0; asking > 0; times++) {
+    check(times < 600, "the route is answered");
+    await page.waitForTimeout(100);
+  }
   await look(page, "route-drawn");
 
   // What cannot be is told, with what would do.
@@ -71,6 +105,19 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Take control" }).click();
   const go = page.getByRole("button", { name: "Go there …" });
   await page.waitForFunction((button) => !button.disabled, await go.elementHandle());
+  // A place beyond the chart is refused, and marked where; it is typed as positions are shown.
+  await page.getByLabel("Latitude, °").fill("63° 36.000′ N");
+  await page.getByLabel("Longitude, °").fill("010° 42.000′ E");
+  await go.click();
+  await page.getByRole("button", { name: "Go", exact: true }).click();
+  await page.getByRole("alert").getByText(/The chart shows danger: /).waitFor();
+  await where.getByRole("button", { name: /the chosen place/ }).first().waitFor();
+  await look(page, "refused-goto");
+  await where.getByRole("button", { name: /the chosen place/ }).first().click();
+  check((await where.getByRole("button", { name: /the chosen place/ }).count()) > 0, "it stays in the list");
+  await page.getByLabel("Latitude, °").fill("on land");
+  await go.click();
+  check(await page.getByLabel("Latitude, °").evaluate((node) => node.validationMessage.startsWith("like 63.44 or 63°")), "what is no place is said at its field");
   await page.getByLabel("Latitude, °").fill(String(WEST[0]));
   await page.getByLabel("Longitude, °").fill(String(WEST[1]));
   await go.click();

@@ -136,7 +136,7 @@ await inBrowser(async (open) => {
   await two.getByLabel("Password").fill(WORDS);
   await two.getByRole("button", { name: "Log in" }).click();
   await two.waitForURL(address);
-  await two.getByText(/This browser holds a state of the plan from .* that did not reach the server/).waitFor();
+  await two.getByText(/This browser has changes to the plan from .* that did not reach the server/).waitFor();
   await button(two, "Go on with it").click();
   await two.getByText(/^Kept as draft .*Z, revision \d+$/).waitFor();
   check((await stored(two)).plan.description === "after the session", "nothing was lost");

@@ -55,7 +55,7 @@ await inBrowser(async (open) => {
   await look(page, "stop-all-told");
 
   // STOP of one vessel is one press, as ever.
-  await page.getByRole("button", { name: "Put away: STOP northern" }).click();
+  await page.getByRole("button", { name: "Close: STOP northern" }).click();
   await page.locator("#stop .aim button").click();
   await page.getByText(/^STOP northern: stopped after \d+\.\d s\. Motors off, drifting\.$/).waitFor();
 });

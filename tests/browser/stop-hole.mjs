@@ -96,6 +96,6 @@ await inBrowser(async (open) => {
   way.swallow(false);
   await live.waitFor();
   check((await stops()) === 4, "what was given up is not sent");
-  await page.getByRole("button", { name: "Put away: STOP otter-0" }).first().click();
+  await page.getByRole("button", { name: "Close: STOP otter-0" }).first().click();
   way.close();
 });

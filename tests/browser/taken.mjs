@@ -49,7 +49,7 @@ await inBrowser(async (open) => {
   await older("Log book").focus();
   await page.keyboard.press("Enter");
   await panel("Log book").getByText(/^The newest 4000 of this time/).waitFor();
-  check(await stays.evaluate((row) => row.isConnected), "a row that stays is not made anew: it may have the focus");
+  check(await stays.evaluate((row) => row.isConnected), "a row that stays is not rebuilt: it may have the focus");
   await rows(book, 3_200);
   const button = csv("log book");
   const all = await take(button);
@@ -69,7 +69,7 @@ await inBrowser(async (open) => {
   await page.goto(address("Tags"));
   const tags = await id("Tags");
   await rows(tags, 5_000);
-  await page.locator(".map-box").getByText(/^Tags on the map: the newest 5000, since 2026-11-21 08:03:20Z\. Older ones: under Tags\.$/).waitFor();
+  await page.locator(".map-box").getByText(/^Tags on the map: the newest 5000, since 2026-11-21 08:03:20Z\. For older ones, see Tags\.$/).waitFor();
   const heard = await take(csv("tags heard"));
   same(heard.rows.length, 5_200, "all tags of the time");
   await older("Tags").click();

@@ -23,7 +23,7 @@ await inBrowser(async (open) => {
   await takeControl(page);
   await begin(page);
   await guard("watches");
-  // Full ahead until it is blocked; whatever else stops it on a busy computer is begun anew.
+  // Full ahead until it is blocked; whatever else stops it on a busy computer is started over.
   for (let tries = 0; !(await shows("blocks").isVisible()); tries++) {
     check(tries < TRIES, "it is not blocked");
     await hold(page, page, keys);

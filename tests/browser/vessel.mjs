@@ -37,7 +37,7 @@ await inBrowser(async (open) => {
   await page.getByRole("combobox", { name: "Stretch of time" }).selectOption("last 5 min");
   check(new URL(page.url()).searchParams.get("span") === "300", "the address tells the time");
   const over = plot.locator(".u-over");
-  // A plot that is drawn anew for another stretch of time has no pointer over it until that moves: somebody would move it.
+  // A plot that is redrawn for another stretch of time has no pointer over it until that moves: somebody would move it.
   const told = () => page.locator(".here").getByText(/63° .*N 010° .*E/).waitFor({ timeout: 3_000 }).then(() => true, () => false);
   for (let turn = 0; ; turn += 1) {
     const box = await over.boundingBox();
@@ -65,7 +65,7 @@ await inBrowser(async (open) => {
   const voltage = page.getByRole("region", { name: /^Voltage/ });
   await voltage.waitFor();
   await page.getByRole("button", { name: "Add a field" }).click();
-  await page.getByLabel("Words of message, entity or field").fill("estimatedstate psi");
+  await page.getByLabel("Words of quantity, message, entity or field").fill("heading estimatedstate");
   await page.keyboard.press("Enter");
   await page.getByRole("region", { name: "EstimatedState, °", exact: true }).waitFor();
   await look(page, "vessel-plots");
@@ -99,7 +99,7 @@ await inBrowser(async (open) => {
   await page.getByRole("combobox", { name: "Stretch of time" }).selectOption("last 15 min");
   await page.getByText("follows the present").waitFor();
 
-  // All entities with their state; the log book; tags.
+  // All entities with their state; the log book.
   await page.getByRole("tab", { name: "Entities" }).click();
   await page.getByRole("row", { name: /Motor Port ● NORMAL/ }).waitFor();
   await look(page, "vessel-entities");
@@ -108,6 +108,21 @@ await inBrowser(async (open) => {
   await page.getByRole("row", { name: /square: the plan never ends/ }).getByRole("button").focus();
   await page.locator(".here").getByText(/Z/).waitFor();
   await look(page, "vessel-log-book");
+
+  // STOP: one press, no question, and what became of it.
+  await page.getByRole("button", { name: "STOP otter-1" }).click();
+  await page.getByText(/STOP otter-1: stopped after \d/).waitFor();
+  // Somebody starts the plan again as soon as the vessel takes one (it refuses while it is aborting), and the page does not go on
+  // saying that it stopped.
+  await page.getByText("Ready", { exact: true }).waitFor();
+  await page.getByRole("tab", { name: "Control" }).click();
+  await page.getByRole("button", { name: "Take control", exact: true }).click();
+  await page.getByRole("button", { name: "Start square …" }).click();
+  await page.getByRole("button", { name: "Start square", exact: true }).click();
+  await page.getByText(/STOP otter-1: stopped .* GOES ON since/).waitFor({ timeout: 60_000 });
+  await look(page, "vessel-stopped");
+
+  // By now its hydrophone has heard tags.
   await page.getByRole("tab", { name: "Tags" }).click();
   await page.getByRole("row", { name: /S256-10\d/ }).first().waitFor({ timeout: 60_000 });
   await look(page, "vessel-tags");
@@ -120,18 +135,7 @@ await inBrowser(async (open) => {
   check(questions.length === 0, `asked for tags: ${questions}`);
   const [last] = (await (await page.request.get(`${url}/api/v1/vessels/${OTTER}/detections?order=newest&limit=1&from_us=0&to_us=4000000000000000`)).json()).detections;
   check(last.clock === "set" && last.raw.startsWith("$") && last.pose_age_s < 5 && last.pose_sigma_m > 0, JSON.stringify(last));
-
-  // STOP: one press, no question, and what became of it.
-  await page.getByRole("button", { name: "STOP otter-1" }).click();
-  await page.getByText(/STOP otter-1: stopped after \d/).waitFor();
-  // Somebody starts the plan again, and the page does not go on saying that it stopped.
-  await page.getByRole("tab", { name: "Control" }).click();
-  await page.getByRole("button", { name: "Take control", exact: true }).click();
-  await page.getByRole("button", { name: "Start square …" }).click();
-  await page.getByRole("button", { name: "Start square", exact: true }).click();
-  await page.getByText(/STOP otter-1: stopped .* GOES ON since/).waitFor({ timeout: 60_000 });
-  await look(page, "vessel-stopped");
-  await page.getByRole("button", { name: "Put away: STOP otter-1" }).click();
+  await page.getByRole("button", { name: "Close: STOP otter-1" }).click();
   await page.keyboard.press("Control+.");
   await page.getByText(/STOP otter-1: /).waitFor();
 

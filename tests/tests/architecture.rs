@@ -112,3 +112,25 @@ fn cores_are_pure() {
         }
     }
 }
+
+/// Files and folders that the documents for who changes the code name, by their backticks and a slash.
+#[test]
+fn what_the_documents_name_is_there() {
+    for document in ["ARCHITECTURE.md", "CONTRIBUTING.md", "docs/extending.md"] {
+        let text = std::fs::read_to_string(testkit::repository().join(document)).unwrap();
+        let named = text.split('`').skip(1).step_by(2).filter(|name| {
+            let path = |letter: char| letter.is_ascii_alphanumeric() || "/._-".contains(letter);
+            // Paths on other computers begin otherwise; files of a checkout's neighbour are not part of it.
+            name.contains('/')
+                && !name.starts_with("target/")
+                && name.starts_with(|first: char| first.is_ascii_lowercase())
+                && name.chars().all(path)
+        });
+        let mut paths = 0;
+        for name in named {
+            assert!(testkit::repository().join(name).exists(), "{document} names {name}, which is not there");
+            paths += 1;
+        }
+        assert!(document != "docs/extending.md" || paths > 60, "{document} names {paths} files only");
+    }
+}

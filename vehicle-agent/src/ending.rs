@@ -1,6 +1,6 @@
 //! Why and how the program ends: by a signal or by a fault of its own, the motors first in either case.
 
-use crate::edge::Edge;
+use crate::motor_gate::MotorGate;
 use anyhow::Context as _;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
@@ -34,7 +34,7 @@ pub(crate) struct Ending {
 
 impl Ending {
     /// Ends at SIGTERM, SIGINT (Ctrl-C) and SIGHUP. The last is what a closed terminal sends: whoever looked
-    /// after the vessel there is gone, so that it stops. A configuration is read anew only by starting anew.
+    /// after the vessel there is gone, so that it stops. A configuration is read again only by starting again.
     pub(crate) fn at_signals() -> anyhow::Result<Self> {
         let ending = Self::default();
         for signal in [SIGTERM, SIGINT, SIGHUP] {
@@ -56,10 +56,10 @@ impl Ending {
         Ok(())
     }
 
-    /// Ends at a panic of any thread but those of the way to the shore, which commands no motor and is begun anew:
+    /// Ends at a panic of any thread but those of the way to the shore, which commands no motor and is started over:
     /// its first deed is to stop the motors.
-    pub(crate) fn at_panics(&self, edge: &Arc<Edge>) {
-        let (edge, ending) = (Arc::clone(edge), self.clone());
+    pub(crate) fn at_panics(&self, gate: &Arc<MotorGate>) {
+        let (gate, ending) = (Arc::clone(gate), self.clone());
         std::panic::set_hook(Box::new(move |panic| {
             let thread = std::thread::current();
             let thread = thread.name().unwrap_or("?");
@@ -67,7 +67,7 @@ impl Ending {
                 tracing::error!(thread, "the vessel goes on: {panic}");
                 return;
             }
-            edge.end();
+            gate.end();
             ending.panicked(thread, panic);
         }));
     }
@@ -98,12 +98,12 @@ mod tests {
     #[test]
     fn a_panic_anywhere_stops_the_motors_before_anything_else() {
         let (sent, got) = channel();
-        let edge = Edge::start(move |motors| sent.send(motors).unwrap()).unwrap();
+        let gate = MotorGate::start(move |motors| sent.send(motors).unwrap()).unwrap();
         let ending = Ending::default();
         let usual = std::panic::take_hook();
-        ending.at_panics(&edge);
+        ending.at_panics(&gate);
         let ahead = MotorPair { port: 0.5, starboard: 0.5 };
-        edge.command(ahead);
+        gate.command(ahead);
         // The way to the shore is not the vessel.
         let uplink = std::thread::Builder::new().name(UPLINK_THREADS.to_owned());
         assert!(uplink.spawn(|| panic!("a letter was lost")).unwrap().join().is_err());
@@ -112,7 +112,7 @@ mod tests {
         std::panic::set_hook(usual);
         assert!(broken.is_err() && ending.is_near() && ending.has_fault());
         assert_eq!((got.recv().unwrap(), got.recv().unwrap()), (ahead, MotorPair::STOPPED));
-        edge.command(ahead);
+        gate.command(ahead);
         assert_eq!(got.recv().unwrap(), MotorPair::STOPPED);
     }
 }

@@ -13,9 +13,10 @@ use control::{
     AlongTrackConfig, CrossTrackConfig, Drive, ExtendedField, JumpConfig, Law, Mixing, NearRule,
     OutsideCorridor, PathConfig, RemoteConfig, ThrustMap,
 };
-use mission::{FollowSystemConfig, ManeuverKind, ScheduledGotoConfig, Speed, TrajectoryConfig};
+use mission::{FollowSystemConfig, ManeuverKind, ScheduledGotoConfig, TrajectoryConfig};
 use onboard::Settings;
 use std::time::Duration;
+use units::Speed;
 
 /// In so long a held button changes the throttle by one step (s): the originals step once a message, of which
 /// consoles send ten a second.

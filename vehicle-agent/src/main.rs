@@ -1,15 +1,20 @@
 //! The program aboard an Otter: it runs [`onboard::Brain`] against the clock, the devices, the network and the disk.
 //!
-//! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `edge` stops the motors
+//! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `motor_gate` stops the motors
 //! when the loop stalls. `net`, `disk` and `uplink` have threads of their own. It decides nothing about the voyage: that is
 //! `onboard`. It knows the shore by `link` only.
 
+mod board;
 mod clock;
 mod disk;
-mod edge;
+mod doctor;
 mod ending;
+mod hardware;
 mod hull;
+mod io;
 mod laws;
+mod motor_gate;
+mod motors_test;
 mod net;
 mod open_loop;
 mod plan;
@@ -19,6 +24,8 @@ mod say;
 mod sea_chart;
 mod setup;
 mod simulate;
+mod simulate_devices;
+mod sniff;
 mod track;
 mod transports;
 mod trial;
@@ -67,6 +74,21 @@ enum Command {
     /// Prints track, speed and cross-track error as it goes, and a summary. Without a plan a short
     /// demonstration is sailed. With --open-loop the bare hull answers constant propeller speeds.
     Simulate(Box<simulate::SimulateArguments>),
+    /// Be the devices of a simulated Otter on pseudo-terminals, for `run --profile Hardware`, until SIGTERM or Ctrl-C.
+    ///
+    /// Prints one line `devices gnss=PATH motors=PATH hydrophone=PATH`; the motors' card is behind an adapter, so that its
+    /// path is configured as `slcan:PATH`. Lines on standard input break devices: `unplug`, `plug`, `silence`, `babble`,
+    /// `nonsense` or `mend`, and `gnss`, `motors` or `hydrophone`; `refuse motors` (no power channel is switched), `restart motors`
+    /// (their CAN adapter). `report hydrophone` and the end tell at which instants its clock was set.
+    SimulateDevices(simulate_devices::SimulateDevicesArguments),
+    /// See whether all is ready to sail: configuration, devices, clock, disk, shore and chart, and what to do where it is not.
+    ///
+    /// Opens the ports of the devices and listens: no motor is commanded, nothing is set or switched. While an agent uses the
+    /// folder of data no port is opened. Ends with 0 when the vessel can sail, with 1 when something must be mended first.
+    Doctor(doctor::DoctorArguments),
+    /// Try the motors.
+    #[command(subcommand)]
+    Motors(MotorsCommand),
     /// Feed a recording of `run --record` or `simulate --record` to a new brain and compare every output.
     ///
     /// Ends with 0 when all bytes agree, with 1 and the first difference otherwise.
@@ -93,6 +115,18 @@ enum Command {
     /// Convert plans between IMC JSON, GeoJSON and GPX.
     #[command(subcommand)]
     Plan(plan::PlanCommand),
+    /// Print what a device says: from its serial port, a recording, or - for standard input.
+    ///
+    /// Ends with the recording or the pipe; a port is read until Ctrl-C. The port must not be in use by a running agent.
+    #[command(after_help = sniff::HELP)]
+    Sniff(sniff::SniffArguments),
+}
+
+#[derive(Debug, Subcommand)]
+enum MotorsCommand {
+    /// Turn each motor gently for two seconds, after you have said that nobody is near, ask which side turned, and say
+    /// what to configure. No agent may run meanwhile.
+    Test(motors_test::MotorsTestArguments),
 }
 
 fn main() -> ExitCode {
@@ -126,6 +160,9 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::run(&arguments)?,
         Command::Simulate(arguments) => simulate::simulate(&arguments)?,
+        Command::Doctor(arguments) => return Ok(doctor::doctor(&arguments)),
+        Command::Motors(MotorsCommand::Test(arguments)) => motors_test::motors_test(&arguments)?,
+        Command::SimulateDevices(arguments) => simulate_devices::simulate_devices(&arguments)?,
         Command::Replay { file } => {
             let found = recording::replay(&file)?;
             let cut = if found.cut { "; the recording is cut short" } else { "" };
@@ -133,6 +170,7 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
         }
         Command::Check { config, profile, json } => return Ok(check(&config, &profile, json)),
         Command::Plan(command) => plan::plan(&command)?,
+        Command::Sniff(arguments) => sniff::sniff(&arguments)?,
     }
     Ok(ExitCode::SUCCESS)
 }

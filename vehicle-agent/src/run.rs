@@ -5,9 +5,9 @@
 use crate::clock::Clock;
 use crate::disk::recording::{Beginning, Recorder, input_record, output_record};
 use crate::disk::{DataLock, Disk, Done, Store, Tools, Work, Worker};
-use crate::edge::Edge;
 use crate::ending::{Ending, Fault};
-use crate::hull::{Hull, Simulated};
+use crate::hull::Hull;
+use crate::motor_gate::MotorGate;
 use crate::net::{Event, Losses, Net};
 use crate::say::{LogFormat, briefly, say};
 use crate::sea_chart::ChartFolder;
@@ -21,18 +21,19 @@ use clap::Args;
 use config::Config;
 use link::ChartAboard;
 use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Output, Peer};
-use sim::Vessel;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::channel;
 use std::time::Duration;
-use units::{MonoTime, Now, UtcTime};
+use units::{MonoTime, Now};
 
+mod hulls;
 #[cfg(test)]
 mod tests;
+
+use hulls::{HullContext, hardware, simulated};
 
 /// The loop looks at the signals at least this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
@@ -44,6 +45,9 @@ const DISK_END: Duration = Duration::from_secs(10);
 /// What the disk could not take is told at most this often.
 const LOST_TOLD: Duration = Duration::from_secs(5);
 
+/// The profile with a simulated hull.
+const SIMULATION: &str = "Simulation";
+
 /// The shore among the peers. What is sent to it goes over the link, which carries everything anyway.
 const SHORE: Peer = Peer::Tcp(u32::MAX);
 
@@ -51,8 +55,8 @@ const SHORE: Peer = Peer::Tcp(u32::MAX);
 pub(crate) struct RunArguments {
     /// The main configuration file, in DUNE's .ini dialect.
     config: PathBuf,
-    /// Profile; only Simulation has devices so far.
-    #[arg(long, default_value = "Simulation")]
+    /// Profile: Simulation sails a simulated hull, Hardware the devices of the configuration.
+    #[arg(long, default_value = SIMULATION)]
     profile: String,
     /// Folder for plans and logs; one agent at a time may use it.
     #[arg(long, default_value = "lutra-data")]
@@ -91,7 +95,7 @@ pub(crate) struct RunArguments {
 /// Everything the loop owns.
 struct Agent<H> {
     clock: Clock,
-    edge: Arc<Edge>,
+    gate: Arc<MotorGate>,
     vehicle: Vehicle<H>,
     net: Net,
     disk: Disk,
@@ -106,23 +110,27 @@ struct Agent<H> {
 }
 
 pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
-    if arguments.profile != "Simulation" {
-        bail!("the profile `{}` needs device drivers, which this version does not have", arguments.profile);
-    }
     let ending = Ending::at_signals()?;
     if arguments.end_with_stdin {
         ending.at_end_of_input()?;
     }
     let config = setup::load(&arguments.config, &arguments.profile)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
-    let agent = Agent::start(arguments, config, Clock::system())?;
-    say!("listening {}", agent.net.listening);
-    std::io::stdout().flush().ok();
-    agent.run(&ending)
+    let clock = Clock::system();
+    if arguments.profile == SIMULATION {
+        Agent::start(arguments, config, clock, simulated)?.run(&ending)
+    } else {
+        Agent::start(arguments, config, clock, hardware)?.run(&ending)
+    }
 }
 
-impl Agent<Simulated> {
-    fn start(arguments: &RunArguments, config: Config, clock: Clock) -> anyhow::Result<Self> {
+impl<H: Hull> Agent<H> {
+    fn start(
+        arguments: &RunArguments,
+        config: Config,
+        clock: Clock,
+        build: impl FnOnce(&HullContext<'_>) -> anyhow::Result<(H, Arc<MotorGate>)>,
+    ) -> anyhow::Result<Self> {
         let lock = DataLock::take(&arguments.data)?;
         let utc = clock.utc();
         // A number that differs at every start, as others expect of it.
@@ -137,7 +145,6 @@ impl Agent<Simulated> {
         };
         let (ports, more) = transports::ports(&config, given);
         doubts.extend(more);
-        let (hull, edge) = simulated(&config, utc, uid)?;
         let (store, kept, unreadable) = Store::open(&arguments.data.join("plans"))?;
         let now = Now { mono: MonoTime::default(), utc };
         let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
@@ -162,6 +169,9 @@ impl Agent<Simulated> {
             tracing::error!("the plan in {path} cannot be read; it is left where it is");
         }
         let net = Net::open(&ports, settings.address)?;
+        let context =
+            HullContext { config: &config, clock: &clock, utc, seed: uid, inbox: Arc::clone(&net.inbox) };
+        let (hull, gate) = build(&context)?;
         let inbox = Arc::clone(&net.inbox);
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
@@ -171,7 +181,7 @@ impl Agent<Simulated> {
         let uplink = shore.map(|shore| start_uplink(shore, aboard, &net, clock.clone())).transpose()?;
         let mut agent = Self {
             clock,
-            edge,
+            gate,
             vehicle,
             net,
             disk,
@@ -191,12 +201,12 @@ impl Agent<Simulated> {
         }
         Ok(agent)
     }
-}
 
-impl<H: Hull> Agent<H> {
     /// Steers until the end, and ends well.
     fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
-        ending.at_panics(&self.edge);
+        say!("listening {}", self.net.listening);
+        std::io::stdout().flush().ok();
+        ending.at_panics(&self.gate);
         // A panic has stopped the motors when it comes here; the log is closed all the same.
         catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
         self.end(ending)
@@ -213,7 +223,7 @@ impl<H: Hull> Agent<H> {
 
     /// Motors first, then the log.
     fn end(mut self, ending: &Ending) -> anyhow::Result<()> {
-        self.edge.end();
+        self.gate.end();
         // After a fault of its own the brain is asked nothing more.
         if !ending.has_fault() {
             self.tell(Input::Shutdown);
@@ -224,10 +234,15 @@ impl<H: Hull> Agent<H> {
         }
         self.disk.hand(Work::Close(self.vehicle.now.utc));
         let closed = self.disk.finish(DISK_END);
-        self.edge.close();
+        self.gate.close();
+        let told = if self.vehicle.hull.end(!ending.has_fault()) {
+            "motors stopped"
+        } else {
+            "the motors' port does not answer: the card stops them within a second"
+        };
         let state = if closed { "log closed" } else { "log NOT closed" };
         let (dropped, unsent) = (self.net.inbox.dropped(), self.net.unsent);
-        briefly(format!("motors stopped, {state}; packets dropped: {dropped}, not sent: {unsent}"));
+        briefly(format!("{told}, {state}; packets dropped: {dropped}, not sent: {unsent}"));
         if ending.has_fault() {
             return Err(Fault.into());
         }
@@ -317,7 +332,7 @@ impl<H: Hull> Agent<H> {
     fn do_one(&mut self, now: Now, output: Output) {
         match output {
             // The hull has been commanded.
-            Output::Motors(_) => {}
+            Output::Motors(_) | Output::Power { .. } => {}
             Output::Packet { bytes, to } => {
                 self.net.send(&bytes, &to);
                 self.record(&bytes);
@@ -360,7 +375,7 @@ impl<H: Hull> Agent<H> {
         let now = self.vehicle.now;
         self.disk.hand(Work::Tick(now.mono, now.utc));
         self.tell_chart();
-        let lapses = self.edge.lapses();
+        let lapses = self.gate.lapses();
         if lapses > self.lapses {
             tracing::error!(
                 times = lapses - self.lapses,
@@ -390,18 +405,6 @@ impl<H: Hull> Agent<H> {
         self.tell(Input::NotKept(format!("the disk is too slow: {lost}")));
         true
     }
-}
-
-/// A simulated hull whose commands pass the watchdog.
-fn simulated(config: &Config, start: UtcTime, seed: u64) -> anyhow::Result<(Simulated, Arc<Edge>)> {
-    let vessel = Vessel::new(&setup::vessel(config, start, seed)?)?;
-    let (device, passed) = channel();
-    let edge = Edge::start(move |motors| {
-        // The watchdog outlives the simulation at the end of the program: then nobody listens.
-        device.send(motors).ok();
-    })?;
-    let watchdog = Arc::clone(&edge);
-    Ok((Simulated::watched(vessel, move |motors| watchdog.command(motors), passed), edge))
 }
 
 /// Commands of the shore wait with those of other peers; it is told when there is no room.

@@ -239,7 +239,7 @@ mod tests {
         let (better, mut damaged) = chart(30.0);
         damaged[100] ^= 1;
         assert!(bring(better, &damaged).unwrap_err().contains("came damaged"));
-        // A hostile shore: the digest fits, what it names is no chart.
+        // A hostile shore: the digest fits, what it names is not a chart.
         assert!(bring(offer(&damaged), &damaged).unwrap_err().contains("cannot be used aboard"));
         assert!(bring(offer(b"not a chart"), b"not a chart").unwrap_err().contains("cannot be used aboard"));
         let huge = ChartOffer { bytes: u64::MAX, ..good.clone() };

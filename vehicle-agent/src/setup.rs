@@ -1,5 +1,6 @@
 //! From configuration files to the settings of the brain and of the simulated vessel.
 
+use crate::hardware::motors_config;
 use anyhow::{Context as _, bail};
 use config::schema::{control as loops, device, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
@@ -7,14 +8,16 @@ use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, Vecto
 use imc::Address;
 use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, VehicleModel};
 use onboard::parameters::{self, Parameter};
-use onboard::{AfterRestart, Chart, Entity, GroundingAction, Settings};
+use onboard::{
+    AfterRestart, Chart, Entity, GroundingAction, HydrophoneSettings, LeverArm, PowerChannel, Settings,
+};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 
 /// Which part of the vessel a task of the files is.
-const TASKS: [(&SectionSpec, Entity); 21] = [
+const TASKS: [(&SectionSpec, Entity); 23] = [
     (&loops::course_speed::COURSE_SPEED, Entity::Control),
     (&loops::course_speed_force::COURSE_SPEED_FORCE, Entity::Control),
     (&path::ilos::ILOS, Entity::Path),
@@ -36,7 +39,14 @@ const TASKS: [(&SectionSpec, Entity); 21] = [
     (&transport::announce::ANNOUNCE, Entity::Announcer),
     (&transport::udp::UDP, Entity::Udp),
     (&transport::logging::LOGGING, Entity::Logger),
+    (&device::board::WATCHDOG, Entity::Watchdog),
+    (&device::board::LIGHTS, Entity::Light),
 ];
+
+/// The batteries by their numbers on the bus.
+const BATTERIES: [Entity; 4] = [Entity::Battery0, Entity::Battery1, Entity::Battery2, Entity::Battery3];
+/// The power rails by theirs.
+const RAILS: [Entity; 5] = [Entity::Rail0, Entity::Rail1, Entity::Rail2, Entity::Rail3, Entity::Rail4];
 
 /// The configuration, or all that is wrong with it.
 pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
@@ -65,6 +75,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
             }
         }
     }
+    card_names(config, &mut settings);
     let general = config.general();
     match model(&general) {
         Some(model) => settings.mission.engine.model = model,
@@ -76,6 +87,10 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     settings.mission.limits.max_depth_m = general.get(&general::MAXIMUM_DEPTH);
     settings.mission.capacity_wh = general.get(&general::BATTERY_CAPACITY);
     settings.watch.cpu_percent = general.get(&general::CPU_MAXIMUM);
+    settings.watch.pulse_expected = config
+        .running(&watch::clock::CLOCK)
+        .any(|section| !section.get(&watch::clock::PULSE_DEVICE).is_empty());
+    hydrophone(config, &mut settings);
     monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
     engine(config, &mut settings);
@@ -83,6 +98,40 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     crate::transports::adopt(config, &mut settings, &mut doubts);
     adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
+}
+
+/// Where the hydrophone is, and how long what it hears lasts.
+fn hydrophone(config: &Config, settings: &mut Settings) {
+    use device::{hydrophone as schema, line_receiver};
+    for section in config.running(&schema::HYDROPHONE).chain(config.running(&line_receiver::LINE_RECEIVER)) {
+        settings.hydrophone = HydrophoneSettings {
+            transmission: Duration::from_secs_f64(section.get(&schema::TRANSMISSION_TIME)),
+            arm: LeverArm {
+                forward_m: section.get(&schema::ARM_FORWARD),
+                starboard_m: section.get(&schema::ARM_STARBOARD),
+                down_m: section.get(&schema::ARM_DOWN),
+            },
+        };
+    }
+}
+
+/// What the motor card's section gives names to: batteries, power rails and power channels.
+fn card_names(config: &Config, settings: &mut Settings) {
+    use device::torqeedo::{BATTERY_LABEL, RAIL_LABEL, TORQEEDO};
+    for section in config.running(&TORQEEDO) {
+        // A section that cannot be is refused, by name, where its driver is made.
+        let channels = motors_config(section).map(|card| card.channels).unwrap_or_default();
+        let named = channels.into_iter().map(|one| PowerChannel { name: one.name, rail: one.rail });
+        settings.power.extend(named);
+        for (param, parts) in [(&BATTERY_LABEL, &BATTERIES[..]), (&RAIL_LABEL, &RAILS[..])] {
+            for (number, label) in section.each(param) {
+                let entity = number.parse().ok().and_then(|number: usize| parts.get(number));
+                if let Some(entity) = entity.filter(|_| !label.is_empty()) {
+                    settings.labels.set(*entity, &label);
+                }
+            }
+        }
+    }
 }
 
 /// What percent, rpm and m/s mean to each other, and a guess of the power they take: the hotel load and what

@@ -10,8 +10,7 @@ use config::Config;
 use config::schema::control::{SHARE_SATURATION, course_speed, course_speed_force};
 use config::schema::simulate::gps;
 use control::{
-    CourseSpeed, CourseSpeedConfig, Drive, MotorActivity, MotorPair, PidConfig, Setpoint, Sharing,
-    SpeedTarget, YawTarget,
+    CourseSpeed, CourseSpeedConfig, Drive, MotorActivity, MotorPair, PidConfig, Setpoint, Sharing, YawTarget,
 };
 use devices::{Reading, Side};
 use onboard::{Entity, Navigation, Settings};
@@ -19,7 +18,7 @@ use sim::{EnvironmentConfig, Otter, OutputForm, Vessel, VesselConfig};
 use std::f64::consts::FRAC_PI_3;
 use std::ops::Range;
 use std::time::Duration;
-use units::{MonoTime, UtcTime, wrap_pi};
+use units::{MonoTime, Speed, UtcTime, wrap_pi};
 
 /// The step of the wanted course (rad): a usual corner of a plan, beyond what most files let turn under way.
 const STEP_RAD: f64 = FRAC_PI_3;
@@ -221,7 +220,7 @@ impl Sailing {
     fn settle(&mut self, period: Duration, course_rad: f64, stretch_s: Range<f64>) -> Settled {
         let wanted = Setpoint {
             yaw: Some(YawTarget::Course { course_rad, turn_rate_rad_s: 0.0 }),
-            speed: Some(SpeedTarget::MetresPerSecond(self.asked_mps)),
+            speed: Some(Speed::MetresPerSecond(self.asked_mps)),
         };
         let mut settled = Settled::default();
         loop {

@@ -46,6 +46,7 @@ impl<H: Hull> Vehicle<H> {
         while let Some(output) = self.brain.poll_output() {
             match &output {
                 Output::Motors(motors) => self.hull.command(*motors),
+                Output::Power { channel, on } => self.hull.switch(channel, *on),
                 Output::Keep(Keep::Plans(effect)) if self.virtual_disk => {
                     stored.push(Input::Stored(effect.ticket(), Ok(())));
                 }
@@ -70,12 +71,13 @@ impl<H: Hull> Vehicle<H> {
     /// Comes to a moment: the brain is told what was read by then, or that time has passed if it waits for that.
     pub(crate) fn come_to(&mut self, now: Now, sink: &mut impl FnMut(Now, BrainEvent)) {
         self.now = now;
-        while let Some(reading) = self.hull.poll(now.mono) {
-            self.tell(Input::Reading(reading), sink);
+        while let Some(input) = self.hull.poll(now.mono) {
+            self.tell(input, sink);
         }
         if self.brain.poll_timeout().is_some_and(|due| due <= now.mono) {
             self.tell(Input::Timer, sink);
         }
+        self.hull.attend(&self.brain);
     }
 
     /// Lets the virtual clock jump to the next event, but not beyond `until`.

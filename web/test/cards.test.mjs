@@ -23,7 +23,7 @@ const told = (word, more = {}) => ({ value: null, word, note: "", ageS: 0.1, old
 const legs = ["a", "b", "c", "d"].map((id) => ({ id }));
 const fix = { lat_deg: 63.44, lon_deg: 10.4, speed_mps: 1.5, course_rad: 0, heading_rad: Math.PI / 2, time_us: 0 };
 const listed = (more = {}) => ({
-  system: { address: 10449, name: "otter-1", kind: "USV", liveness: "live", heard_us: 4.9e6, doors: ["link"], fix, entities: {} },
+  system: { address: 10449, name: "otter-1", kind: "USV", liveness: "live", heard_us: 4.9e6, transports: ["link"], fix, entities: {} },
   ours: true, placeIsOld: false, placeS: 0.2, worst: undefined, parts: { text: "all parts normal", bad: false }, alarm: undefined, legs,
   vitals: { ...vitals(new Map(), new Map(), 5e6), mode: told("MANEUVER"), plan: told("EXECUTING", { note: "square" }), progress: told("", { note: "b" }), battery: told("", { value: 87.4 }) },
   ...more,
@@ -67,11 +67,11 @@ test("nothing old looks fresh on a card", () => {
 });
 
 test("a card of a vessel that nobody heard says so, and an alarm comes before the state of parts", () => {
-  const system = { address: 1, name: "new", kind: null, liveness: "lost", heard_us: 0, doors: [], fix: null, entities: {} };
+  const system = { address: 1, name: "new", kind: null, liveness: "lost", heard_us: 0, transports: [], fix: null, entities: {} };
   const card = cardOf(listed({ system, placeS: null, vitals: vitals(new Map(), new Map(), 5e6), parts: { text: "state of its parts unknown", bad: false } }), 5e6, true);
   assert.deepEqual([card.link, card.heard, card.doing.text, card.battery.text, card.speed.text, card.place.text], ["○ not heard", "not heard since the server started", "State not reported", "not reported", "—", "no position"]);
   assert.ok(card.worst.quiet);
-  const loud = cardOf(listed({ alarm: { priority: "emergency", text: "Grounding" } }), 5e6, true);
+  const loud = cardOf(listed({ alarm: { priority: "emergency", says: [], text: "Grounding" } }), 5e6, true);
   assert.deepEqual(loud.worst, { text: "◆ emergency: Grounding", quiet: false });
 });
 

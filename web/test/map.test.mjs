@@ -43,3 +43,37 @@ test("nothing lies over a vessel", () => {
 test("range rings are at round distances that are not too near", () => {
   for (const [least, step] of [[0, 1], [3, 5], [20, 20], [21, 50], [99.9, 100], [100, 100], [6_000, 10_000]]) assert.equal(ringStep_m(least), step, String(least));
 });
+
+test("course up holds near north too, and ends when somebody turns the map", async () => {
+  const { createFollow } = await load("map/follow");
+  const { default: View } = await import("ol/View.js");
+  const view = new View({ center: [0, 0], zoom: 12, constrainRotation: false });
+  /** A button of the tools: it is clicked and has attributes. */
+  class Button extends EventTarget {
+    attributes = new Map();
+    getAttribute(name) {
+      return this.attributes.get(name) ?? null;
+    }
+    setAttribute(name, value) {
+      this.attributes.set(name, value);
+    }
+  }
+  const buttons = {};
+  const map = { getView: () => view, on: () => undefined, getTargetElement: () => undefined };
+  const follow = createFollow(map, { button: (name) => (buttons[name] = new Button()) });
+  const at = (course_rad) => follow.update({ lat_deg: 63, lon_deg: 10, course_rad, heading_rad: null });
+  const courseUp = () => buttons.course.getAttribute("aria-pressed");
+  at(1);
+  buttons.course.dispatchEvent(new Event("click"));
+  assert.equal(view.getRotation(), -1);
+  for (const course of [0.05, 0.0, -0.05]) {
+    at(course);
+    assert.deepEqual([courseUp(), Math.abs(view.getRotation() + course) < 1e-12], ["true", true], `course ${course}`);
+  }
+  follow.northUp();
+  at(1);
+  assert.deepEqual([courseUp(), view.getRotation()], ["false", 0], "north up is not overruled by the next place");
+  buttons.course.dispatchEvent(new Event("click"));
+  view.setRotation(0.3);
+  assert.deepEqual([courseUp(), view.getRotation()], ["false", 0.3], "a turn by hand is left as it is");
+});

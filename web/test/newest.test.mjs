@@ -50,7 +50,7 @@ test("newer ones join what was read, without a gap and none twice", () => {
   assert.deepEqual(names(known), more.map(key).reverse());
 });
 
-test("where so many came that nothing meets, it begins anew", () => {
+test("where so many came that nothing meets, it starts over", () => {
   let known = first(server(20), undefined, 4);
   known = older(server(20), known, 4);
   const more = server(60);

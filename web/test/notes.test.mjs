@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-notes-"));
 const outfile = join(folder, "notes.mjs");
 await build({ entryPoints: ["src/state/notes.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
+const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, NoteKeys, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
 
 const note = (time_us, text = "x") => ({ id: time_us, revision: 1, time_us, vessel: 5, vessel_name: null, lat_deg: null, lon_deg: null, text, by: "nils", written_us: 9, corrected: null, withdrawn: null, photo: null, may_change: true });
 
@@ -31,10 +31,11 @@ test("a draft is judged field by field", () => {
   assert.equal(wrong({ text: "  " }), "text");
   assert.equal(wrong({ text: "🐟".repeat(LETTERS) }), undefined, "letters are counted as the server counts them");
   assert.equal(wrong({ text: "a".repeat(LETTERS + 1) }), "text");
-  for (const lat of ["91", "x", " ", "63°"]) assert.equal(wrong({ lat, lon: "10" }), "lat_deg", lat);
+  for (const lat of ["91", "x", " ", "63° 60′"]) assert.equal(wrong({ lat, lon: "10" }), "lat_deg", lat);
   assert.equal(wrong({ lat: "63" }), "lon_deg");
   assert.equal(wrong({ lon: "10" }), "lat_deg");
   assert.equal(wrong({ lat: "63,4", lon: "-10.4" }), undefined);
+  assert.deepEqual([wrong({ lat: "63° 26.4′ N", lon: "10° 24′ E" }), askOf({ text: "a", vessel: "", time: "", lat: "63° 26.4′ N", lon: "10° 24′ E" }).lat_deg], [undefined, 63.44], "as positions are shown");
   assert.deepEqual(askOf({ text: " a ", vessel: "5", time: "2026-06-01T12:00", lat: "63,4", lon: "10" }), { text: "a", vessel: 5, time_us: 1_780_315_200_000_000, lat_deg: 63.4, lon_deg: 10 });
 });
 
@@ -80,4 +81,16 @@ test("notes stand among the entries of their time, and older ones come with olde
   assert.deepEqual(rest.items.map(({ time_us }) => time_us), [40, 20, 10], "the one of the border is told by its key");
   assert.equal(rest.items[0].context, "note by nils");
   assert.ok(asked.every((one) => one.startsWith("vessel=5&")));
+});
+
+test("what is sent again as it was has the key of before; what was changed, and the next, have another", () => {
+  let made = 0;
+  const keys = new NoteKeys(() => `k${++made}`);
+  const draft = { ...EMPTY_DRAFT, text: "swell" };
+  assert.equal(keys.of(draft), "k1");
+  assert.equal(keys.of({ ...draft }), "k1", "nobody answered, and it is pressed again");
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k2", "other words are another note: nothing that was typed is lost");
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k2");
+  keys.answered();
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k3", "the same words once more are meant");
 });

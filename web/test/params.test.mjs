@@ -23,7 +23,7 @@ const told = (...parameters) => ({ entities: [{ entity: "Path", time_us: 0, para
 
 test("a value is judged by what its parameter may be, in words", () => {
   for (const good of ["1", "50", "12.5", " 3 ", "1e1", "+2"]) assert.equal(params.problemOf(good, about()), "", good);
-  for (const [bad, why] of [["", /missing/], ["  ", /missing/], ["x", /“x” is no number/], ["0x10", /no number/], ["Infinity", /no number/], ["51", /51 is not within 1 to 50 m/], ["0", /not within/], ["1,2", /One number/], ["1\n2", /control/], ["y".repeat(1_001), /1000/]])
+  for (const [bad, why] of [["", /missing/], ["  ", /missing/], ["x", /“x” is not a number/], ["0x10", /not a number/], ["Infinity", /not a number/], ["51", /51 is not within 1 to 50 m/], ["0", /not within/], ["1,2", /One number/], ["1\n2", /control/], ["y".repeat(1_001), /1000/]])
     assert.match(params.problemOf(bad, about()), why, bad);
   const three = about({ items: 3, min: 0, max: null });
   assert.equal(params.problemOf("60, 0, 0", three), "");
@@ -54,6 +54,20 @@ test("a written value counts by what the vessel tells afterwards", () => {
   assert.equal(kind(undefined, "expired"), "timed out");
   assert.equal(kind(undefined, "effect seen"), "timed out", "without reading back nothing is confirmed");
   assert.match(params.outcomeOf("15", one("A", "12"), "refused", "A: too much").text, /A: too much The vessel reports 12/);
+});
+
+test("a parameter in m/s is read and typed in knots, and goes back in m/s", () => {
+  const limits = { unit: "m/s", min: 0.1, max: 5, default: "1" };
+  const [speed] = params.rowsOf(told(one("Speed", "1.5", { saved: "1.028888889", about: about(limits) })), new Map([[params.keyOf("Path", "Speed"), " 2 "]]));
+  assert.deepEqual([speed.shown.value, speed.shown.saved, speed.shown.default, speed.shown.unit, speed.shown.range], ["2.916", "2", "1.944", "kn", "0.1944 to 9.719"]);
+  assert.equal(params.changeText(speed), "Speed: 2.916 → 2 kn");
+  assert.equal(params.wireText(" 2 ", speed), "1.02888888889");
+  assert.equal(params.wireText("2.916", speed), "1.5", "what was not changed is not changed in its last digits");
+  assert.equal(params.outcomeOf("1.02888888889", one("Speed", "1.028888889", { about: about(limits) }), "effect seen", "").text, "The vessel reports 2.");
+  assert.equal(params.problemOf("9.719", about(limits)), "");
+  assert.match(params.problemOf("9.72", about(limits)), /9.72 is not within 0.1944 to 9.719 kn/);
+  const [many] = params.rowsOf(told(one("Speeds", "0.5, x", { about: about({ ...limits, items: 2 }) })), new Map());
+  assert.equal(many.shown.value, "0.5, x", "what is no number stays as it is");
 });
 
 test("plans ashore and aboard stand side by side", () => {

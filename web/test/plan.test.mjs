@@ -11,6 +11,9 @@ const folder = await mkdtemp(join(tmpdir(), "lutra-plan-"));
 const outfile = join(folder, "plan.mjs");
 await build({ entryPoints: ["src/state/plan.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
 const state = await import(outfile);
+const unitsFile = join(folder, "units.mjs");
+await build({ entryPoints: ["src/state/units.ts"], bundle: true, format: "esm", outfile: unitsFile, logLevel: "warning" });
+const units = await import(unitsFile);
 
 const SPEED = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
@@ -39,18 +42,18 @@ test("angles are read as people type them", () => {
     ["180", "lon", 180],
     ["0", "lat", 0],
   ])
-    assert.equal(state.readAngle(text, axis), deg, text);
+    assert.equal(units.readAngle(text, axis), deg, text);
   for (const [text, axis] of [["", "lat"], ["91", "lat"], ["181", "lon"], ["63 61", "lat"], ["63.5 20", "lat"], ["10 E", "lat"], ["-10 N", "lat"], ["1e1", "lat"], ["abc", "lon"], ["1 2 3 4", "lon"], ["NaN", "lat"], ["--5", "lat"]])
-    assert.equal(state.readAngle(text, axis), undefined, text);
+    assert.equal(units.readAngle(text, axis), undefined, text);
 });
 
 test("what is written is read again", () => {
   for (const deg of [0, 63.4400001, -63.9999999, 89.99999, -0.00001])
     for (const axis of ["lat", "lon"]) {
-      assert.ok(Math.abs(state.readAngle(state.writeAngle(deg, axis, true), axis) - deg) < 1e-6, `${deg}`);
-      assert.equal(state.readAngle(state.writeAngle(deg, axis, false), axis), deg);
+      assert.ok(Math.abs(units.readAngle(units.writeAngle(deg, axis, true), axis) - deg) < 1e-6, `${deg}`);
+      assert.equal(units.readAngle(units.writeAngle(deg, axis, false), axis), deg);
     }
-  assert.equal(state.writeAngle(-10.4, "lon", true), "010° 24.0000′ W");
+  assert.equal(units.writeAngle(-10.4, "lon", true), "010° 24.0000′ W");
 });
 
 test("maneuvers get names of their own", () => {

@@ -28,7 +28,7 @@ test("it plays by its speed and stops at the end", () => {
   assert.equal(clock.advanced(play, -5, range.toUs).atUs, 1_050e6, "a clock that jumps back stops nobody");
 });
 
-test("from the end it begins anew, elsewhere it goes on", () => {
+test("from the end it starts over, elsewhere it goes on", () => {
   assert.deepEqual(clock.toggled({ atUs: 1_100e6, speed: 1, playing: false }, range), { atUs: 1_000e6, speed: 1, playing: true });
   assert.deepEqual(clock.toggled({ ...play, playing: false }, range), play);
   assert.deepEqual(clock.toggled(play, range), { ...play, playing: false });

@@ -19,6 +19,8 @@ const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
 
+const ENDS = { from: { lat_deg: 63, lon_deg: 10 }, to: { lat_deg: 64, lon_deg: 10 } };
+
 test("a route is told in a line, with what is least", () => {
   assert.equal(routeText(found), "2865 m · 32 min · least depth 5.0 m · clear by 18 m");
   assert.equal(routeText(route([[63, 10], [63.3, 10]], { length_m: 81_770, duration_s: 54_513, least_depth_m: null, least_clearance_m: null })), "81.8 km · 15 h 9 min · clear by more than 5 km");
@@ -55,7 +57,7 @@ test("nothing happens to a plan that has changed meanwhile, or for a way that ne
   const two = plan(goto("a", 63, 10), goto("b", 63.3, 10));
   assert.equal(withWayAround(two, found, { maneuver: "gone", part: "transit", number: 0 }), two);
   assert.equal(withWayAround(two, route([[63, 10], [63.3, 10]]), { maneuver: "b", part: "transit", number: 0 }), two);
-  assert.ok(canGoAround({ part: "transit" }) && !canGoAround({ part: "circle" }));
+  assert.ok(canGoAround({ ...ENDS, part: "transit" }) && !canGoAround({ ...ENDS, part: "circle" }) && !canGoAround({ ...ENDS, from: null, part: "transit" }));
 });
 
 test("a place to pass belongs to the stretch on which the line was pulled", () => {

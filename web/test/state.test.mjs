@@ -31,7 +31,7 @@ const frame = (values, more = {}) => ({
   now_us: 5e6, snapshot: false, systems: [], values, events: [], leases: [], commands: [], alarms: [], skipped: 0, events_missed: 0, recording: null, ...more,
 });
 
-test("the latest of each series stays, and a snapshot begins anew", () => {
+test("the latest of each series stays, and a snapshot starts over", () => {
   let state = fleet.withFrame(fleet.EMPTY, frame([update(1, "Voltage", 1), update(1, "Current", 2)], { snapshot: true }), 0);
   const before = state.values.get(1);
   state = fleet.withFrame(state, frame([update(1, "Voltage", 3)], { skipped: 7 }), 100);
@@ -112,6 +112,9 @@ test("instruments are read off the right series and grow old by their contract",
   assert.deepEqual([now.port_rpm.value, now.starboard_rpm.value], [100, 200]);
   assert.equal(now.battery.value, 80);
   assert.deepEqual([now.voltage.value, now.voltage.note], [31, "Battery 1"]);
+  const rails = known(said("Voltage", 30, { value: 5 }), said("Voltage", 31, { value: 27 }));
+  const unnamed = new Map([[30, "Rail 4"], [31, "Pack"]]);
+  assert.equal(vitals(rails, unnamed, 6e6).voltage.note, "Pack", "a power rail is not a battery");
   assert.equal(now.mode.ageS, null, "what was never said has no age");
   assert.ok(!now.speed_mps.old && now.mode.old);
   assert.ok(vitals(values, labels, 8.1e6).speed_mps.old, "three periods are over");
@@ -215,7 +218,7 @@ test("the own place tells its accuracy, its age where it is old, and the way to 
 });
 
 const alarm = (id, priority, state, more = {}) => ({
-  id, priority, state, since_us: id, sounded: 1, shelved: null, collapsed: null, wants_acknowledgement: state !== "acknowledged", ...more,
+  id, priority, state, says: [], since_us: id, sounded: 1, shelved: null, collapsed: null, wants_acknowledgement: state !== "acknowledged", ...more,
 });
 
 test("alarms follow the frames, the most urgent first", () => {
@@ -244,9 +247,9 @@ test("without the server the bar says since when alarms are not known, and never
   assert.equal(alarms.whenText(over), "from 2024-10-04 00:01:00Z to 00:01:39Z");
   assert.equal(alarms.whenText({ ...over, over_us: null }), "since 2024-10-04 00:01:00Z");
   const at = 86_400e6 * 20_000 + 3_600e6;
-  assert.equal(alarms.barText(undefined, 2, at), "Alarms are not known since 01:00:00Z: the server is not heard. Then: No alarms; 2 shelved");
-  assert.match(alarms.barText(top, 0, at), /^Alarms are not known since 01:00:00Z.* Then: otter-1: one motor hot$/);
-  assert.equal(alarms.barText(undefined, 0, null), "Alarms are not known: the server is not heard");
+  assert.equal(alarms.barText(undefined, 2, at), "Alarms unknown since 01:00:00Z: the server is not reached. Last known: No alarms; 2 shelved");
+  assert.match(alarms.barText(top, 0, at), /^Alarms unknown since 01:00:00Z.* Last known: otter-1: one motor hot$/);
+  assert.equal(alarms.barText(undefined, 0, null), "Alarms unknown: the server is not reached");
 });
 
 test("what a vessel will do without the link is told in its own words, with the time that it gives as a number", () => {
@@ -292,7 +295,7 @@ test("sleep and a clock that is set are noticed once, slewing is not", () => {
   for (let step = 1; step < 1_000; step++) assert.equal(awake.jumped(1_001_000 + step * 260, 1_010 + step * 250), false);
 });
 
-test("a place that is not told any more is old, and without the server all is", () => {
+test("a place that is no longer reported is old, and without the server all is", () => {
   const system = { address: 7, liveness: "live", fix: { lat_deg: 63, lon_deg: 10 } };
   const values = new Map([["a", update(7, "EstimatedState", 1)], ["b", { ...update(7, "GpsFix", 1), received_us: 9e6 }]]);
   assert.equal(fleet.asSeen(system, values, 2.9e6, true).liveness, "live");

@@ -101,7 +101,7 @@ test("a rectangle is dragged, or two corners are clicked; then its tool is put a
   assert.deepEqual([made.plan.maneuvers[0].task.step_m, made.plan.maneuvers[0].task.bearing_deg], [7.5, 45]);
 });
 
-test("a slip makes no rectangle, and the next drag begins anew", () => {
+test("a slip makes no rectangle, and the next drag starts over", () => {
   const made = editing();
   made.press("rows_rectangle");
   made.stretch(at(0, 0), at(0.5, 80), true);

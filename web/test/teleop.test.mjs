@@ -29,7 +29,7 @@ test("a touch steers by how far it went, a gamepad by its left stick while a tri
   const beyond = (value) => Math.max(0, Math.abs(value) - 0.08) / 0.92;
   for (const most of [0.1, 0.4, 1]) assert.ok(Math.abs(beyond(limited(ofPad(pad, 1), most).thrust) - most) < 1e-9, String(most));
   const hands = { held: true, thrust: 0.8, turn: 0.5, change: 1 };
-  assert.ok(limited(hands, 0.1).thrust > 0.08 && limited(hands, 0.1).turn > 0.08, "what is not in neutral is not told to be");
+  assert.ok(limited(hands, 0.1).thrust > 0.08 && limited(hands, 0.1).turn > 0.08, "what is not in neutral is not reported to be");
   assert.equal(limited({ ...hands, thrust: 0.05 }, 0.1).thrust, 0.05);
 });
 
@@ -59,9 +59,9 @@ test("keys and a finger that show no change are asked for one, and count as gone
 });
 
 test("why it stopped is told with what to do, and not any more while it moves", () => {
-  const frozen = standing(told({ why: "the input device shows no sign of life", remedy: "Plug it in anew." }), true, true, "");
+  const frozen = standing(told({ why: "the input device shows no sign of life", remedy: "Plug it in again." }), true, true, "");
   assert.equal(frozen.why, "It stopped: the input device shows no sign of life.");
-  assert.match(frozen.remedy, /^Plug it in anew\. Release the dead-man/);
+  assert.match(frozen.remedy, /^Plug it in again\. Release the dead-man/);
   assert.match(standing(told({ phase: "ready" }), true, true, "").remedy, /^Hold the dead-man/);
   assert.deepEqual(standing(told({ phase: "steering", why: "old" }), true, false, ""), { state: "STEERING. Let go to stop.", why: "", remedy: "" });
   assert.match(standing(told({ phase: "steering" }), true, true, "").state, /^HELD IN NEUTRAL\. Motors stand still/, "what is held in neutral moves nothing");
@@ -91,7 +91,7 @@ test("a gamepad whose order of buttons nobody knows says so, and what is pressed
 });
 
 test("the round trip tells what it covers, that it is slow and what it limits", () => {
-  assert.equal(tripText(undefined), "Round trip: not known");
+  assert.equal(tripText(undefined), "Round trip: unknown");
   assert.equal(tripText(told({})), "Round trip 40 ms to the vessel and back");
   assert.match(tripText(told({ round_trip_ms: 620, slow: true, cap: 0.3 })), /SLOW: steer with care\. Thrust is limited to 30 %\.$/);
   assert.match(tripText(told({ with_vessel: false })), /the vessel's part is not known/);

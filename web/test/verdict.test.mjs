@@ -9,7 +9,7 @@ import { mkdtemp } from "node:fs/promises";
 
 const outfile = join(await mkdtemp(join(tmpdir(), "lutra-verdict-")), "verdict.mjs");
 await build({ entryPoints: ["src/state/planverdict.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { verdictOf, worstOf } = await import(outfile);
+const { reasonInFull, verdictOf, warningWords, worstOf } = await import(outfile);
 
 const at = (lat_deg, lon_deg = 10) => ({ lat_deg, lon_deg });
 const speed = { value: 1, unit: "mps" };
@@ -51,4 +51,19 @@ test("a safe plan leads to its least depth, on whose way that is", () => {
   const { spot, state } = verdictOf(plan, guard("ok"), { depth_m: 6, place: at(63.029) });
   assert.deepEqual([state, spot], ["safe", { vertex: { step: 1, point: 0 }, place: at(63.029) }]);
   assert.deepEqual(verdictOf(plan, guard("ok"), { depth_m: 6, place: at(63.011, 10.001) }).spot.vertex, { step: 0, point: 1 });
+});
+
+test("a list says also what is needed, the area and the chart", () => {
+  const full = (more) => reasonInFull(plan, reason({ area: null, cell: "XX5LUTRA", ...more }));
+  assert.equal(full({ margin_m: -3.8 }), "leg 1 of Path 1 is too shallow, 1.2 m; needs 5.0 m (XX5LUTRA)");
+  assert.equal(full({ code: "entry-prohibited", depth_m: 9, margin_m: 4, area: "Birds" }), "leg 1 of Path 1 enters an area where entry is prohibited (Birds, XX5LUTRA)");
+  assert.equal(full({ part: "circle", code: "land", depth_m: null, cell: null }), "the circle of Path 1 crosses land");
+});
+
+test("what was not checked is said by its code; a code that is not known, as the server said it", () => {
+  const say = (code, about = null) => warningWords({ maneuver: "Path 1", code, about, text: "as the server said it" });
+  assert.match(say("unchecked", "follow reference"), /where a follow reference leads/);
+  assert.equal(say("poor-chart", "XX5LUTRA"), "deep enough by a survey of poor or unknown quality (XX5LUTRA)");
+  assert.equal(say("entry-restricted", "Birds (XX5LUTRA)"), "enters an area where entry is restricted: Birds (XX5LUTRA)");
+  assert.equal(say("something later"), "as the server said it");
 });

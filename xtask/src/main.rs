@@ -1,4 +1,4 @@
-//! Chores of the repository. `cargo xtask codegen` writes the generated code anew.
+//! Chores of the repository. `cargo xtask codegen` writes the generated code again.
 
 mod imc;
 
@@ -7,7 +7,7 @@ use std::path::Path;
 
 const USAGE: &str = "usage: cargo xtask codegen [--check]
 
-codegen    write the generated code anew from the catalogues
+codegen    write the generated code again from the catalogues
 --check    write nothing; fail when a generated file differs from its catalogue";
 
 fn main() -> anyhow::Result<()> {

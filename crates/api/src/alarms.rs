@@ -22,7 +22,11 @@ pub struct Alarm {
     pub state: String,
     /// `emergency`, `alarm`, `warning` or `caution`.
     pub priority: String,
-    /// What, in words with figures.
+    /// What, by codes with figures, from which pages make words in a person's language; empty where it was kept by an older
+    /// server.
+    #[serde(default)]
+    pub says: Vec<AlarmSaying>,
+    /// The same in words: in English, for scripts and logs; in a webhook in the language of the person who asked for it.
     pub text: String,
     /// Why such an alarm comes.
     pub cause: String,
@@ -46,13 +50,170 @@ pub struct Alarm {
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
     /// Put aside for a time; null for not.
-    pub shelved: Option<AlarmShelf>,
-    /// Of which other alarm it is part at present, and is not told besides; null for none.
+    pub shelved: Option<AlarmShelving>,
+    /// Of which other alarm it is part at present, and is not reported besides; null for none.
     pub collapsed: Option<String>,
     /// How often it sounded: a client sounds when this grows.
     pub sounded: u32,
     /// Whether somebody has to say that they know.
     pub wants_acknowledgement: bool,
+}
+
+/// One thing that is wrong, by its code and figures. What a vessel or the server's system says is handed on as it is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "code", rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum AlarmSaying {
+    /// A part of the vessel says of itself that it is not well.
+    Part {
+        /// Its label.
+        part: String,
+        /// `fault`, `error` or `failure`.
+        state: String,
+        /// Its own words; may be empty.
+        words: String,
+    },
+    /// No position came since then.
+    NoPosition {
+        /// µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        since_us: i64,
+    },
+    /// Nothing came from the hydrophone since then.
+    HydrophoneSilent {
+        /// µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        since_us: i64,
+    },
+    /// Nothing came from the vessel since then.
+    NotHeard {
+        /// µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        since_us: i64,
+    },
+    /// Nothing came from the vessel since the server started.
+    NeverHeard {
+        /// When it started, µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        since_us: i64,
+    },
+    /// Somebody else speaks in the vessel's name.
+    OtherSource {
+        /// Their address.
+        peer: String,
+        /// By which transport.
+        transport: String,
+    },
+    /// Little charge is left.
+    Charge {
+        /// Percent.
+        percent: i32,
+    },
+    /// The vessel's clock differs from the server's.
+    Clock {
+        /// The vessel's minus the server's (ms).
+        #[cfg_attr(test, ts(type = "number"))]
+        ahead_ms: i64,
+    },
+    /// The vessel has another sea chart than the shore.
+    Chart {
+        /// How far it is, in words.
+        words: String,
+    },
+    /// The vessel wrote an error into its log book.
+    LogBook {
+        /// Which part did.
+        part: String,
+        /// What.
+        words: String,
+    },
+    /// The server cannot record, or its history lags behind.
+    Server {
+        /// Why, in the words of its system.
+        words: String,
+    },
+    /// The server's disk is nearly full.
+    Disk {
+        /// What is free (MiB).
+        #[cfg_attr(test, ts(type = "number"))]
+        free_mib: u64,
+    },
+    /// There are more alarms than are kept.
+    TooMany {
+        /// Those without a place.
+        #[cfg_attr(test, ts(type = "number"))]
+        count: u64,
+        /// How many are kept.
+        #[cfg_attr(test, ts(type = "number"))]
+        most: u64,
+    },
+}
+
+impl AlarmSaying {
+    /// The English words, with places for the values. Catalogues of other languages have them as keys.
+    pub fn template(&self) -> &'static str {
+        match self {
+            Self::Part { words, .. } if words.is_empty() => "{part}: {state}",
+            Self::Part { .. } => "{part}: {state}: {words}",
+            Self::NoPosition { .. } => "no position since {time}",
+            Self::HydrophoneSilent { .. } => "the hydrophone is silent since {time}",
+            Self::NotHeard { .. } => "not heard since {time}",
+            Self::NeverHeard { .. } => "not heard since the server started at {day} {time}",
+            Self::OtherSource { .. } => {
+                "{peer} speaks in its name by the transport {transport} and is refused: it is believed by its link"
+            }
+            Self::Charge { .. } => "{percent} % charge left",
+            Self::Clock { ahead_ms } if *ahead_ms > 0 => {
+                "the vessel's clock is {seconds} s ahead of the server's"
+            }
+            Self::Clock { .. } => "the vessel's clock is {seconds} s behind the server's",
+            Self::Chart { .. } => "sea chart: {words}",
+            Self::LogBook { .. } => "{part}: {words}",
+            Self::Server { .. } => "{words}",
+            Self::Disk { .. } => "{free} GiB are free on the server's disk",
+            Self::TooMany { .. } => "{count} alarms have no place in the list of {most}",
+        }
+    }
+
+    /// The values for the places, as people read them. `time` gives the day and the time of day of µs since 1970 UTC.
+    pub fn values(&self, time: impl Fn(i64) -> [String; 2]) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Part { part, state, words } => {
+                vec![("part", part.clone()), ("state", state.clone()), ("words", words.clone())]
+            }
+            Self::NoPosition { since_us }
+            | Self::HydrophoneSilent { since_us }
+            | Self::NotHeard { since_us }
+            | Self::NeverHeard { since_us } => {
+                let [day, time] = time(*since_us);
+                vec![("day", day), ("time", time)]
+            }
+            Self::OtherSource { peer, transport } => {
+                vec![("peer", peer.clone()), ("transport", transport.clone())]
+            }
+            Self::Charge { percent } => vec![("percent", percent.to_string())],
+            Self::Clock { ahead_ms } => vec![("seconds", format!("{:.1}", ahead_ms.abs() as f64 / 1e3))],
+            Self::Chart { words } | Self::Server { words } => vec![("words", words.clone())],
+            Self::LogBook { part, words } => vec![("part", part.clone()), ("words", words.clone())],
+            Self::Disk { free_mib } => vec![("free", format!("{:.1}", *free_mib as f64 / 1024.0))],
+            Self::TooMany { count, most } => vec![("count", count.to_string()), ("most", most.to_string())],
+        }
+    }
+}
+
+/// Puts each value in its place, `{name}`, once and from the left: what a value contains is never taken for a place.
+pub fn filled(template: &str, values: &[(&'static str, String)]) -> String {
+    let (mut text, mut rest) = (String::new(), template);
+    while let Some((before, (after, value))) = rest.split_once('{').and_then(|(before, from)| {
+        let (name, after) = from.split_once('}')?;
+        let (_, value) = values.iter().find(|(known, _)| *known == name)?;
+        Some((before, (after, value)))
+    }) {
+        text.push_str(before);
+        text.push_str(value);
+        rest = after;
+    }
+    text + rest
 }
 
 /// Somebody's word about an alarm.
@@ -69,7 +230,7 @@ pub struct AlarmWord {
 /// An alarm put aside.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct AlarmShelf {
+pub struct AlarmShelving {
     /// By whom.
     pub by: String,
     /// When, µs since 1970 UTC.
@@ -105,6 +266,9 @@ pub struct AlarmNote {
     pub what: String,
     /// Who did it; empty for nobody.
     pub by: String,
+    /// The alarm's words by codes with figures; empty where the words are a person's.
+    #[serde(default)]
+    pub says: Vec<AlarmSaying>,
     /// The alarm's words, or the person's.
     pub text: String,
 }
@@ -152,7 +316,7 @@ pub struct AlarmHistory {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct ShelveAsk {
+pub struct ShelveRequest {
     /// For how many minutes, 1 to 720.
     pub minutes: u32,
     /// Why, in 1 to 300 characters.

@@ -183,7 +183,7 @@ pub struct ChartAttribute {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct ChartCorridorAsk {
+pub struct ChartCorridorRequest {
     /// Latitude and longitude of its points (°), 2 to 500.
     pub points: Vec<[f64; 2]>,
     /// Half the width that is looked at (m), 0 to 1000.
@@ -234,6 +234,8 @@ pub struct ChartProfilePoint {
 pub struct Guard {
     /// `ok`, `warnings` or `refused`.
     pub outcome: String,
+    /// Why it is refused where no leg is the reason: `too-large` for the guard, or `chart-unreadable`; null else.
+    pub cause: Option<String>,
     /// All of it in one line.
     pub text: String,
     /// Depth in which the vessel may go by itself (m), which the plan is held against.
@@ -254,13 +256,14 @@ pub struct GuardReason {
     pub maneuver: String,
     /// Which part of it: `transit`, `track`, `circle`, `station` or `drift`.
     pub part: String,
-    /// Where the leg begins.
-    pub from: PlanPlace,
-    /// Where it ends.
-    pub to: PlanPlace,
+    /// Where the leg begins; null where only a vessel's sentence is known of it.
+    pub from: Option<PlanPlace>,
+    /// Where it ends; null like `from`.
+    pub to: Option<PlanPlace>,
     /// Number of the leg within the part, from 0.
     pub number: u32,
-    /// `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow` or `too-shallow-alone`.
+    /// `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow`, `too-shallow-alone`, `entry-prohibited` or
+    /// `entry-restricted`.
     pub code: String,
     /// In words.
     pub text: String,
@@ -272,6 +275,8 @@ pub struct GuardReason {
     pub depth_m: Option<f64>,
     /// Class of the object that decides, an acronym of S-57.
     pub object: Option<String>,
+    /// Name of the area that may not be entered, where it has one and that is why.
+    pub area: Option<String>,
     /// The chart it is from.
     pub cell: Option<String>,
     /// Compilation scale of that chart, 1 : this.
@@ -286,8 +291,11 @@ pub struct GuardReason {
 pub struct GuardWarning {
     /// Name of the maneuver; null for the plan itself.
     pub maneuver: Option<String>,
-    /// `start-unknown`, `unchecked`, `drifts-on` or `poor-chart`.
+    /// `start-unknown`, `unchecked`, `drifts-on`, `poor-chart`, `entry-prohibited` or `entry-restricted`.
     pub code: String,
+    /// What the code is about: of `unchecked` the kind of maneuver, of `poor-chart` the chart, of an area its name and chart;
+    /// null where nothing more is known.
+    pub about: Option<String>,
     /// In words.
     pub text: String,
 }

@@ -1,5 +1,6 @@
 //! What people order vessels to do.
 
+use crate::GuardReason;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -14,7 +15,7 @@ pub struct Ordered {
     /// When it was handed on, by the server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// Whether it was sent: a door leads to the vessel.
+    /// Whether it was sent: a transport leads to the vessel.
     pub reached: bool,
     /// Whether the vessel was not heard lately: the order is sent, perhaps once more, as soon as the vessel is heard
     /// within ten minutes.
@@ -37,7 +38,7 @@ pub struct StopQuery {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
-pub struct LeaseAsk {
+pub struct LeaseRequest {
     /// What.
     pub action: LeaseAction,
     /// Why, for the one who has control; needed to take over. 200 characters at most.
@@ -134,7 +135,7 @@ pub struct LeaseChange {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
-pub struct OrderAsk {
+pub struct OrderRequest {
     /// What to do.
     pub order: Order,
     /// The window that has control; empty for scripts.
@@ -239,7 +240,7 @@ pub struct Command {
 }
 
 /// A stage that a command has reached.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct CommandStep {
     /// `accepted`, `sent`, `received`, `executing`, `effect seen`, or the end of another kind: `refused`, `expired`,
@@ -250,6 +251,8 @@ pub struct CommandStep {
     pub time_us: i64,
     /// The vessel's words, or why; may be empty.
     pub text: String,
+    /// The leg for which the vessel's guard refused it, where it named one; null else.
+    pub leg: Option<GuardReason>,
 }
 
 /// A plan as a vessel has it.
@@ -262,7 +265,7 @@ pub struct PlanGiven {
     pub md5: String,
     /// How many maneuvers it has.
     pub maneuvers: u32,
-    /// Latitude and longitude where its first maneuver begins, degrees; null where that is no place.
+    /// Latitude and longitude where its first maneuver begins, degrees; null where that is not a place.
     pub first_deg: Option<[f64; 2]>,
     /// All of it, as IMC JSON.
     #[cfg_attr(test, ts(type = "unknown"))]

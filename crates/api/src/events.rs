@@ -46,7 +46,7 @@ pub struct DetectionsQuery {
     pub to_us: i64,
     /// First ashore from this time on, by the shore's clock, µs since 1970 UTC: what came since somebody looked last,
     /// however old it is. All when left out.
-    pub came_from_us: Option<i64>,
+    pub received_since_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
     pub limit: Option<u32>,
     /// Those to pass over, 0 to 100000; from the answer before.
@@ -68,7 +68,7 @@ pub struct FleetDetectionsQuery {
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
     /// First ashore from this time on, by the shore's clock, µs since 1970 UTC. All when left out.
-    pub came_from_us: Option<i64>,
+    pub received_since_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
     pub limit: Option<u32>,
     /// Those to pass over, 0 to 100000; from the answer before.
@@ -113,7 +113,7 @@ pub struct Detection {
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC; null where that clock was
-    /// never set.
+    /// never set, or was lost.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub heard_us: Option<i64>,
     /// When the report first came ashore, µs since 1970 UTC.
@@ -183,6 +183,10 @@ pub enum ReceiverClock {
     Set,
     /// It was never set since power-up.
     NotSet,
+    /// It was set by the vessel, and kept since.
+    Disciplined,
+    /// It was good and is not known to be any more.
+    Lost,
 }
 
 /// A vessel's log book.

@@ -6,13 +6,13 @@
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 //!
-//! Data only: it knows no other crate of Lutra. Begin at `LiveFrame` (the fleet as it changes), `OrderAsk` and `Command`
+//! Data only: it knows no other crate of Lutra. Begin at `LiveFrame` (the fleet as it changes), `OrderRequest` and `Command`
 //! (orders), `PlanDocument` (plans).
 
 mod alarms;
 mod charts;
 mod commands;
-mod doors;
+mod connections;
 mod events;
 mod history;
 mod live;
@@ -20,25 +20,27 @@ mod logbook;
 mod missions;
 mod people;
 mod plans;
+mod refusals;
 mod routing;
 mod samples;
 mod teleop;
-mod told;
 mod transfer;
+mod vessel_reports;
 
 pub use alarms::{
-    Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk,
+    Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmSaying, AlarmShelving, AlarmWord,
+    ShelveRequest, filled,
 };
 pub use charts::{
-    ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth,
+    ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorRequest, ChartDepth,
     ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,
     GuardWarning,
 };
 pub use commands::{
-    Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
-    OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
+    Command, CommandStep, Lease, LeaseAction, LeaseChange, LeaseHolder, LeaseRequest, LeaseWaiting, Order,
+    OrderRequest, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
 };
-pub use doors::{DoorPeer, LinkStatus, Recording, VesselChart};
+pub use connections::{LinkStatus, Recording, TransportPeer, VesselChart};
 pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
     Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,
@@ -49,28 +51,30 @@ pub use live::{
     Subscription, System, Update,
 };
 pub use logbook::{
-    LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogNotesFileQuery, LogNotesQuery, LogWord,
+    LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogNotesFileQuery,
+    LogNotesQuery, LogWord,
 };
 pub use missions::{
-    Mission, MissionAsk, MissionChange, MissionSummary, MissionVessel, Missions, MissionsQuery,
+    Mission, MissionChange, MissionRequest, MissionSummary, MissionVessel, Missions, MissionsQuery,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{
     ImportedPlan, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanExportQuery, PlanImportQuery, PlanLeg,
     PlanPlace, PlanQuery, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble,
-    PlanUploadAsk, SpeedUnit, StoredPlan,
+    PlanUploadRequest, SpeedUnit, StoredPlan,
 };
-pub use routing::{SeaRoute, SeaRouteAnswer, SeaRouteAsk, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal};
+pub use refusals::{NoControl, Refusal, RefusalReason};
+pub use routing::{SeaRoute, SeaRouteAnswer, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal, SeaRouteRequest};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
-pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
-pub use told::{
-    EntityTold, ParameterAbout, ParameterTold, PlanUnderWay, RouteLeg, VesselAsk, VesselAsked,
-    VesselParameters,
-};
+pub use teleop::{TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
+pub use vessel_reports::{
+    EntityReport, ParameterAbout, ParameterReport, PlanUnderWay, RouteLeg, VesselParameters, VesselQuery,
+    VesselQuerySent,
+};
 
 #[cfg(test)]
 mod typescript;

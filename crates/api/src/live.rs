@@ -94,7 +94,7 @@ pub struct LiveFrame {
     /// The server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub now_us: i64,
-    /// Whether this begins anew: what is not in it is not there.
+    /// Whether this starts over: what is not in it is not there.
     pub snapshot: bool,
     /// Systems that are not as they were told before, ten times a second at most.
     pub systems: Vec<System>,
@@ -140,8 +140,8 @@ pub struct System {
     /// Its last packet by the server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub heard_us: i64,
-    /// Doors through which it was heard, the latest first.
-    pub doors: Vec<String>,
+    /// Transports through which it was heard, the latest first.
+    pub transports: Vec<String>,
     /// Where it is, when it said so.
     pub fix: Option<Fix>,
     /// Entities' labels by number.
@@ -263,7 +263,7 @@ pub struct LiveSample {
 pub struct Field {
     /// Name in the message.
     pub name: String,
-    /// Number, text or nested message; null where it is no number (NaN).
+    /// Number, text or nested message; null where it is not a number (NaN).
     #[cfg_attr(test, ts(type = "unknown"))]
     pub value: serde_json::Value,
     /// Unit, like `rad`; empty for none.

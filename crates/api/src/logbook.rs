@@ -55,7 +55,7 @@ pub struct LogWord {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct LogNoteAsk {
+pub struct LogNoteRequest {
     /// 1 to 4,000 characters.
     pub text: String,
     /// IMC address of the vessel it is about; null for a note on no vessel.
@@ -69,6 +69,15 @@ pub struct LogNoteAsk {
     pub time_us: Option<i64>,
 }
 
+/// What comes with a note.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(default, deny_unknown_fields)]
+pub struct LogNoteQuery {
+    /// Names this note, so that it can be sent again where no answer came: what the same person sends with the same key is
+    /// one note, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is a note of its own.
+    pub key: Option<String>,
+}
+
 /// A corrected note: all of its fields.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -77,13 +86,13 @@ pub struct LogNoteChange {
     /// The revision that is corrected; 409 when there is a newer one.
     pub revision: u32,
     /// What it says from now on. The time stays as it is when left out.
-    pub note: LogNoteAsk,
+    pub note: LogNoteRequest,
 }
 
 /// What a note said before a correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct LogNoteEarlier {
+pub struct LogNoteRevision {
     /// Its revision.
     pub revision: u32,
     /// The time it was about, µs since 1970 UTC.

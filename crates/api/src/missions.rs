@@ -8,7 +8,7 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct MissionAsk {
+pub struct MissionRequest {
     /// 1 to 120 characters in one line.
     pub name: String,
     /// Who took part; at most 500 characters.
@@ -37,7 +37,7 @@ pub struct Mission {
     /// Grows with each change, from 1.
     pub revision: u32,
     /// What it says; of its vessels those that the one who asks may see.
-    pub mission: MissionAsk,
+    pub mission: MissionRequest,
     /// Who wrote it down first, and when.
     pub written: LogWord,
     /// Who changed it last; null if nobody did.
@@ -56,7 +56,7 @@ pub struct MissionChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
     /// What it says from now on.
-    pub mission: MissionAsk,
+    pub mission: MissionRequest,
 }
 
 /// Which missions.

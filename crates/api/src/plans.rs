@@ -17,7 +17,7 @@ pub struct PlanDocument {
     pub description: String,
     /// IMC address of the vessel it is for; null for any.
     pub vessel: Option<u16>,
-    /// Whether it begins anew at its end.
+    /// Whether it starts over at its end.
     pub repeat: bool,
     /// What to do, in this order.
     pub maneuvers: Vec<PlanStep>,
@@ -254,7 +254,7 @@ pub struct PlanChange {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
-pub struct PlanUploadAsk {
+pub struct PlanUploadRequest {
     /// IMC address of the vessel.
     pub vessel: u16,
     /// The revision that is meant; another in the store refuses the upload: 409.

@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct SeaRouteAsk {
+pub struct SeaRouteRequest {
     /// Latitude and longitude (°) of the start, of places to pass in this order, and of the goal; 2 to 50.
     pub points: Vec<[f64; 2]>,
     /// IMC address of the vessel whose limits hold; null for those of the server.
@@ -19,10 +19,14 @@ pub struct SeaRouteAsk {
     /// How far to keep from all that is not deep enough (m); null for what the guard demands.
     #[serde(default)]
     pub clearance_m: Option<f64>,
+    /// Turning radius of the vessel (m), 0 to 2000: turns keep to the asked water too, or their leg says that they do not;
+    /// null where it is not known.
+    #[serde(default)]
+    pub turn_radius_m: Option<f64>,
     /// Speed that the duration is reckoned with (m/s); null for 1.5.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// If no route exists, look for a smaller depth and clearance that give one; takes some seconds.
+    /// If no route exists, look for a smaller depth and clearance that give one; can take some seconds.
     #[serde(default)]
     pub explain: bool,
 }
@@ -81,6 +85,9 @@ pub struct SeaRouteLeg {
     pub least_depth_at: [f64; 2],
     /// Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
     pub clearance_m: Option<f64>,
+    /// Why a vessel of the asked turning radius leaves the asked water in the turn at the end of this leg, for people; null
+    /// if it does not, and where no radius was asked for.
+    pub turn_text: Option<String>,
 }
 
 /// An end of a route that was moved.

@@ -182,7 +182,7 @@ pub struct SampleRow {
     /// When it first came ashore, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub received_us: i64,
-    /// Numbers, texts, nested messages; null for what is no number or absent.
+    /// Numbers, texts, nested messages; null for what is not a number or absent.
     #[cfg_attr(test, ts(type = "unknown[]"))]
     pub values: Vec<serde_json::Value>,
 }

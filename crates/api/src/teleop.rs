@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub enum TeleopSay {
+pub enum TeleopMessage {
     /// The vessel is to be steered by hand: what it does ends. Needs control from this window.
     Begin {
         /// Tells the windows of a person apart.
@@ -92,7 +92,7 @@ pub enum TeleopPhase {
 /// What the server answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub struct TeleopTold {
+pub struct TeleopStatus {
     /// The server's steady clock, µs, to be brought back by the next sample.
     #[cfg_attr(test, ts(type = "number"))]
     pub stamp_us: u64,
@@ -100,7 +100,7 @@ pub struct TeleopTold {
     pub phase: TeleopPhase,
     /// Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
     pub why: String,
-    /// What to do about that, in words; empty where there is nothing but to begin anew.
+    /// What to do about that, in words; empty where there is nothing but to start over.
     pub remedy: String,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,

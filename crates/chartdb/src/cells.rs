@@ -7,10 +7,15 @@ use crate::read::Chart;
 use crate::report::{ImportOptions, Imported, Outcome, outcome, unchanged};
 use crate::stage::Stage;
 use crate::write::{self, Entry, NewSource, Writer};
+use charts::depth_index::lies_nowhere;
 use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+/// Part of what names a cell's contents, changed when cells are read by other rules: one that was imported by older rules
+/// may lack a danger, so it is read again when it is imported again.
+const READING: &[u8] = b"lutra cell 2";
 
 pub(crate) fn import(
     stage: &mut Stage,
@@ -20,7 +25,7 @@ pub(crate) fn import(
     options: &ImportOptions,
 ) -> Result<Imported> {
     let mut named = Vec::new();
-    let mut hash = Sha256::new();
+    let mut hash = Sha256::new_with_prefix(READING);
     for path in paths.values() {
         let bytes = files::read(path)?;
         found.verify(path, &bytes)?;
@@ -91,6 +96,9 @@ fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {
         return Err(fail(S57Problem::NoBase));
     }
     let cell = Cell::read(all[0], &all[1..])?;
+    if let Some(feature) = lies_nowhere(&cell.features) {
+        return Err(fail(S57Problem::Nowhere { class: feature.class, record: feature.record }));
+    }
     let said = cell.id.name.split('.').next().unwrap_or_default();
     if said.eq_ignore_ascii_case(name) {
         Ok(cell)
@@ -148,15 +156,9 @@ fn notices(cell: &Cell, skin: &SkinCheck, name: &str) -> Vec<(String, Option<u32
 }
 
 fn withdraw(stage: &mut Stage, name: &str, file: &str, options: &ImportOptions) -> Result<Imported> {
-    let part = stage.part().to_owned();
-    let all = stage.connection().transaction().named(&part)?;
-    let there = write::remove(&all, name).named(&part)?;
-    if there {
-        let text = "cancelled by its producer";
-        let entry = Entry { source: None, cell: name, file, record: None, what: "removed", text };
-        write::log(&all, &options.now.to_string(), &entry).named(&part)?;
-    }
-    all.commit().named(&part)?;
+    let text = "cancelled by its producer";
+    let entry = Entry { source: None, cell: name, file, record: None, what: "removed", text };
+    stage.take_out(&options.now.to_string(), &entry)?;
     Ok(Imported {
         name: name.to_owned(),
         kind: "cell",
@@ -173,12 +175,6 @@ fn withdraw(stage: &mut Stage, name: &str, file: &str, options: &ImportOptions) 
 pub(crate) type Notices = Vec<(String, Option<u32>, String)>;
 
 impl Stage {
-    /// The chart of a name, if the set holds it.
-    pub(crate) fn chart(&mut self, name: &str) -> Result<Option<Chart>> {
-        let part = self.part().to_owned();
-        crate::read::find_chart(self.connection(), name).named(&part)
-    }
-
     /// Writes a chart in the place of the one before, in one transaction.
     pub(crate) fn write(
         &mut self,

@@ -41,8 +41,8 @@ pub enum ChartDbError {
     /// There is no chart set yet.
     #[error("{}: there is no chart set; make one by `lutra-server chart import`", .0.display())]
     Absent(PathBuf),
-    /// The file is no chart set of Lutra's.
-    #[error("{}: this is no chart set of Lutra; give another file by --db, or import into a new one", .0.display())]
+    /// The file is not a chart set of Lutra's.
+    #[error("{}: this is not a chart set of Lutra; give another file by --db, or import into a new one", .0.display())]
     Foreign(PathBuf),
     /// The chart set was written by a later version.
     #[error("{}: written by a later version of Lutra; use that one, or import the charts into a new file", .0.display())]
@@ -83,6 +83,22 @@ pub enum ChartDbError {
 pub type Result<T, E = ChartDbError> = std::result::Result<T, E>;
 
 impl ChartDbError {
+    /// Whether another program uses the set at present, so that a later try may succeed.
+    pub fn is_busy(&self) -> bool {
+        let Self::Sqlite { source, .. } = self else {
+            return matches!(self, Self::Busy(_) | Self::Locked(_));
+        };
+        // An import that was killed; the next program that opens the set for writing rolls it back.
+        if source
+            .sqlite_error()
+            .is_some_and(|error| error.extended_code == rusqlite::ffi::SQLITE_READONLY_ROLLBACK)
+        {
+            return true;
+        }
+        let code = source.sqlite_error_code();
+        matches!(code, Some(rusqlite::ErrorCode::DatabaseBusy | rusqlite::ErrorCode::DatabaseLocked))
+    }
+
     pub(crate) fn file(file: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::File { file: file.into(), problem: problem.into() }
     }

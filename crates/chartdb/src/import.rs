@@ -8,6 +8,7 @@ use crate::lakes;
 use crate::report::{ImportFailure, ImportOptions, ImportProgress, ImportReport, Imported};
 use crate::stage::Stage;
 use crate::supplements;
+use crate::write::Entry;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -123,27 +124,11 @@ pub fn remove(db: &Path, names: &[String], now: UtcTime) -> Result<String> {
     let charts = crate::read::ChartDb::open(db)?.charts_named(names)?;
     let mut stage = Stage::fresh(db)?;
     let time = now.to_string();
-    let part = stage.part().to_owned();
-    let take = |connection: &mut rusqlite::Connection| -> rusqlite::Result<()> {
-        let all = connection.transaction()?;
-        for chart in &charts {
-            crate::write::remove(&all, &chart.name)?;
-            let text = format!("edition {}, update {}", chart.edition, chart.update);
-            let entry = crate::write::Entry {
-                source: None,
-                cell: &chart.name,
-                file: "",
-                record: None,
-                what: "removed",
-                text: &text,
-            };
-            crate::write::log(&all, &time, &entry)?;
-        }
-        all.commit()
-    };
-    if let Err(source) = take(stage.connection()) {
-        stage.abandon()?;
-        return Err(ChartDbError::Sqlite { path: part, source });
+    for chart in &charts {
+        let text = format!("edition {}, update {}", chart.edition, chart.update);
+        let entry =
+            Entry { source: None, cell: &chart.name, file: "", record: None, what: "removed", text: &text };
+        stage.take_out(&time, &entry)?;
     }
     stage.finish(&time).map(hex::encode)
 }

@@ -59,7 +59,7 @@ impl Frame {
     }
 }
 
-/// One polygon with its depths, or why it is none.
+/// One polygon with its depths, or why it is not valid.
 struct Lake {
     polygons: Result<Vec<Polygon>, &'static str>,
     least_m: Option<f64>,
@@ -248,7 +248,7 @@ fn polygons(shape: EsriShape) -> Result<Vec<Polygon>, &'static str> {
         EsriShape::PolygonM(polygon) => Ok(of(polygon.into_inner(), |at| (at.x, at.y))),
         EsriShape::PolygonZ(polygon) => Ok(of(polygon.into_inner(), |at| (at.x, at.y))),
         EsriShape::NullShape => Err("it has no geometry"),
-        _ => Err("it is no polygon"),
+        _ => Err("it is not a polygon"),
     }
 }
 
@@ -303,7 +303,7 @@ fn geopackage(
         let polygons = match row.get_ref(0).map_err(unfit)? {
             ValueRef::Blob(bytes) => match blob::read(bytes) {
                 Some(Shape::Polygons(list)) => Ok(list),
-                Some(_) => Err("it is no polygon"),
+                Some(_) => Err("it is not a polygon"),
                 None => Err("its geometry cannot be read"),
             },
             _ => Err("it has no geometry"),

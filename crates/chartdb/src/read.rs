@@ -1,16 +1,20 @@
 //! Reading a chart set: what it holds, and its features as they were imported.
 
 use crate::blob::{self, Shape};
+use crate::contents::Contents;
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::row;
 use crate::schema::{self, WHOLE_TABLES};
-use charts::coverage::Source;
-use charts::depth_index::{ChartToIndex, DepthIndex, assemble};
+use charts::coverage::{ChartCoverage, Source};
 use charts::s57::{Area, Feature, Geometry, ObjectClass, Path, Sounding};
 use rusqlite::{Connection, OpenFlags, Row};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path as FilePath, PathBuf};
+use std::time::Duration;
+
+/// How long to wait for other programs that read or write.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A chart set, for reading.
 #[derive(Debug)]
@@ -66,8 +70,8 @@ const SELECT_CHART: &str = "SELECT id, name, kind, sha256, bytes, edition, updat
      FROM cells";
 
 /// Another number wherever the same charts come to mean something else in an index: indexes made before, ashore and
-/// aboard, are of another set then, and are made anew.
-const MEANING: &[u8] = b"lutra charts 2\n";
+/// aboard, are of another set then, and are rebuilt.
+pub(crate) const MEANING: &[u8] = b"lutra charts 2\n";
 
 /// The chart of a name.
 pub(crate) fn find_chart(connection: &Connection, name: &str) -> rusqlite::Result<Option<Chart>> {
@@ -92,6 +96,16 @@ pub struct LogEntry {
     pub text: String,
 }
 
+/// Copies one state of a set, whatever imports do meanwhile; one that comes then waits, and is told so if it is too long.
+///
+/// # Errors
+/// When there is no set, it cannot be read, or the copy, which must not be there yet, cannot be written.
+pub fn copy(from: &FilePath, to: &FilePath) -> Result<()> {
+    let set = ChartDb::open(from)?;
+    set.connection.execute("VACUUM INTO ?1", [to.to_string_lossy()]).named(from)?;
+    Ok(())
+}
+
 impl ChartDb {
     /// Opens a chart set for reading.
     ///
@@ -102,9 +116,18 @@ impl ChartDb {
             return Err(ChartDbError::Absent(path.to_owned()));
         }
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let connection = Connection::open_with_flags(path, flags).named(path)?;
-        connection.busy_timeout(std::time::Duration::from_secs(5)).named(path)?;
-        Self::of(connection, path)
+        let open = || {
+            let connection = Connection::open_with_flags(path, flags).named(path)?;
+            connection.busy_timeout(PATIENCE).named(path)?;
+            Self::of(connection, path)
+        };
+        match open() {
+            Err(ChartDbError::Sqlite { source, .. }) if is_half_changed(&source) => {
+                undo(path).named(path)?;
+                open()
+            }
+            other => other,
+        }
     }
 
     pub(crate) fn of(connection: Connection, path: &FilePath) -> Result<Self> {
@@ -135,6 +158,23 @@ impl ChartDb {
             select.query_map([], chart)?.collect()
         };
         read().named(&self.path)
+    }
+
+    /// The charts by name. Where somebody edited the set, each is read for its box and the number of its features.
+    pub(crate) fn charts_in_full(&self) -> Result<Vec<Chart>> {
+        let mut charts = self.charts()?;
+        if !self.edited()?.is_empty() {
+            for chart in &mut charts {
+                // One that cannot be read keeps what is noted of it.
+                if let Ok(features) = self.features(chart) {
+                    let points = features.iter().flat_map(|feature| feature.geometry.points());
+                    let envelope = blob::Envelope::of(points);
+                    chart.bounds_deg = envelope.map(|blob::Envelope([w, e, s, n])| [w, s, e, n]);
+                    chart.features = features.len() as u64;
+                }
+            }
+        }
+        Ok(charts)
     }
 
     /// The charts of those names, all where none is given.
@@ -204,48 +244,74 @@ impl ChartDb {
     /// # Errors
     /// When the database cannot be read.
     pub fn digest(&self) -> Result<[u8; 32]> {
-        let mut hash = Sha256::new_with_prefix(MEANING);
-        for chart in self.charts()? {
-            hash.update(chart.contents().as_bytes());
-            hash.update(b"\n");
-        }
-        hash.update(self.edited()?.as_bytes());
-        Ok(hash.finalize().into())
+        Ok(self.contents()?.digest())
+    }
+
+    pub(crate) fn contents(&self) -> Result<Contents<'_>> {
+        Contents::of(self)
     }
 
     /// The features of a chart as they were imported, by record number.
     ///
     /// # Errors
-    /// When the database cannot be read, or somebody wrote what is no feature into it.
+    /// When the database cannot be read, or a row in it is not a valid feature.
     pub fn features(&self, chart: &Chart) -> Result<Vec<Feature>> {
         let mut soundings = self.soundings(chart).named(&self.path)?;
         let mut features = Vec::new();
         for table in WHOLE_TABLES {
-            let geom = if table == "objects" { "NULL" } else { "geom" };
-            let statement = format!(
-                "SELECT record, class_code, object, grp, version, attributes, national, links, edges, \
-                 unreadable, {geom} FROM {table} WHERE source = ?1 ORDER BY record, fid"
-            );
-            let mut select = self.connection.prepare(&statement).named(&self.path)?;
-            let mut rows = select.query([chart.id]).named(&self.path)?;
-            while let Some(row) = rows.next().named(&self.path)? {
-                let record: u32 = row.get(0).named(&self.path)?;
-                let fail = || ChartDbError::Damaged {
-                    path: self.path.clone(),
-                    chart: chart.name.clone(),
-                    problem: format!("table {table}, record {record} is no feature of Lutra's"),
-                };
-                let mut feature = feature(row).named(&self.path)?.ok_or_else(fail)?;
-                if table == "objects"
-                    && let Some(list) = soundings.remove(&record)
-                {
-                    feature.geometry = Geometry::Soundings(list);
-                }
-                features.push(feature);
-            }
+            features.extend(self.rows_of(chart, table, "", &mut soundings)?);
         }
         features.sort_by_key(|feature| feature.record);
         Ok(features)
+    }
+
+    /// The features of a chart in one table, as far as a condition says; groups of soundings take theirs.
+    fn rows_of(
+        &self,
+        chart: &Chart,
+        table: &str,
+        condition: &str,
+        soundings: &mut BTreeMap<u32, Vec<Sounding>>,
+    ) -> Result<Vec<Feature>> {
+        let geom = if table == "objects" { "NULL" } else { "geom" };
+        let statement = format!(
+            "SELECT record, class_code, object, grp, version, attributes, national, links, edges, \
+             unreadable, {geom} FROM {table} WHERE source = ?1 {condition} ORDER BY record, fid"
+        );
+        let mut select = self.connection.prepare_cached(&statement).named(&self.path)?;
+        let mut rows = select.query([chart.id]).named(&self.path)?;
+        let mut features = Vec::new();
+        while let Some(row) = rows.next().named(&self.path)? {
+            let record: u32 = row.get(0).named(&self.path)?;
+            let fail = || ChartDbError::Damaged {
+                path: self.path.clone(),
+                chart: chart.name.clone(),
+                problem: format!("table {table}, record {record} is no feature of Lutra's"),
+            };
+            let mut feature = feature(row).named(&self.path)?.ok_or_else(fail)?;
+            if table == "objects"
+                && let Some(list) = soundings.remove(&record)
+            {
+                feature.geometry = Geometry::Soundings(list);
+            }
+            features.push(feature);
+        }
+        Ok(features)
+    }
+
+    /// What a chart covers, whatever others do: as [`ChartCoverage::of`] has it of all its features, but read alone.
+    ///
+    /// # Errors
+    /// When the database cannot be read, or a row in it is not a valid feature.
+    pub fn coverage(&self, chart: &Chart) -> Result<ChartCoverage> {
+        let told = self.rows_of(chart, "areas", "AND class = 'M_COVR'", &mut BTreeMap::new())?;
+        let told = ChartCoverage::of(chart.source(), &told);
+        if !told.areas.is_empty() || told.source.supplement {
+            return Ok(told);
+        }
+        let mut skin = self.rows_of(chart, "skin", "", &mut BTreeMap::new())?;
+        skin.sort_by_key(|feature| feature.record);
+        Ok(ChartCoverage::of(chart.source(), &skin))
     }
 
     /// The soundings by record of their feature.
@@ -263,50 +329,22 @@ impl ChartDb {
         Ok(all)
     }
 
-    /// Gives the bytes of the depth index of all charts, part after part; what did not change is taken over from the
-    /// index before.
-    pub(crate) fn make_index(
-        &self,
-        before: Option<&DepthIndex>,
-        put: impl FnMut(&[u8]) -> Result<()>,
-    ) -> Result<()> {
-        let edited = self.edited()?;
-        let charts = self.charts()?;
-        let entry = |chart: &Chart| {
-            let bounds_deg = if edited.is_empty() { chart.bounds_deg } else { self.bounds_now(chart)? };
-            Ok(ChartToIndex { source: chart.source(), mark: chart.mark(&edited), bounds_deg })
-        };
-        let entries = charts.iter().map(entry).collect::<Result<Vec<_>>>()?;
-        let features = |source: &Source| {
-            let chart = charts.iter().find(|chart| chart.name == source.name);
-            chart.map_or(Ok(Vec::new()), |chart| self.features(chart))
-        };
-        assemble(entries, before, features, put)
-    }
-
     /// What somebody's editing left there; empty where nobody did.
-    fn edited(&self) -> Result<String> {
+    pub(crate) fn edited(&self) -> Result<String> {
         let select = "SELECT value FROM chart_set WHERE key = 'edited'";
         self.connection.query_row(select, [], |row| row.get(0)).named(&self.path)
-    }
-
-    /// The box of a chart that somebody may have edited.
-    fn bounds_now(&self, chart: &Chart) -> Result<Option<[f64; 4]>> {
-        let features = self.features(chart)?;
-        let envelope = blob::Envelope::of(features.iter().flat_map(|feature| feature.geometry.points()));
-        Ok(envelope.map(|blob::Envelope([west, east, south, north])| [west, south, east, north]))
     }
 }
 
 impl Chart {
     /// What names its contents.
-    fn contents(&self) -> String {
+    pub fn contents(&self) -> String {
         let Self { name, kind, sha256, edition, update, .. } = self;
         [name, kind, sha256, edition, update].map(String::as_str).join("\u{1F}")
     }
 
     /// The same for an index, in a set that was edited so.
-    fn mark(&self, edited: &str) -> [u8; 32] {
+    pub(crate) fn mark(&self, edited: &str) -> [u8; 32] {
         let hash = Sha256::new_with_prefix(MEANING).chain_update(self.contents());
         hash.chain_update("\n").chain_update(edited).finalize().into()
     }
@@ -326,6 +364,19 @@ impl Chart {
     }
 }
 
+/// Whether a change of the set was cut off, as by a loss of power, and is not undone yet: who only reads cannot do that.
+fn is_half_changed(error: &rusqlite::Error) -> bool {
+    let code = error.sqlite_error().map(|error| error.extended_code);
+    code == Some(rusqlite::ffi::SQLITE_READONLY_ROLLBACK)
+}
+
+/// Lets SQLite undo what was cut off; it does so by itself for who may write.
+fn undo(path: &FilePath) -> rusqlite::Result<()> {
+    let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
+    connection.busy_timeout(PATIENCE)?;
+    connection.query_row("SELECT count(*) FROM sqlite_master", [], |_| Ok(()))
+}
+
 pub(crate) fn unknown(name: &str, all: &[Chart]) -> ChartDbError {
     let held: Vec<&str> = all.iter().take(20).map(|chart| chart.name.as_str()).collect();
     let held = match all.len() {
@@ -336,7 +387,7 @@ pub(crate) fn unknown(name: &str, all: &[Chart]) -> ChartDbError {
     ChartDbError::Unknown { name: name.to_owned(), held }
 }
 
-/// SQLite has no unsigned numbers; a negative count is none.
+/// SQLite has no unsigned numbers; a negative count is not valid.
 fn unsigned(row: &Row<'_>, at: usize) -> rusqlite::Result<u64> {
     Ok(u64::try_from(row.get::<_, i64>(at)?).unwrap_or(0))
 }
@@ -365,7 +416,7 @@ fn chart(row: &Row<'_>) -> rusqlite::Result<Chart> {
     })
 }
 
-/// `None` where the row is none.
+/// `None` where the row is not valid.
 fn feature(row: &Row<'_>) -> rusqlite::Result<Option<Feature>> {
     let geometry =
         geometry(row.get_ref(8)?.as_blob_or_null()?, row.get(9)?, row.get_ref(10)?.as_blob_or_null()?);

@@ -8,10 +8,10 @@
 //!
 //! The triggers that keep the R-trees right call functions that only the editing program has (ST_MinX and its
 //! like), so Lutra drops them before it writes and makes them again last. Ours among them note that somebody
-//! edited, so that the depth index is made anew.
+//! edited, so that the depth index is rebuilt.
 
 use crate::error::{ChartDbError, Named as _, Result};
-use rusqlite::{Connection, OptionalExtension as _};
+use rusqlite::{Connection, OptionalExtension as _, params};
 use std::path::Path;
 
 /// `GPKG`.
@@ -202,13 +202,12 @@ pub(crate) fn drop_triggers(connection: &Connection) -> rusqlite::Result<()> {
 /// Makes the triggers, and what `gpkg_contents` says of each table.
 pub(crate) fn finish(connection: &Connection, time: &str) -> rusqlite::Result<()> {
     for (table, ..) in FEATURE_TABLES {
+        let sides = extent(connection, table)?;
+        let [west, east, south, north] = [0, 1, 2, 3].map(|side| sides.map(|sides| f64::from(sides[side])));
         connection.execute(
-            &format!(
-                "UPDATE gpkg_contents SET last_change = ?1, (min_x, max_x, min_y, max_y) = \
-                 (SELECT min(minx), max(maxx), min(miny), max(maxy) FROM rtree_{table}_geom) \
-                 WHERE table_name = ?2"
-            ),
-            [time, table],
+            "UPDATE gpkg_contents SET last_change = ?1, min_x = ?3, max_x = ?4, min_y = ?5, max_y = ?6 \
+             WHERE table_name = ?2",
+            params![time, table, west, east, south, north],
         )?;
     }
     connection.execute("UPDATE gpkg_contents SET last_change = ?1 WHERE data_type = 'attributes'", [time])?;
@@ -224,7 +223,23 @@ pub(crate) fn finish(connection: &Connection, time: &str) -> rusqlite::Result<()
     Ok(())
 }
 
-/// Refuses what is no chart set of this version.
+/// West, east, south and north of all boxes of an R-tree (degrees): those of its root, so that its size does not matter.
+/// A node is its height and the number of its boxes (u16, big-endian), and for each box a number (i64) and its sides
+/// (f32), as SQLite's `rtree.c` describes it.
+fn extent(connection: &Connection, table: &str) -> rusqlite::Result<Option<[f32; 4]>> {
+    let root = format!("SELECT data FROM rtree_{table}_geom_node WHERE nodeno = 1");
+    let root: Vec<u8> = connection.query_row(&root, [], |row| row.get(0)).optional()?.unwrap_or_default();
+    let count = root.get(2..4).map_or(0, |bytes| usize::from(u16::from_be_bytes([bytes[0], bytes[1]])));
+    let side = |bytes: &[u8], side: usize| {
+        let bytes = bytes[8 + 4 * side..].first_chunk();
+        f32::from_be_bytes(*bytes.unwrap_or(&[0; 4]))
+    };
+    let boxes = root.get(4..).unwrap_or_default().chunks_exact(24).take(count);
+    let boxes = boxes.map(|bytes| [0, 1, 2, 3].map(|at| side(bytes, at)));
+    Ok(boxes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]))
+}
+
+/// Refuses what is not a chart set of this version.
 pub(crate) fn check(connection: &Connection, path: &Path) -> Result<()> {
     let id: i64 = connection.pragma_query_value(None, "application_id", |row| row.get(0)).named(path)?;
     let own = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'chart_set'";

@@ -1,45 +1,44 @@
 //! Changing a chart set so that nobody ever sees half of it.
 //!
-//! Changes go into a copy, `chart.gpkg.part`, one transaction for each chart, and the copy takes the place of
-//! the set when all is done. A change that fails or is killed leaves the set as it was; the copy stays, and the
-//! next import goes on from it as long as the set is still the one that it was copied from, and the import is of
-//! all that was changed in the copy: nothing goes into a set but what its operator gives at that time.
+//! Charts are read into a database of their own, `chart.gpkg.part`, one transaction for each. When all are read, it
+//! becomes the set where there was none; else its charts go into the set in one transaction (`merge`), so that a small
+//! change of a large set writes little. A change that fails or is killed leaves the set as it was; what was read stays,
+//! and the next import goes on from it as long as the set is still the one that the change was meant for, and the import
+//! is of all that was read: nothing goes into a set but what its operator gives at that time.
 
+use crate::contents::Contents;
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::index_file::{self, PartFile, forget, index_path, part_of};
-use crate::read::{Chart, ChartDb};
+use crate::merge;
+use crate::read::{self, Chart, ChartDb};
 use crate::schema;
-use rusqlite::backup::{Backup, StepResult};
+use crate::write::{self, Entry};
 use rusqlite::{Connection, OptionalExtension as _};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-/// How long to wait for other programs that write.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Pages of a copy between two looks at the source.
-const COPY_PAGES: i32 = 4096;
-
-/// A copy of a chart set that is being changed.
+/// A change of a chart set.
 pub(crate) struct Stage {
     live: PathBuf,
     part: PathBuf,
     connection: Connection,
-    /// Digest of the set that the copy was made of; empty where there was none.
+    /// Digest of the set before the change; empty if there is no set yet.
     base: String,
-    /// The charts that an earlier run has brought into the copy.
+    /// The charts of that set by name.
+    held: BTreeMap<String, Chart>,
+    /// The charts that an earlier run has read.
     begun: BTreeSet<String>,
     _lock: File,
 }
 
 impl Stage {
-    /// Makes the copy anew, whatever an earlier run left.
+    /// Begins anew, whatever an earlier run left.
     pub(crate) fn fresh(live: &Path) -> Result<Self> {
         Self::open(live, None)
     }
 
-    /// Goes on with the copy that is there if these charts are all that is changed in it; else makes it anew.
+    /// Goes on with what an earlier run read if these charts are all of it; else begins anew.
     pub(crate) fn resumed(live: &Path, charts: &BTreeSet<String>) -> Result<Self> {
         Self::open(live, Some(charts))
     }
@@ -49,25 +48,28 @@ impl Stage {
             fs::create_dir_all(folder).named(folder)?;
         }
         let lock = lock(live)?;
-        let (mut base, mut held) = (String::new(), Vec::new());
+        let (mut base, mut held) = (String::new(), BTreeMap::new());
         if live.exists() {
             let set = ChartDb::open(live)?;
-            (base, held) = (hex::encode(set.digest()?), set.charts()?);
+            base = hex::encode(set.digest()?);
+            held = set.charts()?.into_iter().map(|chart| (chart.name.clone(), chart)).collect();
         }
         let part = part_of(live);
         let left = charts.and_then(|charts| {
-            let copy = resume(&part, &base)?;
-            let begun = begun(&held, &copy.charts().ok()?).filter(|begun| begun.is_subset(charts))?;
-            Some((copy.into_connection(), begun))
+            let left = resume(&part, &base)?;
+            let begun: BTreeSet<String> = left.charts().ok()?.into_iter().map(|chart| chart.name).collect();
+            // Which edition was withdrawn does not show any more.
+            let goes_on = begun.is_subset(charts) && taken_out(left.connection()).ok()?.is_empty();
+            goes_on.then(|| (left.into_connection(), begun))
         });
         let (connection, begun) = match left {
             Some(left) => left,
-            None => (copy(live, &part, &base)?, BTreeSet::new()),
+            None => (create(&part, &base)?, BTreeSet::new()),
         };
-        Ok(Self { live: live.to_owned(), part, connection, base, begun, _lock: lock })
+        Ok(Self { live: live.to_owned(), part, connection, base, held, begun, _lock: lock })
     }
 
-    /// The charts that an earlier run has brought into the copy.
+    /// The charts that an earlier run has read.
     pub(crate) fn begun(&self) -> &BTreeSet<String> {
         &self.begun
     }
@@ -80,33 +82,90 @@ impl Stage {
         &self.part
     }
 
-    /// Puts the copy in the place of the set, with its index. Without a change, leaves the set alone.
+    /// The chart of a name, as it is with the change so far.
+    pub(crate) fn chart(&self, name: &str) -> Result<Option<Chart>> {
+        let find = || -> rusqlite::Result<Option<Chart>> {
+            if let Some(chart) = read::find_chart(&self.connection, name)? {
+                return Ok(Some(chart));
+            }
+            let held = self.held.get(name).cloned();
+            Ok(if taken_out(&self.connection)?.contains(name) { None } else { held })
+        };
+        find().named(&self.part)
+    }
+
+    /// Takes a chart out, with an entry in the log; nothing where there is none.
+    pub(crate) fn take_out(&mut self, time: &str, entry: &Entry<'_>) -> Result<()> {
+        let held = self.held.contains_key(entry.cell);
+        let take = |connection: &mut Connection| -> rusqlite::Result<()> {
+            let all = connection.transaction()?;
+            let read = write::remove(&all, entry.cell)?;
+            if held {
+                all.execute("INSERT OR IGNORE INTO taken_out VALUES (?1)", [entry.cell])?;
+            }
+            if read || held {
+                write::log(&all, time, entry)?;
+            }
+            all.commit()
+        };
+        take(&mut self.connection).named(&self.part)
+    }
+
+    /// Brings the change into the set, with its index. Without a change, leaves the set alone.
     ///
     /// Returns the digest of the set.
     pub(crate) fn finish(self, time: &str) -> Result<[u8; 32]> {
-        let Self { live, part, connection, base, begun: _, _lock } = self;
-        let copy = ChartDb::of(connection, &part)?;
-        let digest = copy.digest()?;
-        if hex::encode(digest) == base {
-            drop(copy);
-            forget(&part)?;
-            return Ok(digest);
-        }
-        let before = index_file::open(&index_path(&live)).ok().map(|sealed| sealed.index);
-        let index = PartFile::of(&copy, digest, before.as_ref(), &index_path(&live))?;
-        let mut connection = copy.into_connection();
+        if self.base.is_empty() { self.become_set(time) } else { self.change_set(time) }
+    }
+
+    /// What was read becomes the set.
+    fn become_set(self, time: &str) -> Result<[u8; 32]> {
+        let Self { live, part, connection, _lock, .. } = self;
+        let read = ChartDb::of(connection, &part)?;
+        let contents = read.contents()?;
+        let digest = contents.digest();
+        let index = PartFile::of(&contents, None, &index_path(&live))?;
+        let mut connection = read.into_connection();
         let end = connection.transaction().named(&part)?;
         schema::finish(&end, time).named(&part)?;
         end.execute("DELETE FROM chart_set WHERE key = 'base'", []).named(&part)?;
+        end.execute_batch("DROP TABLE taken_out").named(&part)?;
         end.commit().named(&part)?;
         connection.close().map_err(|(_, error)| error).named(&part)?;
         File::open(&part).and_then(|file| file.sync_all()).named(&part)?;
-        replace(&live, &part, &base)?;
+        fs::rename(&part, &live).named(&live)?;
+        let folder = live.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        File::open(folder).and_then(|folder| folder.sync_all()).named(folder)?;
         index.put_in_place()?;
         Ok(digest)
     }
 
-    /// Gives the copy up.
+    /// What was read goes into the set. The index is written before, so that the set is locked for as short as can be,
+    /// and takes its place after: one that was cut off between makes the index anew, of what there is.
+    fn change_set(self, time: &str) -> Result<[u8; 32]> {
+        let Self { live, part, connection, base, _lock, .. } = self;
+        let change = ChartDb::of(connection, &part)?;
+        let gone = taken_out(change.connection()).named(&part)?;
+        let set = ChartDb::open(&live)?;
+        if gone.is_empty() && change.charts()?.is_empty() {
+            let digest = set.digest()?;
+            drop(change);
+            forget(&part)?;
+            return Ok(digest);
+        }
+        let before = index_file::open(&index_path(&live)).ok();
+        let (digest, index) = {
+            let contents = Contents::changed(&set, &change, &gone)?;
+            (contents.digest(), PartFile::of(&contents, before.as_ref(), &index_path(&live))?)
+        };
+        drop((set, change));
+        merge::into(&live, &part, &base, &gone, time)?;
+        index.put_in_place()?;
+        forget(&part)?;
+        Ok(digest)
+    }
+
+    /// Gives the change up.
     pub(crate) fn abandon(self) -> Result<()> {
         drop(self.connection);
         forget(&self.part)
@@ -126,7 +185,7 @@ fn lock(live: &Path) -> Result<File> {
     }
 }
 
-/// The copy that an earlier run left, if it is whole and of this set.
+/// What an earlier run left, if it is whole and meant for this set.
 fn resume(part: &Path, base: &str) -> Option<ChartDb> {
     if !part.exists() {
         return None;
@@ -141,70 +200,23 @@ fn resume(part: &Path, base: &str) -> Option<ChartDb> {
     ChartDb::of(connection, part).ok().filter(|_| whole)
 }
 
-/// What a copy has beyond its set. `None` where it lacks a chart: which edition was withdrawn does not show any more.
-fn begun(held: &[Chart], copied: &[Chart]) -> Option<BTreeSet<String>> {
-    let names: BTreeSet<&String> = copied.iter().map(|chart| &chart.name).collect();
-    let there = |chart: &Chart| names.contains(&chart.name);
-    let new = copied.iter().filter(|chart| !held.contains(chart)).map(|chart| chart.name.clone());
-    held.iter().all(there).then(|| new.collect())
+/// The charts of the set that the change takes out.
+fn taken_out(connection: &Connection) -> rusqlite::Result<BTreeSet<String>> {
+    connection.prepare_cached("SELECT name FROM taken_out")?.query_map([], |row| row.get(0))?.collect()
 }
 
-fn copy(live: &Path, part: &Path, base: &str) -> Result<Connection> {
+/// An empty database for what is read.
+fn create(part: &Path, base: &str) -> Result<Connection> {
     let mut journal = part.as_os_str().to_owned();
     journal.push("-journal");
     forget(Path::new(&journal))?;
     forget(part)?;
     let mut connection = Connection::open(part).named(part)?;
     connection.pragma_update(None, "synchronous", "NORMAL").named(part)?;
-    if live.exists() {
-        let from = ChartDb::open(live)?;
-        let backup = Backup::new(from.connection(), &mut connection).named(part)?;
-        loop {
-            match backup.step(COPY_PAGES).named(part)? {
-                StepResult::Done => break,
-                StepResult::More => {}
-                // SQLite has waited already.
-                _ => return Err(ChartDbError::Busy(live.to_owned())),
-            }
-        }
-    }
     let begin = connection.transaction().named(part)?;
-    if base.is_empty() {
-        schema::create(&begin).named(part)?;
-    }
-    schema::drop_triggers(&begin).named(part)?;
-    begin.execute("INSERT OR REPLACE INTO chart_set VALUES ('base', ?1)", [base]).named(part)?;
+    schema::create(&begin).named(part)?;
+    begin.execute_batch("CREATE TABLE taken_out (name TEXT NOT NULL PRIMARY KEY)").named(part)?;
+    begin.execute("INSERT INTO chart_set VALUES ('base', ?1)", [base]).named(part)?;
     begin.commit().named(part)?;
     Ok(connection)
-}
-
-/// Renames the copy to the set while no other program writes the set. A write-ahead log that QGIS left would be
-/// taken for that of the new file, so SQLite must have put it away first.
-fn replace(live: &Path, part: &Path, base: &str) -> Result<()> {
-    let mut held = None;
-    if live.exists() {
-        let busy = |error: rusqlite::Error| match error.sqlite_error_code() {
-            Some(rusqlite::ErrorCode::DatabaseBusy | rusqlite::ErrorCode::DatabaseLocked) => {
-                ChartDbError::Busy(live.to_owned())
-            }
-            _ => ChartDbError::Sqlite { path: live.to_owned(), source: error },
-        };
-        let connection = Connection::open(live).named(live)?;
-        connection.busy_timeout(PATIENCE).named(live)?;
-        let mode = |row: &rusqlite::Row<'_>| row.get::<_, String>(0);
-        let mode = connection.query_row("PRAGMA journal_mode = DELETE", [], mode).map_err(busy)?;
-        if mode != "delete" {
-            return Err(ChartDbError::Busy(live.to_owned()));
-        }
-        connection.execute_batch("BEGIN EXCLUSIVE").map_err(busy)?;
-        let charts = ChartDb::of(connection, live)?;
-        if hex::encode(charts.digest()?) != base {
-            return Err(ChartDbError::Locked(live.to_owned()));
-        }
-        held = Some(charts);
-    }
-    fs::rename(part, live).named(live)?;
-    drop(held);
-    let folder = live.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    File::open(folder).and_then(|folder| folder.sync_all()).named(folder)
 }

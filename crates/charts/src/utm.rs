@@ -52,7 +52,9 @@ pub enum UtmError {
     )]
     Epsg(u32),
     /// Out of range.
-    #[error("easting {easting_m} m, northing {northing_m} m is no place of the zone; check the order x y z")]
+    #[error(
+        "easting {easting_m} m, northing {northing_m} m is not a place of the zone; check the order x y z"
+    )]
     Range {
         /// Easting (m).
         easting_m: f64,

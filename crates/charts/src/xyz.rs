@@ -50,7 +50,7 @@ pub enum XyzProblem {
 /// Reads all soundings.
 ///
 /// # Errors
-/// At the first line that is none: a survey with a wrong line is not half read.
+/// At the first line that is not valid: a survey with a wrong line is not half read.
 pub fn read(bytes: &[u8], utm: Utm, vertical: Vertical) -> Result<Vec<Sounding>, XyzError> {
     let mut soundings = Vec::new();
     let mut offset = 0;

@@ -176,7 +176,7 @@ impl<'s, S: FileSource> Parser<'s, S> {
         }
     }
 
-    /// The text of a line, reporting what is no text.
+    /// The text of a line, reporting what is not a text.
     fn text<'a>(&mut self, raw: &RawLine<'a>, place: &Place) -> std::borrow::Cow<'a, str> {
         if raw.cut {
             let what = format!("the line is longer than {MAX_LINE_BYTES} bytes; the rest is read as another");

@@ -85,7 +85,10 @@ fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -
         comment(text, &documentation(param));
         if param.is_repeated() {
             for key in param.keys() {
-                comment(text, &format!("{key} ="));
+                match otter_value(spec.name(), &key) {
+                    Some(value) => write_setting(text, spec.name(), &key, value)?,
+                    None => comment(text, &format!("{key} =")),
+                }
             }
             continue;
         }

@@ -39,7 +39,7 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ValueError {
     /// Not one of DUNE's six words for truth.
-    #[error("`{0}` is no truth value")]
+    #[error("`{0}` is neither true nor false")]
     NotBool(String),
     /// Not a whole number.
     #[error("`{0}` is no whole number")]
@@ -53,7 +53,7 @@ pub enum ValueError {
         junk: String,
     },
     /// Not a number.
-    #[error("`{0}` is no number")]
+    #[error("`{0}` is not a number")]
     NotFloat(String),
     /// A number that does not fit.
     #[error("`{0}` is too large a number")]

@@ -24,11 +24,10 @@ use crate::motion::Motion;
 use crate::pid::{PidTerms, Saturation};
 use crate::ramp;
 use crate::range::InvalidConfig;
-use crate::speed_table::SpeedTarget;
 use crate::thrust::{MotorPair, allocate};
 use speed_loop::{SpeedInput, SpeedLoop};
 use thiserror::Error;
-use units::MonoTime;
+use units::{MonoTime, Speed};
 use yaw_loop::YawLoop;
 
 /// What to hold. An absent yaw target asks for no turning effort, an absent speed for no push.
@@ -37,7 +36,7 @@ pub struct Setpoint {
     /// Heading or course.
     pub yaw: Option<YawTarget>,
     /// Speed.
-    pub speed: Option<SpeedTarget>,
+    pub speed: Option<Speed>,
 }
 
 /// Why there is no output. The motors are to be stopped unless the next update comes in time.
@@ -46,7 +45,7 @@ pub enum ControlFault {
     /// The controller is not enabled.
     #[error("the course and speed controller is not enabled")]
     Disabled,
-    /// The motion or the setpoint holds a value that is no number; the loops did not see it.
+    /// The motion or the setpoint holds a value that is not a number; the loops did not see it.
     #[error("motion or setpoint is not a number")]
     NotFinite,
 }
@@ -68,7 +67,7 @@ pub struct ControlOutput {
     pub crab_rad: f64,
     /// Whether the heading error allows thrust ahead.
     pub ahead: bool,
-    /// Whether this update started anew after a pause longer than allowed.
+    /// Whether this update started again after a pause longer than allowed.
     pub restarted: bool,
 }
 

@@ -120,7 +120,7 @@ impl Guidance {
         &self.config
     }
 
-    /// New parameters; the integrators start anew only when the law is another.
+    /// New parameters; the integrators start again only when the law is another.
     ///
     /// # Errors
     /// When values of `config` are out of range; the old ones then stay in use.
@@ -134,7 +134,7 @@ impl Guidance {
         Ok(())
     }
 
-    /// Tells that another path begins: integrators start anew where so configured.
+    /// Tells that another path begins: integrators start again where so configured.
     pub fn new_path(&mut self) {
         self.circle.clear();
         match &self.config.leg {

@@ -8,7 +8,7 @@
 //! the end of the leg the vessel steers for the end.
 //!
 //! The integrator takes a fourth-order Runge-Kutta step with y held. The original leaves the time step out of
-//! its inner stages; both forms are here. Unlike the original the integrator starts anew on every path, which
+//! its inner stages; both forms are here. Unlike the original the integrator starts again on every path, which
 //! avoids the overshoot behind sharp corners, and its angle is limited.
 
 use crate::guidance::Corridor;
@@ -34,7 +34,7 @@ pub struct IlosConfig {
     pub outside: OutsideCorridor,
     /// How the integrator steps.
     pub integrator: IntegratorForm,
-    /// Whether the integrator starts anew on every path.
+    /// Whether the integrator starts again on every path.
     pub reset_on_new_path: bool,
 }
 

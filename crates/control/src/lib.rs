@@ -11,9 +11,9 @@
 //! ```
 //! use control::{
 //!     CourseSpeed, CourseSpeedConfig, Fix, Guidance, GuidanceConfig, Motion, MotorPair, PathCommand, PathConfig,
-//!     PathEnd, PathStart, PathTracker, Setpoint, SpeedTarget, YawTarget,
+//!     PathEnd, PathStart, PathTracker, Setpoint, YawTarget,
 //! };
-//! use units::{LatLon, MonoTime};
+//! use units::{LatLon, MonoTime, Speed};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut path = PathTracker::new(PathConfig::default())?;
 //! let mut guidance = Guidance::new(GuidanceConfig::default())?;
@@ -37,7 +37,7 @@
 //!         course_rad: steering.course_rad,
 //!         turn_rate_rad_s: steering.turn_rate_rad_s,
 //!     }),
-//!     speed: Some(SpeedTarget::MetresPerSecond(1.5)),
+//!     speed: Some(Speed::MetresPerSecond(1.5)),
 //! };
 //! let output = control.update(now, &fix.motion, &setpoint, None)?;
 //! assert_eq!(output.motors, MotorPair::STOPPED); // enabling goes on from there
@@ -82,6 +82,6 @@ pub use path::{
 pub use pid::{ErrorKind, FirstDerivative, Integration, Pid, PidConfig, PidTerms, Saturation};
 pub use range::{InvalidConfig, OutOfRange};
 pub use remote::{Mixing, REMOTE_ACTIONS, Remote, RemoteActions, RemoteCommand, RemoteConfig, RemoteReply};
-pub use speed_table::{SpeedTable, SpeedTarget};
+pub use speed_table::SpeedTable;
 pub use thrust::{Allocation, EffortLimits, MotorPair, Sharing, ThrustMap, allocate};
 pub use vector_field::{ExtendedField, VectorFieldConfig};

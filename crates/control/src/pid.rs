@@ -210,7 +210,7 @@ impl Pid {
     }
 
     /// One step of `dt_s` seconds: the limited output and its parts. Without a positive `dt_s` neither
-    /// integral nor derivative act. An error that is no number counts as 0.
+    /// integral nor derivative act. An error that is not a number counts as 0.
     pub fn update(&mut self, error: f64, dt_s: f64) -> (f64, PidTerms) {
         let error = bounded(error);
         let previous = match self.config.first_derivative {

@@ -6,7 +6,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// One configuration value that is no number or outside its range.
+/// One configuration value that is not a number or outside its range.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{parameter} = {value} {unit} is outside {min} to {max}")]
 pub struct OutOfRange {

@@ -20,10 +20,9 @@ pub use actions::{REMOTE_ACTIONS, RemoteActions};
 
 use crate::course_speed::{Setpoint, YawTarget};
 use crate::range::{InvalidConfig, RangeCheck};
-use crate::speed_table::SpeedTarget;
 use crate::thrust::{EffortLimits, MotorPair, Sharing, ThrustMap, allocate};
 use std::time::Duration;
-use units::{MonoTime, wrap_pi};
+use units::{MonoTime, Speed, wrap_pi};
 
 /// A held button counts for no longer than this between two messages (s).
 const LONGEST_PRESS_S: f64 = 0.2;
@@ -351,7 +350,7 @@ impl Session {
                 let heading_rad = wrap_pi(self.held_heading_rad + max_turn_rad * heading);
                 return RemoteCommand::Autopilot(Setpoint {
                     yaw: Some(YawTarget::Heading(heading_rad)),
-                    speed: Some(SpeedTarget::MetresPerSecond(max_speed_mps * throttle.max(0.0))),
+                    speed: Some(Speed::MetresPerSecond(max_speed_mps * throttle.max(0.0))),
                 });
             }
         };

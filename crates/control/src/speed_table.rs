@@ -6,52 +6,6 @@
 
 use crate::range::RangeCheck;
 
-/// A speed as an operator or a plan gives it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SpeedTarget {
-    /// Metres per second ahead.
-    MetresPerSecond(f64),
-    /// Revolutions per minute of both motors, negative astern.
-    Rpm(f64),
-    /// Percent of full actuation, negative astern.
-    Percent(f64),
-}
-
-impl SpeedTarget {
-    /// The bare number in the unit of its variant.
-    pub fn value(self) -> f64 {
-        let (Self::MetresPerSecond(value) | Self::Rpm(value) | Self::Percent(value)) = self;
-        value
-    }
-
-    /// The same speed in metres per second by `table`.
-    pub fn metres_per_second(self, table: &SpeedTable) -> f64 {
-        match self {
-            Self::MetresPerSecond(mps) => mps,
-            Self::Rpm(rpm) => table.mps_for_rpm(rpm),
-            Self::Percent(percent) => table.mps_for_percent(percent),
-        }
-    }
-
-    /// The same speed in revolutions per minute by `table`.
-    pub fn rpm(self, table: &SpeedTable) -> f64 {
-        match self {
-            Self::MetresPerSecond(mps) => table.rpm_for_mps(mps),
-            Self::Rpm(rpm) => rpm,
-            Self::Percent(percent) => table.rpm_for_percent(percent),
-        }
-    }
-
-    /// The same speed in percent of full actuation by `table`.
-    pub fn percent(self, table: &SpeedTable) -> f64 {
-        match self {
-            Self::MetresPerSecond(mps) => table.percent_for_mps(mps),
-            Self::Rpm(rpm) => table.percent_for_rpm(rpm),
-            Self::Percent(percent) => percent,
-        }
-    }
-}
-
 /// Rpm and m/s at 0, 10, ... 100 percent; both columns start at 0 and never fall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedTable {
@@ -184,9 +138,6 @@ mod tests {
             assert!((table.mps_for_percent(percent) - mps).abs() < 1e-9);
             assert!((table.percent_for_rpm(rpm) - percent).abs() < 1e-9);
             assert!((table.percent_for_mps(mps) - percent).abs() < 1e-9);
-            assert!((SpeedTarget::MetresPerSecond(mps).rpm(&table) - rpm).abs() < 1e-9);
-            assert!((SpeedTarget::Rpm(rpm).metres_per_second(&table) - mps).abs() < 1e-9);
-            assert!((SpeedTarget::Percent(percent).metres_per_second(&table) - mps).abs() < 1e-9);
         }
     }
 

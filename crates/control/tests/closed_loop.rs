@@ -10,11 +10,11 @@ mod otter;
 use control::{
     CourseSpeed, CourseSpeedConfig, Fix, Guidance, GuidanceConfig, IlosConfig, Law, Loiter, Motion,
     MotorPair, PathCommand, PathConfig, PathEnd, PathEvent, PathStart, PathStatus, PathTracker, Setpoint,
-    SpeedTarget, VectorFieldConfig, YawTarget,
+    VectorFieldConfig, YawTarget,
 };
 use otter::{Otter, Sea};
 use std::f64::consts::{FRAC_PI_2, PI};
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Turn, wrap_pi};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Speed, Turn, wrap_pi};
 
 /// A vessel with its sensors and all that is between a path and the motors.
 struct Ship {
@@ -28,7 +28,7 @@ struct Ship {
     tracker: PathTracker,
     guidance: Guidance,
     control: CourseSpeed,
-    speed: SpeedTarget,
+    speed: Speed,
 }
 
 impl Ship {
@@ -45,7 +45,7 @@ impl Ship {
             tracker: PathTracker::new(PathConfig::default()).unwrap(),
             guidance: Guidance::new(GuidanceConfig::default()).unwrap(),
             control,
-            speed: SpeedTarget::MetresPerSecond(1.5),
+            speed: Speed::MetresPerSecond(1.5),
         }
     }
 
@@ -183,7 +183,7 @@ fn settles_on_a_200_m_leg_in_a_cross_current() {
         ] {
             let mut ship = Ship::new(cross_current(), &config);
             (ship.period_s, ship.noise_m) = (period_s, noise_m);
-            ship.speed = SpeedTarget::MetresPerSecond(speed_mps);
+            ship.speed = Speed::MetresPerSecond(speed_mps);
             let errors_m = ship.leg(point(0.0, 0.0), point(200.0, 0.0));
             let settled = &errors_m[errors_m.len() / 3..];
             let (rms_m, largest_m) = (rms(settled), largest(&errors_m));
@@ -251,7 +251,7 @@ fn reaches_its_set_speed_without_lasting_error() {
         for (speed_mps, current_mps) in [(0.5, 0.0), (1.0, 0.0), (1.5, 0.3), (2.5, 0.0)] {
             let sea = Sea { current_mps, current_to_rad: PI, moment_nm: 0.0 };
             let mut ship = Ship::new(sea, &config);
-            ship.speed = SpeedTarget::MetresPerSecond(speed_mps);
+            ship.speed = Speed::MetresPerSecond(speed_mps);
             let mut speeds = Vec::new();
             for _ in 0..300 {
                 let motion = ship.fix().motion;
@@ -325,7 +325,7 @@ fn keeps_its_circle_in_both_senses() {
         for (drive, config) in drives() {
             for turn in [Turn::Clockwise, Turn::CounterClockwise] {
                 let mut ship = Ship::new(sea, &config);
-                ship.speed = SpeedTarget::MetresPerSecond(1.0);
+                ship.speed = Speed::MetresPerSecond(1.0);
                 let centre = point(60.0, 0.0);
                 ship.go(centre, Some(Loiter { radius_m: 15.0, turn }));
                 let errors_m: Vec<f64> = (0..2000)

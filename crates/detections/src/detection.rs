@@ -61,13 +61,44 @@ pub struct ReceiverClock {
     pub state: ClockState,
 }
 
-/// What is known of a receiver's clock. No message says how well it is kept, only whether it was ever set.
+/// What is known of a receiver's clock, from the least to the best. Consoles' TBRFishTag does not say it: a stamp alone tells
+/// whether it was ever set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ClockState {
-    /// It was never set since power-up: its count is no time of day.
+    /// It was never set since power-up: its count is not a time of day.
     NotSet,
+    /// It was good and is not known to be any more: its count may be a time of day that is off by anything.
+    Lost,
     /// It was set at some time.
     Set,
+    /// It was set by the vessel, and kept by its marks or by a pulse since.
+    Disciplined,
+}
+
+impl ClockState {
+    const ALL: [Self; 4] = [Self::NotSet, Self::Lost, Self::Set, Self::Disciplined];
+
+    /// As the reports say it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::NotSet => "not set",
+            Self::Lost => "lost",
+            Self::Set => "set",
+            Self::Disciplined => "disciplined",
+        }
+    }
+
+    /// From that word.
+    pub(crate) fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.word() == word)
+    }
+
+    /// What two reports tell together: who says that a clock is not good knows more than a stamp tells, and so does who says
+    /// that it is kept.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        if self.min(other) < Self::Set { self.min(other) } else { self.max(other) }
+    }
 }
 
 /// Where the vessel was when a tag was heard.
@@ -110,9 +141,9 @@ impl ReceiverClock {
         Self { seconds, millis, state }
     }
 
-    /// The time of day, where the clock is set.
+    /// The time of day, where the clock is set and was not lost.
     pub fn utc(self) -> Option<UtcTime> {
-        (self.state == ClockState::Set).then(|| UtcTime::from_micros(self.micros()))
+        (self.state >= ClockState::Set).then(|| UtcTime::from_micros(self.micros()))
     }
 
     /// The count, whatever it counts from (µs).
@@ -149,8 +180,7 @@ impl Detection {
     pub fn complete(&mut self, other: Self) {
         let Self { origin, clock, data, pose, effort, raw, .. } = other;
         self.origin.received = [self.origin.received, origin.received].into_iter().flatten().min();
-        // Whoever says that it is not set knows more than the stamp tells.
-        self.clock.state = self.clock.state.min(clock.state);
+        self.clock.state = self.clock.state.with(clock.state);
         self.data = self.data.or(data);
         let says_more = |pose: &Pose| pose.age_s.is_some() || pose.sigma_m.is_some();
         if self.pose.is_none()

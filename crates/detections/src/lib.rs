@@ -12,15 +12,20 @@
 //! Both come in packets of one moment and one entity. They are the same detection where [`Detection::is_same`] says so,
 //! and [`fused`] makes one of them. What no message carried is absent, and stays absent.
 //!
+//! [`Listening`] tells how a receiver listens, also while it hears nothing: an Event with the topic [`LISTENING_TOPIC`].
+//!
 //! It knows IMC and units; it has no clock, input or output.
 
 mod detection;
 mod fish_tag;
+mod list;
+mod listening;
 mod protocol;
 mod report;
 mod tag;
 
 pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, SET_AFTER_S, fused};
+pub use listening::{LISTENING_TOPIC, Listening};
 pub use protocol::Protocol;
 pub use report::{TOPIC, is_report};
 pub use tag::{NoTag, TagFilter};

@@ -1,20 +1,16 @@
 //! A whole detection as an IMC Event (660), and any packet as a detection.
 
 use crate::detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock};
+use crate::list::{List, number};
 use crate::protocol::Protocol;
 use imc::messages::{Event, Payload as _, TBRFishTag};
 use imc::{PacketView, tuples};
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::str::FromStr;
 use units::{LatLon, UtcTime};
 
 /// The topic of an Event that is a detection.
 pub const TOPIC: &str = "AcousticDetection";
-
-/// How the list says that a clock is not set, and that it is.
-const NOT_SET: &str = "not set";
-const SET: &str = "set";
 
 /// Whether a packet tells of a detection.
 pub fn is_report(view: &PacketView<'_>) -> bool {
@@ -41,7 +37,7 @@ impl Detection {
 
     /// All of it as an Event, a tuple list of these names:
     ///
-    /// `receiver` (serial number), `clock` (`set`, `not set`), `clock_s` and `clock_ms` (the receiver's count), `protocol`
+    /// `receiver` (serial number), `clock` (`set`, `not set`, `disciplined`, `lost`), `clock_s` and `clock_ms` (the receiver's count), `protocol`
     /// (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`, `line` (running number),
     /// `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`, `noise_age_s`,
     /// `propeller_rpm`, `raw`. Unknown values are left out. In `protocol` and `raw`, `%`, `;` and bytes outside printable
@@ -49,11 +45,7 @@ impl Detection {
     pub fn report(&self) -> Event {
         let mut list = List::default();
         list.put("receiver", self.receiver);
-        let state = match self.clock.state {
-            ClockState::NotSet => NOT_SET,
-            ClockState::Set => SET,
-        };
-        list.put("clock", state);
+        list.put("clock", self.clock.state.word());
         list.put("clock_s", self.clock.seconds);
         list.put("clock_ms", self.clock.millis);
         list.known("protocol", self.protocol.name().map(escaped));
@@ -90,8 +82,8 @@ impl Detection {
         let list = event.data.to_str_lossy();
         let mut clock = ReceiverClock::read(number(&list, "clock_s")?, number(&list, "clock_ms")?);
         // A word that is not known here leaves what the stamp tells.
-        if tuples::get(&list, "clock") == Some(NOT_SET) {
-            clock.state = ClockState::NotSet;
+        if let Some(told) = tuples::get(&list, "clock").and_then(ClockState::of_word) {
+            clock.state = clock.state.with(told);
         }
         Some(Self {
             origin,
@@ -112,27 +104,6 @@ impl Detection {
             raw: tuples::get(&list, "raw").map(plain),
         })
     }
-}
-
-/// A tuple list that grows.
-#[derive(Default)]
-struct List(String);
-
-impl List {
-    fn put(&mut self, name: &str, value: impl std::fmt::Display) {
-        let separator = if self.0.is_empty() { "" } else { ";" };
-        write!(self.0, "{separator}{name}={value}").ok();
-    }
-
-    fn known(&mut self, name: &str, value: Option<impl std::fmt::Display>) {
-        if let Some(value) = value {
-            self.put(name, value);
-        }
-    }
-}
-
-fn number<T: FromStr>(list: &str, name: &str) -> Option<T> {
-    tuples::get(list, name)?.parse().ok()
 }
 
 fn not_negative(list: &str, name: &str) -> Option<f64> {
@@ -248,16 +219,20 @@ mod tests {
 
     fn detections() -> impl Strategy<Value = Detection> {
         let origin = (any::<u16>(), any::<u8>(), 1_700_000_000_000_000..1_800_000_000_000_000_i64);
-        let clock = (any::<u32>(), 0..1_000_u16, any::<bool>());
+        let told = prop_oneof![
+            Just(ClockState::NotSet),
+            Just(ClockState::Lost),
+            Just(ClockState::Set),
+            Just(ClockState::Disciplined)
+        ];
+        let clock = (any::<u32>(), 0..1_000_u16, told);
         let tag = (protocols(), any::<u32>(), option::of(any::<u16>()));
         let signal = (any::<u32>(), any::<u8>(), any::<u8>(), any::<u16>());
         let rest = (option::of(pose()), effort(), option::of("\\PC{0,40}"));
         (origin, clock, tag, signal, rest).prop_map(
-            |((system, entity, us), (seconds, millis, reset), (protocol, tag_id, data), signal, rest)| {
+            |((system, entity, us), (seconds, millis, told), (protocol, tag_id, data), signal, rest)| {
                 let mut clock = ReceiverClock::read(seconds, millis);
-                if reset {
-                    clock.state = ClockState::NotSet;
-                }
+                clock.state = clock.state.with(told);
                 let ((receiver, snr_db, frequency_khz, line), (pose, effort, raw)) = (signal, rest);
                 let reported = UtcTime::from_micros(us);
                 let (system, received) = (Address(system), Some(RECEIVED));

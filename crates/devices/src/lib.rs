@@ -6,24 +6,36 @@
 //! recorded bytes. What opens the port and keeps the time stays in the program that uses it.
 //!
 //! Main types: [`Reading`] and what it is one of ([`GnssReading`], [`MotorReading`], [`BatteryReading`],
-//! [`TagReading`], [`WaterReading`]); [`Side`] and [`Pair`] for what exists to port and to starboard. The codecs
-//! are [`nmea`] (GNSS compass), [`torqeedo`] (motors, batteries and power rails on the CAN bus), [`tbr`]
-//! (hydrophone) and [`tbr_clock`] (the commands that set the hydrophone's clock).
+//! [`RailReading`], [`PowerChannelReading`], [`TagReading`], [`WaterReading`], [`ReceiverReading`]); [`Side`] and [`Pair`] for
+//! what exists to port and to starboard. The codecs are [`nmea`] (GNSS compass), [`torqeedo`] (motors, batteries and power rails on the CAN bus),
+//! [`tbr`] (hydrophone), [`tbr_clock`] (the commands that set the hydrophone's clock), [`vr2c`] (Innovasea's receivers) and
+//! [`pattern`] (receivers whose lines a pattern declares); those of text stand on [`lines`]. CAN frames ([`can`]) come
+//! through [`slcan`] adapters and [`candump`] logs too, and [`tq_bus`] is the motors' own line at the bench.
 //!
 //! The crate knows `units` and nothing else of Lutra: no IMC, no simulator, no clock, no input or output. SI units
 //! and radians but where a name says otherwise; headings and courses turn clockwise from north. Readings are as
 //! the devices gave them: what a device does not know is `None`, and numbers may still be nonsense (NaN, out of
 //! range), which whoever uses them refuses.
 
+pub mod can;
+pub mod candump;
+pub mod framer;
+pub mod line_splitter;
+pub mod lines;
 pub mod nmea;
 mod pair;
+pub mod pattern;
 mod reading;
+pub mod slcan;
 pub mod tbr;
 pub mod tbr_clock;
 pub mod torqeedo;
+pub mod tq_bus;
+pub mod vr2c;
 
 pub use pair::{Pair, Side};
 pub use reading::{
-    BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, TagReading,
-    WaterReading,
+    BatteryReading, ClockState, GnssFix, GnssReading, GroundVelocity, MotorReading, Part,
+    PowerChannelReading, PulseReading, Quality, RailReading, Reading, ReceiverReading, TagReading,
+    TroubleReading, WaterReading,
 };

@@ -47,6 +47,23 @@ impl ClockCommand {
         }
     }
 
+    /// As it is sent: the time of the setting commands with its Luhn digit. A time beyond ten digits cannot be sent and is
+    /// cut; the last second that can is in the year 2286.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Round => "(+)".to_owned(),
+            Self::SetTens(seconds) => {
+                let nine = format!("{:09}", seconds.div_euclid(10).clamp(0, 999_999_999));
+                format!("(+){nine}{}", luhn_digit(&nine))
+            }
+            Self::SetSecond(seconds) => format!("UT={:010}", (*seconds).clamp(0, 9_999_999_999)),
+            Self::EnterCommands => "LIVECM".to_owned(),
+            Self::LeaveCommands => "EX!".to_owned(),
+            Self::Version => "FV?".to_owned(),
+            Self::Setting(setting) => setting.clone(),
+        }
+    }
+
     /// The receiver's answer once it has obeyed.
     pub fn answer(&self) -> Vec<u8> {
         let text = match self {
@@ -64,6 +81,11 @@ impl ClockCommand {
 
 fn ten_digits(text: &str) -> Option<i64> {
     (text.len() == 10 && text.bytes().all(|b| b.is_ascii_digit())).then(|| text.parse().ok()).flatten()
+}
+
+/// The Luhn digit of some digits.
+fn luhn_digit(digits: &str) -> char {
+    ('0'..='9').find(|digit| luhn_holds(&format!("{digits}{digit}"))).unwrap_or('0')
 }
 
 /// Whether the last of some digits is the Luhn digit of those before (ISO/IEC 7812-1, annex B).
@@ -96,6 +118,31 @@ mod tests {
             ("noise", None),
         ] {
             assert_eq!(ClockCommand::parse(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn commands_are_sent_as_they_are_read() {
+        for command in [
+            ClockCommand::Round,
+            ClockCommand::SetTens(1_500_000_000),
+            ClockCommand::SetSecond(1_500_000_004),
+            ClockCommand::EnterCommands,
+            ClockCommand::LeaveCommands,
+            ClockCommand::Version,
+            ClockCommand::Setting("FC=69".to_owned()),
+        ] {
+            assert_eq!(ClockCommand::parse(&command.text()), Some(command));
+        }
+    }
+
+    #[test]
+    fn every_vector_of_the_clock_is_met() {
+        let Some(path) = testkit::shared("data/onboard/tbr_sync_vectors.csv") else { return };
+        for row in std::fs::read_to_string(path).unwrap().lines().skip(1) {
+            let mut cells = row.split(',');
+            let seconds = cells.next().unwrap().parse().unwrap();
+            assert_eq!(ClockCommand::SetTens(seconds).text(), cells.next().unwrap());
         }
     }
 }

@@ -13,7 +13,7 @@ pub enum GeoJsonError {
     /// No JSON.
     #[error("this is no JSON: {0}; fetch the file again")]
     Json(String),
-    /// A type that is none, or that holds neither points nor lines.
+    /// A type that is not valid, or that holds neither points nor lines.
     #[error("{place}: a {found} is neither point nor line; export points and lines as a FeatureCollection")]
     Type {
         /// Where.
@@ -21,21 +21,21 @@ pub enum GeoJsonError {
         /// Its type.
         found: String,
     },
-    /// A type that is none, or that holds no polygons.
-    #[error("{place}: a {found} is no polygon; export polygons as a FeatureCollection")]
+    /// A type that is not valid, or that holds no polygons.
+    #[error("{place}: a {found} is not a polygon; export polygons as a FeatureCollection")]
     NoPolygon {
         /// Where.
         place: String,
         /// Its type.
         found: String,
     },
-    /// A ring that is none.
+    /// A ring that is not valid.
     #[error("{place}: a ring needs four positions or more, the last equal to the first; repair the polygon")]
     Ring {
         /// Where.
         place: String,
     },
-    /// A position that is none.
+    /// A position that is not valid.
     #[error("{place}: {found} is no longitude and latitude in degrees; convert the file to EPSG:4326")]
     Position {
         /// Where.
@@ -72,7 +72,7 @@ pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
 /// Reads all polygons. They may be many: who reads them bounds the file.
 ///
 /// # Errors
-/// At the first thing that is none.
+/// At the first thing that is not valid.
 pub fn read_polygons(bytes: &[u8]) -> Result<Vec<Polygon>, GeoJsonError> {
     let mut polygons = Vec::new();
     collect(&parsed(bytes)?, "the file", &mut polygons)?;
@@ -322,7 +322,7 @@ mod tests {
     fn says_what_is_no_land() {
         let fails = |text: &str| read_polygons(text.as_bytes()).unwrap_err().to_string();
         assert!(fails("[").contains("no JSON"));
-        assert!(fails(r#"{"type":"Point","coordinates":[1,2]}"#).contains("\"Point\" is no polygon"));
+        assert!(fails(r#"{"type":"Point","coordinates":[1,2]}"#).contains("\"Point\" is not a polygon"));
         assert!(
             fails(r#"{"type":"Polygon","coordinates":[[[1,2],[3,4],[1,2]]]}"#).contains("four positions")
         );

@@ -7,8 +7,8 @@
 
 use crate::limits::GuardLimits;
 use crate::sweep::{Corridor, Disc, circle, displaced, distance_m, hull};
-use crate::verdict::{LegCheck, Part, Reason, Spot, Verdict, Warning};
-use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Water};
+use crate::verdict::{Entered, LegCheck, Part, Reason, Spot, Verdict, Warning};
+use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction, Water};
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -61,6 +61,7 @@ impl<'a> Check<'a> {
         let too_much = self.is_over();
         let mut warnings = self.warnings;
         warnings.extend(self.legs.iter().filter_map(Warning::of_quality));
+        warnings.extend(self.legs.iter().filter_map(Warning::of_area));
         warnings.dedup();
         Verdict { legs: self.legs, warnings, too_much }
     }
@@ -197,11 +198,16 @@ struct NamedLeg<'a> {
 impl NamedLeg<'_> {
     /// The worst of its corridors; `None` without any.
     fn check(self, corridors: &[Corridor], index: &DepthIndex, limits: &GuardLimits) -> Option<LegCheck> {
-        let answers = corridors.iter().map(|corridor| worst(*corridor, index, limits));
+        let mut area = None;
+        let answers = corridors.iter().map(|corridor| {
+            let answer = worst(*corridor, index, limits);
+            area = Restricted::worse(area, answer.area);
+            answer
+        });
         let answer =
             answers.reduce(|worst, one| if gravity(&worst) <= gravity(&one) { worst } else { one })?;
         let ends = (corridors.first()?.from, corridors.last()?.to);
-        Some(self.told(&answer, ends, index, limits))
+        Some(self.told(&answer.within(area), ends, index, limits))
     }
 
     fn told(
@@ -211,6 +217,9 @@ impl NamedLeg<'_> {
         index: &DepthIndex,
         limits: &GuardLimits,
     ) -> LegCheck {
+        let reason = reason(answer, limits);
+        let area = answer.area.map(|area| Entered::of(&area, answer, index));
+        let of_area = area.as_ref().filter(|_| matches!(reason, Some(Reason::Entry(_))));
         LegCheck {
             label: self.label.to_owned(),
             part: self.part,
@@ -218,8 +227,9 @@ impl NamedLeg<'_> {
             from,
             to,
             half_width_m: answer.half_width_m,
-            reason: reason(answer, limits),
-            spot: Spot::of(answer, index),
+            reason,
+            spot: of_area.map_or_else(|| Spot::of(answer, index), |area| area.spot.clone()),
+            area,
         }
     }
 }
@@ -243,10 +253,17 @@ fn gravity(answer: &DepthAnswer) -> f64 {
     }
 }
 
-/// Why the vessel may not be there by itself, if so.
+/// Why the vessel may not be there by itself, if so: for want of water first, then for a rule.
 fn reason(answer: &DepthAnswer, limits: &GuardLimits) -> Option<Reason> {
     if answer.navigable {
         return None;
+    }
+    let refused: Option<Restriction> =
+        answer.area.filter(Restricted::is_refused).map(|area| area.restriction);
+    if let Some(restriction) = refused
+        && answer.margin_m.is_some_and(|margin_m| margin_m >= 0.0)
+    {
+        return Some(Reason::Entry(restriction));
     }
     Some(match answer.water {
         Water::Land => Reason::Land,
@@ -267,6 +284,7 @@ fn reason(answer: &DepthAnswer, limits: &GuardLimits) -> Option<Reason> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use charts::depth_index::{EntryRule, EntryRules};
     use testkit::sea::{Ground, Sea};
 
     fn frame() -> LocalFrame {
@@ -294,6 +312,53 @@ mod tests {
         assert_eq!((leg.from, leg.to), (place(-500.0, 0.0), place(500.0, 0.0)), "the whole way is told");
         let way = check_way("a way", place(-500.0, 300.0), place(500.0, 300.0), &index, &limits);
         assert_eq!((way.reason, way.spot.margin_m), (None, Some(15.0)));
+    }
+
+    #[test]
+    fn an_area_that_is_refused_is_a_reason_and_one_that_is_warned_of_a_warning() {
+        let sea = Sea::new(frame().origin(), 2000.0, 20.0);
+        let closed = sea.clone().with(Ground::Entry(7), LocalPoint::default(), 100.0, 24).index();
+        let avoided = sea.with(Ground::Entry(14), LocalPoint::default(), 100.0, 24).index();
+        let ways = |index: &DepthIndex, entry: EntryRules| {
+            let limits = GuardLimits { entry, ..GuardLimits::default() };
+            let mut check = Check::new(Some(place(-500.0, 0.0)), index, &limits);
+            check.transit("across", Disc::at(place(500.0, 0.0)));
+            check.transit("on", Disc::at(place(500.0, 500.0)));
+            check.verdict()
+        };
+        let usual = EntryRules::default();
+        let refused = ways(&closed, usual);
+        let leg = &refused.legs[0];
+        assert_eq!(leg.reason, Some(Reason::Entry(Restriction::EntryProhibited)));
+        assert_eq!((refused.legs[1].reason, refused.warnings.len()), (None, 0));
+        let text =
+            "'across' (transit 1): enters an area where entry is prohibited: no name (XX5SEA01) at 63.4";
+        assert!(leg.to_string().starts_with(text), "{leg}");
+        assert_eq!((leg.spot.class, leg.spot.least_m), (Some("RESARE"), Some(20.0)));
+        let warned = ways(&avoided, usual);
+        assert!(!warned.is_refused());
+        let codes: Vec<_> = warned.warnings.iter().map(|one| (one.label(), one.code())).collect();
+        assert_eq!(codes, [("across", "entry-restricted")]);
+        let lenient = EntryRules { prohibited: EntryRule::Warn, ..usual };
+        assert_eq!(ways(&closed, lenient).warnings[0].code(), "entry-prohibited");
+        assert_eq!(ways(&closed, lenient.at_least(usual)), refused, "a vessel weakens no rule of the shore");
+        assert_eq!(ways(&closed, EntryRules::IGNORE).warnings, []);
+        // Whoever is in one must be able to steer out of it.
+        let around = crate::WaterAround::new(&closed, &GuardLimits::default(), (place(0.0, 0.0), 1.0), 5.0);
+        assert!(around.is_clear() && around.ahead(0.0, 300.0).is_none());
+    }
+
+    #[test]
+    fn land_is_the_reason_before_a_rule_and_the_area_is_told_all_the_same() {
+        let sea = Sea::new(frame().origin(), 2000.0, 20.0);
+        let sea = sea.with(Ground::Land, LocalPoint::default(), 100.0, 24);
+        let index = sea.with(Ground::Entry(7), LocalPoint::default(), 200.0, 24).index();
+        let limits = GuardLimits::default();
+        let mut check = Check::new(Some(place(-500.0, 0.0)), &index, &limits);
+        check.transit("across", Disc::at(place(500.0, 0.0)));
+        let verdict = check.verdict();
+        assert_eq!(verdict.legs[0].reason, Some(Reason::Land));
+        assert_eq!(verdict.warnings[0].code(), "entry-prohibited");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What the guard demands of the water, and how far it believes position, track and chart.
 
-use charts::depth_index::{ChartTrust, Demand};
+use charts::depth_index::{ChartTrust, Demand, EntryRules};
 
 /// Limits of the guard. All but the water level are 0 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +19,8 @@ pub struct GuardLimits {
     pub air_draught_m: Option<f64>,
     /// How far the chart is believed.
     pub trust: ChartTrust,
+    /// What becomes of plans into areas whose entry is prohibited or restricted.
+    pub entry: EntryRules,
     /// How far the vessel may be from where it believes to be (m).
     pub position_m: f64,
     /// How far it may stray from its track (m).
@@ -44,6 +46,7 @@ impl Default for GuardLimits {
             water_level_m: 0.0,
             air_draught_m: Some(2.0),
             trust: ChartTrust::AsCharted,
+            entry: EntryRules::default(),
             position_m: 3.0,
             cross_track_m: 10.0,
             hull_m: 1.2,
@@ -91,13 +94,15 @@ impl GuardLimits {
         bad.map_or(Ok(()), |(name, value, least)| Err(LimitsError { name, value, least }))
     }
 
-    /// These limits, but never with less water than `floor` asks for, nor relying on more of a tide.
+    /// These limits, but never with less water than `floor` asks for, nor relying on more of a tide, nor with a weaker rule
+    /// of entry.
     #[must_use]
     pub fn at_least(self, floor: &Self) -> Self {
         Self {
             navigable_m: self.navigable_m.max(floor.navigable_m),
             autonomous_m: self.autonomous_m.max(floor.autonomous_m),
             water_level_m: self.water_level_m.min(floor.water_level_m),
+            entry: self.entry.at_least(floor.entry),
             ..self
         }
     }
@@ -119,6 +124,7 @@ impl GuardLimits {
             air_draught_m: self.air_draught_m,
             position_m: self.position_m,
             trust: self.trust,
+            entry: self.entry,
         }
     }
 

@@ -1,6 +1,6 @@
 //! What the guard answers: legs with their worst spot, and what it could not check.
 
-use charts::depth_index::{DepthAnswer, DepthIndex, Water};
+use charts::depth_index::{DepthAnswer, DepthIndex, Restricted, Restriction, Water};
 use std::fmt;
 use units::LatLon;
 
@@ -126,6 +126,11 @@ pub enum Reason {
     TooShallow,
     /// Deep enough for an operator who steers, too shallow for the vessel by itself.
     TooShallowAlone,
+    /// Deep enough, in an area that the vessel may not enter.
+    Entry(
+        /// How strictly it is closed.
+        Restriction,
+    ),
 }
 
 impl Reason {
@@ -139,6 +144,7 @@ impl Reason {
             Self::TooLow => "too-low",
             Self::TooShallow => "too-shallow",
             Self::TooShallowAlone => "too-shallow-alone",
+            Self::Entry(restriction) => restriction.code(),
         }
     }
 }
@@ -207,14 +213,48 @@ pub struct LegCheck {
     pub half_width_m: f64,
     /// Why it is refused, if it is.
     pub reason: Option<Reason>,
-    /// The worst spot, also of a leg that is deep enough.
+    /// The worst spot, also of a leg that is deep enough; where an area is the reason, the place in which it is entered.
     pub spot: Spot,
+    /// Of the areas whose entry is prohibited or restricted the one that counts most, if the leg enters any.
+    pub area: Option<Entered>,
+}
+
+/// An area whose entry is prohibited or restricted, and where a leg first comes into it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entered {
+    /// How strictly it is closed.
+    pub restriction: Restriction,
+    /// Where it is entered; the depth is the least of the whole leg.
+    pub spot: Spot,
+}
+
+impl Entered {
+    pub(crate) fn of(area: &Restricted, answer: &DepthAnswer, index: &DepthIndex) -> Self {
+        let entry = DepthAnswer { at: area.at, object: Some(area.object), ..*answer };
+        let found = Spot::of(&entry, index);
+        let object = index.object(area.object);
+        // The area itself is named also where the water is not charted.
+        let class = object.and_then(|object| object.class.acronym());
+        Self { restriction: area.restriction, spot: Spot { class, ..found } }
+    }
+
+    /// What it is called, and where it is charted.
+    fn name_and_chart(&self) -> String {
+        let name = self.spot.name.as_deref().unwrap_or("no name");
+        let cell = self.spot.cell.as_deref().unwrap_or("no chart");
+        format!("{name} ({cell})")
+    }
 }
 
 impl fmt::Display for LegCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { label, part, spot, .. } = self;
         write!(f, "'{label}' ({} {}): ", part.code(), self.number + 1)?;
+        if let (Some(Reason::Entry(restriction)), Some(area)) = (self.reason, &self.area) {
+            let (at, what) = (area.spot.at, area.name_and_chart());
+            let (lat_deg, lon_deg) = (at.lat_deg(), at.lon_deg());
+            return write!(f, "enters {}: {what} at {lat_deg:.5}, {lon_deg:.5}", restriction.words());
+        }
         match (self.reason, spot.least_m, spot.margin_m) {
             (Some(Reason::Land), ..) => write!(f, "land")?,
             (Some(Reason::Obstacle), ..) => write!(f, "an obstacle")?,
@@ -269,6 +309,15 @@ pub enum Warning {
         /// Cell that decides, where one does.
         cell: Option<String>,
     },
+    /// It enters an area whose entry is prohibited or restricted.
+    Entry {
+        /// Whose leg it is.
+        label: String,
+        /// How strictly the area is closed.
+        restriction: Restriction,
+        /// Its name and its chart, in words.
+        area: String,
+    },
 }
 
 impl Warning {
@@ -279,6 +328,7 @@ impl Warning {
             Self::Unchecked { .. } => "unchecked",
             Self::DriftsOn { .. } => "drifts-on",
             Self::PoorChart { .. } => "poor-chart",
+            Self::Entry { restriction, .. } => restriction.code(),
         }
     }
 
@@ -288,13 +338,21 @@ impl Warning {
             Self::StartUnknown { label }
             | Self::Unchecked { label, .. }
             | Self::DriftsOn { label }
-            | Self::PoorChart { label, .. } => label,
+            | Self::PoorChart { label, .. }
+            | Self::Entry { label, .. } => label,
         }
     }
 
     pub(crate) fn of_quality(leg: &LegCheck) -> Option<Self> {
         let poor = leg.spot.zone.is_some_and(|zone| zone >= POOR_ZONE) && leg.reason.is_none();
         poor.then(|| Self::PoorChart { label: leg.label.clone(), cell: leg.spot.cell.clone() })
+    }
+
+    /// Of an area that is not the reason for which the leg is refused.
+    pub(crate) fn of_area(leg: &LegCheck) -> Option<Self> {
+        let entered = leg.area.as_ref().filter(|_| !matches!(leg.reason, Some(Reason::Entry(_))))?;
+        let (restriction, area) = (entered.restriction, entered.name_and_chart());
+        Some(Self::Entry { label: leg.label.clone(), restriction, area })
     }
 }
 
@@ -313,6 +371,9 @@ impl fmt::Display for Warning {
             Self::PoorChart { label, cell } => {
                 let cell = cell.as_deref().unwrap_or("the chart");
                 write!(f, "'{label}': deep enough by a survey of poor or unknown quality ({cell})")
+            }
+            Self::Entry { label, restriction, area } => {
+                write!(f, "'{label}': enters {}: {area}", restriction.words())
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What a vessel under way asks of the chart: the water around it and ahead.
 
 use crate::limits::GuardLimits;
-use charts::depth_index::{Demand, DepthAnswer, DepthIndex, Leg};
+use charts::depth_index::{Demand, DepthAnswer, DepthIndex, EntryRules, Leg};
 use units::{LatLon, LocalFrame, LocalPoint};
 
 /// Positions are normal: so many standard deviations of each axis hold 95 % of them.
@@ -10,6 +10,9 @@ const SIGMAS: f64 = 2.45;
 const WIDENING: f64 = 0.07;
 /// The cone is covered by corridors that end at these shares of its length.
 const STEPS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+/// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, and nobody is
+/// braked, turned back or aborted for it.
+const UNDER_WAY: EntryRules = EntryRules::IGNORE;
 /// Halvings of an interval when a clear radius is looked for.
 const HALVINGS: u32 = 9;
 
@@ -42,12 +45,14 @@ impl<'a> WaterAround<'a> {
         let mut demand = limits.demand(least_m);
         // What navigation knows of its error counts, never less than what is stated.
         demand.position_m = limits.position_m.max(SIGMAS * sigma_m);
+        demand.entry = UNDER_WAY;
         Self { index, demand, hull_m: limits.hull_m, place }
     }
 
     /// The same place with another demand of depth.
     pub(crate) fn needing(&self, limits: &GuardLimits, least_m: f64) -> Self {
-        let demand = Demand { position_m: self.demand.position_m, ..limits.demand(least_m) };
+        let demand =
+            Demand { position_m: self.demand.position_m, entry: UNDER_WAY, ..limits.demand(least_m) };
         Self { demand, ..*self }
     }
 

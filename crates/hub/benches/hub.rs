@@ -4,7 +4,7 @@
 
 use bytes::Bytes;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use hub::{Door, Hub, Incoming, Peer, PeerId, Role, Settings, Sources};
+use hub::{Hub, Incoming, Peer, PeerId, Role, Settings, Sources, Transport};
 use imc::messages::EstimatedState;
 use imc::{Address, Header, Packet};
 use units::{MonoTime, Now, UtcTime};
@@ -31,7 +31,10 @@ fn relay(c: &mut Criterion) {
         let mut hub = Hub::new(settings, ());
         let peer = |_| {
             let name = String::new();
-            hub.join(now(0), Peer { door: Door::Proxy, role: Role::Console, name, sources: Sources::Any })
+            hub.join(
+                now(0),
+                Peer { transport: Transport::Proxy, role: Role::Console, name, sources: Sources::Any },
+            )
         };
         let peers: Vec<PeerId> = (0..=receivers).map(peer).collect();
         group.throughput(Throughput::Elements(u64::from(BATCH) * receivers));

@@ -1,4 +1,4 @@
-//! The one way down: what people and programs order goes to its vessel by whatever door leads there.
+//! The one way down: what people and programs order goes to its vessel by whatever transport leads there.
 //!
 //! Every order has a number, the epoch of the lease that it is given under, an end of its life, and an urgency. It goes by
 //! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
@@ -17,7 +17,7 @@
 //! | command | waits if the vessel has a link, else it is refused | [`TIME_TO_LIVE`] |
 //! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
 
-use crate::{Door, Hub, PeerId};
+use crate::{Hub, PeerId, Transport};
 use bytes::Bytes;
 use imc::messages::{
     Payload as _, PlanControl, PlanControlOp, PlanControlType, VehicleCommand, VehicleCommandCommand,
@@ -102,11 +102,11 @@ pub struct Telecommand {
 /// What became of an order when it was given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dispatched {
-    /// It is on its way by these doors.
-    Sent(Vec<Door>),
-    /// It waits until its vessel is heard or its life ends. It was given to these doors all the same, where the vessel
+    /// It is on its way by these transports.
+    Sent(Vec<Transport>),
+    /// It waits until its vessel is heard or its life ends. It was given to these transports all the same, where the vessel
     /// was not heard lately.
-    Waits(Vec<Door>),
+    Waits(Vec<Transport>),
     /// There is no way, for this reason.
     Refused(&'static str),
 }
@@ -122,10 +122,10 @@ pub trait OrderLog {
     fn is_void(&self, id: CommandId) -> bool;
     /// Whether it has the vessel begin something.
     fn starts(&self, id: CommandId) -> bool;
-    /// What became of it when it was given to the doors.
+    /// What became of it when it was given to the transports.
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched);
     /// It is on its way once more, for nothing showed that the vessel has it.
-    fn sent_again(&mut self, now: Now, id: CommandId, doors: &[Door]);
+    fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
     fn refused(&mut self, now: Now, id: CommandId, why: &str);
     /// Something was started after a stop that waited.
@@ -147,7 +147,7 @@ impl OrderLog for () {
         false
     }
     fn dispatched(&mut self, _: Now, _: CommandId, _: &Dispatched) {}
-    fn sent_again(&mut self, _: Now, _: CommandId, _: &[Door]) {}
+    fn sent_again(&mut self, _: Now, _: CommandId, _: &[Transport]) {}
     fn refused(&mut self, _: Now, _: CommandId, _: &str) {}
     fn overtaken(&mut self, _: Now, _: CommandId) {}
     fn expired(&mut self, _: Now, _: CommandId) {}
@@ -159,10 +159,10 @@ pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
 
 /// The last stop of each vessel that was sent and of which nothing shows yet that the vessel has it.
 #[derive(Debug, Default)]
-pub(crate) struct Standing(BTreeMap<Address, Stood>);
+pub(crate) struct PendingStops(BTreeMap<Address, PendingStop>);
 
 #[derive(Debug)]
-struct Stood {
+struct PendingStop {
     stop: Telecommand,
     /// Who took it.
     takers: Vec<PeerId>,
@@ -177,7 +177,7 @@ struct Stood {
     overtaken_by: Vec<CommandId>,
 }
 
-impl Standing {
+impl PendingStops {
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -190,8 +190,15 @@ impl Standing {
         let before = self.0.get(&stop.vessel).filter(|stood| stood.stop.tag.id == stop.tag.id);
         let pause = before.map_or(SILENCE, |stood| 2 * stood.pause);
         let vessel = stop.vessel;
-        let stood =
-            Stood { stop, takers, lost: false, heard: now, given: now, pause, overtaken_by: Vec::new() };
+        let stood = PendingStop {
+            stop,
+            takers,
+            lost: false,
+            heard: now,
+            given: now,
+            pause,
+            overtaken_by: Vec::new(),
+        };
         self.0.insert(vessel, stood);
     }
 
@@ -368,8 +375,8 @@ impl<O: OrderLog> Hub<O> {
         if !stood.overtaken_by.iter().all(|later| self.orders.is_void(*later)) {
             return;
         }
-        if let Dispatched::Sent(doors) = self.send_down(now, stop) {
-            self.orders.sent_again(now, id, &doors);
+        if let Dispatched::Sent(transports) = self.send_down(now, stop) {
+            self.orders.sent_again(now, id, &transports);
         }
     }
 
@@ -417,10 +424,10 @@ impl<O: OrderLog> Hub<O> {
             }
             return self.wait(order);
         }
-        let (mut doors, mut takers) = (Vec::new(), Vec::new());
+        let (mut transports, mut takers) = (Vec::new(), Vec::new());
         let copy = if stop { Tag { expires: tag.expires.min(now.mono + COPY_LIFE), ..tag } } else { tag };
         if let Some(link) = link {
-            doors.extend(self.hand(link, packet, copy));
+            transports.extend(self.hand(link, packet, copy));
             takers.push(link);
         }
         if stop && !again {
@@ -430,15 +437,15 @@ impl<O: OrderLog> Hub<O> {
                 self.hand(down, packet, Tag { id: None, ..copy });
             }
         }
-        if doors.is_empty() || stop {
+        if transports.is_empty() || stop {
             let count = if stop { others.len() } else { 1 };
             for way in others.into_iter().take(count) {
-                doors.extend(self.hand(way.peer, packet, copy));
+                transports.extend(self.hand(way.peer, packet, copy));
                 takers.push(way.peer);
             }
         }
         // A way on which the vessel was not heard lately may lead nowhere: a stop waits all the same, until it is heard.
-        if !doors.is_empty() && (link.is_some() || one_is_alive || !stop) {
+        if !transports.is_empty() && (link.is_some() || one_is_alive || !stop) {
             if stop {
                 self.standing.put(now.mono, order, takers);
             } else if starts.is_some() {
@@ -447,7 +454,7 @@ impl<O: OrderLog> Hub<O> {
                     stood.overtaken_by.extend(starts);
                 }
             }
-            return Dispatched::Sent(doors);
+            return Dispatched::Sent(transports);
         }
         match tag.urgency {
             Urgency::Sticks => return Dispatched::Refused("no connection to the vessel now"),
@@ -461,7 +468,7 @@ impl<O: OrderLog> Hub<O> {
             self.standing.end(vessel);
         }
         match self.wait(order) {
-            Dispatched::Waits(_) => Dispatched::Waits(doors),
+            Dispatched::Waits(_) => Dispatched::Waits(transports),
             refused => refused,
         }
     }
@@ -486,13 +493,13 @@ impl<O: OrderLog> Hub<O> {
         links.map(|(id, _)| *id).collect()
     }
 
-    fn hand(&mut self, peer: PeerId, packet: &Bytes, tag: Tag) -> Option<Door> {
+    fn hand(&mut self, peer: PeerId, packet: &Bytes, tag: Tag) -> Option<Transport> {
         let slot = self.peers.get_mut(&peer)?;
         slot.delivered += 1;
         slot.out.push(Delivery { packet: packet.clone(), tag: Some(tag) });
-        let door = slot.peer.door;
+        let transport = slot.peer.transport;
         self.counters.delivered += 1;
-        Some(door)
+        Some(transport)
     }
 
     fn standing_link(&self, vessel: Address) -> Option<PeerId> {

@@ -1,7 +1,7 @@
 //! Finds packets that were here before.
 //!
 //! Copies come from two sides: an IMCProxy sends one copy of each telemetry packet per console, differing in
-//! destination (and so in checksum), and a system that is reached by two doors is heard twice. The window is
+//! destination (and so in checksum), and a system that is reached by two transports is heard twice. The window is
 //! bounded in number: two halves, each a set of 64-bit digests; when the younger half is full, the older one is
 //! forgotten.
 //!
@@ -20,7 +20,7 @@ use units::MonoTime;
 /// Packets of each half.
 const HALF: usize = 1 << 15;
 
-/// A copy by another way comes within this; the same bytes later are said anew.
+/// A copy by another way comes within this; the same bytes later are said again.
 const COPY_WITHIN: Duration = Duration::from_secs(2);
 /// The same bytes may be said so often without a pause of [`COPY_WITHIN`]. What goes on goes round between relays.
 const IN_A_ROW: u32 = 20;

@@ -3,7 +3,7 @@
 //! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
 //! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
 
-use crate::downlink::{Delivery, OrderLog, Standing, Waiting};
+use crate::downlink::{Delivery, OrderLog, PendingStops, Waiting};
 use crate::duplicates::{self, Repeats, Window};
 use crate::exchange::is_command;
 use crate::fleet::Fleet;
@@ -14,7 +14,7 @@ use crate::slot::Slot;
 use bytes::Bytes;
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
-use link::{Door, LinkSeq};
+use link::{LinkSeq, Transport};
 use std::collections::{BTreeMap, BTreeSet};
 use units::{MonoTime, Now, UtcTime};
 
@@ -66,8 +66,8 @@ pub struct Record {
     pub packet: Bytes,
     /// When it came.
     pub received: UtcTime,
-    /// By which door.
-    pub door: Door,
+    /// By which transport.
+    pub transport: Transport,
     /// Its place on the vessel link, to acknowledge once it is durable.
     pub link: Option<LinkSeq>,
 }
@@ -107,7 +107,7 @@ pub struct Hub<O> {
     /// Orders for which there is no way yet.
     pub(crate) waiting: Waiting,
     /// Stops that are kept until their vessels show that they have them.
-    pub(crate) standing: Standing,
+    pub(crate) standing: PendingStops,
 }
 
 impl<O: OrderLog> Hub<O> {
@@ -117,7 +117,7 @@ impl<O: OrderLog> Hub<O> {
             node: Node::new(&settings),
             orders,
             waiting: Waiting::default(),
-            standing: Standing::default(),
+            standing: PendingStops::default(),
             settings,
             fleet: Fleet::default(),
             peers: BTreeMap::new(),
@@ -151,15 +151,15 @@ impl<O: OrderLog> Hub<O> {
         self.linked.contradictions(now)
     }
 
-    /// The doors besides the link by which vessels that have a link are believed too.
-    pub fn trust_doors(&mut self, doors: impl IntoIterator<Item = Door>) {
-        self.linked.trust(doors);
+    /// The transports besides the link by which vessels that have a link are believed too.
+    pub fn trust_transports(&mut self, transports: impl IntoIterator<Item = Transport>) {
+        self.linked.trust(transports);
     }
 
-    /// The vessels that have a link with a token, all of them. They are believed there and at trusted doors only, and
+    /// The vessels that have a link with a token, all of them. They are believed there and at trusted transports only, and
     /// get their commands there. One whose link joins is one of them from then on.
     pub fn set_linked(&mut self, vessels: BTreeSet<Address>) {
-        for slot in self.peers.values_mut().filter(|slot| !self.linked.is_trusted(slot.peer.door)) {
+        for slot in self.peers.values_mut().filter(|slot| !self.linked.is_trusted(slot.peer.transport)) {
             for vessel in &vessels {
                 slot.disown(*vessel);
             }
@@ -181,7 +181,7 @@ impl<O: OrderLog> Hub<O> {
     pub fn join(&mut self, now: Now, peer: Peer) -> PeerId {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
-        if let (Door::Link, Sources::Only(vessels)) = (peer.door, &peer.sources) {
+        if let (Transport::Link, Sources::Only(vessels)) = (peer.transport, &peer.sources) {
             // Of several connections of one link the last counts, also if the one before ended without a word.
             for slot in self.peers.values_mut().filter(|slot| vessels.iter().any(|own| slot.is_link_of(*own)))
             {
@@ -217,25 +217,25 @@ impl<O: OrderLog> Hub<O> {
 
     /// Whether a system can be reached now.
     pub fn reaches(&self, now: MonoTime, address: Address) -> bool {
-        self.doors_to(now, address).next().is_some()
+        self.transports_to(now, address).next().is_some()
     }
 
-    /// The doors of the peers behind which a system was heard last.
-    pub fn doors_to(&self, now: MonoTime, address: Address) -> impl Iterator<Item = Door> {
+    /// The transports of the peers behind which a system was heard last.
+    pub fn transports_to(&self, now: MonoTime, address: Address) -> impl Iterator<Item = Transport> {
         let there = move |slot: &&Slot| slot.is_home_of(address, now);
-        self.peers.values().filter(there).map(|slot| slot.peer.door)
+        self.peers.values().filter(there).map(|slot| slot.peer.transport)
     }
 
     /// Packets that came from a peer.
     pub fn packets(&mut self, now: Now, from: PeerId, batch: impl IntoIterator<Item = Incoming>) {
         let Some(slot) = self.peers.get(&from) else { return };
-        let door = slot.peer.door;
+        let transport = slot.peer.transport;
         for incoming in batch {
-            self.packet(now, from, door, incoming);
+            self.packet(now, from, transport, incoming);
         }
     }
 
-    fn packet(&mut self, now: Now, from: PeerId, door: Door, incoming: Incoming) {
+    fn packet(&mut self, now: Now, from: PeerId, transport: Transport, incoming: Incoming) {
         self.counters.received += 1;
         let Some(slot) = self.peers.get_mut(&from) else { return };
         slot.received += 1;
@@ -250,7 +250,7 @@ impl<O: OrderLog> Hub<O> {
         if link.is_some() && !slot.peer.sources.allow(view.src()) {
             // What the vessel recorded of what others told it, a console in its own radio's reach above all.
             // That is kept, but the vessel speaks for nobody else.
-            self.records.push(Record { packet, received: now.utc, door, link });
+            self.records.push(Record { packet, received: now.utc, transport, link });
             return;
         }
         let sample = duplicates::sample(&view);
@@ -275,8 +275,8 @@ impl<O: OrderLog> Hub<O> {
             if !self.is_echo(now.mono, from, view.dst()) {
                 self.another_starts(now, &view);
             }
-            self.route(now.mono, from, door, &view, &packet);
-            self.fleet.update(now, &view, door);
+            self.route(now.mono, from, transport, &view, &packet);
+            self.fleet.update(now, &view, transport);
             self.orders.heard(now, &view);
             self.way_back(now, &view);
         }
@@ -289,7 +289,7 @@ impl<O: OrderLog> Hub<O> {
         if recorded {
             self.counters.duplicates += 1;
         } else if lane != Lane::Live {
-            self.records.push(Record { packet, received: now.utc, door, link });
+            self.records.push(Record { packet, received: now.utc, transport, link });
         }
     }
 
@@ -302,17 +302,17 @@ impl<O: OrderLog> Hub<O> {
         delivery: Option<u64>,
     ) -> bool {
         let Some(slot) = self.peers.get_mut(&from) else { return false };
-        let (source, door) = (view.src(), slot.peer.door);
-        let denied = self.linked.denies(source, door);
+        let (source, transport) = (view.src(), slot.peer.transport);
+        let denied = self.linked.denies(source, transport);
         let comes_back = denied && delivery.is_some_and(|digest| self.deliveries.contains(digest));
         if source == self.settings.address || comes_back {
-            // Our own words come back from vessels that echo them, and what a vessel said by its link from whom it was
+            // Our own packets come back from vessels that echo them, and what a vessel said by its link from whom it was
             // passed on to.
             self.counters.duplicates += 1;
             return false;
         }
         if denied {
-            self.linked.claimed(now, source, door, &slot.peer.name);
+            self.linked.claimed(now, source, transport, &slot.peer.name);
         }
         if denied || !slot.peer.sources.allow(source) {
             slot.refused += 1;
@@ -336,7 +336,7 @@ impl<O: OrderLog> Hub<O> {
         let delivered = self.counters.delivered;
         self.another_starts(now, &view);
         self.record_own(now, packet);
-        self.route(now.mono, PeerId(0), Door::Shore, &view, packet);
+        self.route(now.mono, PeerId(0), Transport::Shore, &view, packet);
         self.counters.delivered > delivered
     }
 
@@ -346,10 +346,10 @@ impl<O: OrderLog> Hub<O> {
         self.records.push(Record {
             packet: packet.clone(),
             received: now.utc,
-            door: Door::Shore,
+            transport: Transport::Shore,
             link: None,
         });
-        self.fleet.update(now, &view, Door::Shore);
+        self.fleet.update(now, &view, Transport::Shore);
     }
 
     fn deliver(&mut self, to: PeerId, packet: Bytes) {
@@ -368,7 +368,7 @@ impl<O: OrderLog> Hub<O> {
         }
         for packet in self.node.tick(now, &self.fleet) {
             let Ok(view) = PacketView::unchecked(&packet) else { continue };
-            self.route(now.mono, PeerId(0), Door::Shore, &view, &packet);
+            self.route(now.mono, PeerId(0), Transport::Shore, &view, &packet);
         }
     }
 
@@ -377,7 +377,7 @@ impl<O: OrderLog> Hub<O> {
         self.settings.active.then(|| self.node.announcement(now))
     }
 
-    /// Sets the services that the server announces: where the doors listen.
+    /// Sets the services that the server announces: where the transports listen.
     pub fn set_services(&mut self, services: &str) {
         self.node.set_services(services);
     }

@@ -1,6 +1,6 @@
 //! Who hears whom, and what the fleet looks like now.
 //!
-//! [`Hub`] is one state machine without sockets, clock or threads. Peers join at a door, packets come in as the
+//! [`Hub`] is one state machine without sockets, clock or threads. Peers join at a transport, packets come in as the
 //! bytes they were sent as, and what must go out is drained as batches: packets for each peer, records for the
 //! archive. Routing reads headers only; a value is decoded when somebody looks at it. It knows IMC and nothing of
 //! people: who may order what, and what becomes of orders, is the crate `operations`, which the one downlink asks through
@@ -29,7 +29,7 @@ pub use downlink::{
 };
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, Record, Settings};
-pub use link::{Door, LinkSeq};
+pub use link::{LinkSeq, Transport};
 pub use linked::Contradiction;
 pub use peer::{Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed, is_stop};

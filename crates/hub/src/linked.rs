@@ -1,11 +1,11 @@
 //! Vessels that have a link with a token, and what others say in their names.
 //!
-//! A link proves who speaks; the other doors have no passwords. So a vessel that has a link is believed there, and by
-//! the other doors that the configuration trusts. What comes in its name by another door is refused and counted, and
+//! A link proves who speaks; the other transports have no passwords. So a vessel that has a link is believed there, and by
+//! the other transports that the configuration trusts. What comes in its name by another transport is refused and counted, and
 //! told for [`CLAIM_LASTS`] after the last of it.
 
 use imc::Address;
-use link::Door;
+use link::Transport;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use units::MonoTime;
@@ -21,7 +21,7 @@ pub struct Contradiction {
     /// The vessel.
     pub vessel: Address,
     /// Where the other came in.
-    pub door: Door,
+    pub transport: Transport,
     /// What the other is called there: its address above all.
     pub peer: String,
 }
@@ -30,9 +30,9 @@ pub struct Contradiction {
 #[derive(Debug, Default)]
 pub(crate) struct Linked {
     vessels: BTreeSet<Address>,
-    trusted: BTreeSet<Door>,
-    /// At most one for each vessel and door.
-    claims: BTreeMap<(Address, Door), Claim>,
+    trusted: BTreeSet<Transport>,
+    /// At most one for each vessel and transport.
+    claims: BTreeMap<(Address, Transport), Claim>,
 }
 
 /// Packets in a vessel's name.
@@ -43,8 +43,8 @@ struct Claim {
 }
 
 impl Linked {
-    pub(crate) fn trust(&mut self, doors: impl IntoIterator<Item = Door>) {
-        self.trusted = doors.into_iter().collect();
+    pub(crate) fn trust(&mut self, transports: impl IntoIterator<Item = Transport>) {
+        self.trusted = transports.into_iter().collect();
     }
 
     pub(crate) fn set(&mut self, vessels: BTreeSet<Address>) {
@@ -56,20 +56,20 @@ impl Linked {
         self.vessels.iter().copied()
     }
 
-    /// Whether vessels that have a link are believed at a door.
-    pub(crate) fn is_trusted(&self, door: Door) -> bool {
-        door == Door::Link || self.trusted.contains(&door)
+    /// Whether vessels that have a link are believed at a transport.
+    pub(crate) fn is_trusted(&self, transport: Transport) -> bool {
+        transport == Transport::Link || self.trusted.contains(&transport)
     }
 
-    /// Whether a vessel is not believed at a door.
-    pub(crate) fn denies(&self, source: Address, door: Door) -> bool {
-        self.vessels.contains(&source) && !self.is_trusted(door)
+    /// Whether a vessel is not believed at a transport.
+    pub(crate) fn denies(&self, source: Address, transport: Transport) -> bool {
+        self.vessels.contains(&source) && !self.is_trusted(transport)
     }
 
     /// Somebody spoke in a vessel's name.
-    pub(crate) fn claimed(&mut self, now: MonoTime, vessel: Address, door: Door, peer: &str) {
+    pub(crate) fn claimed(&mut self, now: MonoTime, vessel: Address, transport: Transport, peer: &str) {
         let empty = || Claim { peer: String::new(), last: now };
-        let claim = self.claims.entry((vessel, door)).or_insert_with(empty);
+        let claim = self.claims.entry((vessel, transport)).or_insert_with(empty);
         if claim.peer != peer {
             claim.peer = peer.chars().take(NAME_CHARS).collect();
         }
@@ -79,9 +79,9 @@ impl Linked {
     /// What must be told now.
     pub(crate) fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
         self.claims.retain(|_, claim| now.since(claim.last) < CLAIM_LASTS);
-        let told = self.claims.iter().map(|((vessel, door), claim)| Contradiction {
+        let told = self.claims.iter().map(|((vessel, transport), claim)| Contradiction {
             vessel: *vessel,
-            door: *door,
+            transport: *transport,
             peer: claim.peer.clone(),
         });
         told.collect()

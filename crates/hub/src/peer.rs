@@ -1,7 +1,7 @@
-//! Who is connected, by which door, and what they may say and hear.
+//! Who is connected, by which transport, and what they may say and hear.
 
 use imc::Address;
-use link::Door;
+use link::Transport;
 use units::UtcTime;
 
 /// A connection. Numbers are never used twice in a run.
@@ -21,7 +21,7 @@ pub enum Role {
 /// The sources a peer may speak for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Sources {
-    /// Any. For doors that are bound to loopback or the VPN.
+    /// Any. For transports that are bound to loopback or the VPN.
     Any,
     /// These alone; a packet of another source is refused and counted. What a vessel recorded of others is
     /// recorded here too, but neither relayed nor shown.
@@ -42,7 +42,7 @@ impl Sources {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Peer {
     /// How it came in.
-    pub door: Door,
+    pub transport: Transport,
     /// What it is sent.
     pub role: Role,
     /// What people call it: an address and port, or the name of a token.
@@ -64,7 +64,7 @@ pub struct PeerState {
     pub systems: Vec<Address>,
     /// Packets that came from it.
     pub received: u64,
-    /// Packets that it may not send, or that are none.
+    /// Packets that it may not send, or that are not valid.
     pub refused: u64,
     /// Packets handed to its queue.
     pub delivered: u64,

@@ -9,10 +9,10 @@
 //! | for this server | nobody: the fleet's state and the record take it |
 //!
 //! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
-//! here before by another door goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
+//! here before by another transport goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
 //!
 //! A DUNE tells all its clients what each of them said. So what comes from a peer behind which its destination lives
-//! is an echo: the vessel has it, and gets it by no door. And a vessel tells no copies apart, so that of several ways
+//! is an echo: the vessel has it, and gets it by no transport. And a vessel tells no copies apart, so that of several ways
 //! to it a command takes one: the one that is alive, TCP before UDP. An Abort does no harm twice.
 
 use crate::downlink::OrderLog;
@@ -22,7 +22,7 @@ use crate::peer::{PeerId, Role};
 use bytes::Bytes;
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
-use link::Door;
+use link::Transport;
 use units::MonoTime;
 
 impl<O: OrderLog> Hub<O> {
@@ -30,7 +30,7 @@ impl<O: OrderLog> Hub<O> {
         &mut self,
         now: MonoTime,
         from: PeerId,
-        door: Door,
+        transport: Transport,
         view: &PacketView<'_>,
         packet: &Bytes,
     ) {
@@ -40,7 +40,7 @@ impl<O: OrderLog> Hub<O> {
         let from_console = source.is_ccu();
         let is_echo = self.is_echo(now, from, to);
         let one_way = !for_all && !to.is_ccu() && view.id() != Abort::ID && is_command(view);
-        let way = if one_way && !is_echo { self.best_way(now, from, door, to) } else { None };
+        let way = if one_way && !is_echo { self.best_way(now, from, transport, to) } else { None };
         let neighbours = if for_all && from_console { self.behind(now, from) } else { Vec::new() };
         let mut count = 0;
         for (id, slot) in &mut self.peers {
@@ -49,7 +49,7 @@ impl<O: OrderLog> Hub<O> {
             }
             let is_home = slot.is_home_of(to, now);
             let may_have = !is_home || !is_echo && way.is_none_or(|way| way == *id);
-            let wanted = if door == Door::Proxy && slot.peer.door == Door::Proxy {
+            let wanted = if transport == Transport::Proxy && slot.peer.transport == Transport::Proxy {
                 may_have
             } else if for_us || slot.is_home_of(source, now) {
                 false
@@ -81,13 +81,13 @@ impl<O: OrderLog> Hub<O> {
             && self.peers.get(&from).is_some_and(|slot| slot.is_home_of(to, now))
     }
 
-    /// The peer by which a vessel gets a command. What comes by the IMCProxy door goes to all others there, so that of
+    /// The peer by which a vessel gets a command. What comes by the IMCProxy transport goes to all others there, so that of
     /// ways that are alive one there comes first.
-    fn best_way(&self, now: MonoTime, from: PeerId, door: Door, to: Address) -> Option<PeerId> {
+    fn best_way(&self, now: MonoTime, from: PeerId, transport: Transport, to: Address) -> Option<PeerId> {
         let ways = self.peers.iter().filter(|(id, _)| **id != from).filter_map(|(id, slot)| {
-            let (alive, by_door, heard) = slot.way_to(to, now)?;
-            let passes = door == Door::Proxy && slot.peer.door == Door::Proxy;
-            Some(((alive, passes, by_door, heard), *id))
+            let (alive, by_transport, heard) = slot.way_to(to, now)?;
+            let passes = transport == Transport::Proxy && slot.peer.transport == Transport::Proxy;
+            Some(((alive, passes, by_transport, heard), *id))
         });
         ways.max().map(|(_, id)| id)
     }

@@ -3,14 +3,14 @@
 use crate::downlink::Delivery;
 use crate::peer::{Peer, PeerId, PeerState, Role, Sources};
 use imc::Address;
-use link::Door;
+use link::Transport;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
 /// A system lives behind a peer for this long after it was heard there.
 const HOME_LASTS: Duration = Duration::from_mins(2);
-/// How often at most a home's time is written anew.
+/// How often at most a home's time is written again.
 const HOME_REFRESH: Duration = Duration::from_secs(1);
 /// A way is alive when its system was heard there within this: vessels say something each second.
 const ALIVE: Duration = Duration::from_secs(3);
@@ -54,14 +54,14 @@ impl Slot {
 
     /// Whether it is the link of this vessel.
     pub(crate) fn is_link_of(&self, vessel: Address) -> bool {
-        self.peer.door == Door::Link
+        self.peer.transport == Transport::Link
             && matches!(&self.peer.sources, Sources::Only(own) if own.contains(&vessel))
     }
 
     /// The vessels whose link it is.
     pub(crate) fn own_vessels(&self) -> Vec<Address> {
         match &self.peer.sources {
-            Sources::Only(own) if self.peer.door == Door::Link => own.clone(),
+            Sources::Only(own) if self.peer.transport == Transport::Link => own.clone(),
             Sources::Only(_) | Sources::Any => Vec::new(),
         }
     }
@@ -79,16 +79,16 @@ impl Slot {
     }
 
     /// How good a way it is to a system that lives behind it, the best one highest: one that is alive before one
-    /// that is not, then by door (what tells of losses, and what is nearest, first), then the one heard last.
+    /// that is not, then by transport (what tells of losses, and what is nearest, first), then the one heard last.
     pub(crate) fn way_to(&self, address: Address, now: MonoTime) -> Option<(bool, u8, MonoTime)> {
         let heard = *self.homes.get(&address).filter(|heard| now.since(**heard) < HOME_LASTS)?;
-        let by_door = match self.peer.door {
-            Door::Link => 3,
-            Door::Tcp => 2,
-            Door::Udp => 1,
-            Door::Proxy | Door::Shore | Door::Import | Door::Recovered => 0,
+        let by_transport = match self.peer.transport {
+            Transport::Link => 3,
+            Transport::Tcp => 2,
+            Transport::Udp => 1,
+            Transport::Proxy | Transport::Shore | Transport::Import | Transport::Recovered => 0,
         };
-        Some((self.takes && now.since(heard) < ALIVE, by_door, heard))
+        Some((self.takes && now.since(heard) < ALIVE, by_transport, heard))
     }
 
     /// A packet of a system came. One that `came_before` was perhaps given to this peer and comes back: that makes no

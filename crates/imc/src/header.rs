@@ -14,6 +14,7 @@
 //! | 20 + size | 2 | CRC-16 of everything before |
 
 use crate::address::Address;
+use crate::catalogue::{self, MessageDesc};
 use crate::crc;
 use crate::wire::ByteOrder;
 use units::UtcTime;
@@ -60,7 +61,7 @@ impl Default for Header {
 }
 
 impl Header {
-    /// The time to the nearest microsecond; `None` when it is no time.
+    /// The time to the nearest microsecond; `None` when it is not a time.
     pub fn time(&self) -> Option<UtcTime> {
         UtcTime::from_seconds(self.timestamp)
     }
@@ -171,6 +172,13 @@ impl<'a> PacketView<'a> {
     #[inline]
     pub fn id(&self) -> u16 {
         self.u16_at(2)
+    }
+
+    /// Its message in the catalogue; `None` where that lacks it, or where the size says that by this id another message is meant
+    /// (see [`catalogue::by_id_and_size`]).
+    #[inline]
+    pub fn desc(&self) -> Option<&'static MessageDesc> {
+        catalogue::by_id_and_size(self.id(), self.payload().len())
     }
 
     /// Seconds since 1970-01-01 UTC by the sender's clock.

@@ -27,7 +27,7 @@ pub struct Packet {
 pub enum Body {
     /// A message of the catalogue.
     Known(Message),
-    /// A message that the catalogue lacks.
+    /// A message that the catalogue lacks (see [`PacketView::desc`]).
     Unknown {
         /// Its id.
         id: u16,
@@ -166,7 +166,7 @@ impl Packet {
         let (header, order, payload) = (view.header(), view.order(), view.payload());
         let mut reader = Reader::new(payload, order, lenient);
         let mut fields_sent = None;
-        let (body, at) = match Message::read(view.id(), &mut reader) {
+        let (body, at) = match view.desc().and_then(|_| Message::read(view.id(), &mut reader)) {
             None => (Body::Unknown { id: view.id(), payload: payload.to_vec() }, payload.len()),
             Some(Ok(message)) => {
                 if reader.is_short() {
@@ -239,7 +239,7 @@ pub fn encode_into<T: Payload>(out: &mut Vec<u8>, header: &Header, message: &T) 
     })
 }
 
-/// Reads the message of a packet whose frame was checked, when it is a `T`.
+/// Reads the message of a packet whose frame was checked, when it is a `T` (see [`PacketView::desc`]).
 ///
 /// Bytes after the last field are passed over; [`Packet`] keeps them.
 ///
@@ -247,7 +247,7 @@ pub fn encode_into<T: Payload>(out: &mut Vec<u8>, header: &Header, message: &T) 
 /// When its fields do not fit its payload.
 #[inline]
 pub fn decode<T: Payload>(view: &PacketView<'_>) -> Result<Option<T>, DecodeError> {
-    if view.id() != T::ID {
+    if view.id() != T::ID || view.desc().is_none() {
         return Ok(None);
     }
     match T::read(&mut Reader::new(view.payload(), view.order(), false)) {

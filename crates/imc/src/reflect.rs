@@ -123,7 +123,7 @@ pub struct Walked {
 /// # Errors
 /// When the fields do not fit the payload. What was visited before stays visited.
 pub fn walk<'a>(view: &PacketView<'a>, visitor: &mut impl Visitor<'a>) -> Option<Result<Walked, WalkError>> {
-    let desc = catalogue::by_id(view.id())?;
+    let desc = view.desc()?;
     Some(walk_payload(desc, view.payload(), view.order(), false, visitor))
 }
 

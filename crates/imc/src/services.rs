@@ -20,7 +20,7 @@ pub struct Service<'a> {
 }
 
 impl<'a> Service<'a> {
-    /// One URI; `None` when it is none or its port is no port.
+    /// One URI; `None` when it is not valid or its port is no port.
     pub fn parse(uri: &'a str) -> Option<Self> {
         let (scheme, rest) = uri.trim().split_once("://")?;
         let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));
@@ -81,7 +81,7 @@ pub fn udp_socket(services: &str, seen_from: Ipv4Addr) -> Option<SocketAddrV4> {
         .map(|(_, socket)| socket)
 }
 
-/// The number that a system drew at its start; another number means that it started anew.
+/// The number that a system drew at its start; another number means that it started again.
 pub fn uid(services: &str) -> Option<&str> {
     parse(services).find_map(|service| service.path.strip_prefix("uid/")).map(|uid| uid.trim_end_matches('/'))
 }

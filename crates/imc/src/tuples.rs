@@ -20,7 +20,7 @@ pub fn get<'a>(list: &'a str, name: &str) -> Option<&'a str> {
 
 /// The value of a name as a number; `None` when it is missing or no finite number.
 ///
-/// DUNE takes what is no number as 0. Sticks are read this way, so NaN and infinities are none.
+/// DUNE takes what is not a number as 0. Sticks are read this way, so NaN and infinities do not count as numbers.
 pub fn number(list: &str, name: &str) -> Option<f64> {
     get(list, name)?.parse().ok().filter(|value: &f64| value.is_finite())
 }

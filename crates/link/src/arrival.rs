@@ -5,12 +5,12 @@ use std::fmt;
 /// The way by which a packet came ashore. The numbers are those of the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
-pub enum Door {
+pub enum Transport {
     /// Found in the archive without a record of its arrival, after a crash or the loss of the sidecar.
     Recovered = 0,
     /// The vessel link: records with sequence numbers, live values, commands that expire.
     Link = 1,
-    /// The protocol of the IMCProxy: every packet to all others of this door.
+    /// The protocol of the IMCProxy: every packet to all others of this transport.
     Proxy = 2,
     /// Datagrams to and from an IMC node that announced itself.
     Udp = 3,
@@ -22,7 +22,7 @@ pub enum Door {
     Shore = 6,
 }
 
-impl Door {
+impl Transport {
     /// All of them, in the order of their numbers.
     pub const ALL: [Self; 7] =
         [Self::Recovered, Self::Link, Self::Proxy, Self::Udp, Self::Tcp, Self::Import, Self::Shore];
@@ -40,19 +40,19 @@ impl Door {
         }
     }
 
-    /// The door that the archive keeps as `code`.
+    /// The transport that the archive keeps as `code`.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.get(usize::from(code)).copied()
     }
 
-    /// Whether the same telemetry comes in copies through this door, one for each receiver, that differ in
+    /// Whether the same telemetry comes in copies through this transport, one for each receiver, that differ in
     /// nothing but their destination.
     pub fn brings_copies(self) -> bool {
         matches!(self, Self::Proxy | Self::Udp)
     }
 }
 
-impl fmt::Display for Door {
+impl fmt::Display for Transport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -73,9 +73,9 @@ mod tests {
 
     #[test]
     fn the_archive_reads_back_what_it_wrote() {
-        for door in Door::ALL {
-            assert_eq!(Door::from_code(door as u8), Some(door));
+        for transport in Transport::ALL {
+            assert_eq!(Transport::from_code(transport as u8), Some(transport));
         }
-        assert_eq!(Door::from_code(7), None);
+        assert_eq!(Transport::from_code(7), None);
     }
 }

@@ -39,12 +39,12 @@ mod shore;
 mod vessel;
 mod wire;
 
-pub use arrival::{Door, LinkSeq};
+pub use arrival::{LinkSeq, Transport};
 pub use batch::{MAX_BATCH_RAW_BYTES, Packer, Record, pack, unpack};
 pub use clocks::ClockEstimate;
 pub use frame::{
-    ByeCode, Capabilities, ChartAsk, ChartDigest, ChartOffer, ChartReport, ChartStage, Gap, GapReason, Hello,
-    Lease, MAX_MESSAGE_BYTES, VERSION,
+    ByeCode, Capabilities, ChartDigest, ChartOffer, ChartReport, ChartRequest, ChartStage, Commander, Gap,
+    GapReason, Hello, Lease, MAX_MESSAGE_BYTES, VERSION,
 };
 pub use latency::Latency;
 pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};

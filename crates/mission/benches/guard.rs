@@ -8,11 +8,11 @@ use charts::s57::{Cell, NamedBytes};
 use criterion::{Criterion, criterion_group, criterion_main};
 use guard::GuardLimits;
 use mission::{
-    DraftBody, Goto, Maneuver, ManeuverDraft, Plan, PlanDraft, PlanLimits, Speed, TransitionDraft, check_plan,
+    DraftBody, Goto, Maneuver, ManeuverDraft, Plan, PlanDraft, PlanLimits, TransitionDraft, check_plan,
 };
 use std::hint::black_box;
 use testkit::sea::{Ground, Sea};
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::{LatLon, LocalFrame, LocalPoint, Speed};
 
 fn shared() -> Option<DepthIndex> {
     let files: Vec<(String, Vec<u8>)> = (0..=4)

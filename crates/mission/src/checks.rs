@@ -3,8 +3,9 @@
 use crate::place::{Offset, RawPlace};
 use crate::plan_limits::PlanLimits;
 use crate::problem::{PlanProblem, ProblemKind};
-use crate::speed::{Speed, SpeedLimits};
+use crate::speed::SpeedLimits;
 use units::LatLon;
+use units::Speed;
 
 #[derive(Debug)]
 pub(crate) struct Checks<'a> {

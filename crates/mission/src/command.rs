@@ -1,6 +1,6 @@
 //! What a maneuver tells the vessel's control to do.
 
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, Turn};
 
 /// What control does from here on, until the next command. Commands exclude each other.
@@ -60,6 +60,16 @@ pub enum Operator {
     System(u16),
 }
 
+impl Operator {
+    /// Whether the system of this address may steer.
+    pub fn admits(self, system: u16) -> bool {
+        match self {
+            Self::Anyone => true,
+            Self::System(only) => only == system,
+        }
+    }
+}
+
 /// Which kind of control is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Drive {
@@ -69,7 +79,7 @@ pub enum Drive {
     /// A path is followed.
     Path,
     /// An operator steers.
-    Teleoperation,
+    Teleoperation(Operator),
 }
 
 impl Command {
@@ -79,7 +89,7 @@ impl Command {
             Self::Drift => Drive::Off,
             Self::Follow(_) => Drive::Path,
             Self::ChangeSpeed(_) => before,
-            Self::Teleoperate(_) => Drive::Teleoperation,
+            Self::Teleoperate(operator) => Drive::Teleoperation(*operator),
         }
     }
 }

@@ -59,7 +59,7 @@ pub struct Kept {
 
 /// What is asked of the database.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum DatabaseAsk {
+pub enum DatabaseQuery {
     /// Store a plan under its name, in place of one of that name.
     Set {
         /// The plan, byte for byte.
@@ -81,7 +81,7 @@ pub enum DatabaseAsk {
     GetState,
 }
 
-impl DatabaseAsk {
+impl DatabaseQuery {
     fn operation(&self) -> DatabaseOperation {
         match self {
             Self::Set { .. } => DatabaseOperation::Set,
@@ -104,7 +104,7 @@ pub struct DatabaseRequest {
     /// Which plan; ignored where all are meant.
     pub plan_id: String,
     /// What is asked.
-    pub ask: DatabaseAsk,
+    pub ask: DatabaseQuery,
 }
 
 /// Number of a change under way.
@@ -204,14 +204,14 @@ impl PlanDatabase {
         let asked = Asked { origin, operation, plan_id: named };
         let change = Change { at: now, system: origin.system, name };
         let effect = match ask {
-            DatabaseAsk::Set { bytes, digest, named } => {
+            DatabaseQuery::Set { bytes, digest, named } => {
                 let id = plan_id.clone();
                 self.check_set(&id, &named, bytes.len()).map(|()| Effect::Store {
                     ticket: self.ticket(),
                     record: Record { plan_id: id, bytes, digest, change },
                 })
             }
-            DatabaseAsk::Delete => self.check_room().and_then(|()| {
+            DatabaseQuery::Delete => self.check_room().and_then(|()| {
                 if self.will_exist(&plan_id) {
                     let (ticket, plan_id) = (self.ticket(), plan_id.clone());
                     Ok(Effect::Remove { ticket, plan_id, change })
@@ -219,18 +219,18 @@ impl PlanDatabase {
                     Err(DatabaseError::Undefined)
                 }
             }),
-            DatabaseAsk::Clear => {
+            DatabaseQuery::Clear => {
                 self.check_room().map(|()| Effect::RemoveAll { ticket: self.ticket(), change })
             }
-            DatabaseAsk::Get => {
+            DatabaseQuery::Get => {
                 let found = self.found(&plan_id).map(|record| Answer::Plan(record.clone()));
                 return self.answer(asked, found);
             }
-            DatabaseAsk::GetInfo => {
+            DatabaseQuery::GetInfo => {
                 let found = self.found(&plan_id).map(|record| Answer::Info(record.into()));
                 return self.answer(asked, found);
             }
-            DatabaseAsk::GetState => {
+            DatabaseQuery::GetState => {
                 let state = Answer::State(self.state());
                 return self.answer(asked, Ok(state));
             }

@@ -18,8 +18,8 @@ mod state;
 mod vehicle;
 
 pub use request::{
-    Ask, EndReason, Failure, LastOutcome, NoPlan, Operation, Origin, Reply, Request, RunId, StartOptions,
-    Success,
+    EndReason, Failure, LastOutcome, NoPlan, Operation, Origin, Reply, Request, RequestKind, RunId,
+    StartOptions, Success,
 };
 pub use state::{
     ActionPoint, ManeuverEnd, Mode, Note, NoteLevel, Output, PlanPhase, PlanState, VehicleState,

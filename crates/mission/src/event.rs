@@ -1,7 +1,7 @@
 //! What maneuvers hear: where the vessel is, how its path goes, what others say.
 
-use crate::speed::Speed;
 use units::LatLon;
+use units::Speed;
 
 /// Something that happened, of interest to the active maneuver.
 #[derive(Debug, Clone, PartialEq)]

@@ -29,13 +29,13 @@ mod testing;
 pub use chart_check::check_plan;
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart};
 pub use database::{
-    Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
+    Answer, Change, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseQuery, DatabaseReply,
     DatabaseRequest, DatabaseState, Digest, Effect, Kept, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
 };
 pub use engine::{
-    ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, Failure, Input, LastOutcome,
-    ManeuverEnd, Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply,
-    Request, RunId, StartOptions, Success, VehicleState,
+    ActionPoint, EndReason, Engine, EngineConfig, EntityCondition, Failure, Input, LastOutcome, ManeuverEnd,
+    Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply, Request,
+    RequestKind, RunId, StartOptions, Success, VehicleState,
 };
 pub use event::{Event, Fix, Medium, PathProgress, Reference, Sighting};
 pub use kind::ManeuverKind;
@@ -49,7 +49,7 @@ pub use place::{Offset, RawPlace};
 pub use plan::{DraftBody, DraftNote, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, TransitionDraft};
 pub use plan_limits::PlanLimits;
 pub use problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
-pub use speed::{Speed, SpeedLimits};
+pub use speed::SpeedLimits;
 pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
 pub use supervisor::{
     Activity, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig, LimitsOutput,

@@ -1,8 +1,8 @@
 //! What can be wrong with a plan, and what is merely odd about it.
 
-use crate::speed::Speed;
 use std::fmt;
 use thiserror::Error;
+use units::Speed;
 
 /// How many problems a text lists before it counts the others.
 const TOLD: usize = 10;
@@ -108,10 +108,10 @@ pub enum ProblemKind {
     /// A place outside the area of operation.
     #[error("it leaves the area of operation by {0:.0} m")]
     OutsideArea(f64),
-    /// A speed that is no number above 0 within the limit.
+    /// A speed that is not a number above 0 within the limit.
     #[error("a speed of {0} is not possible")]
     Speed(Speed),
-    /// A number that is none, or out of its range.
+    /// A number that is not valid, or out of its range.
     #[error("{what} {value} is not within {min} to {max}")]
     Range {
         /// Of what.

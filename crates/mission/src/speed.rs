@@ -1,35 +1,6 @@
-//! Speeds as plans give them, and the limits a plan must keep.
+//! The speeds that a plan must keep below.
 
-use std::fmt;
-
-/// A speed in one of the units a plan may use; what it means for the motors is the controller's business.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Speed {
-    /// Metres per second.
-    MetresPerSecond(f64),
-    /// Revolutions per minute of both motors.
-    Rpm(f64),
-    /// Percent of full actuation.
-    Percent(f64),
-}
-
-impl Speed {
-    /// The bare number in the unit of its variant.
-    pub fn value(self) -> f64 {
-        let (Self::MetresPerSecond(value) | Self::Rpm(value) | Self::Percent(value)) = self;
-        value
-    }
-}
-
-impl fmt::Display for Speed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::MetresPerSecond(mps) => write!(f, "{mps} m/s"),
-            Self::Rpm(rpm) => write!(f, "{rpm} rpm"),
-            Self::Percent(percent) => write!(f, "{percent} %"),
-        }
-    }
-}
+use units::Speed;
 
 /// The largest speeds a plan may ask for, by unit. The least is above 0 in each.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,8 +12,8 @@ pub(crate) use progress::{Progress, Standing};
 
 use crate::maneuver::{LoiterShape, Maneuver, distance_m};
 use crate::plan::Plan;
-use crate::speed::Speed;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, Now};
 
 /// What a plan will take, as far as that can be told before it starts.

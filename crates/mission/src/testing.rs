@@ -5,8 +5,8 @@ use crate::maneuver::{Goto, Idle, Maneuver};
 use crate::place::RawPlace;
 use crate::plan::{DraftBody, ManeuverDraft, Plan, PlanDraft, TransitionDraft};
 use crate::plan_limits::PlanLimits;
-use crate::speed::Speed;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now, UtcTime};
 
 pub(crate) const SPEED: Speed = Speed::MetresPerSecond(1.5);

@@ -7,13 +7,13 @@ use charts::depth_index::DepthIndex;
 use guard::{GuardLimits, Outcome};
 use mission::{
     DraftBody, FollowPath, Goto, Idle, Loiter, LoiterShape, Maneuver, ManeuverDraft, Plan, PlanDraft,
-    PlanLimits, RawPlace, Rows, Speed, StationKeeping, TransitionDraft, check_plan,
+    PlanLimits, RawPlace, Rows, StationKeeping, TransitionDraft, check_plan,
 };
 use std::f64::consts::TAU;
 use std::time::Duration;
 use testkit::Numbers;
 use testkit::sea::{Ground, Sea};
-use units::{LatLon, LocalPoint, Turn};
+use units::{LatLon, LocalPoint, Speed, Turn};
 
 const SPEED: Speed = Speed::MetresPerSecond(1.5);
 /// Step of the reference (m).

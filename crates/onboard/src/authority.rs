@@ -29,10 +29,10 @@ pub enum Owner {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// Another one owns the thrusters, or nobody.
-    #[error("the thrusters are not this one's to command")]
+    #[error("another controller owns the thrusters")]
     NotOwner,
-    /// A value is no number within -1 to 1; the motors are stopped.
-    #[error("a thruster command is no number within -1 to 1")]
+    /// A value is not a number within -1 to 1; the motors are stopped.
+    #[error("a thruster command is not a number within -1 to 1")]
     NotFinite,
     /// The thrusters are inhibited.
     #[error("the thrusters are inhibited")]

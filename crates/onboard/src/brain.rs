@@ -7,20 +7,23 @@
 
 use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
+use crate::clock::Clock;
 use crate::conditions::Conditions;
 use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::grounding::Chart;
-use crate::health::{Clock, Host};
+use crate::health::Host;
 use crate::hydrophone::Hydrophone;
-use crate::input::{Input, Peer};
+use crate::input::{DeviceState, Input, Peer};
 use crate::lease::Lease;
 use crate::log::Log;
-use crate::navigation::{Estimate, Navigation};
+use crate::navigation::{Arrival, Estimate, Navigation};
 use crate::output::{Level, Output};
 use crate::parameters::{Live, ParameterService};
 use crate::pilot::Pilot;
 use crate::plans::{self, Plans};
+use crate::power::Power;
+use crate::preflight::Preflight;
 use crate::reception::{Reception, may_stop};
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
@@ -28,6 +31,8 @@ use crate::sight::Sight;
 use crate::states::{Condition, States};
 use crate::supervise::{Context, Restart, Supervise};
 use crate::under_way::{Keeper, UnderWay};
+use crate::vitals::{Vitals, powers_off};
+use crate::warnings::Warnings;
 use devices::Reading;
 use imc::messages::{
     Message, PlanControl, PlanControlOp, PlanControlType, VehicleMedium, VehicleMediumMedium,
@@ -58,6 +63,9 @@ pub struct Brain {
     supervise: Supervise,
     parameters: ParameterService,
     hydrophone: Hydrophone,
+    power: Power,
+    preflight: Preflight,
+    warnings: Warnings,
     clock: Clock,
     host: Host,
     log: Log,
@@ -71,6 +79,10 @@ pub struct Brain {
     next_watch: MonoTime,
     next_second: MonoTime,
     shut_down: bool,
+    /// How often it has looked where the vessel is: moves while the brain steers.
+    steps: u64,
+    /// Somebody turns the computer's power off.
+    powering_off: bool,
     afloat: bool,
     /// The time of the satellites at their last position.
     satellite_utc: Option<UtcTime>,
@@ -109,7 +121,10 @@ impl Brain {
             reception: Reception::new(now.mono),
             supervise: Supervise::new(&settings, now.mono, Restart::new(found)),
             parameters: ParameterService::new(&settings),
-            hydrophone: Hydrophone::default(),
+            hydrophone: Hydrophone::new(&settings.hydrophone),
+            power: Power::new(&settings.power),
+            preflight: Preflight::default(),
+            warnings: Warnings::default(),
             clock: Clock::default(),
             host: Host::default(),
             estimate: None,
@@ -119,6 +134,8 @@ impl Brain {
             next_watch: now.mono,
             next_second: now.mono,
             shut_down: false,
+            steps: 0,
+            powering_off: false,
             afloat: false,
             bus,
             settings,
@@ -131,6 +148,7 @@ impl Brain {
                     | Entity::MotorPort
                     | Entity::MotorStarboard
                     | Entity::Hydrophone
+                    | Entity::Preflight
             ) {
                 brain.states.set(&mut brain.bus, entity, Condition::Normal, "active");
             }
@@ -142,11 +160,12 @@ impl Brain {
     pub fn handle(&mut self, now: Now, input: Input) {
         // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
         let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
-        let held_up = now.mono.since(self.bus.mono()) > COMMAND_LIFE;
+        let gap = now.mono.since(self.bus.mono());
         self.bus.begin(now);
         self.clock.check(&mut self.bus);
-        if held_up {
+        if gap > COMMAND_LIFE {
             self.plans.held_up(&self.bus);
+            self.sensors.held_up(gap);
         }
         if !self.shut_down {
             self.take(input);
@@ -188,10 +207,29 @@ impl Brain {
         self.supervise.grounding.waiting_chart.as_ref().map(|(_, why)| &why[..])
     }
 
+    /// Signs of life, and what people near the vessel are shown.
+    pub fn vitals(&self) -> Vitals {
+        Vitals {
+            steps: self.steps,
+            mode: self.plans.mode(),
+            fuel_low: self.supervise.battery_is_low(),
+            powering_off: self.powering_off,
+            satellite_time: self.clock.latest(),
+        }
+    }
+
+    /// Whether the part with this label is in error; one that nobody knows is not.
+    pub fn in_error(&self, label: &str) -> bool {
+        let part = self.settings.labels.find(label);
+        part.is_some_and(|part| self.states.condition(part) >= Condition::Error)
+    }
+
     fn take(&mut self, input: Input) {
         match input {
             Input::Timer => {}
-            Input::Reading(reading) => self.read(reading),
+            Input::Reading(at, reading) => self.read(at.min(self.bus.mono()), reading),
+            Input::Device(state) => self.device(state),
+            Input::Warning(part, text) => self.warnings.take(&mut self.bus, part, &text),
             Input::Host(reading) => self.host.read(&mut self.bus, &reading),
             Input::Packet(from, bytes) => self.packet(from, 0, bytes),
             Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
@@ -218,30 +256,53 @@ impl Brain {
         }
     }
 
-    fn read(&mut self, reading: Reading) {
+    /// What was read at a moment that is not to come.
+    fn read(&mut self, at: MonoTime, reading: Reading) {
         match reading {
             Reading::Gnss(reading) => {
-                self.clock.compare(&self.bus, &reading);
+                self.clock.compare(&self.bus, at, &reading);
                 if reading.fix.is_some() {
                     self.satellite_utc = reading.utc.or(self.satellite_utc);
                 }
-                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
+                let arrival = Arrival { at, lag: self.clock.lag(&self.bus, at, &reading) };
+                self.sensors.gnss(&mut self.bus, &mut self.navigation, arrival, &reading);
             }
             Reading::Motor(side, reading) => {
-                self.pilot.measured(self.bus.mono(), side, reading.propeller_rpm);
-                self.hydrophone.propeller(self.bus.mono(), side, reading.propeller_rpm);
+                self.pilot.measured(at, side, reading.propeller_rpm);
+                self.hydrophone.propeller(at, side, reading.propeller_rpm);
                 self.sensors.motor(&mut self.bus, side, &reading);
             }
             Reading::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
-            Reading::Tag(reading) => self.hydrophone.tag(&mut self.bus, &mut self.states, &reading),
-            Reading::Water(reading) => self.hydrophone.water(&mut self.bus, &mut self.states, &reading),
+            Reading::Rail(reading) => self.sensors.rail(&mut self.bus, &reading),
+            Reading::Trouble(reading) => self.sensors.trouble(&reading),
+            Reading::PowerChannel(reading) => self.power.reading(&mut self.bus, &reading),
+            Reading::Pulse(reading) => self.clock.pulse(at, reading),
+            Reading::Tag(reading) => self.hydrophone.tag(&mut self.bus, &mut self.states, at, &reading),
+            Reading::Water(reading) => self.hydrophone.water(&mut self.bus, &mut self.states, at, &reading),
+            Reading::Receiver(reading) => self.hydrophone.receiver(&mut self.bus, &mut self.states, &reading),
+        }
+    }
+
+    /// How the device behind a part is.
+    fn device(&mut self, state: DeviceState) {
+        self.sensors.device(&mut self.bus, &state);
+        match state.entity {
+            Entity::Hydrophone => self.hydrophone.device(&mut self.bus, &mut self.states, state),
+            // Nothing is read of these: they are as their drivers say.
+            Entity::Watchdog | Entity::Light => {
+                self.states.set(&mut self.bus, state.entity, state.condition, state.text);
+            }
+            _ => {
+                let watch = &self.settings.watch;
+                self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
+            }
         }
     }
 
     /// The shore says who commands.
     fn leased(&mut self, lease: &Lease) {
         if self.reception.leased(&mut self.bus, lease) && self.supervise.commander_changed(self.bus.mono()) {
-            let text = "the exemption was another's: the sea chart guards again".to_owned();
+            let text = "the operator changed: the grounding guard is on again".to_owned();
             self.bus.entry(Entity::Grounding, Level::Warning, text);
         }
     }
@@ -283,6 +344,7 @@ impl Brain {
         if to_us || (may_stop && request.op == PlanControlOp::Stop) {
             let asker = Asker { system: header.src, entity: header.src_ent };
             let name = self.name_of(header.src);
+            self.preflight();
             self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
         }
         let run = self.plans.plan_state().run;
@@ -312,7 +374,22 @@ impl Brain {
             return;
         }
         match message {
+            Message::PowerOperation(power) => self.powering_off = powers_off(power.op, self.powering_off),
             Message::LoggingControl(request) if to_us => self.log.request(&mut self.bus, asker, request),
+            Message::PowerChannelControl(request) if to_us => {
+                let name = self.name_of(asker.system);
+                let who = if name.is_empty() { asker.system.to_string() } else { name };
+                self.power.control(&mut self.bus, asker, &who, request);
+            }
+            Message::QueryPowerChannelState(_) => self.power.answer(&mut self.bus, asker),
+            Message::SetEntityParameters(set) if to_us && self.is_preflight(&set.name) => {
+                let name = self.name_of(asker.system);
+                self.preflight.set(&mut self.bus, asker, &name, set);
+                self.preflight();
+            }
+            Message::QueryEntityParameters(query) if self.is_preflight(&query.name) => {
+                self.preflight.answer(&mut self.bus, asker, &query.name);
+            }
             Message::PlanDB(request) if to_us || (may_stop && plans::reads(request.op)) => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);
@@ -370,6 +447,9 @@ impl Brain {
             let earlier = MonoTime::from_micros(now.micros().saturating_sub(self.step.as_micros() as u64));
             self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();
+        } else if self.estimate.is_none() && self.navigation.estimate(now).is_some() {
+            // Not a step later than the parts that are told of it: who starts something as soon as all is good is led at once.
+            self.navigate();
         }
         if now >= self.next_watch {
             self.next_watch = now + WATCH;
@@ -380,6 +460,7 @@ impl Brain {
             if let Some(estimate) = &self.estimate {
                 self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
             }
+            self.hydrophone.tell(&mut self.bus, self.pilot.motors());
             if let Some(packets) = self.reception.left_out(now) {
                 let text = format!("too much comes from others: {packets} of their packets are not logged");
                 self.bus.entry(Entity::Logger, Level::Warning, text);
@@ -411,10 +492,11 @@ impl Brain {
     }
 
     fn navigate(&mut self) {
+        self.steps += 1;
         self.estimate = self.navigation.estimate(self.bus.mono());
         if let Some(estimate) = &self.estimate {
             self.bus.send(Entity::Navigation, &sensors::estimated_state(estimate));
-            self.hydrophone.at(self.bus.utc(), estimate);
+            self.hydrophone.at(self.bus.mono(), estimate);
         }
         if let Some(estimate) = &self.estimate {
             let fix = estimate.fix();
@@ -467,6 +549,8 @@ impl Brain {
         self.clock.watch(&mut self.bus, &mut self.states, watch);
         self.host.watch(&mut self.bus, &mut self.states, watch);
         self.pilot.report(&mut self.bus, &mut self.states, self.settings.remote.connection_timeout_s);
+        self.power.watch(&mut self.bus);
+        self.preflight();
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
         let parts =
             [(Entity::Udp, format!("{contacts} in contact")), (Entity::Tcp, format!("{clients} connected"))];
@@ -476,6 +560,30 @@ impl Brain {
         let (_, mut live, estimate) = self.live();
         live.retry_waiting_chart(estimate);
         self.with_supervisors(Supervise::watch);
+    }
+
+    /// Whether a message about parameters means the preflight.
+    fn is_preflight(&self, label: &imc::Text) -> bool {
+        label.to_str_lossy() == self.settings.labels.of(Entity::Preflight)
+    }
+
+    /// Looks what is missing before motors may be armed.
+    fn preflight(&mut self) {
+        let watch = &self.settings.watch;
+        let mut missing = self.sensors.missing(self.bus.mono(), watch);
+        missing.extend(self.clock.doubt(self.bus.mono(), watch));
+        // A first epoch is a position and a heading, but no way is led before navigation has made an estimate of them.
+        if missing.is_empty() && self.estimate.is_none() {
+            missing.push("position (navigation has made no estimate of it yet)".to_owned());
+        }
+        let grounding = &self.settings.grounding;
+        if let Chart::Unreadable { reason } = &grounding.chart
+            && grounding.refuses_without
+        {
+            missing.push(format!("chart (cannot be read: {reason})"));
+        }
+        self.preflight.look(&mut self.bus, &mut self.states, missing);
+        self.plans.unready = self.preflight.refusal(self.settings.labels.of(Entity::Preflight));
     }
 
     fn with_supervisors(&mut self, act: impl FnOnce(&mut Supervise, &mut Context<'_>, &Sensors)) {

@@ -66,6 +66,12 @@ impl Bus {
         self.now.utc
     }
 
+    /// A moment of before by the clock as it is now.
+    pub(crate) fn utc_of(&self, at: MonoTime) -> UtcTime {
+        // A gap of days fits 63 bits of microseconds.
+        UtcTime::from_micros(self.now.utc.micros() - self.now.mono.since(at).as_micros() as i64)
+    }
+
     pub(crate) fn seconds(&self) -> f64 {
         self.now.utc.seconds()
     }

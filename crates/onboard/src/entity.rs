@@ -67,11 +67,27 @@ pub enum Entity {
     Battery3,
     /// Grounding supervisor.
     Grounding,
+    /// First power rail.
+    Rail0,
+    /// Second power rail.
+    Rail1,
+    /// Third power rail.
+    Rail2,
+    /// Fourth power rail.
+    Rail3,
+    /// Fifth power rail.
+    Rail4,
+    /// Watchdog of the computer's board.
+    Watchdog,
+    /// Signal light.
+    Light,
+    /// What must be good before motors are armed.
+    Preflight,
 }
 
 impl Entity {
     /// All, in the order of their numbers.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 38] = [
         Self::Daemon,
         Self::Control,
         Self::Authority,
@@ -102,6 +118,14 @@ impl Entity {
         Self::Battery2,
         Self::Battery3,
         Self::Grounding,
+        Self::Rail0,
+        Self::Rail1,
+        Self::Rail2,
+        Self::Rail3,
+        Self::Rail4,
+        Self::Watchdog,
+        Self::Light,
+        Self::Preflight,
     ];
 
     /// The number on the bus.
@@ -117,6 +141,11 @@ impl Entity {
     /// The battery with this number, from 0.
     pub(crate) fn battery(number: u8) -> Option<Self> {
         [Self::Battery0, Self::Battery1, Self::Battery2, Self::Battery3].get(usize::from(number)).copied()
+    }
+
+    /// The power rail with this number, from 0.
+    pub(crate) fn rail(number: u8) -> Option<Self> {
+        [Self::Rail0, Self::Rail1, Self::Rail2, Self::Rail3, Self::Rail4].get(usize::from(number)).copied()
     }
 
     /// The usual label and the name of the task, as DUNE has them.
@@ -152,6 +181,14 @@ impl Entity {
             Self::Battery2 => ("Battery 2", "Actuators.Torqeedo"),
             Self::Battery3 => ("Battery 3", "Actuators.Torqeedo"),
             Self::Grounding => ("Grounding Supervisor", "Supervisors.Grounding"),
+            Self::Rail0 => ("Rail 0", "Actuators.Torqeedo"),
+            Self::Rail1 => ("Rail 1", "Actuators.Torqeedo"),
+            Self::Rail2 => ("Rail 2", "Actuators.Torqeedo"),
+            Self::Rail3 => ("Rail 3", "Actuators.Torqeedo"),
+            Self::Rail4 => ("Rail 4", "Actuators.Torqeedo"),
+            Self::Watchdog => ("Watchdog", "Safety.StratoPIWatchdog"),
+            Self::Light => ("Signal Light", "UserInterfaces.LEDs"),
+            Self::Preflight => ("Preflight", "Supervisors.Preflight"),
         }
     }
 }

@@ -1,42 +1,56 @@
 //! What the hydrophone reads: detections of tagged fish, and the water.
 //!
-//! A detection gets the place the vessel was at when it was heard: at the receiver's stamp less the length of a tag's
-//! transmission. A receiver whose clock was never set counts seconds since power-up; its detections get the place of
-//! their arrival and no time of day. Each detection leaves as an Event that tells all of it, and as the TBRFishTag
-//! that every console knows, unless that would be false ([`Detection::fish_tag`]).
+//! A detection gets the place the hydrophone was at when it was heard: at the receiver's stamp less the length of a tag's
+//! transmission, or at the arrival of its line less the same where the receiver's clock was never set or is lost. Such
+//! detections have no time of day. Each detection leaves as an Event that tells all of it, and as the TBRFishTag
+//! that every console knows, unless that would be false ([`Detection::fish_tag`]). How the receiver listens is told also while
+//! it hears nothing ([`Listening`]).
 
 use crate::bus::Bus;
 use crate::entity::Entity;
+use crate::input::DeviceState;
 use crate::navigation::Estimate;
 use crate::output::Level;
-use crate::poses::Poses;
+use crate::poses::{LeverArm, Poses};
+use crate::settings::HydrophoneSettings;
 use crate::states::{Condition, States};
-use detections::{Detection, Effort, Noise, Origin, Protocol, ReceiverClock};
-use devices::{Pair, Side, TagReading, WaterReading};
+use control::MotorPair;
+use detections::{ClockState, Detection, Effort, Listening, Noise, Origin, Pose, Protocol, ReceiverClock};
+use devices::{Pair, ReceiverReading, Side, TagReading, WaterReading};
 use imc::messages::{DevDataText, TBRSensor, Temperature};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
-/// Length of a transmission (µs), "Transmission Time".
-const TRANSMISSION_US: i64 = 3_000_000;
 /// A motor that reported longer ago than this is not known to turn as it did then.
 const MOTOR_LIFE: Duration = Duration::from_secs(2);
 /// Longest name of a coding that is repeated (characters).
 const LONGEST_NAME: usize = 24;
 /// Longest line of a receiver that is repeated (characters).
 const LONGEST_LINE: usize = 200;
+/// How the receiver listens is told again after this, for those that began to hear.
+const TOLD_AGAIN: Duration = Duration::from_secs(30);
+/// Thrust that differs by this from what was told is another.
+const OTHER_THRUST: f64 = 0.15;
 
 /// What is known of the receiver and of how it can listen.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Hydrophone {
+    settings: HydrophoneSettings,
     poses: Poses,
-    last_counter: Option<u16>,
     lost_lines: u64,
     heard: u64,
     /// Those of them without a time of day.
     undated: u64,
     /// The receiver's clock is not set.
     unset: bool,
+    /// How its driver finds it; a simulated receiver has none.
+    device: Option<DeviceState>,
+    /// How it listens and its clock is kept, as its driver knows it.
+    receiver: Option<ReceiverReading>,
+    serial: Option<u32>,
+    frequency_khz: Option<u8>,
+    /// What was told last of how it listens, and when.
+    told: Option<(MonoTime, Listening)>,
     /// Mean and peak noise as they were reported last, and when.
     noise: Option<(MonoTime, u8, u8)>,
     /// Propeller speeds (rpm, without direction), and when they were measured.
@@ -44,9 +58,27 @@ pub(crate) struct Hydrophone {
 }
 
 impl Hydrophone {
+    pub(crate) fn new(settings: &HydrophoneSettings) -> Self {
+        Self {
+            settings: *settings,
+            poses: Poses::default(),
+            lost_lines: 0,
+            heard: 0,
+            undated: 0,
+            unset: false,
+            device: None,
+            receiver: None,
+            serial: None,
+            frequency_khz: None,
+            told: None,
+            noise: None,
+            propellers: Pair::default(),
+        }
+    }
+
     /// Where the vessel is.
-    pub(crate) fn at(&mut self, utc: UtcTime, estimate: &Estimate) {
-        self.poses.at(utc, estimate);
+    pub(crate) fn at(&mut self, now: MonoTime, estimate: &Estimate) {
+        self.poses.at(now, estimate);
     }
 
     /// How fast a propeller turns (rpm).
@@ -54,11 +86,30 @@ impl Hydrophone {
         *self.propellers.of_mut(side) = rpm.is_finite().then_some((now, rpm.abs()));
     }
 
-    pub(crate) fn tag(&mut self, bus: &mut Bus, states: &mut States, tag: &TagReading) {
-        let lines_lost = self.count(bus, tag.counter);
-        let clock = ReceiverClock::read(tag.clock_s, tag.millis);
-        self.clock(bus, clock);
-        let heard = clock.utc().map_or(bus.utc(), |utc| UtcTime::from_micros(utc.micros() - TRANSMISSION_US));
+    /// How the receiver is, as its driver knows it.
+    pub(crate) fn device(&mut self, bus: &mut Bus, states: &mut States, state: DeviceState) {
+        self.device = Some(state);
+        states.set(bus, Entity::Hydrophone, self.condition(), self.text());
+    }
+
+    /// How the receiver listens and its clock is kept.
+    pub(crate) fn receiver(&mut self, bus: &mut Bus, states: &mut States, reading: &ReceiverReading) {
+        let before = self.receiver.replace(reading.clone());
+        let was_lost = before.is_some_and(|before| before.clock == devices::ClockState::Lost);
+        let is_lost = self.lost_clock().is_some();
+        if is_lost && !was_lost {
+            bus.entry(Entity::Hydrophone, Level::Warning, reading.clock_fault.clone());
+        } else if was_lost && !is_lost {
+            bus.entry(Entity::Hydrophone, Level::Info, "the receiver's clock is good again");
+        }
+        states.set(bus, Entity::Hydrophone, self.condition(), self.text());
+    }
+
+    /// A tag was heard; its line came at `at`.
+    pub(crate) fn tag(&mut self, bus: &mut Bus, states: &mut States, at: MonoTime, tag: &TagReading) {
+        self.line(bus, tag.serial, tag.frequency_khz, tag.lines_lost);
+        let clock = self.clock_of(tag.clock_s, tag.millis);
+        self.told_set(bus, clock);
         let name: String = tag.protocol.chars().take(LONGEST_NAME).collect();
         let detection = Detection {
             origin: Origin {
@@ -75,8 +126,8 @@ impl Hydrophone {
             snr_db: tag.snr_db,
             frequency_khz: tag.frequency_khz,
             line: tag.counter,
-            pose: self.poses.then(heard),
-            effort: self.effort(bus.mono(), lines_lost),
+            pose: self.pose(bus, at, clock.utc()),
+            effort: self.effort(bus.mono(), tag.lines_lost),
             // No receiver writes longer lines: what is longer is not repeated.
             raw: tag.raw.clone().filter(|raw| raw.chars().count() <= LONGEST_LINE),
         };
@@ -90,13 +141,23 @@ impl Hydrophone {
         states.set(bus, Entity::Hydrophone, self.condition(), self.text());
     }
 
-    pub(crate) fn water(&mut self, bus: &mut Bus, states: &mut States, water: &WaterReading) {
-        self.count(bus, water.counter);
-        self.noise = Some((bus.mono(), water.noise_average, water.noise_peak));
+    /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is believed.
+    fn pose(&self, bus: &Bus, at: MonoTime, stamp: Option<UtcTime>) -> Option<Pose> {
+        // Both clocks count microseconds in 63 bits; UTC is told by what it is now, whatever it was set from.
+        let micros = |at: MonoTime| at.micros() as i64;
+        let heard_us = stamp.map_or(micros(at), |stamp| micros(bus.mono()) - (bus.utc() - stamp));
+        let transmission_us = self.settings.transmission.as_micros() as i64;
+        self.poses.then(heard_us.saturating_sub(transmission_us), &self.settings.arm)
+    }
+
+    /// A report of the water, which came at `at`.
+    pub(crate) fn water(&mut self, bus: &mut Bus, states: &mut States, at: MonoTime, water: &WaterReading) {
+        self.line(bus, water.serial, water.frequency_khz, water.lines_lost);
+        self.noise = Some((at, water.noise_average, water.noise_peak));
         let temperature = if water.temperature_c.is_finite() { water.temperature_c as f32 } else { return };
         bus.send(Entity::Hydrophone, &Temperature { value: temperature });
-        let clock = ReceiverClock::read(water.clock_s, 0);
-        self.clock(bus, clock);
+        let clock = self.clock_of(water.clock_s, 0);
+        self.told_set(bus, clock);
         if clock.utc().is_some() {
             let message = TBRSensor {
                 serial_no: water.serial,
@@ -109,62 +170,97 @@ impl Hydrophone {
             };
             bus.send(Entity::Hydrophone, &message);
         } else {
-            self.keep_as_text(bus, water);
+            self.keep_as_text(bus, at, clock, water);
         }
         states.set(bus, Entity::Hydrophone, self.condition(), self.text());
     }
 
+    /// The receiver's count, and what is known of it: a stamp says whether it was ever set, the driver whether it is kept.
+    fn clock_of(&self, seconds: u32, millis: u16) -> ReceiverClock {
+        let mut clock = ReceiverClock::read(seconds, millis);
+        if let Some(known) = self.known_clock() {
+            clock.state = clock.state.with(known);
+        }
+        clock
+    }
+
+    /// What the driver knows of the clock. That it was set by itself is no more than a stamp tells; nor is that a line of
+    /// before it was set is still to come.
+    fn known_clock(&self) -> Option<ClockState> {
+        match self.receiver.as_ref()?.clock {
+            devices::ClockState::Lost => Some(ClockState::Lost),
+            devices::ClockState::Disciplined => Some(ClockState::Disciplined),
+            devices::ClockState::Set => Some(ClockState::Set),
+            devices::ClockState::Unset => Some(ClockState::NotSet),
+            devices::ClockState::Unknown => None,
+        }
+    }
+
+    /// Why the clock is lost, if it is.
+    fn lost_clock(&self) -> Option<&str> {
+        let lost = self.receiver.as_ref().filter(|receiver| receiver.clock == devices::ClockState::Lost);
+        lost.map(|receiver| receiver.clock_fault.as_str())
+    }
+
     /// Tells when it changes whether the receiver's clock is set.
-    fn clock(&mut self, bus: &mut Bus, clock: ReceiverClock) {
-        let is_set = clock.utc().is_some();
-        if is_set == self.unset {
-            self.unset = !is_set;
-            let (level, text) = if is_set {
-                (Level::Info, "the receiver's clock is set: detections have a time again")
-            } else {
+    fn told_set(&mut self, bus: &mut Bus, clock: ReceiverClock) {
+        let unset = clock.state == ClockState::NotSet;
+        if unset != self.unset {
+            self.unset = unset;
+            let (level, text) = if unset {
                 (Level::Warning, "the receiver's clock is not set: what it hears has no time of its own")
+            } else {
+                (Level::Info, "the receiver's clock is set: detections have a time again")
             };
             bus.entry(Entity::Hydrophone, level, text);
         }
     }
 
     /// A report of the water as text: in a TBRSensor, seconds since power-up would be taken for those since 1970.
-    fn keep_as_text(&self, bus: &mut Bus, water: &WaterReading) {
-        let place = self.poses.then(bus.utc()).map_or_else(String::new, |pose| {
+    fn keep_as_text(&self, bus: &mut Bus, at: MonoTime, clock: ReceiverClock, water: &WaterReading) {
+        let place = self.poses.then(at.micros() as i64, &self.settings.arm);
+        let place = place.map_or_else(String::new, |pose| {
             format!(";lat_deg={:.6};lon_deg={:.6}", pose.place.lat_deg(), pose.place.lon_deg())
         });
-        let (text, arrived) = (water_text(water), bus.utc());
+        let (text, arrived) = (water_text(clock, water), bus.utc_of(at));
         let value = format!("{text};arrived_by_vessel_clock={arrived}{place}");
         bus.send(Entity::Hydrophone, &DevDataText { value: value.as_str().into() });
     }
 
     fn condition(&self) -> Condition {
-        if self.unset { Condition::Fault } else { Condition::Normal }
+        let device = self.device.as_ref().map(|state| state.condition);
+        match device {
+            // It hears: what its driver still waits for is no matter.
+            Some(Condition::Boot) if self.heard == 0 && self.noise.is_none() => Condition::Boot,
+            Some(bad) if bad.is_bad() => bad,
+            _ if self.unset || self.lost_clock().is_some() => Condition::Fault,
+            _ => Condition::Normal,
+        }
     }
 
     fn text(&self) -> String {
+        let why = self.device.as_ref().filter(|state| state.condition.is_bad());
+        let why = why.map_or_else(String::new, |state| format!("{}; ", state.text));
+        let lost = self.lost_clock().map_or_else(String::new, |why| {
+            format!("{why}; until then detections have no time of day and no TBRFishTag; ")
+        });
         let undated = match self.undated {
             0 => String::new(),
             some => format!(", {some} of them without a time"),
         };
-        let clock = if self.unset { "; the receiver's clock is not set" } else { "" };
-        format!("{} detections{undated}, {} lines lost{clock}", self.heard, self.lost_lines)
+        let clock = if self.unset && lost.is_empty() { "; the receiver's clock is not set" } else { "" };
+        format!("{why}{lost}{} detections{undated}, {} lines lost{clock}", self.heard, self.lost_lines)
     }
 
-    /// Lines are numbered; a gap is lost lines. How many that was, where it is known.
-    fn count(&mut self, bus: &mut Bus, counter: u16) -> Option<u16> {
-        let last = self.last_counter.replace(counter)?;
-        let missing = counter.wrapping_sub(last).wrapping_sub(1);
-        if missing >= 1000 {
-            // A receiver that started anew.
-            return None;
-        }
-        if missing > 0 {
-            self.lost_lines += u64::from(missing);
-            let text = format!("{missing} lines of the receiver lost");
+    /// A line came. Its driver tells by the running numbers how many were lost before it.
+    fn line(&mut self, bus: &mut Bus, serial: u32, frequency_khz: u8, lost: Option<u16>) {
+        self.serial = Some(serial);
+        self.frequency_khz = Some(frequency_khz);
+        if let Some(lost) = lost.filter(|lost| *lost > 0) {
+            self.lost_lines += u64::from(lost);
+            let text = format!("{lost} lines of the receiver lost");
             bus.entry(Entity::Hydrophone, Level::Warning, text);
         }
-        Some(missing)
     }
 
     fn effort(&self, now: MonoTime, lines_lost: Option<u16>) -> Effort {
@@ -173,20 +269,76 @@ impl Hydrophone {
             peak,
             age_s: now.since(at).as_secs_f64(),
         };
-        // Of one propeller nobody knows whether the other is faster.
+        Effort { lines_lost, noise: self.noise.map(noise), propeller_rpm: self.propeller_rpm(now) }
+    }
+
+    /// Speed of the faster propeller (rpm). Of one propeller nobody knows whether the other is faster.
+    fn propeller_rpm(&self, now: MonoTime) -> Option<f64> {
         let turns = self.propellers.map(|known| known.filter(|(at, _)| now.since(*at) <= MOTOR_LIFE));
-        let propeller_rpm =
-            turns.port.zip(turns.starboard).map(|((_, port), (_, starboard))| port.max(starboard));
-        Effort { lines_lost, noise: self.noise.map(noise), propeller_rpm }
+        turns.port.zip(turns.starboard).map(|((_, port), (_, starboard))| port.max(starboard))
+    }
+
+    /// Tells how the receiver listens when that is another, and again after a while. Called once a second.
+    pub(crate) fn tell(&mut self, bus: &mut Bus, motors: MotorPair) {
+        if self.device.is_none() && self.receiver.is_none() && self.serial.is_none() {
+            // The vessel has none.
+            return;
+        }
+        let now = bus.mono();
+        let listening = self.listening(now, motors);
+        let due =
+            self.told.is_none_or(|(at, told)| now.since(at) >= TOLD_AGAIN || is_other(&told, &listening));
+        if due {
+            self.told = Some((now, listening));
+            bus.send(Entity::Hydrophone, &listening.report());
+        }
+    }
+
+    fn listening(&self, now: MonoTime, motors: MotorPair) -> Listening {
+        let receiver = self.receiver.as_ref();
+        let LeverArm { down_m, .. } = self.settings.arm;
+        Listening {
+            // A simulated receiver has no driver, and listens.
+            on: receiver.map_or(self.device.is_none(), |receiver| receiver.listening),
+            receiver: self.serial,
+            frequency_khz: receiver.and_then(|receiver| receiver.frequency_khz).or(self.frequency_khz),
+            protocols: receiver.and_then(|receiver| receiver.protocols),
+            thrust: Some(motors.port.abs().max(motors.starboard.abs())),
+            propeller_rpm: self.propeller_rpm(now),
+            clock: self.known_clock().or(self.unset.then_some(ClockState::NotSet)),
+            clock_offset_s: receiver.and_then(|receiver| receiver.clock_offset_s),
+            below_antenna_m: (down_m != 0.0).then_some(down_m),
+        }
     }
 }
 
-/// A regular report of a receiver whose clock is not set, as tuples.
-fn water_text(water: &WaterReading) -> String {
-    let WaterReading { serial, clock_s, temperature_c, noise_average, noise_peak, frequency_khz, counter } =
-        water;
+/// Whether a receiver listens otherwise than was told.
+fn is_other(told: &Listening, now: &Listening) -> bool {
+    let facts = |one: &Listening| (one.on, one.receiver, one.frequency_khz, one.protocols, one.clock);
+    let thrust = told.thrust.zip(now.thrust);
+    facts(told) != facts(now)
+        || thrust
+            .is_none_or(|(told, now)| (told - now).abs() >= OTHER_THRUST || (told == 0.0) != (now == 0.0))
+}
+
+/// A regular report of a receiver whose clock is not set or lost, as tuples.
+fn water_text(clock: ReceiverClock, water: &WaterReading) -> String {
+    let WaterReading {
+        serial,
+        clock_s,
+        temperature_c,
+        noise_average,
+        noise_peak,
+        frequency_khz,
+        counter,
+        ..
+    } = water;
+    let (state, count) = match clock.state {
+        ClockState::NotSet => ("not set", "since_power_up_s"),
+        other => (other.word(), "clock_s"),
+    };
     format!(
-        "clock=not set;since_power_up_s={clock_s};serial={serial};temperature_c={temperature_c:.1};\
+        "clock={state};{count}={clock_s};serial={serial};temperature_c={temperature_c:.1};\
          noise_average={noise_average};noise_peak={noise_peak};frequency_khz={frequency_khz};line={counter}"
     )
 }

@@ -3,19 +3,27 @@
 //! Readings are as the devices gave them, nonsense included. [`Navigation`](crate::Navigation) and the other parts
 //! that use them refuse it. SI units and radians.
 
+use crate::entity::Entity;
 use crate::grounding::ChartFile;
 use crate::lease::Lease;
+use crate::states::Condition;
 use devices::Reading;
 use mission::Ticket;
 use std::net::SocketAddrV4;
+use units::MonoTime;
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// Nothing but time has passed.
     Timer,
-    /// A device has read something.
-    Reading(Reading),
+    /// A device has read something, at this moment: a line of a slow port has been under way for a while, and a loop that was
+    /// held up takes it later still.
+    Reading(MonoTime, Reading),
+    /// How the device behind a part of the vessel is, as its driver knows it.
+    Device(DeviceState),
+    /// A driver warns of something about a part that is not the state of it.
+    Warning(Entity, String),
     /// The computer's own state.
     Host(HostReading),
     /// Bytes of one packet from a peer.
@@ -45,6 +53,17 @@ pub enum Input {
     Shutdown,
 }
 
+/// How the device behind a part of the vessel is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeviceState {
+    /// The part.
+    pub entity: Entity,
+    /// How it is: [`Condition::Boot`] until it has answered.
+    pub condition: Condition,
+    /// Why it is not well and what to do, in one sentence; empty where there is nothing to say.
+    pub text: String,
+}
+
 /// Whom a packet came from or goes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Peer {
@@ -61,7 +80,7 @@ const SERVER_SHIFT: u32 = 29;
 
 impl Peer {
     /// The number of the `count`th connection to the `server`th server of the configuration, both from 0. Counts
-    /// start anew after 2²⁹, servers after [`SERVERS`].
+    /// start again after 2²⁹, servers after [`SERVERS`].
     pub fn number(server: u8, count: u32) -> u32 {
         (u32::from(server % SERVERS) << SERVER_SHIFT) | (count & ((1 << SERVER_SHIFT) - 1))
     }
@@ -87,8 +106,12 @@ pub struct Reachable {
 /// The state of the computer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HostReading {
-    /// Load of the processor (%).
+    /// Load of the processor by this program; 100 is one of the processors (%).
     pub cpu_percent: f64,
+    /// Load of all processors by all programs, where known (%).
+    pub computer_cpu_percent: Option<f64>,
+    /// Memory that programs can still have, as share of the whole, where known (%).
+    pub memory_free_percent: Option<f64>,
     /// Free space where logs are kept (MiB).
     pub disk_free_mib: f64,
     /// The same as share of the whole (%).

@@ -17,9 +17,11 @@ mod authority;
 mod brain;
 mod bus;
 mod chart_change;
+mod clock;
 mod conditions;
 mod discovery;
 mod entity;
+mod epoch;
 mod gate;
 mod grounding;
 mod health;
@@ -37,6 +39,8 @@ mod path_wire;
 mod pilot;
 mod plans;
 mod poses;
+mod power;
+mod preflight;
 mod reception;
 pub mod record;
 mod sensors;
@@ -46,18 +50,24 @@ mod states;
 mod stray;
 mod supervise;
 mod under_way;
+mod vitals;
+mod warnings;
 
 pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
 pub use brain::Brain;
 pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
 pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
-pub use input::{HostReading, Input, Peer, Reachable, SERVERS};
+pub use input::{DeviceState, HostReading, Input, Peer, Reachable, SERVERS};
 pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
-pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
+pub use navigation::{Arrival, Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
 pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};
+pub use poses::LeverArm;
+pub use power::PowerChannel;
 pub use settings::{
-    AfterRestart, MissionSettings, NodeSettings, RestartSettings, Settings, TransportSettings, WatchSettings,
+    AfterRestart, HydrophoneSettings, MissionSettings, NodeSettings, RestartSettings, Settings,
+    TransportSettings, WatchSettings,
 };
 pub use states::Condition;
+pub use vitals::Vitals;

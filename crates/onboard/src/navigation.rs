@@ -33,6 +33,8 @@ pub struct NavigationSettings {
     pub rate_hz: f64,
     /// Positions with a larger dilution are refused.
     pub max_hdop: f64,
+    /// The dilution that is taken where the receiver tells none.
+    pub assumed_hdop: f64,
     /// Without a good position, or a heading, for so long there is no estimate (s).
     pub reckoning_s: f64,
     /// With a greater standard deviation of the position there is no estimate (m).
@@ -62,6 +64,7 @@ impl Default for NavigationSettings {
         Self {
             rate_hz: 5.0,
             max_hdop: 5.0,
+            assumed_hdop: 2.0,
             reckoning_s: 5.0,
             most_sigma_m: 15.0,
             reckoning_mps: 0.8,
@@ -80,7 +83,7 @@ impl Default for NavigationSettings {
 /// Why a position was not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rejection {
-    /// There is none, or it is no place on Earth.
+    /// No position, or not a place on Earth.
     Invalid,
     /// The dilution is too large.
     Dilution,
@@ -120,10 +123,22 @@ pub struct Estimate {
     pub motion: Motion,
     /// Standard deviation of the position on each axis (m).
     pub sigma_m: f64,
-    /// Time since the last position that was used.
+    /// Time since the arrival of the last position that was used.
     pub age: Duration,
+    /// How long that had been under way: the estimate is of this long before the moment it is made for. Steering does not
+    /// mind; what is placed by it does.
+    pub lag: Duration,
     /// Time since the last heading.
     pub heading_age: Duration,
+}
+
+/// When a reading came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival {
+    /// The moment.
+    pub at: MonoTime,
+    /// How long after what it tells of that was.
+    pub lag: Duration,
 }
 
 impl Estimate {
@@ -151,8 +166,10 @@ impl Estimate {
 
 #[derive(Debug, Clone, Copy)]
 struct Position {
-    /// When it was measured.
+    /// When it came.
     measured: MonoTime,
+    /// How long it had been under way then.
+    lag: Duration,
     /// Where it has been reckoned to since, and when.
     at: MonoTime,
     point: LocalPoint,
@@ -213,12 +230,21 @@ impl Navigation {
         self.jumps
     }
 
+    /// Takes an epoch of the compass that was not under way for any time; see [`read_late`](Self::read_late).
+    ///
+    /// # Errors
+    /// Why its position was not used.
+    pub fn read(&mut self, now: MonoTime, reading: &GnssReading) -> Result<(), Rejection> {
+        self.read_late(Arrival { at: now, lag: Duration::ZERO }, reading)
+    }
+
     /// Takes an epoch of the compass. What is good of it is used, whatever else is wrong; of an epoch that was
     /// told before nothing is, or a receiver that hangs would keep an old heading alive.
     ///
     /// # Errors
     /// Why its position was not used.
-    pub fn read(&mut self, now: MonoTime, reading: &GnssReading) -> Result<(), Rejection> {
+    pub fn read_late(&mut self, arrival: Arrival, reading: &GnssReading) -> Result<(), Rejection> {
+        let now = arrival.at;
         if let Some(epoch) = reading.utc {
             // A receiver that repeats itself has nothing new; one whose clock was set back a second or more has.
             let stale = self.last_epoch.is_some_and(|last| (0..1_000_000).contains(&(last - epoch)));
@@ -234,19 +260,26 @@ impl Navigation {
         if let Some(rate) = number(reading.yaw_rate_rad_s, FASTEST_TURN_RAD_S) {
             self.yaw_rate = Some((now, rate));
         }
-        if let Some(GroundVelocity { course_rad, speed_mps }) = reading.velocity
-            && course_rad.abs() <= 100.0
-            && (0.0..=FASTEST_MPS).contains(&speed_mps)
+        if let Some(velocity) = reading.velocity
+            && (0.0..=FASTEST_MPS).contains(&velocity.speed_mps)
         {
+            let GroundVelocity { course_rad, speed_mps } = velocity;
             let (east, north) = course_rad.sin_cos();
-            self.velocity = Some((now, speed_mps * north, speed_mps * east));
+            if velocity.stands() {
+                self.velocity = Some((now, 0.0, 0.0));
+            } else if course_rad.abs() <= 100.0 {
+                self.velocity = Some((now, speed_mps * north, speed_mps * east));
+            }
         }
-        let fix = reading.fix.ok_or(Rejection::Invalid)?;
+        let mut fix = reading.fix.ok_or(Rejection::Invalid)?;
         let place = LatLon::from_rad(fix.lat_rad, fix.lon_rad).map_err(|_| Rejection::Invalid)?;
+        if fix.hdop.is_nan() {
+            fix.hdop = self.settings.assumed_hdop;
+        }
         if !(fix.hdop >= 0.0 && fix.hdop <= self.settings.max_hdop) {
             return Err(Rejection::Dilution);
         }
-        self.locate(now, place, &fix)
+        self.locate(arrival, place, &fix)
     }
 
     /// Takes a heading. The velocity that nothing measures any more turns with the bow.
@@ -266,7 +299,8 @@ impl Navigation {
         self.velocity = Some((measured, north_mps * cos - east_mps * sin, north_mps * sin + east_mps * cos));
     }
 
-    fn locate(&mut self, now: MonoTime, place: LatLon, fix: &GnssFix) -> Result<(), Rejection> {
+    fn locate(&mut self, arrival: Arrival, place: LatLon, fix: &GnssFix) -> Result<(), Rejection> {
+        let (now, lag) = (arrival.at, arrival.lag);
         let settings = self.settings;
         let sigma_m = settings.sigma_m * fix.hdop.max(0.5);
         let height_m = if fix.height_m.is_finite() { fix.height_m } else { 0.0 };
@@ -287,7 +321,7 @@ impl Navigation {
                 };
             }
         }
-        let position = Position { measured: now, at: now, point, sigma_m, height_m };
+        let position = Position { measured: now, lag, at: now, point, sigma_m, height_m };
         self.position = Some(position);
         if frame.origin() != place && point.distance_m(LocalPoint::default()) > settings.origin_distance_m {
             let place = frame.to_place(point);
@@ -382,6 +416,7 @@ impl Navigation {
             },
             sigma_m: self.sigma_m(now, position),
             age: now.since(position.measured),
+            lag: position.lag,
             heading_age,
         })
     }

@@ -11,6 +11,7 @@
 
 use crate::input::Peer;
 use imc::Address;
+use mission::Operator;
 use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
 use std::time::Duration;
@@ -34,7 +35,7 @@ struct SenderClock {
 /// Why keys have no effect.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub(crate) enum Unfit {
-    /// They took too long, or their time is none.
+    /// They took too long, or have no valid time.
     #[error("the operator's keys come {0:.1} s late; they are ignored")]
     Late(f64),
     /// Newer ones have acted.
@@ -100,7 +101,7 @@ impl Operators {
         let home = self.bound.or_else(|| {
             // An operator who is named but did not start the session brings a peer of its own.
             let (system, from) = self.starter?;
-            (keys.operator.is_none() || keys.operator == Some(system)).then_some(from)
+            keys.operator.admits(system.0).then_some(from)
         });
         if home.is_some_and(|home| !is_same(home, keys.from, host)) {
             return Err(Unfit::Elsewhere);
@@ -140,7 +141,7 @@ pub(crate) struct Keys {
     /// Time in the header (s).
     pub(crate) sent_s: f64,
     /// The system that may steer; anyone at the session's peer if none.
-    pub(crate) operator: Option<Address>,
+    pub(crate) operator: Operator,
 }
 
 /// A console may use several ports of its host, and both transports once its host is known.
@@ -169,7 +170,7 @@ mod tests {
     }
 
     fn keys(from: Peer, sent_s: f64) -> Keys {
-        Keys { system: CONSOLE, from, sent_s, operator: Some(CONSOLE) }
+        Keys { system: CONSOLE, from, sent_s, operator: Operator::System(CONSOLE.0) }
     }
 
     /// A packet of keys made at `sent_s` that arrives at `now_s`.

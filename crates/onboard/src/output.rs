@@ -30,6 +30,13 @@ pub enum Output {
     CloseLog,
     /// Something to keep on disk.
     Keep(Keep),
+    /// A power channel is to be switched.
+    Power {
+        /// Its name in the configuration.
+        channel: String,
+        /// On or off.
+        on: bool,
+    },
     /// A line for the console and the log's text.
     Console(Level, String),
 }

@@ -17,7 +17,7 @@ pub(crate) use service::{Live, ParameterService};
 
 use crate::entity::Entity;
 use crate::settings::Settings;
-use charts::depth_index::ChartTrust;
+use charts::depth_index::{ChartTrust, EntryRule, EntryRules};
 use config::schema::{
     common, control as loops, control::course_speed, control::course_speed_force, control::remote, general,
     mission::maneuver, path, path::ilos, path::vector_field, transport, watch,
@@ -263,6 +263,12 @@ fn watching() -> Vec<Parameter> {
             Number(|s| Some(&mut s.watch.clock_offset_s), 1.0),
         ),
         of(
+            Entity::Clock,
+            CLOCK,
+            watch::clock::MAXIMUM_PULSE_OFFSET.spec,
+            Number(|s| Some(&mut s.watch.pulse_offset_s), 1.0),
+        ),
+        of(
             Entity::Host,
             HOST,
             watch::host::DISK_WARNING.spec,
@@ -273,6 +279,12 @@ fn watching() -> Vec<Parameter> {
             HOST,
             watch::host::DISK_ERROR.spec,
             Number(|s| Some(&mut s.watch.disk_error_percent), 1.0),
+        ),
+        of(
+            Entity::Host,
+            HOST,
+            watch::host::MEMORY_WARNING.spec,
+            Number(|s| Some(&mut s.watch.memory_free_percent), 1.0),
         ),
         of(
             Entity::Udp,
@@ -301,6 +313,7 @@ fn grounding() -> Vec<Parameter> {
         new(schema::AIR_DRAUGHT.spec, Place::Limit(|s| Some(&mut s.grounding.limits.air_draught_m), 0.0))
             .file_only(),
         new(schema::TRUST.spec, Place::Word(trust, set_trust)).file_only(),
+        new(schema::ENTRY.spec, Place::Word(entry, set_entry)).file_only(),
         of(schema::WATER_LEVEL.spec, |s| Some(&mut s.grounding.limits.water_level_m)).file_only(),
         of(schema::POSITION.spec, |s| Some(&mut s.grounding.limits.position_m)).file_only(),
         of(schema::CROSS_TRACK.spec, |s| Some(&mut s.grounding.limits.cross_track_m)).file_only(),
@@ -356,6 +369,26 @@ fn trust(settings: &Settings) -> &'static str {
         ChartTrust::DepthErrors(_) => "depth errors",
         ChartTrust::AllErrors(_) => "all errors",
     }
+}
+
+fn entry(settings: &Settings) -> &'static str {
+    let EntryRules { prohibited, restricted } = settings.grounding.limits.entry;
+    match (prohibited, restricted) {
+        (_, EntryRule::Refuse) => "refuse all",
+        (EntryRule::Refuse, _) => "refuse prohibited",
+        (EntryRule::Warn, _) | (_, EntryRule::Warn) => "warn",
+        (EntryRule::Ignore, EntryRule::Ignore) => "ignore",
+    }
+}
+
+fn set_entry(settings: &mut Settings, word: &str) {
+    let both = |rule| EntryRules { prohibited: rule, restricted: rule };
+    settings.grounding.limits.entry = match word {
+        "refuse all" => both(EntryRule::Refuse),
+        "warn" => both(EntryRule::Warn),
+        "ignore" => both(EntryRule::Ignore),
+        _ => EntryRules::default(),
+    };
 }
 
 fn set_trust(settings: &mut Settings, word: &str) {
@@ -426,7 +459,7 @@ impl Parameter {
     /// Takes a value from text, whoever may change it.
     ///
     /// # Errors
-    /// When it is none that this parameter may have; the settings are then as they were.
+    /// When it is not one that this parameter may have; the settings are then as they were.
     pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), ParameterError> {
         let mut changed = settings.clone();
         if self.get(settings).is_none() || !self.put(&mut changed, text)? {
@@ -440,7 +473,7 @@ impl Parameter {
     /// The settings with a value that somebody on the bus wants.
     ///
     /// # Errors
-    /// When the value is none that this parameter may have, or the files alone may set it.
+    /// When the value is not one that this parameter may have, or the files alone may set it.
     pub(crate) fn try_live(&self, settings: &Settings, text: &str) -> Result<Settings, ParameterError> {
         if self.access == Access::FileOnly {
             return Err(ParameterError::FileOnly(self.name.to_owned()));

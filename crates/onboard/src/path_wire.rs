@@ -1,26 +1,26 @@
 //! Paths, speeds and progress as IMC has them.
 
-use control::{Geometry, PathCommand, PathStart, PathStatus, SpeedTarget};
+use control::{Geometry, PathCommand, PathStart, PathStatus};
 use imc::messages::{
     DesiredPath, DesiredPathFlags, DesiredSpeed, PathControlState, PathControlStateFlags, SpeedUnits, ZUnits,
 };
-use units::Turn;
+use units::{Speed, Turn};
 
-fn speed_units(speed: SpeedTarget) -> SpeedUnits {
+fn speed_units(speed: Speed) -> SpeedUnits {
     match speed {
-        SpeedTarget::MetresPerSecond(_) => SpeedUnits::MetersPs,
-        SpeedTarget::Rpm(_) => SpeedUnits::Rpm,
-        SpeedTarget::Percent(_) => SpeedUnits::Percentage,
+        Speed::MetresPerSecond(_) => SpeedUnits::MetersPs,
+        Speed::Rpm(_) => SpeedUnits::Rpm,
+        Speed::Percent(_) => SpeedUnits::Percentage,
     }
 }
 
 /// The speed that is wanted.
-pub(crate) fn desired_speed(speed: SpeedTarget) -> DesiredSpeed {
+pub(crate) fn desired_speed(speed: Speed) -> DesiredSpeed {
     DesiredSpeed { value: speed.value(), speed_units: speed_units(speed) }
 }
 
 /// The path that is followed from here on.
-pub(crate) fn desired_path(command: &PathCommand, status: &PathStatus, speed: SpeedTarget) -> DesiredPath {
+pub(crate) fn desired_path(command: &PathCommand, status: &PathStatus, speed: Speed) -> DesiredPath {
     let mut flags = DesiredPathFlags::empty();
     flags.set(DesiredPathFlags::START, matches!(command.start, PathStart::At(_)));
     flags.set(DesiredPathFlags::DIRECT, matches!(command.start, PathStart::Here));

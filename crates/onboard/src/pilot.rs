@@ -18,32 +18,21 @@ use crate::settings::Settings;
 use crate::stray::Stray;
 use control::{
     CourseSpeed, Fix, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStatus, PathTracker,
-    Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, YawTarget,
+    Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, YawTarget,
 };
 use devices::{Pair, Side};
 use imc::messages::{
     CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredZ, SetThrusterActuation, ZUnits,
 };
+use mission::{Drive, Operator};
 use std::collections::VecDeque;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Speed};
 
 const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
 /// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
 const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
-
-/// What moves the vessel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Drive {
-    /// Nothing.
-    #[default]
-    Off,
-    /// A path.
-    Path,
-    /// An operator: the system with this address, or anyone.
-    Remote(Option<u16>),
-}
 
 /// What happened while steering.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +57,7 @@ pub(crate) struct Pilot {
     drive: Drive,
     mask: CLoopsMask,
     scope_ref: u32,
-    speed: Option<SpeedTarget>,
+    speed: Option<Speed>,
     following: Option<Following>,
     /// What a remote autopilot is to hold.
     held: Option<Setpoint>,
@@ -208,7 +197,7 @@ impl Pilot {
         &mut self,
         bus: &mut Bus,
         command: &PathCommand,
-        speed: SpeedTarget,
+        speed: Speed,
     ) -> Result<(), PathFailure> {
         let now = bus.mono();
         let estimate = self.estimate.ok_or(PathFailure::NoPosition)?;
@@ -234,7 +223,7 @@ impl Pilot {
     }
 
     /// Another speed on the same path.
-    pub(crate) fn change_speed(&mut self, bus: &mut Bus, speed: SpeedTarget) {
+    pub(crate) fn change_speed(&mut self, bus: &mut Bus, speed: Speed) {
         if self.drive == Drive::Path && self.speed != Some(speed) {
             self.speed = Some(speed);
             bus.send(Entity::Path, &desired_speed(speed));
@@ -242,8 +231,8 @@ impl Pilot {
     }
 
     /// Hands the vessel to an operator.
-    pub(crate) fn teleoperate(&mut self, bus: &mut Bus, operator: Option<u16>) {
-        self.switch(bus, Drive::Remote(operator));
+    pub(crate) fn teleoperate(&mut self, bus: &mut Bus, operator: Operator) {
+        self.switch(bus, Drive::Teleoperation(operator));
     }
 
     fn switch(&mut self, bus: &mut Bus, drive: Drive) {
@@ -254,7 +243,7 @@ impl Pilot {
         match self.drive {
             Drive::Off => {}
             Drive::Path => self.tracker.stop(now),
-            Drive::Remote(_) => {
+            Drive::Teleoperation(_) => {
                 self.remote.deactivate(now);
                 // The stop that deactivation asks for is the authority's, below.
                 while self.remote.poll(now).is_some() {}
@@ -277,7 +266,7 @@ impl Pilot {
                 self.loops_on(bus, Entity::Maneuver, CLoopsMask::PATH);
                 self.loops_on(bus, Entity::Path, PATH_LOOPS.difference(CLoopsMask::PATH));
             }
-            Drive::Remote(_) => {
+            Drive::Teleoperation(_) => {
                 self.authority.grant(Owner::Remote);
                 self.remote.activate(now);
                 self.loops_on(bus, Entity::Maneuver, CLoopsMask::TELEOPERATION);
@@ -337,7 +326,7 @@ impl Pilot {
         match self.drive {
             Drive::Off => {}
             Drive::Path => self.steer_path(bus, estimate),
-            Drive::Remote(_) => {
+            Drive::Teleoperation(_) => {
                 if let Some(setpoint) = self.held {
                     self.control.enable(MotorPair::STOPPED);
                     self.hold(bus, estimate, &setpoint, Owner::Remote);
@@ -384,16 +373,14 @@ impl Pilot {
 
     /// A speed under the limits of the guard and of a position that is only reckoned. What is no speed in m/s is
     /// replaced while the vessel is faster.
-    fn limited(&self, speed: Option<SpeedTarget>, estimate: &Estimate) -> Option<SpeedTarget> {
+    fn limited(&self, speed: Option<Speed>, estimate: &Estimate) -> Option<Speed> {
         let reckoning_mps = estimate.is_reckoned().then_some(self.reckoning_mps);
         let most_mps = [self.most_mps, reckoning_mps].into_iter().flatten().min_by(f64::total_cmp);
         let (Some(most_mps), Some(speed)) = (most_mps, speed) else { return speed };
         let made_mps = estimate.motion.speed_over_ground_mps();
         Some(match speed {
-            SpeedTarget::MetresPerSecond(mps) => SpeedTarget::MetresPerSecond(mps.min(most_mps)),
-            SpeedTarget::Rpm(_) | SpeedTarget::Percent(_) if made_mps > most_mps => {
-                SpeedTarget::MetresPerSecond(most_mps)
-            }
+            Speed::MetresPerSecond(mps) => Speed::MetresPerSecond(mps.min(most_mps)),
+            Speed::Rpm(_) | Speed::Percent(_) if made_mps > most_mps => Speed::MetresPerSecond(most_mps),
             other => other,
         })
     }
@@ -420,9 +407,9 @@ impl Pilot {
 
     /// A message of an operator's keys.
     pub(crate) fn keys(&mut self, bus: &mut Bus, from: u16, actions: &RemoteActions) {
-        let Drive::Remote(operator) = self.drive else { return };
+        let Drive::Teleoperation(operator) = self.drive else { return };
         let heading_rad = self.estimate.map_or(0.0, |estimate| estimate.motion.heading_rad);
-        let in_control = operator.is_none_or(|operator| operator == from);
+        let in_control = operator.admits(from);
         let was_connected = self.remote.is_connected();
         match self.remote.handle(bus.mono(), actions, heading_rad, in_control) {
             RemoteReply::Taken if !was_connected => {

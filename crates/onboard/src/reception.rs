@@ -10,10 +10,11 @@ use crate::lease::{Lease, LeaseGate, NotObeyed};
 use crate::node::Contact;
 use crate::operator::{Keys, Operators, Unfit};
 use crate::output::Level;
-use crate::pilot::{Drive, Pilot};
+use crate::pilot::Pilot;
 use control::RemoteActions;
 use imc::messages::{Announce, Message, PlanControl, PlanControlType, PlanDB, PlanDBType};
 use imc::{Address, Nested, Packet, Payload as _};
+use mission::Drive;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -148,9 +149,8 @@ impl Reception {
         text: &str,
     ) {
         let (system, sent_s) = (packet.header.src, packet.header.timestamp);
-        let Drive::Remote(operator) = pilot.drive() else { return };
-        let operator = operator.map(Address);
-        if operator.is_some_and(|operator| operator != system) {
+        let Drive::Teleoperation(operator) = pilot.drive() else { return };
+        if !operator.admits(system.0) {
             return;
         }
         let host = bus.node.host_of(system);

@@ -1,7 +1,7 @@
 //! Inputs and outputs as bytes, so that a run can be recorded and replayed to the last bit.
 //!
 //! A record is the moment, a kind and fields, all little-endian; texts and lists carry their length first.
-//! Numbers that are none (NaN) survive. Layouts belong to one version of the program; a recording says which.
+//! Numbers that are not valid (NaN) survive. Layouts belong to one version of the program; a recording says which.
 
 mod read;
 mod write;

@@ -2,27 +2,35 @@
 
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::navigation::{Estimate, Navigation, NavigationHealth, Rejection};
+use crate::epoch::{euler_angles, gps_fix};
+use crate::input::DeviceState;
+use crate::navigation::{Arrival, Estimate, Navigation, NavigationHealth, Rejection};
 use crate::output::Level;
 use crate::settings::WatchSettings;
 use crate::states::{Condition, States};
-use devices::{BatteryReading, GnssReading, MotorReading, Quality, Side};
+use devices::{BatteryReading, GnssReading, MotorReading, Part, RailReading, Side, TroubleReading};
 use imc::messages::{
-    AngularVelocity, Current, EstimatedState, EulerAngles, FuelLevel, GpsFix, GpsFixRejection,
-    GpsFixRejectionReason, GpsFixType, GpsFixValidity, NavigationUncertainty, Rpm, Temperature, Voltage,
+    AngularVelocity, Current, EstimatedState, FuelLevel, GpsFixRejection, GpsFixRejectionReason,
+    NavigationUncertainty, Rpm, Temperature, Voltage,
 };
+use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
-
-const SECONDS_OF_DAY: i64 = 86_400_000_000;
 
 /// What is known of the sensors.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sensors {
     gnss: Option<MonoTime>,
+    /// When there was a position that navigation took, and a heading.
+    position: Option<MonoTime>,
+    heading: Option<MonoTime>,
     rejection: Option<Rejection>,
+    /// It was said that the compass tells no dilution.
+    told_dilution: bool,
     motors: [Option<MonoTime>; 2],
     batteries: [Option<(MonoTime, BatteryReading)>; 4],
+    /// When each power rail reported last, and its voltage (V).
+    rails: [Option<(MonoTime, f64)>; 5],
     /// Which of them have fallen silent.
     silent: [bool; 4],
     /// The lowest charge since one fell silent (%).
@@ -30,24 +38,42 @@ pub(crate) struct Sensors {
     /// Energy taken from the batteries since the start (Wh).
     used_wh: f64,
     navigation: Option<NavigationHealth>,
+    /// What drivers said of their devices, where these are not well, and since when they are not.
+    failing: BTreeMap<Entity, (MonoTime, String)>,
+    /// What parts report to be wrong with them.
+    troubles: BTreeMap<Entity, String>,
 }
 
 impl Sensors {
+    /// Nothing could be heard for so long, as when the whole program stood still: no compass or motor was silent meanwhile.
+    /// Where the vessel is, is as old as it is.
+    pub(crate) fn held_up(&mut self, gap: Duration) {
+        for at in self.motors.iter_mut().chain([&mut self.gnss]).flatten() {
+            *at = *at + gap;
+        }
+    }
+
     /// An epoch of the compass: to the bus as it came, and to navigation.
-    pub(crate) fn gnss(&mut self, bus: &mut Bus, navigation: &mut Navigation, reading: &GnssReading) {
-        self.gnss = Some(bus.mono());
+    pub(crate) fn gnss(
+        &mut self,
+        bus: &mut Bus,
+        navigation: &mut Navigation,
+        arrival: Arrival,
+        reading: &GnssReading,
+    ) {
+        let Arrival { at, lag } = arrival;
+        self.gnss = Some(at);
         let fix = gps_fix(reading);
         bus.send(Entity::Gps, &fix);
-        let time = bus.seconds();
-        if let Some(heading_rad) = reading.heading_rad.filter(|value| value.is_finite()) {
-            let angles = EulerAngles { time, psi: heading_rad, ..EulerAngles::default() };
+        let time = bus.utc_of(at).seconds() - lag.as_secs_f64();
+        if let Some(angles) = euler_angles(time, reading) {
             bus.send(Entity::Gps, &angles);
         }
         if let Some(rate) = reading.yaw_rate_rad_s.filter(|value| value.is_finite()) {
             bus.send(Entity::Gps, &AngularVelocity { time, z: rate, ..AngularVelocity::default() });
         }
         let jumps = navigation.jumps();
-        let rejection = navigation.read(bus.mono(), reading).err();
+        let rejection = navigation.read_late(arrival, reading).err();
         if let Some(rejection) = rejection {
             let reason = match rejection {
                 Rejection::Invalid | Rejection::Stale => GpsFixRejectionReason::Invalid,
@@ -67,6 +93,42 @@ impl Sensors {
             );
         }
         self.rejection = rejection;
+        self.assume_dilution(bus, navigation, reading);
+        if rejection.is_none() {
+            self.position = Some(at);
+        }
+        if reading.heading_rad.is_some_and(f64::is_finite)
+            || navigation.health(bus.mono()) == NavigationHealth::Good
+        {
+            self.heading = Some(at);
+        }
+    }
+
+    /// Says once that the compass tells no dilution, and what is taken for it.
+    fn assume_dilution(&mut self, bus: &mut Bus, navigation: &Navigation, reading: &GnssReading) {
+        if !self.told_dilution && reading.fix.is_some_and(|fix| fix.hdop.is_nan()) {
+            self.told_dilution = true;
+            let assumed = navigation.settings().assumed_hdop;
+            let text = format!(
+                "the compass tells no dilution (HDOP): {assumed:.1} is taken for it (`Assumed HDOP`); let it send GGA or GSA with one"
+            );
+            bus.entry(Entity::Navigation, Level::Warning, text);
+        }
+    }
+
+    /// What is missing of what must be good before motors are armed: each with the reason.
+    pub(crate) fn missing(&self, now: MonoTime, watch: &WatchSettings) -> Vec<String> {
+        let fresh = |at: Option<MonoTime>, timeout| at.is_some_and(|at| now.since(at) <= timeout);
+        let of_compass = [
+            (self.position, "position (the compass has none that can be used)"),
+            (self.heading, "heading (the compass has none)"),
+        ];
+        let compass = of_compass.into_iter().filter(|(at, _)| !fresh(*at, watch.gnss_timeout));
+        let motors =
+            Side::BOTH.into_iter().filter(|side| !fresh(self.motors[*side as usize], watch.motor_timeout));
+        let motor =
+            |side: Side| format!("CAN (no feedback of the {})", motor_entity(side).label_and_task().0);
+        compass.map(|(_, text)| text.to_owned()).chain(motors.map(motor)).collect()
     }
 
     pub(crate) fn motor(&mut self, bus: &mut Bus, side: Side, reading: &MotorReading) {
@@ -99,6 +161,41 @@ impl Sensors {
         let level =
             FuelLevel { value: reading.charge_percent as f32, confidence: 100.0, ..FuelLevel::default() };
         bus.send(entity, &level);
+    }
+
+    /// A power rail: to the bus.
+    pub(crate) fn rail(&mut self, bus: &mut Bus, reading: &RailReading) {
+        let sane = reading.voltage_v.is_finite() && reading.current_a.is_finite();
+        let Some(entity) = Entity::rail(reading.number).filter(|_| sane) else { return };
+        self.rails[usize::from(reading.number)] = Some((bus.mono(), reading.voltage_v));
+        bus.send(entity, &Voltage { value: reading.voltage_v as f32 });
+        bus.send(entity, &Current { value: reading.current_a as f32 });
+    }
+
+    /// What a part reports to be wrong with it, for its state; its driver warns of it too.
+    pub(crate) fn trouble(&mut self, reading: &TroubleReading) {
+        let entity = match reading.part {
+            Part::Motor(side) => Some(motor_entity(side)),
+            Part::Battery(number) => Entity::battery(number),
+        };
+        match entity {
+            Some(entity) if reading.text.is_empty() => drop(self.troubles.remove(&entity)),
+            Some(entity) => drop(self.troubles.insert(entity, reading.text.clone())),
+            None => {}
+        }
+    }
+
+    /// How a device is, as its driver knows it: to the log book, and for the states of its part.
+    pub(crate) fn device(&mut self, bus: &mut Bus, state: &DeviceState) {
+        if state.condition.is_bad() {
+            let (_, text) = self.failing.entry(state.entity).or_insert_with(|| (bus.mono(), String::new()));
+            if *text != state.text {
+                text.clone_from(&state.text);
+                bus.entry(state.entity, Level::Error, state.text.clone());
+            }
+        } else if state.condition == Condition::Normal && self.failing.remove(&state.entity).is_some() {
+            bus.entry(state.entity, Level::Info, "works again");
+        }
     }
 
     /// The batteries whose reports are fresh.
@@ -140,6 +237,55 @@ impl Sensors {
         self.held_percent = if self.silent.contains(&true) { before.or(self.held_percent) } else { None };
     }
 
+    /// What its driver says of a part that is in error for it. A device that has worked is bridged for as long as its
+    /// silence is: a plug that is loose for a moment does not end a plan.
+    fn failing(
+        &self,
+        entity: Entity,
+        last: Option<MonoTime>,
+        now: MonoTime,
+        timeout: Duration,
+    ) -> Option<&str> {
+        let (since, text) = self.failing.get(&entity)?;
+        let late = |at: MonoTime| now.since(at) > timeout;
+        (late(*since) || last.is_none_or(late)).then_some(text)
+    }
+
+    /// The states of both motors.
+    fn watch_motors(&self, bus: &mut Bus, states: &mut States, timeout: Duration) {
+        for side in Side::BOTH {
+            let entity = motor_entity(side);
+            let last = self.motors[side as usize];
+            match last.map(|at| bus.mono().since(at)) {
+                _ if let Some(text) = self.failing(entity, last, bus.mono(), timeout) => {
+                    states.set(bus, entity, Condition::Error, text);
+                }
+                None => states.set(bus, entity, Condition::Boot, "waiting for the motor's feedback"),
+                Some(silence) if silence > timeout => {
+                    let text = format!("no feedback for {} s", silence.as_secs());
+                    states.set(bus, entity, Condition::Error, text);
+                }
+                Some(_) => match self.troubles.get(&entity) {
+                    Some(text) => states.set(bus, entity, Condition::Fault, text.as_str()),
+                    None => states.set(bus, entity, Condition::Normal, "active"),
+                },
+            }
+        }
+    }
+
+    /// The states of the rails that have reported.
+    fn watch_rails(&self, bus: &mut Bus, states: &mut States, timeout: Duration) {
+        for (number, slot) in (0..).zip(&self.rails) {
+            let (Some(entity), Some((at, voltage_v))) = (Entity::rail(number), slot) else { continue };
+            if bus.mono().since(*at) > timeout {
+                states.set(bus, entity, Condition::Fault, "no report");
+            } else {
+                // Without the current, which differs with every report and would make a message each.
+                states.set(bus, entity, Condition::Normal, format!("{voltage_v:.1} V"));
+            }
+        }
+    }
+
     /// The states of the sensors and of navigation.
     pub(crate) fn watch(
         &mut self,
@@ -150,6 +296,9 @@ impl Sensors {
     ) {
         let now = bus.mono();
         match self.gnss.map(|at| now.since(at)) {
+            _ if let Some(text) = self.failing(Entity::Gps, self.gnss, now, settings.gnss_timeout) => {
+                states.set(bus, Entity::Gps, Condition::Error, text);
+            }
             None => states.set(bus, Entity::Gps, Condition::Boot, "waiting for the compass"),
             Some(silence) if silence > settings.gnss_timeout => {
                 let text = format!("nothing from the compass for {} s", silence.as_secs());
@@ -182,17 +331,8 @@ impl Sensors {
             bus.entry(Entity::Navigation, Level::Error, text.clone());
         }
         states.set(bus, Entity::Navigation, condition, text);
-        for side in Side::BOTH {
-            let entity = motor_entity(side);
-            match self.motors[side as usize].map(|at| now.since(at)) {
-                None => states.set(bus, entity, Condition::Boot, "waiting for the motor's feedback"),
-                Some(silence) if silence > settings.motor_timeout => {
-                    let text = format!("no feedback for {} s", silence.as_secs());
-                    states.set(bus, entity, Condition::Error, text);
-                }
-                Some(_) => states.set(bus, entity, Condition::Normal, "active"),
-            }
-        }
+        self.watch_motors(bus, states, settings.motor_timeout);
+        self.watch_rails(bus, states, settings.battery_timeout);
         self.watch_batteries(now, settings.battery_timeout);
         for (number, slot) in (0..).zip(&self.batteries) {
             let (Some(entity), Some((at, reading))) = (Entity::battery(number), slot) else { continue };
@@ -200,7 +340,10 @@ impl Sensors {
                 states.set(bus, entity, Condition::Fault, "no report");
             } else {
                 let text = format!("{:.0} %, {:.1} V", reading.charge_percent, reading.voltage_v);
-                states.set(bus, entity, Condition::Normal, text);
+                match self.troubles.get(&entity) {
+                    Some(trouble) => states.set(bus, entity, Condition::Fault, format!("{text}; {trouble}")),
+                    None => states.set(bus, entity, Condition::Normal, text),
+                }
             }
         }
     }
@@ -211,38 +354,6 @@ fn motor_entity(side: Side) -> Entity {
         Side::Port => Entity::MotorPort,
         Side::Starboard => Entity::MotorStarboard,
     }
-}
-
-fn gps_fix(reading: &GnssReading) -> GpsFix {
-    let mut fix = GpsFix { satellites: reading.satellites, ..GpsFix::default() };
-    let mut validity = GpsFixValidity::empty();
-    if let Some(utc) = reading.utc {
-        let civil = utc.civil();
-        validity |= GpsFixValidity::VALID_DATE | GpsFixValidity::VALID_TIME;
-        // Years of four digits; the receiver has no others.
-        fix.utc_year = civil.year.clamp(0, 9999) as u16;
-        fix.utc_month = civil.month;
-        fix.utc_day = civil.day;
-        fix.utc_time = (utc.micros().rem_euclid(SECONDS_OF_DAY) as f64 / 1e6) as f32;
-    }
-    if let Some(position) = reading.fix.filter(|fix| fix.lat_rad.is_finite() && fix.lon_rad.is_finite()) {
-        validity |= GpsFixValidity::VALID_POS | GpsFixValidity::VALID_HDOP;
-        fix.r#type = match position.quality {
-            Quality::Autonomous => GpsFixType::Standalone,
-            Quality::Differential => GpsFixType::Differential,
-        };
-        fix.lat = position.lat_rad;
-        fix.lon = position.lon_rad;
-        fix.height = position.height_m as f32;
-        fix.hdop = position.hdop as f32;
-    }
-    if let Some(velocity) = reading.velocity.filter(|v| v.course_rad.is_finite() && v.speed_mps.is_finite()) {
-        validity |= GpsFixValidity::VALID_COG | GpsFixValidity::VALID_SOG;
-        fix.cog = velocity.course_rad as f32;
-        fix.sog = velocity.speed_mps as f32;
-    }
-    fix.validity = validity;
-    fix
 }
 
 /// The state of the vessel as it goes out.
@@ -275,6 +386,7 @@ pub(crate) fn uncertainty(estimate: &Estimate) -> NavigationUncertainty {
 mod tests {
     use super::*;
     use crate::settings::Settings;
+    use imc::messages::{EulerAngles, GpsFix, GpsFixValidity};
     use units::{Now, UtcTime};
 
     #[test]
@@ -304,5 +416,128 @@ mod tests {
         report(&mut sensors, 91, 0, 95.0);
         report(&mut sensors, 92, 1, 96.0);
         assert_eq!(sensors.charge_percent(), Some(95.0));
+    }
+
+    #[test]
+    fn who_was_held_up_takes_nobody_for_silent() {
+        let at = |ms: u64| Now { mono: MonoTime::from_micros(ms * 1000), utc: UtcTime::default() };
+        let settings = Settings::otter("test", imc::Address(0x2810));
+        let mut bus = Bus::new(&settings, at(0));
+        let mut states = States::new(vec![], at(0).mono);
+        let navigation = Navigation::new(settings.navigation);
+        let mut sensors = Sensors::default();
+        let mut look = |sensors: &mut Sensors, ms| {
+            bus.begin(at(ms));
+            sensors.watch(&mut bus, &mut states, &navigation, &settings.watch);
+            states.condition(Entity::MotorPort)
+        };
+        let mut heard = Bus::new(&settings, at(0));
+        sensors.motor(&mut heard, Side::Port, &MotorReading::default());
+        sensors.held_up(Duration::from_secs(4));
+        assert_eq!(look(&mut sensors, 4_500), Condition::Normal);
+        assert_eq!(look(&mut sensors, 7_000), Condition::Error, "a motor that stays silent is told");
+    }
+
+    #[test]
+    fn what_a_part_reports_of_itself_is_its_state_until_it_is_over() {
+        let at = |ms: u64| Now { mono: MonoTime::from_micros(ms * 1000), utc: UtcTime::default() };
+        let settings = Settings::otter("test", imc::Address(0x2810));
+        let mut bus = Bus::new(&settings, at(0));
+        let mut states = States::new(vec![], at(0).mono);
+        let navigation = Navigation::new(settings.navigation);
+        let mut sensors = Sensors::default();
+        let mut see = |ms, text: &str| {
+            bus.begin(at(ms));
+            sensors.motor(&mut bus, Side::Starboard, &MotorReading::default());
+            let reading =
+                BatteryReading { number: 2, charge_percent: 80.0, voltage_v: 32.0, ..Default::default() };
+            sensors.battery(&mut bus, &reading);
+            for part in [Part::Motor(Side::Starboard), Part::Battery(2), Part::Battery(9)] {
+                sensors.trouble(&TroubleReading { part, text: text.to_owned() });
+            }
+            sensors.watch(&mut bus, &mut states, &navigation, &settings.watch);
+            [Entity::MotorStarboard, Entity::Battery2]
+                .map(|entity| (states.condition(entity), states.all[usize::from(entity.number())].1.clone()))
+        };
+        let normal = |text: &str| (Condition::Normal, text.to_owned());
+        let fault = |text: &str| (Condition::Fault, text.to_owned());
+        assert_eq!(see(0, ""), [normal("active"), normal("80 %, 32.0 V")]);
+        assert_eq!(see(500, "hot: wait"), [fault("hot: wait"), fault("80 %, 32.0 V; hot: wait")]);
+        assert_eq!(see(1000, ""), [normal("active"), normal("80 %, 32.0 V")]);
+    }
+
+    #[test]
+    fn attitude_goes_out_whole_and_a_missing_dilution_is_told_once() {
+        let start =
+            Now { mono: MonoTime::from_micros(5_000_000), utc: UtcTime::from_micros(1_795_000_000_000_000) };
+        let settings = Settings::otter("test", imc::Address(0x2810));
+        let mut bus = Bus::new(&settings, start);
+        let mut navigation = Navigation::new(settings.navigation);
+        let mut sensors = Sensors::default();
+        let fix =
+            devices::GnssFix { lat_rad: 1.1, lon_rad: 0.2, hdop: f64::NAN, ..devices::GnssFix::default() };
+        let reading = GnssReading {
+            fix: Some(fix),
+            heading_rad: Some(1.0),
+            roll_rad: Some(0.05),
+            pitch_rad: Some(-0.02),
+            magnetic_heading_rad: Some(0.9),
+            velocity: Some(devices::GroundVelocity { course_rad: f64::NAN, speed_mps: 0.0 }),
+            ..GnssReading::default()
+        };
+        // Read a second and a half ago, and half a second under way before.
+        let arrival = Arrival { at: MonoTime::from_micros(3_500_000), lag: Duration::from_millis(500) };
+        for _ in 0..3 {
+            sensors.gnss(&mut bus, &mut navigation, arrival, &reading);
+        }
+        let mut packets = Vec::new();
+        while let Some(output) = bus.poll() {
+            if let crate::output::Output::Packet { bytes, .. } = output {
+                packets.push(imc::Packet::decode(&bytes).unwrap());
+            }
+        }
+        let angles = packets.iter().find_map(|packet| packet.get::<EulerAngles>()).unwrap();
+        assert_eq!((angles.phi, angles.theta, angles.psi, angles.psi_magnetic), (0.05, -0.02, 1.0, 0.9));
+        assert!((angles.time - (start.utc.seconds() - 2.0)).abs() < 1e-6, "{}", angles.time);
+        let fix = packets.iter().find_map(|packet| packet.get::<GpsFix>()).unwrap();
+        assert!(
+            fix.validity.contains(GpsFixValidity::VALID_SOG)
+                && !fix.validity.contains(GpsFixValidity::VALID_COG)
+        );
+        let entries = packets.iter().filter_map(|packet| packet.get::<imc::messages::LogBookEntry>());
+        assert_eq!(entries.filter(|entry| entry.text.to_str_lossy().contains("Assumed HDOP")).count(), 1);
+        assert_eq!(navigation.health(arrival.at + Duration::from_secs(1)), NavigationHealth::Good);
+    }
+
+    #[test]
+    fn a_device_that_fails_is_in_error_in_its_driver_s_words_once_it_is_missed() {
+        let at = |ms: u64| Now { mono: MonoTime::from_micros(ms * 1000), utc: UtcTime::default() };
+        let settings = Settings::otter("test", imc::Address(0x2810));
+        let mut bus = Bus::new(&settings, at(0));
+        let mut states = States::new(vec![Entity::MotorPort], at(0).mono);
+        let navigation = Navigation::new(settings.navigation);
+        let mut sensors = Sensors::default();
+        let mut see = |sensors: &mut Sensors, ms, condition, text: &str| {
+            bus.begin(at(ms));
+            let entity = Entity::MotorPort;
+            sensors.device(&mut bus, &DeviceState { entity, condition, text: text.to_owned() });
+            if condition == Condition::Normal {
+                sensors.motor(&mut bus, Side::Port, &MotorReading::default());
+            }
+            sensors.watch(&mut bus, &mut states, &navigation, &settings.watch);
+            states.condition(entity)
+        };
+        assert_eq!(see(&mut sensors, 0, Condition::Error, "no port"), Condition::Error, "never there");
+        assert_eq!(see(&mut sensors, 100, Condition::Boot, ""), Condition::Error, "open, and no answer yet");
+        assert_eq!(see(&mut sensors, 200, Condition::Normal, ""), Condition::Normal);
+        assert_eq!(see(&mut sensors, 1000, Condition::Error, "lost"), Condition::Normal, "a loose plug");
+        assert_eq!(see(&mut sensors, 2300, Condition::Error, "lost"), Condition::Error);
+        assert_eq!(see(&mut sensors, 2400, Condition::Normal, ""), Condition::Normal);
+        // Feedback that comes does not hide for ever that its driver finds the device failing.
+        for ms in (2500..4600).step_by(100) {
+            see(&mut sensors, ms, Condition::Error, "refuses");
+            sensors.motors[0] = Some(at(ms).mono);
+        }
+        assert_eq!(see(&mut sensors, 4700, Condition::Error, "refuses"), Condition::Error);
     }
 }

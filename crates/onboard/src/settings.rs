@@ -3,6 +3,8 @@
 use crate::entity::{Entity, Labels};
 use crate::grounding::GroundingSettings;
 use crate::navigation::NavigationSettings;
+use crate::poses::LeverArm;
+use crate::power::PowerChannel;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
 use guard::GuardLimits;
 use imc::Address;
@@ -48,6 +50,26 @@ pub struct Settings {
     pub mission: MissionSettings,
     /// Grounding supervisor.
     pub grounding: GroundingSettings,
+    /// Power channels with names.
+    pub power: Vec<PowerChannel>,
+    /// The hydrophone.
+    pub hydrophone: HydrophoneSettings,
+}
+
+/// The hydrophone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HydrophoneSettings {
+    /// Length of a tag's transmission, at whose end the receiver stamps it.
+    pub transmission: Duration,
+    /// From the antenna to it.
+    pub arm: LeverArm,
+}
+
+impl Default for HydrophoneSettings {
+    /// 3 s, and right below the antenna.
+    fn default() -> Self {
+        Self { transmission: Duration::from_secs(3), arm: LeverArm::default() }
+    }
 }
 
 /// Discovery and transports.
@@ -98,16 +120,22 @@ pub struct WatchSettings {
     pub lost_comms: LostCommsConfig,
     /// Operational limits.
     pub limits: LimitsConfig,
-    /// Processor load (%) that is an error when held for ten seconds.
+    /// Load of the processor by this program (%) that is an error when held for ten seconds.
     pub cpu_percent: f64,
     /// Free disk (%) below which a fault is told.
     pub disk_free_percent: f64,
     /// Free disk (%) below which it is an error.
     pub disk_error_percent: f64,
-    /// Memory (MiB) above which a fault is told.
+    /// Free memory of the computer (%) below which a fault is told.
+    pub memory_free_percent: f64,
+    /// Memory of this program (MiB) above which a fault is told.
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
     pub clock_offset_s: f64,
+    /// The same where a pulse says it (s).
+    pub pulse_offset_s: f64,
+    /// The receiver's pulse is wired to the computer: its silence is a fault.
+    pub pulse_expected: bool,
 }
 
 /// Plans and maneuvers.
@@ -129,13 +157,13 @@ pub struct MissionSettings {
     pub hold_speed_mps: f64,
     /// How long a vessel that is too far from its track steers back before its plan fails; zero fails at once.
     pub track_recovery: Duration,
-    /// What to do when the program starts anew after it ended under way.
+    /// What to do when the program starts again after it ended under way.
     pub restart: RestartSettings,
     /// Whether the vessel holds its station after a plan that failed under way, rather than drift.
     pub holds_after_failure: bool,
 }
 
-/// The program starts anew after it ended under way.
+/// The program starts again after it ended under way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RestartSettings {
     /// What to do.
@@ -214,8 +242,11 @@ impl Default for WatchSettings {
             cpu_percent: 90.0,
             disk_free_percent: 5.0,
             disk_error_percent: 2.0,
+            memory_free_percent: 10.0,
             memory_mib: 200.0,
             clock_offset_s: 2.0,
+            pulse_offset_s: 0.001,
+            pulse_expected: false,
         }
     }
 }
@@ -288,6 +319,8 @@ impl Settings {
             watch: WatchSettings::default(),
             mission: MissionSettings::default(),
             grounding: GroundingSettings::default(),
+            power: Vec::new(),
+            hydrophone: HydrophoneSettings::default(),
         }
     }
 }

@@ -49,7 +49,7 @@ impl Condition {
 /// The states of all parts, and the watch over those that matter.
 #[derive(Debug)]
 pub(crate) struct States {
-    all: [(Condition, String); Entity::ALL.len()],
+    pub(crate) all: [(Condition, String); Entity::ALL.len()],
     monitored: Vec<Entity>,
     next: MonoTime,
     last_error: (String, f64),

@@ -17,7 +17,7 @@ use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::grounding::{Exempted, Grounding};
 use crate::output::Level;
-use crate::pilot::{Drive, Pilot};
+use crate::pilot::Pilot;
 use crate::plans::{Failed, Plans};
 use crate::sensors::Sensors;
 use crate::settings::{Settings, WatchSettings};
@@ -25,7 +25,7 @@ use crate::states::Condition;
 use crate::under_way::{Doing, UnderWay};
 use context::Started;
 use mission::{
-    Activity, BatteryOutput, BatteryReserve, BatteryStage, LastOutcome, LimitsConfig, LimitsOutput,
+    Activity, BatteryOutput, BatteryReserve, BatteryStage, Drive, LastOutcome, LimitsConfig, LimitsOutput,
     LostComms, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
 };
 pub(crate) use restart::Restart;
@@ -148,7 +148,7 @@ impl Supervise {
         let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
         match (state.run, pilot.drive()) {
             (Some(run), _) if self.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
-            (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
+            (Some(_), Drive::Teleoperation(_)) => Some(of(Doing::Teleoperation, None)),
             (Some(run), _) => Some(of(Doing::Plan, plans.plan_of(run).cloned())),
             (None, _) if !self.is_under_way() => None,
             (None, _) => Some(match self.waiting_plan(plans, holds_after_failure) {
@@ -209,7 +209,7 @@ impl Supervise {
         let activity = match (run, context.pilot.drive()) {
             (None, _) => Activity::Idle,
             (Some(_), _) if run == self.arbiter.run() => Activity::Remedy,
-            (Some(_), Drive::Remote(_)) => Activity::Teleoperation,
+            (Some(_), Drive::Teleoperation(_)) => Activity::Teleoperation,
             (Some(_), Drive::Off | Drive::Path) => Activity::Plan,
         };
         self.under_way |= matches!(activity, Activity::Plan | Activity::Teleoperation);

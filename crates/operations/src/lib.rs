@@ -15,13 +15,13 @@ mod operations;
 mod teleop;
 
 pub use commands::{
-    Answer, Asked, Command, CommandEvent, Commands, EntityReport, GOTO_PLAN, Order, ParameterReport,
+    Answer, Command, CommandEvent, Commands, EntityReport, GOTO_PLAN, Order, OrderedBy, ParameterReport,
     PlanAboard, PlanReport, PlansAboard, Question, Receipt, Reports, Stage, Step, TELEOPERATION_PLAN,
     is_same_value,
 };
 pub use leases::{
-    ANSWER_WITHIN, Change, Held, Holder, LASTS, Lease, LeaseAsk, LeaseEvent, LeaseRefused, Leases,
-    REASON_CHARS, Waiting,
+    ANSWER_WITHIN, Change, Held, Holder, LASTS, Lease, LeaseEvent, LeaseRefused, LeaseRequest, Leases,
+    NotYours, REASON_CHARS, Waiting,
 };
 pub use operations::{NotOrdered, Operations};
 pub use teleop::{

@@ -1,7 +1,7 @@
 //! The hub and what people do with it, as one machine.
 
 use crate::alarms::{Alarms, ShoreState};
-use crate::commands::{Asked, Commands, Order};
+use crate::commands::{Commands, Order, OrderedBy};
 use crate::leases::{Holder, LeaseRefused, Leases};
 use hub::{CALLED_OFF, CommandId, Dispatched, Fleet, Hub, OrderLog as _, Settings};
 use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
@@ -22,7 +22,10 @@ pub enum NotOrdered {
     /// Somebody else commands the vessel.
     #[error(transparent)]
     NoControl(#[from] LeaseRefused),
-    /// The order is none, or cannot be taken now.
+    /// A stop came in between.
+    #[error("{CALLED_OFF}")]
+    CalledOff,
+    /// The order is not valid, or cannot be taken now.
     #[error("{0}")]
     Refused(String),
 }
@@ -96,18 +99,18 @@ impl Operations {
     /// [`Commands::stops`] was when the order began to be prepared: one that a stop came in between of is not given.
     ///
     /// # Errors
-    /// Somebody else commands the vessel, a stop came in between, or the order is none.
+    /// Somebody else commands the vessel, a stop came in between, or the order is not valid.
     pub fn begin(
         &mut self,
         now: Now,
         vessel: Address,
-        (asked, holder): (&Asked, &Holder),
+        (asked, holder): (&OrderedBy, &Holder),
         order: Order,
         stops: u64,
     ) -> Result<CommandId, NotOrdered> {
         let epoch = if order.takes_lease() { self.leases.epoch(now, vessel, holder)? } else { 0 };
         if order.commands() && self.commands().stops(vessel) != stops {
-            return Err(NotOrdered::Refused(CALLED_OFF.to_owned()));
+            return Err(NotOrdered::CalledOff);
         }
         self.commands_mut().begin(now, vessel, asked, epoch, order).map_err(NotOrdered::Refused)
     }
@@ -136,7 +139,7 @@ impl Operations {
         &mut self,
         now: Now,
         vessel: Address,
-        asked: &Asked,
+        asked: &OrderedBy,
     ) -> Result<(CommandId, Option<Dispatched>), String> {
         let id = self.commands_mut().begin(now, vessel, asked, 0, Order::Stop)?;
         Ok((id, self.dispatch(now, id, None)))

@@ -1,5 +1,6 @@
 //! How long routes take: preparing the water, asking, and the classic grid beside. `cargo bench -p planner` runs this on
-//! the shared charts; without them it says so and measures nothing.
+//! the shared charts; without them it says so and measures nothing. `LUTRA_GRID=FILE` writes the classic grid for other planners:
+//! `scripts/bench-routes` runs those beside.
 
 #![expect(clippy::disallowed_methods, reason = "a bench looks at the clock")]
 #![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
@@ -8,7 +9,7 @@
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Area, Cell, GeoPoint, NamedBytes, Path};
 use planner::classic::{ClassicGrid, Neighbours};
-use planner::{Cancel, Needs, Request, Route, Router, SeaRoom};
+use planner::{Cancel, Needs, Refusal, Request, Route, Router, SeaRoom};
 use std::path::Path as FilePath;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -29,6 +30,8 @@ fn main() {
     {
         chart(&cells.join("+"), &of_cells(&folder, cells), 5.0);
     }
+    what_would_do("archipelago", &archipelago(), &Needs::depth_and_clearance(5.0, 190.0), 5);
+    what_would_do("US5WA22M", &of_cells(&folder, &["US5WA22M"]), &Needs::depth_and_clearance(20.0, 100.0), 5);
     let coast = coast(&folder);
     chart("land of Trøndelag", &coast, 0.0);
     across_trondelag(&coast);
@@ -79,6 +82,45 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64) {
     );
 }
 
+/// Random pairs between which there is no way: which smaller depth and clearance would give one.
+fn what_would_do(name: &str, index: &Arc<DepthIndex>, needs: &Needs, pairs: usize) {
+    let router = Router::new(Arc::clone(index));
+    let extent = index.extent().unwrap();
+    let mut numbers = Numbers(11);
+    println!(
+        "{name}: what would do instead of {:.0} m deep and {:.0} m clear",
+        needs.demand.needed_m(),
+        needs.clearance_m
+    );
+    let mut place = || {
+        let lat = numbers.within(extent.south_deg, extent.north_deg);
+        LatLon::from_deg(lat, numbers.within(extent.west_deg, extent.east_deg)).unwrap()
+    };
+    let requests = std::iter::repeat_with(|| Request::new(place(), place())).take(20 * ROUTES);
+    let apart = |request: &Request| {
+        matches!(router.route(request, needs, &Cancel::never()), Err(Refusal::NoWay { .. }))
+    };
+    for request in requests.filter(apart).take(pairs) {
+        let begun = Instant::now();
+        let passable = router.passable(&request, needs, &Cancel::never()).unwrap();
+        println!(
+            "  {:.0} ms: a depth of {:?} m or a clearance of {:?} m",
+            begun.elapsed().as_secs_f64() * 1e3,
+            passable.depth_m,
+            passable.clearance_m
+        );
+    }
+}
+
+fn archipelago() -> Arc<DepthIndex> {
+    let mut builder = IndexBuilder::new();
+    for file in charts::demo::archipelago().unwrap() {
+        let named = NamedBytes { name: file.name, bytes: &file.bytes };
+        builder.add_cell(&Cell::read(named, &[]).unwrap()).unwrap();
+    }
+    Arc::new(builder.build().unwrap())
+}
+
 /// The thesis' kind of question: 80 km with detours, beside the classic grid of 100 m.
 fn across_trondelag(index: &Arc<DepthIndex>) {
     let ends = [(63.4489, 10.4093), (63.6700, 9.0800)].map(|(lat, lon)| LatLon::from_deg(lat, lon).unwrap());
@@ -117,6 +159,9 @@ fn across_trondelag(index: &Arc<DepthIndex>) {
     let grid = ClassicGrid::new(index, &demand, middle, 50_000.0, 100.0).unwrap();
     let prepared = begun.elapsed();
     println!("  classic grid of 100 m: {} open cells in {:.1} s", grid.open_cells(), prepared.as_secs_f64());
+    if let Some(file) = std::env::var_os("LUTRA_GRID") {
+        write_grid(FilePath::new(&file), &grid, moved);
+    }
     for (name, neighbours) in [("8", Neighbours::Eight), ("16", Neighbours::Sixteen)] {
         let begun = Instant::now();
         let Some(route) = grid.route(moved[0], moved[1], neighbours, 1.0) else {
@@ -131,6 +176,17 @@ fn across_trondelag(index: &Arc<DepthIndex>) {
             route.closed
         );
     }
+}
+
+/// A line of JSON, then a byte for each cell: 1 where it is open.
+fn write_grid(file: &FilePath, grid: &ClassicGrid, ends: [LatLon; 2]) {
+    let ([columns, rows], open) = grid.cells();
+    let [from, to] = ends.map(|end| grid.cell_of(end).unwrap());
+    let head =
+        serde_json::json!({ "columns": columns, "rows": rows, "spacing_m": 100.0, "from": from, "to": to });
+    let mut bytes = format!("{head}\n").into_bytes();
+    bytes.extend(open.iter().map(|open| u8::from(*open)));
+    std::fs::write(file, bytes).unwrap();
 }
 
 fn of_cells(folder: &FilePath, names: &[&str]) -> Arc<DepthIndex> {

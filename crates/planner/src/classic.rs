@@ -94,6 +94,18 @@ impl ClassicGrid {
         Some(grid)
     }
 
+    /// Columns from west to east and rows from south to north; which cells are open, row after row.
+    pub fn cells(&self) -> ([usize; 2], &[bool]) {
+        ([self.columns, self.rows].map(|side| usize::try_from(side).unwrap_or(0)), &self.open)
+    }
+
+    /// The cell of a place, counted from 0 in columns and rows; `None` outside.
+    pub fn cell_of(&self, place: LatLon) -> Option<[usize; 2]> {
+        let at = usize::try_from(self.cell(place)?).ok()?;
+        let columns = usize::try_from(self.columns).ok()?;
+        Some([at % columns, at / columns])
+    }
+
     /// Number of open cells.
     pub fn open_cells(&self) -> usize {
         self.open.iter().filter(|open| **open).count()

@@ -29,6 +29,14 @@ pub struct NeedsError {
     pub most: f64,
 }
 
+impl NeedsError {
+    /// If a value is out of its bounds.
+    pub(crate) fn of(name: &'static str, value: f64, least: f64, most: f64) -> Result<(), Self> {
+        let good = (least..=most).contains(&value);
+        if good { Ok(()) } else { Err(Self { name, value, least, most }) }
+    }
+}
+
 impl Needs {
     /// A least depth and a clearance, both in metres, and nothing else.
     pub fn depth_and_clearance(depth_m: f64, clearance_m: f64) -> Self {
@@ -46,8 +54,7 @@ impl Needs {
             ("uncertainty of the position (m)", self.demand.position_m, 0.0, MOST_CLEARANCE_M),
             ("water level (m)", self.demand.water_level_m, -100.0, 100.0),
         ];
-        let bad = all.into_iter().find(|(_, value, least, most)| !(*least..=*most).contains(value));
-        bad.map_or(Ok(()), |(name, value, least, most)| Err(NeedsError { name, value, least, most }))
+        all.into_iter().try_for_each(|(name, value, least, most)| NeedsError::of(name, value, least, most))
     }
 
     /// How far from every barrier the way keeps (m).

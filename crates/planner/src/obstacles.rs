@@ -14,8 +14,10 @@ use i_overlay::i_float::int::point::IntPoint;
 
 /// Cuts are made on a grid of centimetres, which covers ±5,000 km in 30 bits.
 const PER_METRE: f64 = 100.0;
-/// Corners of the polygon around a circle.
+/// Corners of the polygon around a circle, and around one of less than a metre.
 const CORNERS: usize = 24;
+const FEW_CORNERS: usize = 8;
+const SMALL_M: f64 = 1.0;
 /// What the depth index takes a corridor wider than asked for rounding and the bow of geodesics, twice over, and the
 /// rounding to the grid here (m).
 pub(crate) const SLACK_M: f64 = 0.3;
@@ -105,6 +107,17 @@ fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
     points
 }
 
+/// How far at most from a line water is cut out for a clearance (m).
+pub(crate) fn cut_out_m(clearance_m: f64) -> f64 {
+    let brush = Brush::new(clearance_m + thinned_m(clearance_m) + SLACK_M);
+    brush.corners[0].distance_m(Point::default())
+}
+
+/// By how much lines are thinned for a clearance (m).
+fn thinned_m(clearance_m: f64) -> f64 {
+    (clearance_m * THINNED).clamp(LEAST_THINNED_M, MOST_THINNED_M)
+}
+
 /// Cuts what lies within `clearance_m` of lines out of a region.
 pub(crate) fn cut_out(
     region: Region,
@@ -112,7 +125,7 @@ pub(crate) fn cut_out(
     clearance_m: f64,
     cancel: &Cancel<'_>,
 ) -> Result<Pieces, PlanError> {
-    let thinned_m = (clearance_m * THINNED).clamp(LEAST_THINNED_M, MOST_THINNED_M);
+    let thinned_m = thinned_m(clearance_m);
     let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
     let mut overlay: Overlay<i32> = Overlay::new(lines.len() * 64);
     let Region { min, max } = region;
@@ -139,18 +152,19 @@ pub(crate) fn cut_out(
 /// A polygon around a circle that is drawn along lines.
 struct Brush {
     radius_m: f64,
-    corners: [Point; CORNERS],
+    corners: Vec<Point>,
 }
 
 impl Brush {
     fn new(radius_m: f64) -> Self {
-        let step_rad = std::f64::consts::TAU / CORNERS as f64;
+        let count = if radius_m < SMALL_M { FEW_CORNERS } else { CORNERS };
+        let step_rad = std::f64::consts::TAU / count as f64;
         let outer_m = radius_m / (step_rad / 2.0).cos();
         let corner = |n: usize| {
             let (sin, cos) = (step_rad * n as f64).sin_cos();
             Point { x: outer_m * cos, y: outer_m * sin }
         };
-        Self { radius_m, corners: std::array::from_fn(corner) }
+        Self { radius_m, corners: (0..count).map(corner).collect() }
     }
 
     /// Gives the hull of the brush over each side of a line, as far as the side lies in a region.
@@ -161,27 +175,28 @@ impl Brush {
         contour: &mut Vec<IntPoint<i32>>,
         mut give: impl FnMut(&[IntPoint<i32>]),
     ) {
+        let count = self.corners.len();
         let at = |centre: Point, n: usize| {
-            let corner = self.corners[n % CORNERS];
+            let corner = self.corners[n % count];
             on_grid(Point { x: centre.x + corner.x, y: centre.y + corner.y })
         };
         if let [point] = line
             && near.clip(*point, *point).is_some()
         {
             contour.clear();
-            contour.extend((0..CORNERS).map(|n| at(*point, n)));
+            contour.extend((0..count).map(|n| at(*point, n)));
             give(contour);
         }
         for side in line.windows(2) {
             let Some((a, b)) = near.clip(side[0], side[1]) else { continue };
             let ahead_rad = (b.y - a.y).atan2(b.x - a.x);
             // The corner farthest to the right of the way, and the opposite one, belong to both ends.
-            let right = (ahead_rad / std::f64::consts::TAU - 0.25) * CORNERS as f64;
-            let right = right.round().rem_euclid(CORNERS as f64) as usize;
+            let right = (ahead_rad / std::f64::consts::TAU - 0.25) * count as f64;
+            let right = right.round().rem_euclid(count as f64) as usize;
             contour.clear();
-            let half = CORNERS / 2;
+            let half = count / 2;
             contour.extend((0..=half).map(|n| at(b, right + n)));
-            contour.extend((half..=CORNERS).map(|n| at(a, right + n)));
+            contour.extend((half..=count).map(|n| at(a, right + n)));
             give(contour);
         }
     }

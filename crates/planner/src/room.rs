@@ -39,8 +39,8 @@ pub struct SeaRoom {
     pub(crate) mesh: Mesh,
     barriers: Vec<[Point; 2]>,
     tree: Boxes,
-    /// With what is allowed for rounding and bowing (m).
-    least_clearance_m: f64,
+    /// How far from every barrier it keeps, without what is allowed for rounding and bowing (m).
+    cut_m: f64,
 }
 
 impl SeaRoom {
@@ -89,16 +89,8 @@ impl SeaRoom {
         let mesh = Mesh::new(&pieces, is_open, cancel)?;
         let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
-        let least_clearance_m = clearance_m + SLACK_M;
-        Ok(Self {
-            needs: *needs,
-            plane,
-            region,
-            mesh,
-            barriers,
-            tree: Boxes::new(&bounds),
-            least_clearance_m,
-        })
+        let tree = Boxes::new(&bounds);
+        Ok(Self { needs: *needs, plane, region, mesh, barriers, tree, cut_m: clearance_m })
     }
 
     /// What it was made for.
@@ -113,6 +105,16 @@ impl SeaRoom {
 
     pub(crate) fn plane(&self) -> &Plane {
         &self.plane
+    }
+
+    /// How far from every barrier it keeps, without what is allowed for rounding and bowing (m).
+    pub(crate) fn cut_m(&self) -> f64 {
+        self.cut_m
+    }
+
+    /// The needed depths at which more of its water would come to be closed, below what is demanded, in order (m).
+    pub(crate) fn closing_depths_m(&self, index: &DepthIndex) -> Vec<f64> {
+        index.closing_depths_m(&self.needs.demand, &box_of(self.region, &self.plane, self.needs.reach_m()))
     }
 
     /// A way between two points that leaves the region is at least so long (m).
@@ -132,7 +134,7 @@ impl SeaRoom {
 
     /// Whether no barrier comes nearer to a leg than ways in this room keep off.
     pub(crate) fn keeps_clear(&self, from: Point, to: Point) -> bool {
-        self.clearance(from, to, self.least_clearance_m).is_none()
+        self.clearance(from, to, self.cut_m + SLACK_M).is_none()
     }
 
     /// How far a leg keeps from the nearest barrier (m), and where; `None` if no barrier is so near.

@@ -7,7 +7,8 @@ use crate::plane::Point;
 use crate::room::{PlanError, SeaRoom};
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
-use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Water};
+use crate::turns::{self, Turn};
+use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction, Water};
 use std::fmt;
 use units::LatLon;
 
@@ -17,6 +18,9 @@ const FAR_M: f64 = 5_000.0;
 const MOST_HALVINGS: u32 = 7;
 /// Beyond the allowed distance, water is looked for so far, to say where it is (m).
 const LOOK_M: f64 = 50_000.0;
+
+/// Greatest turning radius that routes are planned for (m).
+const MOST_TURN_RADIUS_M: f64 = 2_000.0;
 
 /// From where to where.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,12 +33,24 @@ pub struct Request {
     pub move_up_to_m: f64,
     /// Corners are joined where legs would be shorter (m).
     pub least_leg_m: f64,
+    /// Turning radius of the vessel (m): corners are joined and moved so that its turns keep clear as the legs do, and
+    /// where the water does not allow that, [`RouteLeg::turn`] says so. `None` where it is not known.
+    pub turn_radius_m: Option<f64>,
 }
 
 impl Request {
-    /// With ends that may be moved by 1 km, and legs of 15 m and more.
+    /// With ends that may be moved by 1 km, and legs of 15 m and more, for a vessel that turns on the spot.
     pub fn new(from: LatLon, to: LatLon) -> Self {
-        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0 }
+        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0, turn_radius_m: None }
+    }
+
+    /// Whether all its lengths are numbers in range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn validate(&self) -> Result<(), NeedsError> {
+        let radius_m = self.turn_radius_m.unwrap_or(0.0);
+        NeedsError::of("turning radius (m)", radius_m, 0.0, MOST_TURN_RADIUS_M)
     }
 }
 
@@ -67,6 +83,8 @@ pub struct Moved {
     pub distance_m: f64,
     /// What there is where it was asked for.
     pub water: Water,
+    /// How the place is closed to the vessel by a rule, if it is.
+    pub refused: Option<Restriction>,
 }
 
 /// A leg of a way, and what the chart has around it.
@@ -82,6 +100,8 @@ pub struct RouteLeg {
     pub worst: DepthAnswer,
     /// Distance to the nearest danger, land or shallow water (m); `None` beyond 5 km.
     pub clearance_m: Option<f64>,
+    /// The turn at its end, if a turning radius was asked for; `None` at the goal, and where the way goes straight on.
+    pub turn: Option<Turn>,
 }
 
 /// A route whose every leg the chart confirms.
@@ -112,6 +132,13 @@ impl Route {
         self
     }
 
+    /// Says at each leg what turn follows it, if a turning radius was asked for.
+    pub(crate) fn judge_turns(&mut self, request: &Request, index: &DepthIndex, needs: &Needs) {
+        if let Some(radius_m) = request.turn_radius_m {
+            turns::judge(&mut self.legs, radius_m, index, needs);
+        }
+    }
+
     /// Where it ends.
     pub fn goal(&self) -> LatLon {
         self.legs.last().map_or(self.start, |leg| leg.to)
@@ -140,12 +167,14 @@ pub enum Refusal {
     #[error(transparent)]
     Needs(#[from] NeedsError),
     /// An end lies in closed water, farther from open water than it may be moved.
-    #[error("{}", closed_text(*.end, *.water, *.nearest_m, *.allowed_m))]
+    #[error("{}", closed_text(*.end, (*.water, *.refused), *.nearest_m, *.allowed_m))]
     Closed {
         /// Which.
         end: End,
         /// What there is.
         water: Water,
+        /// How the place is closed to the vessel by a rule, if it is.
+        refused: Option<Restriction>,
         /// Distance to the nearest open water (m); `None` beyond 50 km.
         nearest_m: Option<f64>,
         /// How far it may be moved (m).
@@ -194,8 +223,16 @@ impl From<PlanError> for Refusal {
     }
 }
 
-fn closed_text(end: End, water: Water, nearest_m: Option<f64>, allowed_m: f64) -> String {
+fn closed_text(
+    end: End,
+    (water, refused): (Water, Option<Restriction>),
+    nearest_m: Option<f64>,
+    allowed_m: f64,
+) -> String {
     let here = match water {
+        Water::Depth { .. } if refused.is_some() => {
+            format!("in {}", refused.map_or("a closed area", Restriction::words))
+        }
         Water::Land => "on land".to_owned(),
         Water::Obstacle => "at an obstacle".to_owned(),
         Water::UnknownDepth => "at a danger of unknown depth".to_owned(),
@@ -238,7 +275,12 @@ impl Question<'_> {
         let found = search::shortest(mesh, ends[0], ends[1], self.cancel)?;
         let Some((mut way, effort)) = found else { return Err(self.no_way(start)) };
         (way[0], *way.last_mut().expect("invariant: a way has ends")) = (start.at, goal.at);
-        let way = tidy(&way, self.request.least_leg_m, |from, to| self.is_clear(from, to));
+        let radius_m = self.request.turn_radius_m.unwrap_or(0.0);
+        let is_clear = |from: Point, to: Point| self.is_clear(from, to);
+        let mut way = tidy(&way, self.request.least_leg_m, radius_m, is_clear);
+        if radius_m > 0.0 {
+            turns::move_out(&mut way, radius_m, is_clear);
+        }
         let mut legs = Vec::with_capacity(way.len());
         for leg in way.windows(2) {
             self.cancel.check()?;
@@ -271,20 +313,27 @@ impl Question<'_> {
         if let Some(triangle) = room.mesh.locate(at) {
             return Ok(vec![Stand { at, triangle, moved: None }]);
         }
-        let water = index.shallowest_within(place, 0.0, &room.needs().demand).water;
+        let here = index.shallowest_within(place, 0.0, &room.needs().demand);
+        let refused = here.area.filter(Restricted::is_refused).map(|area| area.restriction);
+        let water = here.water;
         let near = room.mesh.nearest(at, request.move_up_to_m);
         let stands: Vec<Stand> = near
             .into_iter()
             .map(|near| {
                 let to = room.mesh.within(near.triangle, near.at);
-                let moved =
-                    Moved { from: place, to: room.plane().place(to), distance_m: near.distance_m, water };
+                let moved = Moved {
+                    from: place,
+                    to: room.plane().place(to),
+                    distance_m: near.distance_m,
+                    water,
+                    refused,
+                };
                 Stand { at: to, triangle: near.triangle, moved: Some(moved) }
             })
             .collect();
         if stands.is_empty() {
             let nearest_m = room.mesh.nearest(at, LOOK_M).first().map(|near| near.distance_m);
-            return Err(Refusal::Closed { end, water, nearest_m, allowed_m: request.move_up_to_m });
+            return Err(Refusal::Closed { end, water, refused, nearest_m, allowed_m: request.move_up_to_m });
         }
         Ok(stands)
     }
@@ -336,6 +385,7 @@ impl Question<'_> {
             length_m: Leg { from: start, to: end }.length_m(),
             worst,
             clearance_m,
+            turn: None,
         });
         Ok(())
     }

@@ -2,10 +2,11 @@
 
 use crate::Cancel;
 use crate::needs::Needs;
+use crate::passable::{self, Passable};
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
-use charts::depth_index::{Demand, DepthIndex, Leg};
+use charts::depth_index::{Demand, DepthIndex, EntryRules, Leg};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
 
@@ -14,12 +15,6 @@ const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
 /// Rooms that are kept; the one not asked for longest goes first.
 const MOST_ROOMS: usize = 8;
-/// Trials for smaller demands that give a route.
-const TRIALS: u32 = 5;
-/// Where a way keeps off by some clearance, one is surely found that is asked to keep off by so much less (m) and this
-/// share of it: lines are thinned, and circles are polygons around them.
-const UNSURE_M: f64 = 2.5;
-const SURE: f64 = 0.99;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
 
@@ -82,7 +77,15 @@ impl Router {
     /// # Errors
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
+        let mut route = self.stretch(request, needs, cancel)?;
+        route.judge_turns(request, &self.index, needs);
+        Ok(route)
+    }
+
+    /// A route whose turns are not judged yet.
+    fn stretch(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
         needs.validate()?;
+        request.validate()?;
         if self.whole {
             return self.ask(None, request, needs, cancel).map(|(route, _)| route);
         }
@@ -122,18 +125,21 @@ impl Router {
         let mut whole: Option<Route> = None;
         for (stretch, to) in onward.into_iter().enumerate() {
             let from = whole.as_ref().map_or(from, Route::goal);
-            let next = self.route(&Request { from, to, ..*request }, needs, cancel);
+            let next = self.stretch(&Request { from, to, ..*request }, needs, cancel);
             let next = next.map_err(|refusal| (stretch, refusal))?;
             whole = Some(match whole {
                 Some(before) => before.then(next),
                 None => next,
             });
         }
-        whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))
+        let mut whole = whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))?;
+        // With the turns at places on the way.
+        whole.judge_turns(request, &self.index, needs);
+        Ok(whole)
     }
 
     /// Which smaller demands would give a route: the greatest least depth with this clearance, and the greatest clearance
-    /// with this depth (m), each found by a few trials.
+    /// with this depth (m). A route exists for each of them.
     ///
     /// # Errors
     /// When the request was cancelled.
@@ -143,36 +149,29 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<Passable, PlanError> {
-        let depth_m = greatest(needs.demand.needed_m(), |depth_m| {
-            let demand = Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, ..needs.demand };
-            let route = self.try_room(request, &Needs { demand, ..*needs }, cancel)?;
-            Ok(route.map(|route| route.least_depth_m().unwrap_or(depth_m)))
-        })?;
-        let clearance_m = greatest(needs.clearance_m, |clearance_m| {
-            let route = self.try_room(request, &Needs { clearance_m, ..*needs }, cancel)?;
-            Ok(route.map(|route| {
-                let kept_m = route.least_clearance_m().unwrap_or(clearance_m) - needs.demand.position_m;
-                clearance_m.max(SURE * (kept_m - UNSURE_M))
-            }))
-        })?;
-        Ok(Passable { depth_m, clearance_m })
+        let square = self.smallest_square(request);
+        let asked = self.room(Key { needs: *needs, region: square }, cancel)?;
+        let closing_m = asked.closing_depths_m(&self.index);
+        let mut trial = |needs: &Needs| {
+            let room = Self::prepare(&self.index, &Key { needs: *needs, region: square }, cancel)?;
+            match (Question { room: &room, index: &self.index, request, cancel }).answer() {
+                Ok(_) => Ok((room, true)),
+                Err(Refusal::Plan(error)) => Err(error),
+                Err(_) => Ok((room, false)),
+            }
+        };
+        let depth_m = passable::depth_m(needs, &closing_m, &mut trial)?;
+        let clearance_m = passable::clearance_m(request, needs, cancel, &mut trial)?;
+        let by_rule_alone = needs.demand.entry.refuse_any() && {
+            let demand = Demand { entry: EntryRules::IGNORE, ..needs.demand };
+            trial(&Needs { demand, ..*needs })?.1
+        };
+        Ok(Passable { depth_m, clearance_m, by_rule_alone })
     }
 
-    /// The way in water that is prepared for this alone.
-    fn try_room(
-        &self,
-        request: &Request,
-        needs: &Needs,
-        cancel: &Cancel<'_>,
-    ) -> Result<Option<Route>, PlanError> {
+    fn smallest_square(&self, request: &Request) -> Option<Square> {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
-        let square = if self.whole { None } else { squares(request, straight_m).next() };
-        let room = Self::prepare(&self.index, &Key { needs: *needs, region: square }, cancel)?;
-        match (Question { room: &room, index: &self.index, request, cancel }).answer() {
-            Ok(route) => Ok(Some(route)),
-            Err(Refusal::Plan(error)) => Err(error),
-            Err(_) => Ok(None),
-        }
+        if self.whole { None } else { squares(request, straight_m).next() }
     }
 
     fn ask(
@@ -216,38 +215,6 @@ impl Router {
             }
         }
     }
-}
-
-/// Smaller demands that give a route.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passable {
-    /// The greatest least depth (m); `None` if 0 m is still too much.
-    pub depth_m: Option<f64>,
-    /// The greatest clearance (m); `None` if no route exists even without clearance.
-    pub clearance_m: Option<f64>,
-}
-
-/// The greatest value below `wanted` that a trial is known to reach: what it gives is what its way really has.
-fn greatest(
-    wanted: f64,
-    mut reached: impl FnMut(f64) -> Result<Option<f64>, PlanError>,
-) -> Result<Option<f64>, PlanError> {
-    if wanted <= 0.0 {
-        return Ok(None);
-    }
-    let Some(mut best) = reached(0.0)? else { return Ok(None) };
-    let mut too_much = wanted;
-    for _ in 0..TRIALS {
-        let middle = f64::midpoint(best, too_much);
-        if too_much - best < 0.02 * wanted {
-            break;
-        }
-        match reached(middle)? {
-            Some(more) => best = more.max(middle),
-            None => too_much = middle,
-        }
-    }
-    Ok(Some(best.min(wanted)))
 }
 
 /// The regions that hold both ends with room around them, the smallest first.

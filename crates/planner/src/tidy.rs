@@ -5,21 +5,33 @@
 //! inside, and kept only if the new legs keep clear of everything else.
 
 use crate::plane::Point;
+use crate::turns::tangent_m;
 
 /// What a bend of less than this (m) off the straight way adds is not worth a corner.
 const STRAIGHT_M: f64 = 0.01;
 /// No corner may bend by more than this because of tidying (rad).
 const SHARPEST_RAD: f64 = 1.75;
 
-/// Leaves out corners that do not bend, then joins corners until legs are `least_leg_m` long, as far as `is_clear`
-/// allows the new legs.
-pub(crate) fn tidy(way: &[Point], least_leg_m: f64, is_clear: impl Fn(Point, Point) -> bool) -> Vec<Point> {
+/// Leaves out corners that do not bend, then joins corners until legs are `least_leg_m` long and hold the turns of this
+/// radius at both their ends, as far as `is_clear` allows the new legs.
+pub(crate) fn tidy(
+    way: &[Point],
+    least_leg_m: f64,
+    turn_radius_m: f64,
+    is_clear: impl Fn(Point, Point) -> bool,
+) -> Vec<Point> {
+    let needed_m = |way: &[Point], at: usize| {
+        let turn_m = |at: usize| tangent_m(way[at - 1], way[at], way[at + 1], turn_radius_m);
+        if turn_radius_m > 0.0 { least_leg_m.max(turn_m(at) + turn_m(at + 1)) } else { least_leg_m }
+    };
     let mut way = straighten(way);
     let mut refused: Vec<(Point, Point)> = Vec::new();
     loop {
         let short = (1..way.len().saturating_sub(2))
             .map(|at| (way[at].distance_m(way[at + 1]), at))
-            .filter(|(length_m, at)| *length_m < least_leg_m && !refused.contains(&(way[*at], way[at + 1])))
+            .filter(|(length_m, at)| {
+                *length_m < needed_m(&way, *at) && !refused.contains(&(way[*at], way[at + 1]))
+            })
             .min_by(|one, other| one.0.total_cmp(&other.0));
         let Some((_, at)) = short else { return way };
         let (a, b, c, d) = (way[at - 1], way[at], way[at + 1], way[at + 2]);
@@ -79,18 +91,22 @@ mod tests {
         let mut way = vec![Point { x: -500.0, y: 25.0 }];
         way.extend((0..=6).map(|n| corner(15.0 * f64::from(n))));
         way.push(Point { x: 25.0, y: -500.0 });
-        let tidied = tidy(&way, 15.0, |_, _| true);
+        let tidied = tidy(&way, 15.0, 0.0, |_, _| true);
         assert!(tidied.len() <= 5, "{tidied:?}");
         for leg in tidied.windows(2) {
             assert!(Point::default().distance_m(Point::default().nearest_on(leg[0], leg[1])) > 24.7);
             assert!(leg[0].distance_m(leg[1]) > 15.0, "{tidied:?}");
         }
-        assert_eq!(tidy(&way, 15.0, |_, _| false).len(), way.len(), "nothing is joined that is not clear");
+        assert_eq!(
+            tidy(&way, 15.0, 0.0, |_, _| false).len(),
+            way.len(),
+            "nothing is joined that is not clear"
+        );
     }
 
     #[test]
     fn straight_ways_have_no_corners() {
         let way: Vec<Point> = (0..50).map(|n| Point { x: f64::from(n), y: 2.0 * f64::from(n) }).collect();
-        assert_eq!(tidy(&way, 10.0, |_, _| true), [way[0], way[49]]);
+        assert_eq!(tidy(&way, 10.0, 0.0, |_, _| true), [way[0], way[49]]);
     }
 }

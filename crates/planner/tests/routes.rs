@@ -5,7 +5,7 @@
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Cell, NamedBytes};
 use guard::{GuardLimits, check_way};
-use planner::{Cancel, End, Needs, Refusal, Request, Route, Router};
+use planner::{Cancel, End, Needs, Refusal, Request, Route, RouteLeg, Router, Turn, TurnTrouble};
 use proptest::prelude::*;
 use std::sync::Arc;
 use testkit::sea::{Ground, Sea, open_water};
@@ -188,6 +188,92 @@ proptest! {
     }
 }
 
+/// Where a vessel of a turning radius is while it turns: plain trigonometry in a local frame, not the planner's.
+fn turning(legs: &[RouteLeg], radius_m: f64) -> Vec<LatLon> {
+    let frame = LocalFrame::new(legs[0].to);
+    let [a, c] = [legs[0].from, legs[1].to].map(|place| frame.to_local(place));
+    let [to_a, to_c] = [a, c].map(|end| LocalPoint::default().bearing_rad(end));
+    let half_rad = units::wrap_pi(to_c - to_a) / 2.0;
+    let centre = LocalPoint::default().displaced(to_a + half_rad, radius_m / half_rad.sin().abs());
+    let inwards_rad = centre.bearing_rad(LocalPoint::default());
+    let wide_rad = std::f64::consts::FRAC_PI_2 - half_rad.abs();
+    (-10..=10)
+        .map(|n| centre.displaced(inwards_rad + wide_rad * f64::from(n) / 10.0, radius_m))
+        .map(|point| frame.to_place(point))
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn turns_keep_clear_or_say_so(
+        shoals in shoals(16), from in point(), to in point(), clearance_m in 5.0..80.0f64, radius_m in 2.0..120.0f64,
+    ) {
+        let needs = Needs::depth_and_clearance(5.0, clearance_m);
+        let router = router(&sea(&shoals));
+        let request = Request { turn_radius_m: Some(radius_m), ..Request::new(place(from), place(to)) };
+        let Ok(route) = router.route(&request, &needs, &Cancel::never()) else { return Ok(()) };
+        prop_assert!(is_safe(&route, router.index(), &needs));
+        for legs in route.legs.windows(2) {
+            let Some(Turn { trouble: None, change_rad }) = legs[0].turn else { continue };
+            prop_assert!(change_rad < 3.0);
+            for at in turning(legs, radius_m) {
+                // The frame is no plane of the planner's: some centimetres.
+                let water = router.index().shallowest_within(at, clearance_m - 0.05, &needs.demand);
+                prop_assert!(water.navigable, "{water:?} {legs:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_said_to_pass_passes(
+        shoals in shoals(24), from in point(), to in point(), clearance_m in 50.0..400.0f64, depth_m in 2.0..8.0f64,
+    ) {
+        let needs = Needs::depth_and_clearance(depth_m, clearance_m);
+        let router = router(&sea(&shoals));
+        let request = Request::new(place(from), place(to));
+        if !matches!(router.route(&request, &needs, &Cancel::never()), Err(Refusal::NoWay { .. })) {
+            return Ok(());
+        }
+        let passable = router.passable(&request, &needs, &Cancel::never()).unwrap();
+        if let Some(passable_m) = passable.depth_m {
+            let shallower = Needs::depth_and_clearance(passable_m, clearance_m);
+            prop_assert!(router.route(&request, &shallower, &Cancel::never()).is_ok());
+            prop_assert!(passable_m < depth_m);
+        }
+        if let Some(passable_m) = passable.clearance_m {
+            let nearer = Needs::depth_and_clearance(depth_m, passable_m);
+            prop_assert!(router.route(&request, &nearer, &Cancel::never()).is_ok());
+            prop_assert!(passable_m < clearance_m);
+        }
+    }
+}
+
+#[test]
+fn a_corner_is_moved_out_where_there_is_room_and_warned_of_where_there_is_none() {
+    // A square island: the shortest way has one corner off each corner of it.
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 0.0), 600.0, 4);
+    let router = router(&sea);
+    let needs = Needs::depth_and_clearance(5.0, 10.0);
+    let plain = Request::new(place(at(0.0, -1200.0)), place(at(0.0, 1200.0)));
+    let request = Request { turn_radius_m: Some(80.0), ..plain };
+    let sharp = router.route(&plain, &needs, &Cancel::never()).unwrap();
+    let route = router.route(&request, &needs, &Cancel::never()).unwrap();
+    let turns: Vec<Turn> = route.legs.iter().filter_map(|leg| leg.turn).collect();
+    assert!(!turns.is_empty() && turns.iter().all(|turn| turn.trouble.is_none()), "{turns:?}");
+    assert!(route.length_m > sharp.length_m && route.length_m < 1.02 * sharp.length_m);
+    assert!(sharp.legs.iter().all(|leg| leg.turn.is_none()), "nobody asked");
+    // By way of a place the course goes back.
+    let back = [plain.from, plain.to, plain.from];
+    let route = router.route_by(&back, &request, &needs, &Cancel::never()).unwrap();
+    let trouble: Vec<TurnTrouble> = route.legs.iter().filter_map(|leg| leg.turn?.trouble).collect();
+    assert_eq!(trouble, [TurnTrouble::ShortLegs]);
+    let refusal = Request { turn_radius_m: Some(f64::NAN), ..plain };
+    let refusal = router.route(&refusal, &needs, &Cancel::never()).unwrap_err();
+    assert!(refusal.to_string().contains("turning radius"), "{refusal}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -235,6 +321,31 @@ fn the_guard_takes_what_was_planned_by_its_own_limits() {
 }
 
 #[test]
+fn a_route_goes_round_an_area_that_may_not_be_entered_and_says_when_it_blocks() {
+    let sea = Sea::new(middle(), HALF_M, 30.0);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let (from, to) = (at(0.0, -1000.0), at(0.0, 1000.0));
+    let closed = router(&sea.clone().with(Ground::Entry(7), at(50.0, 0.0), 300.0, 24));
+    let around = ask(&closed, from, to, &needs).unwrap();
+    assert!(around.legs.len() > 1 && around.least_clearance_m().unwrap() >= 25.0, "{around:?}");
+    assert_eq!(around.least_depth_m(), Some(30.0), "the area has the depth that it has");
+    let warned = router(&sea.clone().with(Ground::Entry(8), at(50.0, 0.0), 300.0, 24));
+    let straight = ask(&warned, from, to, &needs).unwrap();
+    assert_eq!(straight.legs.len(), 1);
+    assert!(straight.legs[0].worst.area.is_some(), "the leg says that it enters it");
+    let Err(refusal @ Refusal::Closed { .. }) = ask(&closed, at(0.0, 0.0), to, &needs) else {
+        panic!("it begins within")
+    };
+    assert!(refusal.to_string().contains("in an area where entry is prohibited"), "{refusal}");
+    // From shore to shore of the chart: the rule alone is in the way.
+    let across = router(&sea.with(Ground::Entry(7), at(0.0, 0.0), 2_500.0, 4));
+    let (from, to) = (at(-1_900.0, -1_900.0), at(1_900.0, 1_900.0));
+    assert!(matches!(ask(&across, from, to, &needs), Err(Refusal::NoWay { .. })));
+    let passable = across.passable(&exact(from, to), &needs, &Cancel::never()).unwrap();
+    assert!(passable.by_rule_alone && passable.depth_m.is_none() && passable.clearance_m.is_none());
+}
+
+#[test]
 fn a_gap_is_passed_as_long_as_it_is_wide_enough() {
     // Two islands 100 m apart, and walls of shallow water to both sides of them.
     let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 1050.0), 1000.0, 4).with(
@@ -256,6 +367,7 @@ fn a_gap_is_passed_as_long_as_it_is_wide_enough() {
     assert!((44.0..50.5).contains(&clear_m), "{clear_m}");
     assert!(ask(&router, from, to, &Needs::depth_and_clearance(5.0, clear_m)).is_ok(), "what would do does");
     assert_eq!(passable.depth_m, None, "land is no question of depth");
+    assert!(!passable.by_rule_alone, "nor one of a rule");
 }
 
 #[test]

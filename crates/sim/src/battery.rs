@@ -54,7 +54,7 @@ impl BatteryBank {
     /// Batteries that float in water of the given temperature (°C).
     ///
     /// # Errors
-    /// When a setting is no number or out of range.
+    /// When a setting is not a number or out of range.
     pub fn new(config: &BatteryConfig, water_c: f64, seed: u64) -> Result<Self, OutOfRange> {
         let capacity_j = within("battery capacity (Wh)", config.capacity_wh, 1.0, 1e5)? * JOULES_PER_WH;
         let charge_percent = within("battery charge (%)", config.charge_percent, 0.0, 100.0)?;

@@ -1,22 +1,24 @@
 //! The interface card: what it makes of commands, and what it reports in which rhythm.
 //!
 //! The card stops a motor that is not commanded at least once a second (DUNE task `Actuators.Torqeedo`). Reports: each
-//! motor five times, each battery and each rail once a second, one after the other; the rhythm is an
+//! motor five times, each battery, each rail and each rail's outputs once a second, one after the other; the rhythm is an
 //! assumption that stays below the 36 frames a second the DUNE task reads. Rails: 0 and 1 feed the motors
-//! and 2 auxiliaries at battery voltage, 3 is 12 V, 4 is 5 V. All outputs are on at power-up; only those of
-//! the motors (channel 0 of rails 0 and 1) have an effect here. Which of the two is port is unsettled on the
+//! and 2 auxiliaries at battery voltage, 3 is 12 V, 4 is 5 V. All outputs are on at power-up, and
+//! the card knows no others; only those of the motors (channel 0 of rails 0 and 1) have an effect here. Which of the two is port is unsettled on the
 //! boats; here rail 0 feeds motor 0, to port.
 
 use crate::battery::BatteryBank;
 use crate::motor::{Drive, Motor, ThrottleMap};
 use devices::torqeedo::{CardCommand, CardReport, FULL_THROTTLE};
-use devices::{MotorReading, Pair, Side};
+use devices::{MotorReading, Pair, RailReading, Side};
 use std::time::Duration;
 use units::MonoTime;
 
 /// A slot is 20 ms long; fifty slots are one round of a second.
 const SLOT_US: u64 = 20_000;
 const SLOTS: u64 = 50;
+/// The outputs that each rail has, bit by bit.
+const RAIL_OUTPUTS: [u32; 5] = [0b1, 0b1, 0b11, 0b1_1111, 0b1];
 const RAIL_FUSES_A: [f64; 5] = [25.0, 25.0, 10.0, 10.0, 5.0];
 
 /// Motors and card.
@@ -41,7 +43,8 @@ pub(crate) struct Card {
     config: CardConfig,
     drive: Pair<Drive>,
     commanded_at: Option<MonoTime>,
-    powered: Pair<bool>,
+    /// The outputs that are on, by rail, bit by bit.
+    outputs: [u32; 5],
     motors: Pair<Motor>,
     /// Slots since the start whose report has been made.
     slot: u64,
@@ -54,7 +57,7 @@ impl Card {
             config: *config,
             drive: Pair::new(Drive::Throttle(0.0), Drive::Throttle(0.0)),
             commanded_at: None,
-            powered: Pair::new(true, true),
+            outputs: RAIL_OUTPUTS,
             motors: Pair::new(Motor::new(water_c), Motor::new(water_c)),
             slot: 0,
         }
@@ -73,10 +76,23 @@ impl Card {
                 let full = f64::from(FULL_THROTTLE);
                 self.command(now, set.map(|per_mille| Drive::Throttle(f64::from(per_mille) / full)));
             }
-            CardCommand::OutputSet { rail: 0, channel: 0, on } => self.powered.port = on,
-            CardCommand::OutputSet { rail: 1, channel: 0, on } => self.powered.starboard = on,
-            CardCommand::OutputSet { .. } => {}
+            CardCommand::OutputSet { rail, channel, on } => self.switch(rail, channel, on),
         }
+    }
+
+    /// Switches an output; one that the card does not have stays as it is.
+    fn switch(&mut self, rail: u8, channel: u8, on: bool) {
+        let rail = usize::from(rail);
+        let (Some(outputs), Some(known)) = (self.outputs.get_mut(rail), RAIL_OUTPUTS.get(rail)) else {
+            return;
+        };
+        let bit = 1_u32.checked_shl(channel.into()).unwrap_or(0) & known;
+        *outputs = if on { *outputs | bit } else { *outputs & !bit };
+    }
+
+    /// Whether a motor has power.
+    fn powered(&self, side: Side) -> bool {
+        self.outputs[usize::from(side.index())] & 1 == 1
     }
 
     /// Shaft speeds asked of the motors at this moment (rad/s).
@@ -84,7 +100,7 @@ impl Card {
         let alive =
             self.commanded_at.is_some_and(|at| now.since(at) <= self.config.command_timeout) && energy_left;
         let goal = |side: Side| {
-            if alive && *self.powered.of(side) {
+            if alive && self.powered(side) {
                 self.drive.of(side).shaft_radps(self.config.throttle_map)
             } else {
                 0.0
@@ -96,7 +112,7 @@ impl Card {
     /// Runs both motors for `dt_s` and returns the power they draw (W).
     pub(crate) fn step(&mut self, shaft_radps: Pair<f64>, energy_left: bool, dt_s: f64) -> f64 {
         for side in Side::BOTH {
-            let powered = *self.powered.of(side) && energy_left;
+            let powered = self.powered(side) && energy_left;
             self.motors.of_mut(side).step(*shaft_radps.of(side), powered, dt_s);
         }
         self.motors.port.reading().power_w + self.motors.starboard.reading().power_w
@@ -128,8 +144,11 @@ impl Card {
             (_, 0) => Some(CardReport::Motor(Side::Port, self.motor(Side::Port))),
             (_, 2) => Some(CardReport::Motor(Side::Starboard, self.motor(Side::Starboard))),
             (pack @ 0..4, 5) => Some(CardReport::Battery(bank.readings()[pack as usize])),
-            // The cast keeps a number below five.
+            // The casts keep a number below five.
             (rail, 7) => Some(self.rail(rail as u8, bank)),
+            (rail, 9) => {
+                Some(CardReport::Outputs { rail: rail as u8, channels: self.outputs[rail as usize] })
+            }
             _ => None,
         }
     }
@@ -144,7 +163,8 @@ impl Card {
             3 => (12.0, 2.2),
             _ => (5.0, 0.1),
         };
-        CardReport::Rail { rail, voltage_v, current_a, fuse_a: RAIL_FUSES_A[usize::from(rail.min(4))] }
+        let fuse_a = RAIL_FUSES_A[usize::from(rail.min(4))];
+        CardReport::Rail(RailReading { number: rail, voltage_v, current_a, fuse_a, flags: 0 })
     }
 }
 
@@ -189,7 +209,7 @@ mod tests {
         let count = |wanted: fn(&CardReport) -> bool| reports.iter().filter(|(_, r)| wanted(r)).count();
         assert_eq!(count(|r| matches!(r, CardReport::Motor(..))), 100);
         assert_eq!(count(|r| matches!(r, CardReport::Battery(r) if r.number == 3)), 10);
-        assert_eq!(count(|r| matches!(r, CardReport::Rail { rail: 4, .. })), 10);
+        assert_eq!(count(|r| matches!(r, CardReport::Rail(RailReading { number: 4, .. }))), 10);
         assert!(reports.windows(2).all(|w| w[0].0 < w[1].0));
     }
 }

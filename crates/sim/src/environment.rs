@@ -32,7 +32,7 @@ impl Environment {
     /// Surroundings that repeat for the same seed, to be stepped every `dt_s`.
     ///
     /// # Errors
-    /// When a setting is no number or outside what the models hold for.
+    /// When a setting is not a number or outside what the models hold for.
     pub fn new(config: &EnvironmentConfig, seed: u64, dt_s: f64) -> Result<Self, OutOfRange> {
         Ok(Self {
             current: Current::new(&config.current, seed, dt_s)?,

@@ -13,7 +13,7 @@ pub struct Faults {
     pub gnss_no_fix: bool,
     /// The positions sent are off by this much (m).
     pub position_jump: Option<LocalPoint>,
-    /// The heading sent is no number.
+    /// The heading sent is not a number.
     pub heading_nan: bool,
     /// A motor reports nothing any more; it still obeys.
     pub motor_feedback_lost: Pair<bool>,
@@ -21,6 +21,8 @@ pub struct Faults {
     pub card_silent: bool,
     /// The card receives nothing any more.
     pub card_deaf: bool,
+    /// The card switches no output any more.
+    pub channels_refused: bool,
     /// The hydrophone sends nothing at all.
     pub hydrophone_silent: bool,
 }

@@ -133,7 +133,7 @@ impl Fish {
     /// The fish at the beginning of its movement.
     ///
     /// # Errors
-    /// When a setting is no number or out of range.
+    /// When a setting is not a number or out of range.
     pub fn new(config: &FishConfig) -> Result<Self, OutOfRange> {
         config.check()?;
         let mut rng = Rng::new(config.seed, Stream::Fish);

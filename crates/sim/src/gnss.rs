@@ -8,14 +8,16 @@
 //! recordings; they add up to 1 m and about 1°.
 //!
 //! Epochs fall on whole multiples of the period in UTC. Sentences leave after a latency and need their time
-//! on the serial line; an epoch that finds the line still busy is left out.
+//! on the serial line; an epoch that finds the line still busy is left out. Which sentences are sent, and how often, the
+//! receiver is told by commands (`compass_settings`).
 
+use crate::compass_settings::{AtFirst, CompassSettings};
 use crate::faults::Faults;
 use crate::otter::OtterState;
 use crate::process::GaussMarkov;
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
-use devices::nmea::{EarthModel, Sentence};
+use devices::nmea::EarthModel;
 use devices::{GnssFix, GnssReading, GroundVelocity, Quality};
 use units::{LocalFrame, LocalPoint, UtcTime, wrap_pi, wrap_two_pi};
 
@@ -27,8 +29,10 @@ const BITS_PER_BYTE: u64 = 10;
 pub struct GnssConfig {
     /// Epochs a second; a whole number of microseconds must lie between two: 1, 2, 4, 5, 8, 10, 16, 20...
     pub rate_hz: u32,
-    /// Speed of the serial line (bit/s); 0 sends without delay.
+    /// Speed of the serial line at first (bit/s); 0 sends without delay.
     pub baud: u32,
+    /// What is sent before anybody orders it.
+    pub at_first: AtFirst,
     /// Time from the epoch to the first byte (s).
     pub latency_s: f64,
     /// White noise of the position, on each axis (m).
@@ -64,6 +68,7 @@ impl Default for GnssConfig {
         Self {
             rate_hz: 1,
             baud: 19_200,
+            at_first: AtFirst::Usual,
             latency_s: 0.05,
             position_white_m: 0.2,
             position_slow_m: 0.67,
@@ -134,6 +139,7 @@ pub(crate) struct Epoch {
 #[derive(Debug, Clone)]
 pub(crate) struct Gnss {
     config: GnssConfig,
+    settings: CompassSettings,
     period_us: i64,
     next_us: i64,
     line_free_us: i64,
@@ -156,6 +162,7 @@ impl Gnss {
         let slow_m = config.position_slow_m;
         let mut gnss = Self {
             config: *config,
+            settings: CompassSettings::new(config.at_first, period_us, config.baud),
             period_us,
             next_us: start.micros().div_euclid(period_us) * period_us,
             line_free_us: i64::MIN,
@@ -172,6 +179,16 @@ impl Gnss {
         }
         gnss.plan_outage(start.micros());
         Ok(gnss)
+    }
+
+    /// What the receiver is told to do, for its commands.
+    pub(crate) fn settings(&self) -> &CompassSettings {
+        &self.settings
+    }
+
+    /// The same, to change.
+    pub(crate) fn settings_mut(&mut self) -> &mut CompassSettings {
+        &mut self.settings
     }
 
     /// The time of the next epoch.
@@ -204,13 +221,15 @@ impl Gnss {
         self.line_free_us = send_us;
         let GnssConfig { declination_rad, separation_m, .. } = self.config;
         let earth = EarthModel { declination_rad, separation_m };
-        let sentences: Vec<_> = Sentence::EPOCH
-            .into_iter()
+        let Self { settings, line_free_us, .. } = self;
+        let (baud, talker) = (u64::from(settings.baud()), settings.talker());
+        let sentences: Vec<_> = settings
+            .due(now_us)
             .map(|sentence| {
-                let bytes = sentence.encode(&reading, &earth);
+                let bytes = sentence.encode_from(talker, &reading, &earth);
                 let bits_e6 = bytes.len() as u64 * BITS_PER_BYTE * 1_000_000;
-                self.line_free_us += bits_e6.checked_div(u64::from(self.config.baud)).unwrap_or(0) as i64;
-                (UtcTime::from_micros(self.line_free_us), bytes)
+                *line_free_us += bits_e6.checked_div(baud).unwrap_or(0) as i64;
+                (UtcTime::from_micros(*line_free_us), bytes)
             })
             .collect();
         Some(Epoch { reading, complete_utc: UtcTime::from_micros(self.line_free_us), sentences })
@@ -263,6 +282,7 @@ impl Gnss {
             velocity: visible.then_some(velocity),
             heading_rad: visible.then_some(heading_rad),
             yaw_rate_rad_s: visible.then_some(rate_radps),
+            ..GnssReading::default()
         }
     }
 

@@ -103,6 +103,8 @@ impl HydrophoneConfig {
 #[derive(Debug, Clone, Copy)]
 struct Heard {
     arrival_us: i64,
+    /// By the receiver's clock as it went then (µs).
+    stamp_us: i64,
     ping: Ping,
     snr_db: f64,
     garbled: bool,
@@ -220,7 +222,8 @@ impl Hydrophone {
             return;
         }
         let arrival_us = (arrival_us + jitter_s * 1e6).round() as i64;
-        let mut heard = Heard { arrival_us, ping, snr_db, garbled: false };
+        let stamp_us = self.clock.reading_us(UtcTime::from_micros(arrival_us)).max(0);
+        let mut heard = Heard { arrival_us, stamp_us, ping, snr_db, garbled: false };
         for other in &mut self.heard {
             if (other.arrival_us - arrival_us).abs() < (c.train_s * 1e6) as i64 {
                 other.garbled = true;
@@ -233,11 +236,10 @@ impl Hydrophone {
     fn report(&mut self, now: UtcTime, out: &mut Vec<(UtcTime, Reading)>) {
         let wait_us = ((self.config.train_s + DECODING_S) * 1e6) as i64;
         while let Some(index) = self.heard.iter().position(|h| h.arrival_us + wait_us <= now.micros()) {
-            let Heard { arrival_us, ping, snr_db, garbled } = self.heard.remove(index);
+            let Heard { arrival_us, stamp_us, ping, snr_db, garbled } = self.heard.remove(index);
             if garbled {
                 continue;
             }
-            let stamp_us = self.clock.reading_us(UtcTime::from_micros(arrival_us)).max(0);
             let mut line = TagReading {
                 serial: self.config.serial,
                 clock_s: u32::try_from(stamp_us / 1_000_000).unwrap_or(u32::MAX),
@@ -249,6 +251,7 @@ impl Hydrophone {
                 frequency_khz: ping.frequency_khz,
                 counter: self.count(),
                 raw: None,
+                lines_lost: None,
             };
             line.raw = Some(line.line());
             out.push((UtcTime::from_micros(arrival_us + wait_us), Reading::Tag(line)));
@@ -268,6 +271,7 @@ impl Hydrophone {
             noise_peak: (average + self.rng.between(3.0, 15.0)) as u8,
             frequency_khz: self.config.frequency_khz,
             counter: self.count(),
+            lines_lost: None,
         }
     }
 

@@ -13,6 +13,7 @@
 
 mod battery;
 mod card;
+mod compass_settings;
 mod current;
 mod environment;
 mod faults;
@@ -31,6 +32,7 @@ mod wind;
 
 pub use battery::{BatteryBank, BatteryConfig};
 pub use card::CardConfig;
+pub use compass_settings::AtFirst;
 pub use current::CurrentConfig;
 pub use environment::{Environment, EnvironmentConfig};
 pub use faults::Faults;
@@ -42,7 +44,7 @@ pub use otter::{
     BodyForce, Load, MAX_PAYLOAD_KG, Otter, OtterState, STEP_S, shaft_max_radps, shaft_min_radps, thrust_n,
 };
 pub use range::OutOfRange;
-pub use tbr_clock::ClockConfig;
+pub use tbr_clock::{ClockConfig, ReceiverClock};
 pub use vessel::{Output, OutputForm, Port, Timed, Truth, Vessel, VesselConfig};
 pub use waves::WaveConfig;
 pub use wind::WindConfig;

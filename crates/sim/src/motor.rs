@@ -41,7 +41,7 @@ pub enum ThrottleMap {
 }
 
 impl ThrottleMap {
-    /// Shaft speed (rad/s) for a throttle, which is held within -1 to 1; a throttle that is no number stops.
+    /// Shaft speed (rad/s) for a throttle, which is held within -1 to 1; a throttle that is not a number stops.
     pub fn shaft_radps(self, throttle: f64) -> f64 {
         if throttle.is_nan() {
             return 0.0;
@@ -73,7 +73,7 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// The shaft speed asked for (rad/s); what is no number asks for standstill.
+    /// The shaft speed asked for (rad/s); what is not a number asks for standstill.
     pub fn shaft_radps(self, map: ThrottleMap) -> f64 {
         match self {
             Self::Throttle(throttle) => map.shaft_radps(throttle),

@@ -153,7 +153,7 @@ impl Otter {
     /// An Otter that carries `payload_kg`.
     ///
     /// # Errors
-    /// When the payload is no number within 0 to 45 kg.
+    /// When the payload is not a number within 0 to 45 kg.
     pub fn new(payload_kg: f64) -> Result<Self, OutOfRange> {
         within("payload (kg)", payload_kg, 0.0, MAX_PAYLOAD_KG)?;
         let mass_kg = HULL_KG + payload_kg;

@@ -18,7 +18,7 @@ use crate::motor::Drive;
 use crate::otter::{Otter, OtterState, STEP_S};
 use crate::range::{OutOfRange, within};
 use devices::torqeedo::{CanFrame, CardCommand, CardError, CardReport};
-use devices::{MotorReading, Pair, Reading, Side};
+use devices::{MotorReading, Pair, Reading, Side, TagReading, WaterReading};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, MonoTime, UtcTime, wrap_pi, wrap_two_pi};
@@ -188,13 +188,15 @@ pub struct Vessel {
     lost: u64,
     reports: Vec<(MonoTime, CardReport)>,
     heard: Vec<(UtcTime, Reading)>,
+    /// Lines lost since the last that came as a value; nobody knows before the first.
+    lines_lost: Option<u16>,
 }
 
 impl Vessel {
     /// A vessel at rest.
     ///
     /// # Errors
-    /// When a setting is no number or outside what the models hold for.
+    /// When a setting is not a number or outside what the models hold for.
     pub fn new(config: &VesselConfig) -> Result<Self, OutOfRange> {
         let psi_rad = within("heading (rad)", config.heading_rad, -10.0, 10.0)?;
         let water_c = within("water temperature (°C)", config.water_c, -2.0, 40.0)?;
@@ -220,6 +222,7 @@ impl Vessel {
             lost: 0,
             reports: Vec::new(),
             heard: Vec::new(),
+            lines_lost: None,
         })
     }
 
@@ -242,7 +245,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a throttle is no number within -1 to 1; the command before goes on.
+    /// When a throttle is not a number within -1 to 1; the command before goes on.
     pub fn command(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port throttle", port, -1.0, 1.0)?;
         within("starboard throttle", starboard, -1.0, 1.0)?;
@@ -254,7 +257,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a speed is no number within -3000 to 3000; the command before goes on.
+    /// When a speed is not a number within -3000 to 3000; the command before goes on.
     pub fn command_rpm(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port speed (rpm)", port, -3000.0, 3000.0)?;
         within("starboard speed (rpm)", starboard, -3000.0, 3000.0)?;
@@ -268,22 +271,38 @@ impl Vessel {
     /// When the card makes nothing of it.
     pub fn receive_can(&mut self, frame: &CanFrame) -> Result<(), CardError> {
         let command = CardCommand::parse(frame)?;
-        if !self.faults.card_deaf {
+        let refused = self.faults.channels_refused && matches!(command, CardCommand::OutputSet { .. });
+        if !self.faults.card_deaf && !refused {
             self.card.obey(self.now(), command);
         }
         Ok(())
     }
 
     /// Takes bytes that the computer sends on a serial line. The hydrophone obeys and answers commands for
-    /// its clock and settings; the compass awaits nothing.
+    /// its clock and settings, the compass those for what it sends.
     pub fn receive_serial(&mut self, port: Port, bytes: &[u8]) {
         match port {
-            Port::Gnss => {}
+            Port::Gnss => {
+                let answers = self.gnss.settings_mut().receive(bytes);
+                if self.form.bytes() && !answers.is_empty() && !self.faults.gnss_silent {
+                    self.put(self.now(), Output::Serial(Port::Gnss, answers));
+                }
+            }
             Port::Hydrophone => {
                 let now = self.utc();
                 self.hydrophone.clock_mut().receive(now, bytes);
             }
         }
+    }
+
+    /// The speed of the compass' line (bit/s), which a command may change.
+    pub fn gnss_baud(&self) -> u32 {
+        self.gnss.settings().baud()
+    }
+
+    /// The compass loses its power for a moment: it is as it was saved.
+    pub fn restart_gnss(&mut self) {
+        self.gnss.settings_mut().restart();
     }
 
     /// Takes a transmission of a tag that is not among the vessel's own fish.
@@ -417,21 +436,35 @@ impl Vessel {
         self.hydrophone.step(now_utc, &self.state, &self.frame, &mut heard);
         let answer = self.hydrophone.clock_mut().answer(now_utc);
         if self.faults.hydrophone_silent {
-            heard.clear();
+            // Fewer lines than 16 bits count in a step.
+            let lost = heard.drain(..).count() as u16;
+            self.lines_lost = self.lines_lost.map(|before| before.saturating_add(lost));
         } else if let Some(answer) = answer.filter(|_| self.form.bytes()) {
             self.put(now, Output::Serial(Port::Hydrophone, answer));
         }
-        for (utc, reading) in heard.drain(..) {
+        for (utc, mut reading) in heard.drain(..) {
             let at = self.mono_at(utc);
             if self.form.bytes() {
                 let bytes = match &reading {
                     Reading::Tag(tag) => tag.encode(),
                     Reading::Water(water) => water.encode(),
-                    Reading::Gnss(_) | Reading::Motor(..) | Reading::Battery(_) => continue,
+                    Reading::Gnss(_)
+                    | Reading::Motor(..)
+                    | Reading::Battery(_)
+                    | Reading::Rail(_)
+                    | Reading::PowerChannel(_)
+                    | Reading::Pulse(_)
+                    | Reading::Trouble(_)
+                    | Reading::Receiver(_) => continue,
                 };
                 self.put(at, Output::Serial(Port::Hydrophone, bytes));
             }
             if self.form.values() {
+                if let Reading::Tag(TagReading { lines_lost, .. })
+                | Reading::Water(WaterReading { lines_lost, .. }) = &mut reading
+                {
+                    *lines_lost = self.lines_lost.replace(0);
+                }
                 self.put(at, Output::Reading(reading));
             }
         }
@@ -444,7 +477,7 @@ impl Vessel {
         for (at, report) in reports.drain(..) {
             let lost = match report {
                 CardReport::Motor(side, _) => *self.faults.motor_feedback_lost.of(side),
-                CardReport::Battery(_) | CardReport::Rail { .. } => false,
+                CardReport::Battery(_) | CardReport::Rail(_) | CardReport::Outputs { .. } => false,
             };
             if lost || self.faults.card_silent {
                 continue;

@@ -12,7 +12,7 @@ use imc::{Address, Header};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use store::{Accepted, CsvOptions, Door, Reader, Selection, Source, Store, TimeRange, export_csv};
+use store::{Accepted, CsvOptions, Reader, Selection, Source, Store, TimeRange, Transport, export_csv};
 use units::UtcTime;
 
 /// 2026-10-01T00:00:00Z.
@@ -87,7 +87,7 @@ impl Feeder {
 
     fn feed(&mut self, packet: &[u8], received_us: i64) {
         let received = UtcTime::from_micros(received_us);
-        self.store.accept(&Accepted { packet, received, door: Door::Tcp, link: None }).unwrap();
+        self.store.accept(&Accepted { packet, received, transport: Transport::Tcp, link: None }).unwrap();
         self.packets += 1;
         let many = self.packets.is_multiple_of(COMMIT_PACKETS);
         // Reading the clock costs as much as taking a packet.

@@ -9,7 +9,7 @@ use crate::lock::FolderLock;
 use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, open};
 use crate::reindex::{self, GROWING, REPLACED};
-use link::Door;
+use link::Transport;
 use std::fs;
 use std::path::Path;
 use units::UtcTime;
@@ -150,7 +150,7 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
             Health::Problem,
             told,
             "check the disk; copy the day from a backup, or import the vessel's own log of that day; then remove \
-             archive/shortened.jsonl (a start writes it), so that it is not told any more",
+             archive/shortened.jsonl (a start writes it), so that it is no longer reported",
         ));
     }
     checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
@@ -163,7 +163,7 @@ fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
         let mut reader = DayReader::open(&data.join("archive"), key, 0, 0)?;
         let mut without_record = 0;
         while let Some(archived) = reader.next_packet()? {
-            without_record += u64::from(archived.arrival.door == Door::Recovered);
+            without_record += u64::from(archived.arrival.transport == Transport::Recovered);
         }
         Ok((reader.damaged_bytes(), without_record))
     };

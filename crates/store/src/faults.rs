@@ -1,7 +1,7 @@
 //! What disks and power do to a store: every byte at which a write can stop, every byte at which a file can end.
 
 use crate::archive::Disk;
-use crate::{Accepted, Door, LinkSeq, Outcome, Reader, Store, TimeRange};
+use crate::{Accepted, LinkSeq, Outcome, Reader, Store, TimeRange, Transport};
 use imc::messages::Temperature;
 use imc::{Address, Header};
 use std::fs::{self, File};
@@ -61,7 +61,7 @@ fn give(store: &mut Store, seq: u64) -> Outcome {
     let packet = packet(seq);
     let received = UtcTime::from_micros(START_US + seq as i64);
     let link = Some(LinkSeq { stream: STREAM, seq });
-    store.accept(&Accepted { packet: &packet, received, door: Door::Link, link }).unwrap()
+    store.accept(&Accepted { packet: &packet, received, transport: Transport::Link, link }).unwrap()
 }
 
 fn data(folder: &Path, system: u16) -> PathBuf {
@@ -389,7 +389,7 @@ fn what_is_no_packet_is_refused_and_what_is_too_much_waits() {
     let mut store = Store::open(folder.path()).unwrap();
     let received = UtcTime::from_micros(START_US);
     let mut accept =
-        |packet: &[u8]| store.accept(&Accepted { packet, received, door: Door::Udp, link: None });
+        |packet: &[u8]| store.accept(&Accepted { packet, received, transport: Transport::Udp, link: None });
     let good = packet(1);
     assert!(accept(&good[..good.len() - 1]).unwrap_err().to_string().contains("truncated"));
     assert!(accept(b"GET / HTTP/1.1\r\n\r\n1234567890").unwrap_err().to_string().contains("bad sync"));

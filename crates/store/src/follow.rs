@@ -34,7 +34,7 @@ const RESERVED_BYTES: u64 = 512 << 20;
 /// Causes that are told; more of them are counted.
 const CAUSES: usize = 4;
 
-/// The history, or why there is none that can be written.
+/// The history, or why there is not one that can be written.
 #[derive(Debug)]
 enum Kept {
     Open(Box<History>),

@@ -235,7 +235,7 @@ impl Gaps {
     }
 
     /// A record came. Where its number is declared missing, the declaration ends before it: for what follows, the
-    /// vessel sends a record or declares it anew.
+    /// vessel sends a record or declares it again.
     pub(crate) fn revoke(&mut self, LinkSeq { stream, seq }: LinkSeq, time: Option<UtcTime>) {
         if self.ends.get(&stream).is_none_or(|end| seq >= *end) {
             return;
@@ -298,7 +298,7 @@ fn append(archive: &Path, gap: &Gap) -> Result<()> {
 }
 
 /// All gaps, in order of declaration. A later declaration of the same stretch of the same system replaces the
-/// earlier; lines that are none (a crash can leave half a line) are passed over.
+/// earlier; lines that are not valid (a crash can leave half a line) are passed over.
 pub(crate) fn all(archive: &Path) -> Result<Vec<Gap>> {
     let path = path(archive);
     let text = match fs::read(&path) {

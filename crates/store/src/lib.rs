@@ -11,7 +11,7 @@
 //!   nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
-//! use store::{Accepted, Door, Reader, Source, Store, TimeRange};
+//! use store::{Accepted, Transport, Reader, Source, Store, TimeRange};
 //! use units::UtcTime;
 //!
 //! let folder = tempfile::tempdir()?;
@@ -20,7 +20,7 @@
 //! let mut packet = Vec::new();
 //! imc::encode_into(&mut packet, &header, &imc::messages::Temperature { value: 8.5 })?;
 //! let received = UtcTime::from_micros(1_800_000_000_500_000);
-//! store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None })?;
+//! store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None })?;
 //! store.commit()?;
 //!
 //! let source = Source { system: header.src, entity: 5, message: "Temperature".to_owned() };
@@ -45,7 +45,7 @@
 //!
 //! # Invariants
 //! 1. What a commit has told to be durable survives `kill -9` and power loss.
-//! 2. A message is in the history once, however often and through whichever doors it came: the key is message,
+//! 2. A message is in the history once, however often and through whichever transports it came: the key is message,
 //!    system, entity, stated time and a fingerprint of the payload. The earliest arrival
 //!    counts, in whatever order the archive is read.
 //! 3. Everything in the history is a function of the archive.
@@ -87,12 +87,12 @@ pub use export::{
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
-pub use link::{Door, LinkSeq};
+pub use link::{LinkSeq, Transport};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
     Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
-    RecordedDay, Row, Samples, Series, Source, System, Then, Track, TrackPoint,
+    RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

@@ -1,6 +1,6 @@
 //! What comes into a store and what it answers.
 
-use link::{Door, LinkSeq};
+use link::{LinkSeq, Transport};
 use units::UtcTime;
 
 /// One packet for the store.
@@ -11,7 +11,7 @@ pub struct Accepted<'a> {
     /// When it came, by the shore's clock.
     pub received: UtcTime,
     /// How it came.
-    pub door: Door,
+    pub transport: Transport,
     /// Its place in the record lane, when it came by that.
     pub link: Option<LinkSeq>,
 }

@@ -12,7 +12,7 @@ use crate::packet::{Accepted, Committed, Outcome, Repairs};
 use crate::reindex::{self, GROWING, HISTORY};
 use crate::tail::Marks;
 use imc::PacketView;
-use link::{Door, LinkSeq};
+use link::{LinkSeq, Transport};
 use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -32,7 +32,7 @@ pub struct Store {
     follower: Follower,
     gaps: Gaps,
     repeats: RepeatWindow,
-    /// What became durable and was not told yet.
+    /// What became durable and was not reported yet.
     untold: Vec<LinkSeq>,
     now: UtcTime,
     repairs: Repairs,
@@ -150,7 +150,7 @@ impl Store {
             return Err(StoreError::Trailing { extra });
         }
         self.now = self.now.max(accepted.received);
-        if accepted.door.brings_copies() {
+        if accepted.transport.brings_copies() {
             if self.archive.is_full_for(&view) {
                 return Err(StoreError::Full { waiting: self.archive.waiting_bytes() });
             }
@@ -158,8 +158,8 @@ impl Store {
                 return Ok(Outcome::Duplicate);
             }
         }
-        let appended = self.archive.append(&view, accepted.received, accepted.door, accepted.link)?;
-        if appended && !accepted.door.brings_copies() && accepted.door != Door::Import {
+        let appended = self.archive.append(&view, accepted.received, accepted.transport, accepted.link)?;
+        if appended && !accepted.transport.brings_copies() && accepted.transport != Transport::Import {
             // What comes directly may come once more through a relay.
             self.repeats.repeats(&view);
         }
@@ -177,7 +177,7 @@ impl Store {
         if first_us.is_some_and(|first_us| first_us != received.micros()) {
             return Ok(Outcome::Duplicate);
         }
-        let appended = self.archive.append(view, received, Door::Import, None)?;
+        let appended = self.archive.append(view, received, Transport::Import, None)?;
         Ok(if appended { Outcome::Recorded } else { Outcome::Duplicate })
     }
 

@@ -34,10 +34,10 @@ pub struct Tail {
 
 impl Tail {
     /// Follows the archive of a data folder under a name of its own, for what `target` names. With another target
-    /// than at last it begins anew.
+    /// than at last it starts over.
     ///
     /// # Errors
-    /// When its file cannot be read or holds something else; removing it makes the tail begin anew.
+    /// When its file cannot be read or holds something else; removing it makes the tail start over.
     pub fn open(folder: &Path, name: &str, target: &str) -> Result<Self> {
         let file = folder.join("sinks").join(format!("{name}.json"));
         let mut tail = Self {
@@ -76,7 +76,7 @@ impl Tail {
         for (key, durable) in days {
             let mut at = self.carried.get(key).copied().unwrap_or_default();
             if at.data > durable.data {
-                // The day is not the one that was carried: it was removed, and came anew.
+                // The day is not the one that was carried: it was removed, and came again.
                 at = Lengths::default();
             }
             if at.data >= durable.data {
@@ -134,7 +134,7 @@ fn day((name, lengths): (&String, &Value)) -> Option<(DayKey, Lengths)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Accepted, Door, Store};
+    use crate::{Accepted, Store, Transport};
     use imc::messages::Temperature;
     use imc::{Address, Header};
     use units::UtcTime;
@@ -144,7 +144,7 @@ mod tests {
         let mut packet = Vec::new();
         imc::encode_into(&mut packet, &header, &Temperature { value: number as f32 }).unwrap();
         let received = UtcTime::from_micros(1_800_000_000_000_000 + i64::from(number) * 3_600_000_000);
-        store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None }).unwrap();
+        store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
     }
 
     /// Carries at most `most` packets at once until nothing is left; the values in order.

@@ -76,7 +76,7 @@ pub fn usage(data: &Path) -> Result<Usage> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Accepted, Door, Store};
+    use crate::{Accepted, Store, Transport};
     use imc::Header;
     use imc::messages::Temperature;
 
@@ -90,7 +90,9 @@ mod tests {
             let header = Header { timestamp: received.seconds(), src: Address(src), ..Header::default() };
             let mut packet = Vec::new();
             imc::encode_into(&mut packet, &header, &Temperature { value: 1.0 }).unwrap();
-            store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None }).unwrap();
+            store
+                .accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None })
+                .unwrap();
         }
         store.close().unwrap();
         let usage = usage(folder.path()).unwrap();

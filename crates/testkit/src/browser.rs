@@ -2,7 +2,7 @@
 
 use crate::{Need, absent, repository};
 use std::io::{BufRead as _, BufReader};
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 /// Whether Node, Chromium and the bundle are there; says what is missing if not.
@@ -10,14 +10,15 @@ use std::process::{Command, Stdio};
 /// # Panics
 /// When something is missing that must be there: see [`absent`].
 pub fn is_there() -> bool {
+    let browser = ["/usr/bin/chromium-headless-shell", "/usr/bin/chromium"].map(PathBuf::from);
     let needed = [
-        ("/usr/bin/chromium".into(), "apt-get install chromium"),
-        (repository().join("web/node_modules/playwright-core"), "make web"),
-        (repository().join("web/dist/manifest.json"), "make web"),
+        (&browser[..], "make chromium"),
+        (&[repository().join("web/node_modules/playwright-core")], "make web"),
+        (&[repository().join("web/dist/manifest.json")], "make web"),
     ];
-    let missing = needed.iter().find(|(path, _): &&(std::path::PathBuf, _)| !Path::exists(path));
-    let Some((path, remedy)) = missing else { return true };
-    absent(Need::Browser, &format!("{} is absent ({remedy})", path.display()));
+    let missing = needed.iter().find(|(paths, _)| !paths.iter().any(|path| path.exists()));
+    let Some((paths, remedy)) = missing else { return true };
+    absent(Need::Browser, &format!("{} is absent ({remedy})", paths[0].display()));
     false
 }
 

@@ -11,12 +11,16 @@ use std::io::Write as _;
 pub enum Need {
     /// The agent's program, beside the server's.
     Agent,
+    /// `chronyd` and `chronyc`.
+    Chrony,
     /// Chromium, Node and the pages' scripts.
     Browser,
     /// `libfaketime`.
     Faketime,
     /// `ogrinfo` of GDAL.
     Gdal,
+    /// `gpsd` and `gpsdecode`.
+    Gpsd,
     /// `influxd`.
     Influxd,
     /// The right to mount a disk.
@@ -37,8 +41,10 @@ impl Need {
         match self {
             Self::Agent => "agent",
             Self::Browser => "browser",
+            Self::Chrony => "chrony",
             Self::Faketime => "faketime",
             Self::Gdal => "gdal",
+            Self::Gpsd => "gpsd",
             Self::Influxd => "influxd",
             Self::Mount => "mount",
             Self::Netns => "netns",

@@ -17,12 +17,18 @@ pub enum Ground {
     Hole,
     /// A danger of unknown depth.
     Danger,
+    /// Water as deep as around, in an area with this restriction (RESTRN).
+    Entry(u32),
 }
 
 impl Ground {
     /// Whether it is charted as at least so deep.
     pub fn is_deep(self, least_m: f64) -> bool {
-        matches!(self, Self::Depth(depth_m) if depth_m >= least_m)
+        match self {
+            Self::Depth(depth_m) => depth_m >= least_m,
+            Self::Entry(_) => true,
+            Self::Land | Self::Hole | Self::Danger => false,
+        }
     }
 }
 
@@ -106,6 +112,7 @@ impl Sea {
                     features.push(feature(record, ObjectClass::DEPARE, shape(), Some(depth_m)));
                 }
                 Ground::Danger => features.push(feature(record, ObjectClass::UNSARE, shape(), None)),
+                Ground::Entry(restriction) => features.push(restricted(record, shape(), restriction)),
                 Ground::Hole => {}
             }
         }
@@ -166,6 +173,14 @@ pub fn open_water([west, south, east, north]: [f64; 4], depth_m: f64) -> (Source
     let name = format!("XX{west:.1}{south:.1}");
     let source = Source { name, band: 5, scale: 10_000, ..Source::default() };
     (source, [coverage, feature(1, ObjectClass::DEPARE, geometry(), Some(depth_m))])
+}
+
+/// An area that the chart restricts (RESTRN).
+pub fn restricted(record: u32, geometry: Geometry, restriction: u32) -> Feature {
+    Feature {
+        attributes: vec![attribute(AttributeCode::RESTRN, &restriction.to_string())],
+        ..feature(record, ObjectClass::RESARE, geometry, None)
+    }
 }
 
 fn area(frame: LocalFrame, outer: &[LocalPoint], inner: &[Vec<LocalPoint>]) -> Geometry {

@@ -8,7 +8,7 @@ use i_overlay::core::overlay::Overlay;
 use i_overlay::core::overlay_rule::OverlayRule;
 
 /// What the charts so far cover.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Cover {
     areas: Vec<(Bounds, Polygon)>,
 }
@@ -25,6 +25,25 @@ impl Cover {
             let area: Polygon = area.iter().map(ring).collect();
             self.areas.push((Bounds::of(area.iter().flatten()), area));
         }
+    }
+
+    /// Adds what others cover.
+    pub(crate) fn join(&mut self, others: &Self) {
+        self.areas.extend_from_slice(&others.areas);
+    }
+
+    /// Adds a whole box.
+    pub(crate) fn add_box(&mut self, bounds: Bounds) {
+        let Bounds { min, max } = bounds;
+        if min.x <= max.x {
+            let corners = vec![min, Point::new(max.x, min.y), max, Point::new(min.x, max.y)];
+            self.areas.push((bounds, vec![corners]));
+        }
+    }
+
+    /// How large it is.
+    pub(crate) fn vertices(&self) -> usize {
+        self.areas.iter().flat_map(|(_, area)| area).map(Vec::len).sum()
     }
 
     /// What is left of a shape; `None` where that is nothing.

@@ -3,8 +3,9 @@
 use crate::clip::{Frame, simplified, simplified_ring};
 use crate::layer::Layer;
 use crate::mvt::{Drawn, EXTENT, LayerWriter, Value};
+use crate::overview::LAST_ZOOM;
 use crate::shape::Shape;
-use crate::sheet::{About, Item, Sheet};
+use crate::sheet::{About, Changed, Placed, Scene, Sheet};
 use crate::world::{BITS, Bounds, Point};
 use charts::depth_index::{clearance_m, is_structure};
 use charts::s57::{AttributeCode, value_words};
@@ -17,13 +18,13 @@ pub const MOST_ZOOM: u8 = 18;
 pub const ALL_DANGERS: u8 = 11;
 
 /// A tile is 2^12 units wide.
-const TILE_BITS: u32 = 12;
+pub(crate) const TILE_BITS: u32 = 12;
 /// Units around a tile that are drawn too, so that lines and symbols go on.
 const BUFFER: i32 = 64;
 /// How far simplified geometry may be off (units): half a pixel where a tile has 512.
 const WITHIN: f64 = 4.0;
 /// What is smaller is not drawn (units), but dangers are, as points.
-const SMALLEST: i64 = 2;
+pub(crate) const SMALLEST: i64 = 2;
 /// Squares in which soundings and points are thinned: 2^8 units wide, 16 by 16 in a tile.
 const SQUARE_BITS: u32 = 8;
 
@@ -41,13 +42,16 @@ pub enum NoTile {
         /// The last column and row.
         last: u32,
     },
+    /// The charts are others by now.
+    #[error(transparent)]
+    Changed(#[from] Changed),
 }
 
 impl Sheet {
     /// The vector tile of a zoom, column and row; empty where nothing is charted.
     ///
     /// # Errors
-    /// When there is no such tile.
+    /// When there is no such tile, or the charts are others by now.
     pub fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<Vec<u8>, NoTile> {
         if zoom > MOST_ZOOM {
             return Err(NoTile::Zoom(zoom));
@@ -57,53 +61,31 @@ impl Sheet {
             return Err(NoTile::Place { zoom, last });
         }
         let bits = BITS - u32::from(zoom);
-        let view = View {
-            sheet: self,
+        let place = Place {
             zoom,
             origin: Point::new((x << bits) as i32, (y << bits) as i32),
             bits: bits - TILE_BITS,
         };
+        // Points are thinned by squares that reach beyond the buffer.
+        let view = View { scene: self.scene(place.bounds(place.bits + SQUARE_BITS), zoom)?, place };
         let mut tile = Vec::new();
         for layer in Layer::ALL.into_iter().filter(|layer| layer.first_zoom() <= zoom) {
-            view.layer(layer, &mut tile);
+            view.layer(layer, &mut tile)?;
         }
         Ok(tile)
     }
 }
 
-/// What one tile looks at.
-struct View<'a> {
-    sheet: &'a Sheet,
+/// Where a tile lies.
+#[derive(Debug, Clone, Copy)]
+struct Place {
     zoom: u8,
     origin: Point,
     /// A unit of the tile is 2^bits units of the world.
     bits: u32,
 }
 
-impl View<'_> {
-    const FRAME: Frame = Frame { min: -BUFFER, max: EXTENT + BUFFER };
-
-    fn layer(&self, layer: Layer, tile: &mut Vec<u8>) {
-        let mut writer = LayerWriter::new(layer.name());
-        let thinned = match layer {
-            Layer::Sounding => true,
-            Layer::Danger | Layer::Aid | Layer::Name => self.zoom < ALL_DANGERS,
-            _ => false,
-        };
-        if thinned {
-            for item in self.firsts(layer) {
-                self.item(layer, item, &mut writer);
-            }
-        }
-        for item in self.sheet.within(Some(layer), self.bounds(0)) {
-            let point = matches!(item.shape, Shape::Point(_) | Shape::Sounding(..));
-            if !(thinned && point) {
-                self.item(layer, item, &mut writer);
-            }
-        }
-        writer.finish(tile);
-    }
-
+impl Place {
     /// The tile with its buffer, to whole multiples of 2^bits of the world's units.
     fn bounds(&self, bits: u32) -> Bounds {
         let low = |value: i32| (value - (BUFFER << self.bits)) >> bits << bits;
@@ -117,55 +99,106 @@ impl View<'_> {
         }
     }
 
+    /// A point in the tile's units, to the nearest.
+    fn local(&self, at: Point) -> Point {
+        local(at, self.origin, self.bits)
+    }
+
+    /// A line in the tile's units without repeated points.
+    fn locals(&self, line: &[Point]) -> Vec<Point> {
+        if self.zoom <= LAST_ZOOM {
+            // An overview is rounded already, from the corner of the world on.
+            let (x, y) = (self.origin.x >> self.bits, self.origin.y >> self.bits);
+            return line.iter().map(|at| Point::new(at.x - x, at.y - y)).collect();
+        }
+        rounded(line, self.origin, self.bits)
+    }
+}
+
+fn local(at: Point, origin: Point, bits: u32) -> Point {
+    let half = (1 << bits) >> 1;
+    Point::new((at.x - origin.x + half) >> bits, (at.y - origin.y + half) >> bits)
+}
+
+/// A line in units of 2^bits from an origin on, without repeated points.
+pub(crate) fn rounded(line: &[Point], origin: Point, bits: u32) -> Vec<Point> {
+    let mut out: Vec<Point> = Vec::with_capacity(line.len().min(1024));
+    for at in line {
+        let local = local(*at, origin, bits);
+        if out.last() != Some(&local) {
+            out.push(local);
+        }
+    }
+    out
+}
+
+/// What one tile looks at.
+struct View<'a> {
+    scene: Scene<'a>,
+    place: Place,
+}
+
+impl View<'_> {
+    const FRAME: Frame = Frame { min: -BUFFER, max: EXTENT + BUFFER };
+
+    fn layer(&self, layer: Layer, tile: &mut Vec<u8>) -> Result<(), Changed> {
+        let mut writer = LayerWriter::new(layer.name());
+        let thinned = match layer {
+            Layer::Sounding => true,
+            Layer::Danger | Layer::Aid | Layer::Name => self.place.zoom < ALL_DANGERS,
+            _ => false,
+        };
+        if thinned {
+            for placed in self.firsts(layer) {
+                self.item(layer, placed, &mut writer)?;
+            }
+        }
+        for placed in self.scene.within(Some(layer), self.place.bounds(0)) {
+            let point = matches!(placed.item.shape, Shape::Point(_) | Shape::Sounding(..));
+            if !(thinned && point) {
+                self.item(layer, placed, &mut writer)?;
+            }
+        }
+        writer.finish(tile);
+        Ok(())
+    }
+
     /// Of the points of each square the first by rank. Squares are the same for all tiles of a zoom.
-    fn firsts(&self, layer: Layer) -> impl Iterator<Item = &Item> {
-        let bits = self.bits + SQUARE_BITS;
-        let mut squares: BTreeMap<(i32, i32), (f64, &Item)> = BTreeMap::new();
-        for item in self.sheet.within(Some(layer), self.bounds(bits)) {
-            let (Shape::Point(at) | Shape::Sounding(at, _)) = item.shape else { continue };
-            let rank = self.rank(layer, item);
-            let square = squares.entry((at.x >> bits, at.y >> bits)).or_insert((rank, item));
-            if (rank, item.object, at) < (square.0, square.1.object, square.1.bounds.min) {
-                *square = (rank, item);
+    fn firsts(&self, layer: Layer) -> impl Iterator<Item = Placed<'_>> {
+        let bits = self.place.bits + SQUARE_BITS;
+        let mut squares: BTreeMap<(i32, i32), (f64, Placed<'_>)> = BTreeMap::new();
+        for placed in self.scene.within(Some(layer), self.place.bounds(bits)) {
+            let (Shape::Point(at) | Shape::Sounding(at, _)) = placed.item.shape else { continue };
+            let rank = rank(layer, &placed);
+            let square = squares.entry((at.x >> bits, at.y >> bits)).or_insert((rank, placed));
+            let first = (square.0, square.1.object, square.1.item.bounds.min);
+            if (rank, placed.object, at) < first {
+                *square = (rank, placed);
             }
         }
-        squares.into_values().map(|(_, item)| item)
+        squares.into_values().map(|(_, placed)| placed)
     }
 
-    fn rank(&self, layer: Layer, item: &Item) -> f64 {
-        match item.shape {
-            Shape::Sounding(_, depth_m) => depth_m,
-            _ if layer == Layer::Danger => {
-                let about = self.sheet.about(item.object);
-                // Buildings have no depth either, and must not take the place of a rock.
-                let last = about.is_some_and(|about| is_structure(about.class));
-                let unknown = if last { f64::INFINITY } else { f64::NEG_INFINITY };
-                about.and_then(|about| about.number(AttributeCode::VALSOU)).unwrap_or(unknown)
-            }
-            _ => 0.0,
-        }
-    }
-
-    fn item(&self, layer: Layer, item: &Item, writer: &mut LayerWriter) {
-        let Some(about) = self.sheet.about(item.object) else { return };
-        let small = item.bounds.size() >> self.bits < SMALLEST;
+    fn item(&self, layer: Layer, placed: Placed<'_>, writer: &mut LayerWriter) -> Result<(), Changed> {
+        let Placed { item, about: Some(about), .. } = placed else { return Ok(()) };
+        let small = item.bounds.size() >> self.place.bits < SMALLEST;
         let drawn = match &item.shape {
-            Shape::Point(at) | Shape::Sounding(at, _) => Drawn::Point(self.local(*at)),
+            Shape::Point(at) | Shape::Sounding(at, _) => Drawn::Point(self.place.local(*at)),
             Shape::Lines(_) | Shape::Areas(_) if small => {
                 if layer != Layer::Danger {
-                    return;
+                    return Ok(());
                 }
                 let middle = |min: i32, max: i32| min + (max - min) / 2;
                 let Bounds { min, max } = item.bounds;
-                Drawn::Point(self.local(Point::new(middle(min.x, max.x), middle(min.y, max.y))))
+                Drawn::Point(self.place.local(Point::new(middle(min.x, max.x), middle(min.y, max.y))))
             }
             Shape::Lines(lines) => {
-                let clipped = lines.iter().flat_map(|line| Self::FRAME.line(&self.locals(line)));
+                let clipped = lines.iter().flat_map(|line| Self::FRAME.line(&self.place.locals(line)));
                 Drawn::Lines(clipped.map(|line| simplified(&line, WITHIN)).collect())
             }
             Shape::Areas(areas) => {
                 let ring = |ring: &Vec<Point>| {
-                    let clipped = Self::FRAME.ring(self.locals(ring));
+                    let clipped = Self::FRAME.ring(self.place.locals(ring));
                     simplified_ring(&clipped, WITHIN)
                 };
                 Drawn::Areas(areas.iter().map(|area| area.iter().map(ring).collect()).collect())
@@ -174,14 +207,21 @@ impl View<'_> {
         if let Drawn::Point(at) = drawn
             && !Self::FRAME.holds(at)
         {
-            return;
+            return Ok(());
         }
-        self.write(layer, item, about, &drawn, writer);
+        self.write(layer, placed, about, &drawn, writer)
     }
 
-    fn write(&self, layer: Layer, item: &Item, about: &About, drawn: &Drawn, writer: &mut LayerWriter) {
+    fn write(
+        &self,
+        layer: Layer,
+        placed: Placed<'_>,
+        about: &About,
+        drawn: &Drawn,
+        writer: &mut LayerWriter,
+    ) -> Result<(), Changed> {
         let class = about.class.to_string();
-        let scale = f64::from(self.sheet.source(about).scale);
+        let scale = f64::from(self.scene.sheet.source(about).scale);
         let mut says = vec![("scale", Value::Number(scale)), ("cls", Value::Text(&class))];
         let number = |code| about.number(code).map(Value::Number);
         let words = |code: Option<AttributeCode>| {
@@ -196,14 +236,14 @@ impl View<'_> {
             }
             Layer::Contour => says.extend(number(AttributeCode::VALDCO).map(|value| ("valdco", value))),
             Layer::Sounding => {
-                if let Shape::Sounding(_, depth_m) = item.shape {
+                if let Shape::Sounding(_, depth_m) = placed.item.shape {
                     says.push(("depth_m", Value::Number(depth_m)));
                 }
             }
             Layer::Danger => {
                 says.extend(number(AttributeCode::VALSOU).map(|value| ("depth_m", value)));
                 says.extend(number(AttributeCode::WATLEV).map(|value| ("watlev", value)));
-                let around = self.sheet.around_m(item.object).map(Value::Number);
+                let around = self.scene.around_m(placed.item)?.map(Value::Number);
                 says.extend(around.map(|value| ("around_m", value)));
             }
             Layer::Overhead => {
@@ -221,24 +261,20 @@ impl View<'_> {
             Layer::Name => says.extend(about.name().map(|value| ("text", Value::Text(value)))),
             Layer::Area | Layer::Cover | Layer::Land | Layer::Coast => {}
         }
-        writer.add(item.object, drawn, &says);
+        writer.add(placed.object, drawn, &says);
+        Ok(())
     }
+}
 
-    /// A point in the tile's units, to the nearest.
-    fn local(&self, at: Point) -> Point {
-        let half = (1 << self.bits) >> 1;
-        Point::new((at.x - self.origin.x + half) >> self.bits, (at.y - self.origin.y + half) >> self.bits)
-    }
-
-    /// A line in the tile's units without repeated points.
-    fn locals(&self, line: &[Point]) -> Vec<Point> {
-        let mut out: Vec<Point> = Vec::with_capacity(line.len().min(1024));
-        for at in line {
-            let local = self.local(*at);
-            if out.last() != Some(&local) {
-                out.push(local);
-            }
+fn rank(layer: Layer, placed: &Placed<'_>) -> f64 {
+    match placed.item.shape {
+        Shape::Sounding(_, depth_m) => depth_m,
+        _ if layer == Layer::Danger => {
+            // Buildings have no depth either, and must not take the place of a rock.
+            let last = placed.about.is_some_and(|about| is_structure(about.class));
+            let unknown = if last { f64::INFINITY } else { f64::NEG_INFINITY };
+            placed.about.and_then(|about| about.number(AttributeCode::VALSOU)).unwrap_or(unknown)
         }
-        out
+        _ => 0.0,
     }
 }

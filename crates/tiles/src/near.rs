@@ -2,7 +2,7 @@
 
 use crate::layer::{Kind, Layer};
 use crate::shape::{Shape, contains, edges};
-use crate::sheet::Sheet;
+use crate::sheet::{Changed, Sheet};
 use crate::world::{Bounds, Point, metres_per_unit, point};
 use charts::s57::GeoPoint;
 use units::LatLon;
@@ -25,7 +25,10 @@ pub struct Near {
 impl Sheet {
     /// The nearest objects within a distance (m), at most `count`. Areas that hold the place come after all others,
     /// the smallest first, and are the last to be left out.
-    pub fn near(&self, place: LatLon, within_m: f64, count: usize) -> Vec<Near> {
+    ///
+    /// # Errors
+    /// When the charts are others by now.
+    pub fn near(&self, place: LatLon, within_m: f64, count: usize) -> Result<Vec<Near>, Changed> {
         let at = point(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
         let unit_m = metres_per_unit(place.lat_deg());
         let reach = (within_m.clamp(0.0, 1e5) / unit_m).ceil() as i32 + 1;
@@ -35,9 +38,11 @@ impl Sheet {
             max: Point::new(side(at.x, reach), side(at.y, reach)),
         };
         let layers = Layer::ALL.into_iter().filter(|layer| *layer != Layer::Name).map(Some).chain([None]);
-        let items = layers.flat_map(|layer| self.within(layer, bounds));
-        let mut found: Vec<Near> = items
-            .filter_map(|item| {
+        let scene = self.scene(bounds, u8::MAX)?;
+        let mut found: Vec<Near> = layers
+            .flat_map(|layer| scene.within(layer, bounds))
+            .filter_map(|placed| {
+                let item = placed.item;
                 let distance_m = distance(&item.shape, at) * unit_m;
                 let geometry = match (&item.shape, item.shape.kind()) {
                     (Shape::Sounding(..), _) => "sounding",
@@ -47,7 +52,7 @@ impl Sheet {
                 };
                 let depth_m = if let Shape::Sounding(_, depth_m) = item.shape { Some(depth_m) } else { None };
                 let size = item.bounds.size();
-                let near = Near { object: item.object, distance_m, geometry, depth_m, size };
+                let near = Near { object: placed.object, distance_m, geometry, depth_m, size };
                 (distance_m <= within_m).then_some(near)
             })
             .collect();
@@ -60,7 +65,7 @@ impl Sheet {
         found.truncate(count.saturating_sub(areas.len()));
         found.extend(areas);
         found.truncate(count);
-        found
+        Ok(found)
     }
 }
 

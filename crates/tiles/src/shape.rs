@@ -38,6 +38,16 @@ impl Shape {
         }
     }
 
+    /// About how much memory its vertices take.
+    pub(crate) fn bytes(&self) -> usize {
+        let line = |line: &Vec<Point>| 24 + 8 * line.len();
+        match self {
+            Self::Point(_) | Self::Sounding(..) => 0,
+            Self::Lines(lines) => lines.iter().map(line).sum(),
+            Self::Areas(areas) => areas.iter().map(|area| 24 + area.iter().map(line).sum::<usize>()).sum(),
+        }
+    }
+
     pub(crate) fn kind(&self) -> Kind {
         match self {
             Self::Point(_) | Self::Sounding(..) => Kind::Point,

@@ -1,21 +1,67 @@
-//! All that is drawn, in the world's square.
+//! The charts of a set as they are drawn, each read when a tile touches it.
 
+use crate::cache::PieceCache;
 use crate::cut::Cover;
 use crate::layer::Layer;
-use crate::shape::{Shape, contains, shapes};
-use crate::world::Bounds;
-use charts::coverage::{ChartCoverage, Coverage, Source, is_coverage};
-use charts::s57::{Attribute, AttributeCode, Feature, ObjectClass};
-use std::collections::BTreeMap;
+use crate::overview::{self, LAST_ZOOM, overview};
+use crate::piece::{Item, Piece};
+use crate::shape::{Shape, contains};
+use crate::world::{Bounds, Point, point};
+use charts::coverage::{self, Source};
+use charts::s57::{Attribute, AttributeCode, Feature, GeoPoint, ObjectClass};
+use std::fmt;
+use std::sync::Arc;
 
-/// A chart and its features.
+/// A chart of a set that is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SheetSource {
+pub struct SheetChart {
     /// What it is.
     pub source: Source,
-    /// What it holds.
-    pub features: Vec<Feature>,
+    /// West, south, east and north of all its positions (degrees); `None` if it has none.
+    pub bounds_deg: Option<[f64; 4]>,
+    /// Number of its features.
+    pub features: u32,
 }
+
+/// Where a sheet reads its charts from, by their numbers in the sheet.
+pub trait SheetReader: fmt::Debug + Send + Sync {
+    /// The features of a chart.
+    ///
+    /// # Errors
+    /// Why they cannot be had.
+    fn features(&self, chart: usize) -> Result<Vec<Feature>, Unread>;
+
+    /// What a chart covers, whatever others do.
+    ///
+    /// # Errors
+    /// Why that cannot be had.
+    fn coverage(&self, chart: usize) -> Result<Vec<coverage::Polygon>, Unread>;
+
+    /// What was kept of a chart for a zoom, made of it and of the better ones that it meets.
+    fn kept(&self, chart: usize, better: &[usize], zoom: u8) -> Option<Vec<u8>>;
+
+    /// Keeps what was made of a chart, for zoom 0 and those that follow.
+    fn keep(&self, chart: usize, better: &[usize], zooms: &[Vec<u8>]);
+
+    /// Forgets what is kept of other charts than these, by the better ones that each of all meets.
+    fn sweep(&self, better: &[Vec<usize>]);
+}
+
+/// Why a chart could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Unread {
+    /// The set is another one by now.
+    #[error("the chart set changed a moment ago; ask again")]
+    Changed,
+    /// It is damaged; the text says what.
+    #[error("{0}")]
+    Damaged(String),
+}
+
+/// The charts of a sheet changed while it was asked; the one who keeps it is about to take the new ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the chart set changed a moment ago; ask again")]
+pub struct Changed;
 
 /// What is known of an object; its number in the sheet is its `id` in tiles.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,169 +94,230 @@ impl About {
     }
 }
 
-/// Something that is drawn, or only told of where it has no layer.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Item {
-    pub(crate) layer: Option<Layer>,
-    pub(crate) object: u32,
-    pub(crate) bounds: Bounds,
-    pub(crate) shape: Shape,
-}
-
-/// Items that stand together, in one box.
-#[derive(Debug, Clone, PartialEq)]
-struct Block {
-    bounds: Bounds,
-    first: usize,
-    end: usize,
-}
-
-/// Items of a block.
-const BLOCK: usize = 32;
-
 /// A chart set as it is drawn.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug)]
 pub struct Sheet {
-    sources: Vec<Source>,
-    objects: Vec<About>,
-    by_record: BTreeMap<(u32, u32), u32>,
-    /// Least depth of the charted area in which a danger lies (m), by object.
-    around_m: BTreeMap<u32, f64>,
-    /// By layer, those without one last; within a layer by where they are.
-    items: Vec<Item>,
-    /// By layer, [`Layer::ALL`] and those without one last.
-    blocks: Vec<Vec<Block>>,
+    charts: Vec<SheetChart>,
+    /// Their boxes.
+    boxes: Vec<Bounds>,
+    /// Number of the first object of each chart.
+    first_objects: Vec<u32>,
+    reader: Box<dyn SheetReader>,
+    cache: PieceCache,
 }
 
 impl Sheet {
-    /// Makes the sheet of these charts.
-    pub fn new(mut charts: Vec<SheetSource>) -> Self {
-        charts.sort_by_key(|chart| chart.source.rank());
-        let covered = charts.iter().map(|chart| ChartCoverage::of(chart.source.clone(), &chart.features));
-        let coverage = Coverage::new(covered.collect());
-        let mut sheet = Self::default();
-        let mut items = Vec::new();
-        let mut better = Cover::default();
-        for (chart, covered) in charts.into_iter().zip(coverage.charts()) {
-            let source = sheet.sources.len() as u32;
-            let supplement = chart.source.supplement;
-            sheet.sources.push(chart.source);
-            for feature in chart.features {
-                let object = sheet.objects.len() as u32;
-                let shapes = shapes(&feature);
-                sheet.by_record.insert((source, feature.record), object);
-                for shape in shapes {
-                    let layer = layer(&feature, &shape);
-                    let left = if supplement { Some(shape) } else { better.cut(shape) };
-                    let Some(shape) = left else { continue };
-                    if Layer::names(feature.class) && has_name(&feature) {
-                        let shape = Shape::Point(shape.inner());
-                        let layer = Some(Layer::Name);
-                        items.push(Item { layer, object, bounds: shape.bounds(), shape });
-                    }
-                    items.push(Item { layer, object, bounds: shape.bounds(), shape });
-                }
-                sheet.objects.push(About {
-                    class: feature.class,
-                    record: feature.record,
-                    source,
-                    attributes: feature.attributes.into_iter().chain(feature.national).collect(),
-                });
-            }
-            better.add(&covered.areas);
-        }
-        sheet.lay(items);
-        sheet.around_m = sheet.surroundings();
-        sheet
-    }
-
-    /// Where dangers lie, in the water of the chart that is drawn there.
-    fn surroundings(&self) -> BTreeMap<u32, f64> {
-        let dangers = self.items.iter().filter(|item| item.layer == Some(Layer::Danger));
-        let around = |item: &Item| {
-            let at = item.shape.inner();
-            let holds = |water: &&Item| {
-                let Shape::Areas(areas) = &water.shape else { return false };
-                areas.iter().any(|area| contains(area, at))
-            };
-            let here = self.within(Some(Layer::Water), Bounds { min: at, max: at }).filter(holds);
-            let depth = |water: &Item| self.about(water.object)?.number(AttributeCode::DRVAL1);
-            let least_m = here.map(|water| depth(water).unwrap_or(f64::NEG_INFINITY)).reduce(f64::min);
-            Some((item.object, least_m.filter(|least_m| least_m.is_finite())?))
+    /// Of these charts, the best first by [`Source::rank`]; of what is read, so many bytes are kept at most.
+    pub fn new(charts: Vec<SheetChart>, reader: Box<dyn SheetReader>, most_bytes: usize) -> Self {
+        let first = |next: &mut u32, chart: &SheetChart| {
+            let first = *next;
+            *next = first.saturating_add(chart.features);
+            Some(first)
         };
-        dangers.filter_map(around).collect()
+        let first_objects = charts.iter().scan(0, first).collect();
+        let boxes = charts.iter().map(|chart| chart.bounds_deg.map_or(Bounds::EMPTY, bounds)).collect();
+        Self { charts, boxes, first_objects, reader, cache: PieceCache::new(most_bytes) }
     }
 
-    /// Least depth of the charted area in which a danger lies (m); `None` on land, in waters of unknown depth and
-    /// for what is no danger.
-    pub(crate) fn around_m(&self, danger: u32) -> Option<f64> {
-        self.around_m.get(&danger).copied()
+    /// Charts that could not be read when they were needed, and why. Nothing is drawn where they lie, as where there is
+    /// no data.
+    pub fn unreadable(&self) -> Vec<String> {
+        self.cache.unreadable()
     }
 
-    /// Sorts the items into blocks.
-    fn lay(&mut self, mut items: Vec<Item>) {
-        items.sort_by_cached_key(|item| {
-            let middle = |min: i32, max: i32| (i64::from(min) + i64::from(max)) as u64 / 2;
-            let (x, y) =
-                (middle(item.bounds.min.x, item.bounds.max.x), middle(item.bounds.min.y, item.bounds.max.y));
-            (index(item.layer), interleaved(x, y))
-        });
-        self.blocks = vec![Vec::new(); Layer::ALL.len() + 1];
-        let mut first = 0;
-        for group in items.chunk_by(|a, b| a.layer == b.layer) {
-            let blocks = &mut self.blocks[index(group[0].layer)];
-            for chunk in group.chunks(BLOCK) {
-                let bounds = chunk.iter().fold(Bounds::EMPTY, |all, item| all.with(item.bounds));
-                blocks.push(Block { bounds, first, end: first + chunk.len() });
-                first += chunk.len();
+    /// Makes what small zooms are drawn of, chart by chart, where it is not kept; until `go_on` says no.
+    ///
+    /// # Errors
+    /// When the charts are others by now.
+    pub fn prepare(&self, mut go_on: impl FnMut() -> bool) -> Result<(), Changed> {
+        let mut all = Vec::with_capacity(self.charts.len());
+        for chart in 0..self.charts.len() {
+            if !go_on() {
+                return Ok(());
+            }
+            let better = self.better(chart);
+            if self.reader.kept(chart, &better, 0).is_none() {
+                self.overviews(chart)?;
+            }
+            all.push(better);
+        }
+        self.reader.sweep(&all);
+        Ok(())
+    }
+
+    /// The charts whose boxes meet a box, the best first.
+    pub(crate) fn meeting(&self, bounds: Bounds) -> impl Iterator<Item = usize> {
+        (0..self.boxes.len()).filter(move |chart| self.boxes[*chart].meets(&bounds))
+    }
+
+    /// The better charts that may cover part of a chart.
+    fn better(&self, chart: usize) -> Vec<usize> {
+        self.meeting(self.boxes[chart]).take_while(|other| *other < chart).collect()
+    }
+
+    /// A chart as it is drawn at a zoom.
+    pub(crate) fn piece(&self, chart: usize, zoom: u8) -> Result<Arc<Piece>, Changed> {
+        let detail = if zoom <= LAST_ZOOM { Some(zoom) } else { None };
+        if let Some(piece) = self.cache.get((chart, detail)) {
+            return Ok(piece);
+        }
+        let piece = match detail {
+            None => self.made(chart)?,
+            Some(zoom) => {
+                let kept = self.reader.kept(chart, &self.better(chart), zoom);
+                let kept = kept.and_then(|bytes| overview::from_bytes(chart as u32, &bytes));
+                match kept {
+                    Some(piece) => piece,
+                    None => self.overviews(chart)?.swap_remove(usize::from(zoom)),
+                }
+            }
+        };
+        let bytes = piece.bytes();
+        Ok(self.cache.put((chart, detail), piece, bytes))
+    }
+
+    /// The overviews of a chart, which are kept from now on.
+    fn overviews(&self, chart: usize) -> Result<Vec<Piece>, Changed> {
+        let whole = self.made(chart)?;
+        let all: Vec<Piece> = (0..=LAST_ZOOM).map(|zoom| overview(&whole, zoom)).collect();
+        let bytes: Vec<Vec<u8>> = all.iter().map(overview::to_bytes).collect();
+        if !self.cache.is_unreadable(chart) {
+            self.reader.keep(chart, &self.better(chart), &bytes);
+        }
+        Ok(all)
+    }
+
+    /// A chart, made of its features; an empty one, with a note, where it cannot be read.
+    fn made(&self, chart: usize) -> Result<Piece, Changed> {
+        let better = self.better(chart);
+        let mut cover = Cover::default();
+        for one in &better {
+            cover.join(&*self.cover(*one)?);
+        }
+        match self.reader.features(chart) {
+            Ok(features) => Ok(Piece::new(chart as u32, features, Some(&cover))),
+            Err(Unread::Changed) => Err(Changed),
+            Err(Unread::Damaged(why)) => {
+                self.cache.note(chart, format!("{}: {why}", self.charts[chart].source.name));
+                Ok(Piece::default())
             }
         }
-        self.items = items;
     }
 
-    /// The items of a layer that meet a box.
-    pub(crate) fn within(&self, layer: Option<Layer>, bounds: Bounds) -> impl Iterator<Item = &Item> {
-        let blocks = self.blocks.get(index(layer)).map(Vec::as_slice).unwrap_or_default();
-        let met = blocks.iter().filter(move |block| block.bounds.meets(&bounds));
-        met.flat_map(|block| &self.items[block.first..block.end])
-            .filter(move |item| item.bounds.meets(&bounds))
+    /// What a chart covers; all of its box where that cannot be read, for a coarser chart must not pass for it.
+    fn cover(&self, chart: usize) -> Result<Arc<Cover>, Changed> {
+        if let Some(cover) = self.cache.cover(chart) {
+            return Ok(cover);
+        }
+        let mut cover = Cover::default();
+        match self.reader.coverage(chart) {
+            Ok(areas) => cover.add(&areas),
+            Err(Unread::Changed) => return Err(Changed),
+            Err(Unread::Damaged(why)) => {
+                self.cache.note(chart, format!("{}: {why}", self.charts[chart].source.name));
+                if !self.charts[chart].source.supplement {
+                    cover.add_box(self.boxes[chart]);
+                }
+            }
+        }
+        Ok(self.cache.put_cover(chart, cover))
+    }
+
+    /// The number that an object of a chart has in tiles.
+    pub(crate) fn number(&self, chart: usize, object: u32) -> u32 {
+        self.first_objects[chart].saturating_add(object)
     }
 
     /// What is known of an object.
-    pub fn about(&self, object: u32) -> Option<&About> {
-        self.objects.get(object as usize)
+    ///
+    /// # Errors
+    /// When the charts are others by now.
+    pub fn about(&self, object: u32) -> Result<Option<About>, Changed> {
+        let Some(chart) = self.first_objects.partition_point(|first| *first <= object).checked_sub(1) else {
+            return Ok(None);
+        };
+        let piece = self.piece(chart, u8::MAX)?;
+        Ok(piece.about(object - self.first_objects[chart]).cloned())
     }
 
     /// The chart of an object.
     pub fn source(&self, about: &About) -> &Source {
-        &self.sources[about.source as usize]
+        &self.charts[about.source as usize].source
     }
 
     /// The number of a chart's record.
-    pub fn object_of(&self, chart: &str, record: u32) -> Option<u32> {
-        let source = self.sources.iter().position(|source| source.name == chart)?;
-        self.by_record.get(&(source as u32, record)).copied()
+    ///
+    /// # Errors
+    /// When the charts are others by now.
+    pub fn object_of(&self, chart: &str, record: u32) -> Result<Option<u32>, Changed> {
+        let Some(chart) = self.charts.iter().position(|one| one.source.name == chart) else {
+            return Ok(None);
+        };
+        let object = self.piece(chart, u8::MAX)?.of_record(record);
+        Ok(object.map(|object| self.number(chart, object)))
+    }
+
+    /// The charts that are drawn in a box at a zoom.
+    pub(crate) fn scene(&self, bounds: Bounds, zoom: u8) -> Result<Scene<'_>, Changed> {
+        let pieces = self.meeting(bounds).map(|chart| Ok((chart, self.piece(chart, zoom)?)));
+        Ok(Scene { sheet: self, pieces: pieces.collect::<Result<_, _>>()? })
     }
 }
 
-fn index(layer: Option<Layer>) -> usize {
-    layer.map_or(Layer::ALL.len(), |layer| layer as usize)
+/// The box of a chart, widened by a unit: positions are rounded.
+fn bounds([west, south, east, north]: [f64; 4]) -> Bounds {
+    let corner = |lon_deg: f64, lat_deg: f64| point(GeoPoint { lon_deg, lat_deg });
+    let (low, high) = (corner(west, north), corner(east, south));
+    Bounds { min: Point::new(low.x - 1, low.y - 1), max: Point::new(high.x + 1, high.y + 1) }
 }
 
-/// The bits of both, alternating: near places get near numbers (G. M. Morton, 1966).
-fn interleaved(x: u64, y: u64) -> u64 {
-    let spread = |value: u64| (0..32).fold(0, |out, bit| out | (value >> bit & 1) << (2 * bit));
-    spread(x) | spread(y) << 1
+/// The charts that one tile or one question touches.
+pub(crate) struct Scene<'a> {
+    pub(crate) sheet: &'a Sheet,
+    pieces: Vec<(usize, Arc<Piece>)>,
 }
 
-fn has_name(feature: &Feature) -> bool {
-    [AttributeCode::OBJNAM, AttributeCode::NOBJNM].into_iter().any(|code| feature.text(code).is_some())
+/// An item with what is known of its object.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed<'a> {
+    pub(crate) item: &'a Item,
+    /// Number in the sheet.
+    pub(crate) object: u32,
+    pub(crate) about: Option<&'a About>,
 }
 
-fn layer(feature: &Feature, shape: &Shape) -> Option<Layer> {
-    match shape {
-        Shape::Sounding(..) => Some(Layer::Sounding),
-        _ if feature.class == ObjectClass::M_COVR && !is_coverage(feature) => None,
-        _ => Layer::of(feature.class, shape.kind()),
+impl Scene<'_> {
+    /// The items of a layer that meet a box, by where they are and then by their objects.
+    pub(crate) fn within(&self, layer: Option<Layer>, bounds: Bounds) -> Vec<Placed<'_>> {
+        let mut found: Vec<(u64, Placed<'_>)> = Vec::new();
+        for (chart, piece) in &self.pieces {
+            for item in piece.within(layer, bounds) {
+                let (object, about) = (self.sheet.number(*chart, item.object), piece.about(item.object));
+                found.push((item.place(), Placed { item, object, about }));
+            }
+        }
+        found.sort_by_key(|(place, _)| *place);
+        found.into_iter().map(|(_, placed)| placed).collect()
+    }
+
+    /// Least depth of the charted area in which a danger lies (m); `None` on land and in waters of unknown depth.
+    pub(crate) fn around_m(&self, danger: &Item) -> Result<Option<f64>, Changed> {
+        let at = danger.shape.inner();
+        let here = Bounds { min: at, max: at };
+        let mut least_m: Option<f64> = None;
+        for chart in self.sheet.meeting(here) {
+            let loaded =
+                self.pieces.iter().find(|(one, _)| *one == chart).map(|(_, piece)| Arc::clone(piece));
+            let piece = loaded.map_or_else(|| self.sheet.piece(chart, u8::MAX), Ok)?;
+            for water in piece.within(Some(Layer::Water), here) {
+                let Shape::Areas(areas) = &water.shape else { continue };
+                if areas.iter().any(|area| contains(area, at)) {
+                    let depth_m = piece.about(water.object).and_then(|one| one.number(AttributeCode::DRVAL1));
+                    let depth_m = depth_m.unwrap_or(f64::NEG_INFINITY);
+                    least_m = Some(least_m.map_or(depth_m, |least_m| least_m.min(depth_m)));
+                }
+            }
+        }
+        Ok(least_m.filter(|least_m| least_m.is_finite()))
     }
 }

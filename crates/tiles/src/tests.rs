@@ -1,5 +1,7 @@
 //! Tiles are decoded again by a reader of their own and compared with the chart they are of.
 
+mod regional;
+
 use super::*;
 use charts::coverage::Source;
 use charts::demo;
@@ -214,9 +216,9 @@ fn source(cell: &Cell) -> Source {
     }
 }
 
+/// All charts are kept once they were read.
 fn sheet(cells: &[Cell]) -> Sheet {
-    let source = |cell: &Cell| SheetSource { source: source(cell), features: cell.features.clone() };
-    Sheet::new(cells.iter().map(source).collect())
+    regional::sheet(cells, usize::MAX)
 }
 
 /// Where a place is, in the units of a tile; and the tile that holds it.
@@ -304,7 +306,7 @@ fn no_danger_is_lost_from_its_zoom_on() {
     let (mut seen, mut in_water) = (0, 0);
     for feature in finest.features.iter().filter(|feature| dangerous.contains(&feature.class)) {
         let Some(place) = feature.geometry.points().next() else { continue };
-        let object = sheet.object_of(&source(finest).name, feature.record).unwrap();
+        let object = sheet.object_of(&source(finest).name, feature.record).unwrap().unwrap();
         for zoom in ALL_DANGERS..=MOST_ZOOM {
             let ([x, y], local) = in_tile(place, zoom);
             let layers = decoded(&sheet.tile(zoom, x, y).unwrap());
@@ -367,7 +369,7 @@ fn tiles_that_are_none_are_refused_and_empty_ones_are_empty() {
         assert_eq!(sheet.tile(18, x, y), Ok(Vec::new()));
     }
     assert!(!sheet.tile(0, 0, 0).unwrap().is_empty() || !sheet.tile(8, 135, 69).unwrap().is_empty());
-    assert_eq!(Sheet::new(Vec::new()).tile(9, 270, 138), Ok(Vec::new()));
+    assert_eq!(super::tests::sheet(&[]).tile(9, 270, 138), Ok(Vec::new()));
 }
 
 #[test]
@@ -375,10 +377,10 @@ fn a_coarser_chart_is_cut_off_where_a_finer_one_begins() {
     let cells = cells();
     let sheet = sheet(&cells);
     let near = |lat_deg: f64, lon_deg: f64| {
-        let found = sheet.near(LatLon::from_deg(lat_deg, lon_deg).unwrap(), 30.0, 50);
+        let found = sheet.near(LatLon::from_deg(lat_deg, lon_deg).unwrap(), 30.0, 50).unwrap();
         let names = found.iter().map(|one| {
-            let about = sheet.about(one.object).unwrap();
-            (sheet.source(about).name.clone(), about.class)
+            let about = sheet.about(one.object).unwrap().unwrap();
+            (sheet.source(&about).name.clone(), about.class)
         });
         names.collect::<BTreeSet<_>>()
     };

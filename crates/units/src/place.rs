@@ -8,9 +8,9 @@ use std::fmt;
 /// Why two numbers are no place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlaceError {
-    /// The latitude (rad) is no number within ±π/2.
+    /// The latitude (rad) is not a number within ±π/2.
     Latitude(f64),
-    /// The longitude (rad) is no number within ±π.
+    /// The longitude (rad) is not a number within ±π.
     Longitude(f64),
 }
 

@@ -22,6 +22,12 @@ impl MonoTime {
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))
     }
+
+    /// So long before; the clock's own zero at the earliest.
+    #[must_use]
+    pub fn before(self, span: Duration) -> Self {
+        Self(self.0.saturating_sub(u64::try_from(span.as_micros()).unwrap_or(u64::MAX)))
+    }
 }
 
 impl Add<Duration> for MonoTime {
@@ -119,7 +125,7 @@ impl Sub for UtcTime {
     }
 }
 
-/// The text is no time.
+/// The text is not a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoTime;
 

@@ -30,7 +30,7 @@ Examples:
   imc listen tcp 10.0.10.60:6003 -m GpsFix -s ntnu-otter-01 --for 60
   imc listen tcp 10.0.10.60:6003 --save run1.lsf > run1.jsonl
 
-A DUNE sends its stream to every TCP client at once; no announcement is needed. The connection is made anew \
+A DUNE sends its stream to every TCP client at once; no announcement is needed. The connection is made again \
 when it is lost, unless --once is given.";
 
 const WS_EXAMPLES: &str = "\
@@ -39,7 +39,7 @@ Examples:
   imc listen ws ws://10.0.10.1:9090 -m EstimatedState --count 1
 
 An IMCProxy passes on what other clients send it. A vehicle sends its telemetry only to systems that it \
-knows, so nothing is heard while nobody controls it. There is no TLS. The connection is made anew when it is \
+knows, so nothing is heard while nobody controls it. There is no TLS. The connection is made again when it is \
 lost, unless --once is given.";
 
 /// Shortest and longest time between two attempts to connect.

@@ -53,7 +53,7 @@ impl FromStr for Condition {
         let number = number(&value);
         let ordered = [Op::Less, Op::AtMost, Op::Greater, Op::AtLeast].contains(op);
         if ordered && number.is_none() {
-            return Err(format!("`{value}` is no number to compare with"));
+            return Err(format!("`{value}` is not a number to compare with"));
         }
         Ok(Self { path, op: *op, value, number })
     }

@@ -8,7 +8,7 @@ use crate::outcome::Outcome;
 use crate::output::Output;
 use crate::report;
 use anyhow::{Context as _, bail};
-use imc::catalogue::{self, MessageDesc};
+use imc::catalogue::MessageDesc;
 use imc::lsf::LogItem;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -77,7 +77,7 @@ impl Csv {
                 if !selection.admits(view) {
                     return Ok(());
                 }
-                let desc = catalogue::by_id(view.id());
+                let desc = view.desc();
                 let Some(desc) = desc.filter(|desc| write_row(&mut row, desc, view, &selection.names, style))
                 else {
                     passed += 1;

@@ -3,7 +3,6 @@
 use super::names::Names;
 use crate::style::plain;
 use imc::PacketView;
-use imc::catalogue;
 use imc::reflect::{self, Field, Value};
 use std::fmt::Write as _;
 use units::UtcTime;
@@ -11,7 +10,7 @@ use units::UtcTime;
 /// Bytes of raw data shown.
 const RAW_SHOWN: usize = 16;
 
-/// A header's time in ISO 8601, or as it is when it is no time.
+/// A header's time in ISO 8601, or as it is when it is not a time.
 pub(crate) fn iso(seconds: f64) -> String {
     UtcTime::from_seconds(seconds).map_or_else(|| seconds.to_string(), |time| time.to_string())
 }
@@ -21,7 +20,7 @@ pub(crate) fn line(view: &PacketView<'_>, names: &Names) -> String {
     let header = view.header();
     let sender =
         format!("{}/{}", names.system(header.src), names.label_or_number(header.src, header.src_ent));
-    let message = catalogue::by_id(view.id()).map_or("unknown message", |message| message.abbrev);
+    let message = view.desc().map_or("unknown message", |message| message.abbrev);
     let mut out = format!("{} {} {message}", iso(header.timestamp), plain(&sender));
     match reflect::fields(view) {
         None => write!(out, " {} ({} bytes)", view.id(), view.payload().len()).unwrap_or_default(),

@@ -25,7 +25,7 @@ impl FromStr for Peer {
         let (host, port) = match text.rsplit_once(':') {
             Some((host, port)) => {
                 let port = port.parse().ok().filter(|port| *port != 0);
-                (host, Some(port.ok_or("the port is no number from 1 to 65535")?))
+                (host, Some(port.ok_or("the port is not a number from 1 to 65535")?))
             }
             None => (text, None),
         };

@@ -31,7 +31,7 @@ impl WsLink {
     /// Connects to `ws://HOST[:PORT][/PATH]`.
     ///
     /// # Errors
-    /// When the URL is none, nobody answers, or no WebSocket server does.
+    /// When the URL is not valid, nobody answers, or no WebSocket server does.
     pub(crate) fn connect(url: &str) -> anyhow::Result<Self> {
         let stream = peer::connect(&host_port(url)?)?;
         stream.set_read_timeout(Some(HANDSHAKE_WAIT))?;

@@ -1,4 +1,4 @@
-//! A server on free ports and the door by which benchmarks speak to it.
+//! A server on free ports and the transport by which benchmarks speak to it.
 
 use imc::Header;
 use imc::messages::Payload;
@@ -7,17 +7,17 @@ use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 
-/// A server with the IMCProxy door open.
+/// A server with the IMCProxy transport open.
 #[allow(dead_code, reason = "each benchmark uses what it needs")]
 pub(crate) fn config(data: &Path) -> Config {
     let mut config = Config { data: data.to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;
-    config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    config.transports.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
     config
 }
 
-/// A connection to the door after its handshake.
+/// A connection to the transport after its handshake.
 pub(crate) fn connect(to: SocketAddr) -> TcpStream {
     let mut stream = TcpStream::connect(to).unwrap();
     stream.set_nodelay(true).unwrap();

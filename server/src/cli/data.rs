@@ -93,7 +93,7 @@ pub(super) struct ReindexArguments {
 
 #[derive(Debug, Args)]
 pub(super) struct BackupArguments {
-    /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied anew.
+    /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied again.
     #[arg(value_name = "DIR")]
     to: PathBuf,
 }

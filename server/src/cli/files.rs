@@ -8,9 +8,11 @@ const OWN: usize = 1_024;
 
 /// Files that this configuration may need open at once.
 fn needed(config: &Config) -> u64 {
-    let Config { http, doors, .. } = config;
-    let sockets =
-        http.max_connections + doors.imcproxy.max_peers + doors.udp.max_peers + doors.tcp.connect.len();
+    let Config { http, transports, .. } = config;
+    let sockets = http.max_connections
+        + transports.imcproxy.max_peers
+        + transports.udp.max_peers
+        + transports.tcp.connect.len();
     (sockets + OWN) as u64
 }
 

@@ -223,12 +223,14 @@ mod tests {
 
     #[test]
     fn keys_of_parts_and_lists_of_numbers_are_laid_over() {
-        let overrides =
-            flags(&[("doors.imcproxy.listen", "127.0.0.1:9090"), ("doors.udp.announce_ports", "1, 2")]);
+        let overrides = flags(&[
+            ("transports.imcproxy.listen", "127.0.0.1:9090"),
+            ("transports.udp.announce_ports", "1, 2"),
+        ]);
         let config = load(None, &overrides).unwrap();
-        assert_eq!(config.doors.imcproxy.listen.get().unwrap().port(), 9090);
-        assert_eq!(config.doors.udp.announce_ports, [1, 2]);
-        let text = load(None, &flags(&[("doors.udp.announce_ports", "1,x")])).unwrap_err().to_string();
+        assert_eq!(config.transports.imcproxy.listen.get().unwrap().port(), 9090);
+        assert_eq!(config.transports.udp.announce_ports, [1, 2]);
+        let text = load(None, &flags(&[("transports.udp.announce_ports", "1,x")])).unwrap_err().to_string();
         assert!(text.contains("a list of whole numbers"), "{text}");
     }
 

@@ -3,11 +3,11 @@
 //! Every key stands with its default in `etc/server.toml`, which is also what `lutra-server config` prints; a
 //! test holds both together. [`load`] reads the file and lays `LUTRA_*` variables and flags over it.
 
-mod doors;
 mod load;
+mod transports;
 
-pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
+pub use transports::{Imc, Imcproxy, Listen, Tcp, Transports, Udp, parse_network};
 
 use serde::{Deserialize, Serialize};
 use shore::{Settings, charts, identity, notices, sinks};
@@ -32,7 +32,7 @@ pub struct Config {
     /// The server as a system on the IMC network.
     pub imc: Imc,
     /// The ways in for IMC that is not the vessel link.
-    pub doors: Doors,
+    pub transports: Transports,
     /// Other stores that get everything too.
     pub sinks: sinks::Settings,
     /// Messages about alarms to people who look at no page.
@@ -101,7 +101,7 @@ impl Default for Config {
             tls: Tls::default(),
             people: identity::Settings::default(),
             imc: Imc::default(),
-            doors: Doors::default(),
+            transports: Transports::default(),
             sinks: sinks::Settings::default(),
             notices: notices::Settings::default(),
             charts: charts::Settings::default(),
@@ -159,7 +159,7 @@ impl Config {
         Settings {
             data: self.data.clone(),
             hub: self.imc.settings(),
-            trusted: self.doors.trusted(),
+            trusted: self.transports.trusted(),
             people: self.people.clone(),
             charts: self.charts.clone(),
             sinks: self.sinks.clone(),
@@ -227,7 +227,7 @@ impl Config {
             );
         }
         problems.extend(self.imc.problems());
-        problems.extend(self.doors.problems());
+        problems.extend(self.transports.problems());
         problems.extend(self.sinks.influx.problems());
         problems.extend(self.notices.problems());
         problems

@@ -1,11 +1,11 @@
 //! What is wrong, for people to acknowledge or to put aside.
 
 use super::error::ApiError;
-use super::extract::{self, Asked, InBody, InPath};
+use super::extract::{self, InBody, InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
-use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveAsk};
+use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveRequest};
 use axum::Json;
 use axum::extract::State;
 use serde::Deserialize;
@@ -24,7 +24,7 @@ pub(crate) async fn list(State(state): State<AppState>, Who(who): Who) -> Result
 pub(crate) async fn history(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<AlarmHistoryQuery>,
+    QueryParams(query): QueryParams<AlarmHistoryQuery>,
 ) -> Result<Json<AlarmHistory>, ApiError> {
     let count = extract::number("limit", query.limit, 200, 1..=1_000)?;
     if let Some(priority) = query.priority.as_deref().filter(|one| !PRIORITIES.contains(one)) {
@@ -78,7 +78,7 @@ pub(crate) async fn shelve(
     Who(who): Who,
     remote: Remote,
     InPath(OneAlarm { id }): InPath<OneAlarm>,
-    InBody(ShelveAsk { minutes, reason }): InBody<ShelveAsk>,
+    InBody(ShelveRequest { minutes, reason }): InBody<ShelveRequest>,
 ) -> Result<Json<Alarm>, ApiError> {
     let span = Duration::from_secs(u64::from(minutes) * 60);
     Ok(Json(state.shore.alarms.shelve(&who, remote.address.to_string(), id, span, reason).await?))

@@ -9,7 +9,8 @@ use hub::{Incoming, Lane, LinkSeq};
 use imc::messages::{
     Abort, Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
     EntityStateState, EstimatedState, Event, FuelLevel, LogBookEntry, LogBookEntryType, Message,
-    Payload as _, QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
+    Payload as _, PlanControl, PlanControlType, QueryEntityParameters, TBRFishTag, VehicleState,
+    VehicleStateOpMode,
 };
 use shore::clock::{self, Clock, ClockHand};
 use std::collections::BTreeSet;
@@ -164,6 +165,70 @@ async fn alarms_reach_people_who_look_at_no_page() {
     before_a_boat("notices.mjs").await;
 }
 
+/// Alarms in Bokmål: bar, list, advice, card, notification and history.
+#[tokio::test(flavor = "multi_thread")]
+async fn alarms_are_said_in_bokmal_to_who_chose_it() {
+    before_a_boat("alarms-nb.mjs").await;
+}
+
+/// A rule of messages about alarms, changed in its place.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_rule_of_messages_is_changed_in_its_place() {
+    before_a_boat("notices-change.mjs").await;
+}
+
+/// What the server or a vessel refuses is said in the person's language, listed and marked, from the refusal itself.
+#[tokio::test(flavor = "multi_thread")]
+async fn where_an_order_was_refused_is_said_and_marked() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    super::charts_tests::archipelago(folder.path());
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let boats = Boats::join(&serving.state.shore.router).await;
+    tokio::spawn(lies_in_deep_water(boats.clone()));
+    tokio::spawn(refuses_every_start(boats, serving.state.shore.router.address()));
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = move || testkit::browser::run("refused.mjs", &[&address, &password], |_| {});
+    tokio::task::spawn_blocking(script).await.unwrap();
+    serving.stop().await;
+}
+
+/// A boat that says where it lies in the archipelago, ten times a second, for as long as the test lasts.
+async fn lies_in_deep_water(boats: Boats) {
+    let (lat, lon) = (63.446_f64.to_radians(), 10.345_f64.to_radians());
+    let mut interval = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        interval.tick().await;
+        let now = clock::now();
+        let elsewhere =
+            |said: &Bytes| imc::PacketView::new(said).is_ok_and(|view| view.id() == EstimatedState::ID);
+        let mut said = boat(0, now);
+        said.retain(|one| !elsewhere(one));
+        said.push(packet(0, 1, now, EstimatedState { lat, lon, ..EstimatedState::default() }));
+        boats.say(said).await;
+    }
+}
+
+/// Answers each order to start something as a vessel's guard does: in a sentence.
+async fn refuses_every_start(boats: Boats, shore: imc::Address) {
+    loop {
+        let packet = boats.heard(PlanControl::ID).await;
+        let view = imc::PacketView::new(&packet).unwrap();
+        let request: PlanControl = imc::decode(&view).unwrap().unwrap();
+        let info =
+            "'go' (transit 1): 2.5 m deep; needs 5.0 m at 63.44750, 10.34880 (DEPARE of XX5LUTRA)".into();
+        let answer =
+            PlanControl { r#type: PlanControlType::Failure, info, arg: None::<Message>.into(), ..request };
+        let src = imc::Address(super::testing::FIRST);
+        let header =
+            imc::Header { src, dst: shore, timestamp: clock::now().seconds(), ..imc::Header::default() };
+        boats.say(vec![imc::Packet::new(header, answer).encode().unwrap().into()]).await;
+    }
+}
+
 /// Alarms, people, vessels and tokens without a pointer.
 #[tokio::test(flavor = "multi_thread")]
 async fn alarms_and_people_are_managed_by_keyboard_alone() {
@@ -197,8 +262,22 @@ async fn small_screens_cut_nothing_off() {
 /// STOP of all vessels asks once, goes to each of them, and tells what became of each.
 #[tokio::test(flavor = "multi_thread")]
 async fn stop_all_goes_to_each_vessel_after_two_steps() {
+    let Some(aborted) = before_two_boats("stop-all.mjs").await else { return };
+    let [first, second] = [super::testing::FIRST, super::testing::FIRST + 1];
+    assert_eq!(aborted, BTreeSet::from([first, second]), "each vessel that is heard");
+}
+
+/// A person who chose Bokmål reads it on every page, nothing is cut off, and STOP stops the one that it names.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_pages_speak_bokmal_to_who_chose_it() {
+    let Some(aborted) = before_two_boats("bokmal.mjs").await else { return };
+    assert_eq!(aborted, BTreeSet::from([super::testing::FIRST]), "the one that was stopped");
+}
+
+/// Runs a script before two boats of which the first stops when it is told to; which were told to.
+async fn before_two_boats(script: &'static str) -> Option<BTreeSet<u16>> {
     if !testkit::browser::is_there() {
-        return;
+        return None;
     }
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
@@ -219,10 +298,10 @@ async fn stop_all_goes_to_each_vessel_after_two_steps() {
     });
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
-    let script = move || testkit::browser::run("stop-all.mjs", &[&address, &password], |_| {});
+    let script = move || testkit::browser::run(script, &[&address, &password], |_| {});
     tokio::task::spawn_blocking(script).await.unwrap();
-    let [first, second] = [super::testing::FIRST, super::testing::FIRST + 1];
-    assert_eq!(*aborted.lock().unwrap(), BTreeSet::from([first, second]), "each vessel that is heard");
+    let all = aborted.lock().unwrap().clone();
+    Some(all)
 }
 
 /// Two boats that say what they do, ten times a second, for as long as the test lasts.
@@ -482,6 +561,18 @@ async fn files_are_chosen_by_day_and_hold_what_was_promised() {
 #[tokio::test(flavor = "multi_thread")]
 async fn notes_are_written_found_and_corrected() {
     over_a_long_past("logbook.mjs").await;
+}
+
+/// A note whose answer is lost goes again by itself, and is one note.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_note_whose_answer_is_lost_is_sent_again_and_is_one_note() {
+    over_a_long_past("logbook-retry.mjs").await;
+}
+
+/// Missions that others begin, change and withdraw come and go in the list by themselves.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_list_of_missions_follows_what_others_do() {
+    over_a_long_past("missions-follow.mjs").await;
 }
 
 /// A mission: written down, changed, with its replay, summary, files and notes, printed and withdrawn.

@@ -1,12 +1,12 @@
 //! The sea chart for maps and programs.
 
 use super::error::ApiError;
-use super::extract::{Asked, InBody, InPath};
+use super::extract::{InBody, InPath, QueryParams};
 use super::guard::Who;
 use crate::AppState;
 use api::{
-    ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
-    SeaRouteAsk,
+    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
+    SeaRouteRequest,
 };
 use axum::Json;
 use axum::extract::State;
@@ -14,7 +14,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
 use flate2::read::GzDecoder;
-use shore::charts::{self, Set, Undrawn};
+use shore::charts::{self, Set, TileError};
 use std::io::Read as _;
 use std::sync::Arc;
 use units::LatLon;
@@ -38,7 +38,7 @@ pub(crate) async fn set(State(state): State<AppState>) -> Json<ChartSet> {
 pub(crate) async fn tile(
     State(state): State<AppState>,
     InPath((z, x, y)): InPath<(u8, u32, u32)>,
-    Asked(query): Asked<ChartTileQuery>,
+    QueryParams(query): QueryParams<ChartTileQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let set = there(&state)?;
@@ -70,8 +70,8 @@ pub(crate) async fn tile(
 
 fn drawn(set: &Set, (z, x, y): (u8, u32, u32), packed: bool) -> Result<Bytes, ApiError> {
     let tile = set.tile(z, x, y).map_err(|undrawn| match undrawn {
-        Undrawn::None(why) => ApiError::not_found(format!("There is no such tile: {why}.")),
-        Undrawn::Charts(why) => unreadable(&why),
+        TileError::None(why) => ApiError::not_found(format!("There is no such tile: {why}.")),
+        TileError::Charts(why) => unreadable(&why),
     })?;
     if packed {
         return Ok(tile);
@@ -85,7 +85,7 @@ fn drawn(set: &Set, (z, x, y): (u8, u32, u32), packed: bool) -> Result<Bytes, Ap
 pub(crate) async fn at(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<ChartAtQuery>,
+    QueryParams(query): QueryParams<ChartAtQuery>,
 ) -> Result<Json<ChartNear>, ApiError> {
     let place = place(query.lat_deg, query.lon_deg)?;
     let within_m = length("within_m", query.within_m.unwrap_or(WITHIN_M), MOST_WITHIN_M)?;
@@ -98,7 +98,7 @@ pub(crate) async fn at(
 /// `POST /api/v1/chart/corridor`.
 pub(crate) async fn corridor(
     State(state): State<AppState>,
-    InBody(ChartCorridorAsk { points, half_width_m }): InBody<ChartCorridorAsk>,
+    InBody(ChartCorridorRequest { points, half_width_m }): InBody<ChartCorridorRequest>,
 ) -> Result<Json<ChartCorridor>, ApiError> {
     if !POINTS.contains(&points.len()) {
         let (least, most) = POINTS.into_inner();
@@ -123,7 +123,7 @@ pub(crate) async fn corridor(
 pub(crate) async fn route(
     State(state): State<AppState>,
     Who(who): Who,
-    InBody(ask): InBody<SeaRouteAsk>,
+    InBody(ask): InBody<SeaRouteRequest>,
 ) -> Result<Json<SeaRouteAnswer>, ApiError> {
     let set = there(&state)?;
     let limits = state.shore.grounding.limits(&who, ask.vessel).await;
@@ -147,7 +147,7 @@ fn unreadable(why: &str) -> ApiError {
 
 fn place(lat_deg: f64, lon_deg: f64) -> Result<LatLon, ApiError> {
     LatLon::from_deg(lat_deg, lon_deg)
-        .map_err(|error| ApiError::bad_request(format!("{lat_deg}, {lon_deg} is no place: {error}")))
+        .map_err(|error| ApiError::bad_request(format!("{lat_deg}, {lon_deg} is not a place: {error}")))
 }
 
 fn length(name: &str, value_m: f64, most_m: f64) -> Result<f64, ApiError> {

@@ -50,7 +50,7 @@ async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running
     shore.state.shore.charts.look();
     let answer = shore.get("/api/v1/chart", &token).await;
     let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
-    assert!(set.set.is_none() && set.trouble.unwrap().contains("no chart set of Lutra"));
+    assert!(set.set.is_none() && set.trouble.unwrap().contains("not a chart set of Lutra"));
     let answer = shore.get("/api/v1/chart/at?lat_deg=63&lon_deg=10", &token).await;
     assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.body);
 }
@@ -108,7 +108,7 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
     assert!(profile[0].depth_m.is_some() && (400..600).contains(&profile.len()), "{}", profile.len());
     for (bad, why) in [
         (json!({"points": [[63.4, 10.3]], "half_width_m": 1}), "points"),
-        (json!({"points": [[63.4, 10.3], [95, 10.3]], "half_width_m": 1}), "no place"),
+        (json!({"points": [[63.4, 10.3], [95, 10.3]], "half_width_m": 1}), "is not a place"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "half_width_m": -1}), "half_width_m"),
         (json!({"points": [[-80, 10.3], [63.5, 100]], "half_width_m": 1}), "longer than"),
     ] {
@@ -148,7 +148,27 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     assert!(shoal.length_m < found.length_m && !shoal.guarded && shoal.guard_text.is_some());
 }
 
-/// Some ten seconds: looking for what would do prepares the water a dozen times, which is slow unoptimised.
+#[tokio::test]
+async fn a_route_for_a_turning_radius_says_which_turns_leave_the_water() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
+    let ask = json!({"points": [east, west, east], "turn_radius_m": 12});
+    let (status, body) = route(&shore, &token, &ask).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let answer: SeaRouteAnswer = serde_json::from_str(&body).unwrap();
+    let found = answer.route.expect("a route");
+    assert!(found.guarded, "{:?}", found.guard_text);
+    let texts: Vec<&String> = found.legs.iter().filter_map(|leg| leg.turn_text.as_ref()).collect();
+    // It goes back on itself at the place in the west.
+    assert!(texts.iter().any(|text| text.starts_with("The legs are too short for a turn")), "{texts:?}");
+    assert!(texts.len() < found.legs.len() / 2, "{texts:?}");
+    let bad = json!({"points": [east, west], "turn_radius_m": -1});
+    let (status, body) = route(&shore, &token, &bad).await;
+    assert!(status == StatusCode::BAD_REQUEST && body.contains("turning radius"), "{body}");
+}
+
+/// Some seconds: looking for what would do prepares the water a few times, which is slow unoptimised.
 #[tokio::test]
 async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     let shore = Shore::with(archipelago).await;
@@ -178,7 +198,7 @@ async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     assert!(answer.route.unwrap().least_clearance_m.unwrap() >= passable_m);
     for (bad, why) in [
         (json!({"points": [[63.4, 10.3]]}), "points"),
-        (json!({"points": [[63.4, 10.3], [95, 10.3]]}), "no place"),
+        (json!({"points": [[63.4, 10.3], [95, 10.3]]}), "is not a place"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "clearance_m": -1}), "clearance"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "least_depth_m": 1e9}), "least depth"),
         (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "speed_mps": 0}), "speed_mps"),

@@ -1,4 +1,4 @@
-//! A stop, from the request to the vessel's door and the audit log.
+//! A stop, from the request to the vessel's transport and the audit log.
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
@@ -46,7 +46,7 @@ async fn a_stop_goes_to_its_vessel_by_name_of_the_server_and_into_the_audit_log(
 }
 
 #[tokio::test]
-async fn a_stop_that_no_door_leads_to_waits_for_its_vessel() {
+async fn a_stop_that_no_transport_leads_to_waits_for_its_vessel() {
     let shore = Shore::with(|_| ()).await;
     let operator = shore.token(None, Role::Operator).await;
     let ordered = stop(&shore, "2068", &operator).await.unwrap();

@@ -1,14 +1,14 @@
 //! Who commands a vessel, and what it is ordered to do.
 
 use super::error::ApiError;
-use super::extract::Asked;
+use super::extract::QueryParams;
 use super::extract::{InBody, InPath};
 use super::guard::{OfVessel, Who};
 use super::remote::Remote;
 use crate::AppState;
 use api::{
-    Command, LeaseAction, LeaseAsk, Order as OrderWanted, OrderAsk, Ordered, PlanUnderWay, PlansAboard,
-    StopQuery, VesselAsk, VesselAsked, VesselParameters,
+    Command, LeaseAction, LeaseRequest, Order as OrderWanted, OrderRequest, Ordered, PlanUnderWay,
+    PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Json;
 use axum::extract::State;
@@ -32,16 +32,16 @@ pub(crate) async fn ask_lease(
     OfVessel(vessel): OfVessel,
     Who(who): Who,
     remote: Remote,
-    InBody(LeaseAsk { action, reason, window }): InBody<LeaseAsk>,
+    InBody(LeaseRequest { action, reason, window }): InBody<LeaseRequest>,
 ) -> Result<Json<api::Lease>, ApiError> {
     let by = Issuer { who, from: remote.address.to_string(), window };
     let ask = match action {
-        LeaseAction::Request => operations::LeaseAsk::Request(reason.clone()),
-        LeaseAction::Grant => operations::LeaseAsk::Grant,
-        LeaseAction::Decline => operations::LeaseAsk::Decline,
-        LeaseAction::Release => operations::LeaseAsk::Release,
-        LeaseAction::Renew => operations::LeaseAsk::Renew,
-        LeaseAction::Take => operations::LeaseAsk::Take(reason.clone()),
+        LeaseAction::Request => operations::LeaseRequest::Request(reason.clone()),
+        LeaseAction::Grant => operations::LeaseRequest::Grant,
+        LeaseAction::Decline => operations::LeaseRequest::Decline,
+        LeaseAction::Release => operations::LeaseRequest::Release,
+        LeaseAction::Renew => operations::LeaseRequest::Renew,
+        LeaseAction::Take => operations::LeaseRequest::Take(reason.clone()),
     };
     Ok(Json(state.shore.commands.ask_lease(vessel, by, ask, &reason).await?))
 }
@@ -52,7 +52,7 @@ pub(crate) async fn abort(
     OfVessel(vessel): OfVessel,
     Who(who): Who,
     remote: Remote,
-    Asked(StopQuery { window, key }): Asked<StopQuery>,
+    QueryParams(StopQuery { window, key }): QueryParams<StopQuery>,
 ) -> Result<Json<Ordered>, ApiError> {
     let by = Issuer { who, from: remote.address.to_string(), window };
     Ok(Json(state.shore.commands.stop(vessel, by, &key).await?))
@@ -64,7 +64,7 @@ pub(crate) async fn order(
     OfVessel(vessel): OfVessel,
     Who(who): Who,
     remote: Remote,
-    InBody(OrderAsk { order, window }): InBody<OrderAsk>,
+    InBody(OrderRequest { order, window }): InBody<OrderRequest>,
 ) -> Result<(StatusCode, Json<Command>), ApiError> {
     let by = Issuer { who, from: remote.address.to_string(), window };
     let command = state.shore.commands.issue(vessel, &by, understood(order)?).await?;
@@ -117,8 +117,8 @@ pub(crate) async fn parameters(
 pub(crate) async fn ask(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    InBody(asked): InBody<VesselAsk>,
-) -> Result<Json<VesselAsked>, ApiError> {
+    InBody(asked): InBody<VesselQuery>,
+) -> Result<Json<VesselQuerySent>, ApiError> {
     Ok(Json(state.shore.reports.ask(vessel, asked).await?))
 }
 

@@ -1,4 +1,4 @@
-//! Control of a vessel and orders to it, from the request to the vessel's door and the audit log.
+//! Control of a vessel and orders to it, from the request to the vessel's transport and the audit log.
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};

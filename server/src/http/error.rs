@@ -1,12 +1,12 @@
 //! How errors look to programs: a status, a code that stays, and a text for people.
 
+use api::{Refusal, RefusalReason};
 use axum::Json;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
-use shore::ErrorKind;
 use shore::identity::{Fault, Refused};
 use shore::router::Stopped;
+use shore::{Detail, ErrorKind};
 use store::StoreError;
 
 /// Something that did not work, ready to be answered.
@@ -19,11 +19,13 @@ pub(crate) struct ApiError {
     pub(crate) text: String,
     /// Seconds after which to try again.
     pub(crate) wait_s: Option<u64>,
+    /// What a page makes its own words of, where there is more than the code.
+    pub(crate) detail: Option<Box<Detail>>,
 }
 
 impl ApiError {
     pub(crate) fn new(status: StatusCode, code: &'static str, text: impl Into<String>) -> Self {
-        Self { status, code, text: text.into(), wait_s: None }
+        Self { status, code, text: text.into(), wait_s: None, detail: None }
     }
 
     pub(crate) fn bad_request(text: impl Into<String>) -> Self {
@@ -71,12 +73,13 @@ impl ApiError {
 
 impl From<shore::Error> for ApiError {
     fn from(error: shore::Error) -> Self {
-        let shore::Error { kind, text } = error;
+        let shore::Error { kind, text, detail } = error;
         let (status, code) = match kind {
             ErrorKind::Malformed => (StatusCode::BAD_REQUEST, "bad_request"),
             ErrorKind::Refused => (StatusCode::UNPROCESSABLE_ENTITY, "refused"),
             ErrorKind::Grounding => (StatusCode::UNPROCESSABLE_ENTITY, "grounding"),
             ErrorKind::NoControl => (StatusCode::CONFLICT, "no_control"),
+            ErrorKind::CalledOff => (StatusCode::CONFLICT, "called_off"),
             ErrorKind::UnknownEntities => (StatusCode::CONFLICT, "unknown_entities"),
             ErrorKind::Newer => (StatusCode::CONFLICT, "newer_revision"),
             ErrorKind::NotFound => (StatusCode::NOT_FOUND, "not_found"),
@@ -86,7 +89,7 @@ impl From<shore::Error> for ApiError {
             ErrorKind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable"),
             ErrorKind::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal"),
         };
-        Self::new(status, code, text)
+        Self { detail, ..Self::new(status, code, text) }
     }
 }
 
@@ -125,8 +128,13 @@ impl From<Refused> for ApiError {
 
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
-        let body = Json(json!({ "error": { "code": self.code, "text": self.text } }));
-        let mut response = (self.status, body).into_response();
+        let (guard, control) = match self.detail.map(|detail| *detail) {
+            Some(Detail::Guard(guard)) => (Some(guard), None),
+            Some(Detail::Control(control)) => (None, Some(control)),
+            None => (None, None),
+        };
+        let error = RefusalReason { code: self.code.to_owned(), text: self.text, guard, control };
+        let mut response = (self.status, Json(Refusal { error })).into_response();
         if let Some(wait_s) = self.wait_s {
             response.headers_mut().insert(header::RETRY_AFTER, wait_s.into());
         }

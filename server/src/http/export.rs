@@ -1,7 +1,7 @@
 //! Exports: streamed as they are written, in constant memory, whole or visibly cut.
 
 use super::error::ApiError;
-use super::extract::{self, Asked};
+use super::extract::{self, QueryParams};
 use super::guard::Who;
 use crate::AppState;
 use api::{DetectionsFileQuery, ExportQuery, ExportSize, LogQuery, Role};
@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_mins(1);
 pub(crate) async fn csv(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<ExportQuery>,
+    QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Response, ApiError> {
     let export = Export::csv(&query)?;
     let options = export.options;
@@ -49,7 +49,7 @@ pub(crate) async fn csv(
 pub(crate) async fn lsf(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<LogQuery>,
+    QueryParams(query): QueryParams<LogQuery>,
 ) -> Result<Response, ApiError> {
     let export = Export::log(&query)?;
     stream(&state, who, export, ("lsf", "application/octet-stream"), store::export_lsf).await
@@ -59,7 +59,7 @@ pub(crate) async fn lsf(
 pub(crate) async fn detections(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<DetectionsFileQuery>,
+    QueryParams(query): QueryParams<DetectionsFileQuery>,
 ) -> Result<Response, ApiError> {
     let range = match (query.from_us, query.to_us) {
         (None, None) => store::TimeRange::ALL,
@@ -96,7 +96,7 @@ pub(super) fn systems(
 pub(crate) async fn description(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<ExportQuery>,
+    QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Json<Value>, ApiError> {
     let export = Export::csv(&query)?;
     let may = may(who, &export.vessels)?;
@@ -112,7 +112,7 @@ pub(crate) async fn description(
 pub(crate) async fn size(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<ExportQuery>,
+    QueryParams(query): QueryParams<ExportQuery>,
 ) -> Result<Json<ExportSize>, ApiError> {
     let export = Export::csv(&query)?;
     let may = may(who, &export.vessels)?;

@@ -22,9 +22,9 @@ const SKIP: RangeInclusive<u32> = 0..=100_000;
 
 /// The query.
 #[derive(Debug)]
-pub(crate) struct Asked<T>(pub(crate) T);
+pub(crate) struct QueryParams<T>(pub(crate) T);
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T> {
     type Rejection = ApiError;
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
         let query = Query::<T>::from_request_parts(parts, state).await;
@@ -50,21 +50,21 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for InPath<
 /// A time.
 ///
 /// # Errors
-/// It is none.
+/// It is not valid.
 pub(crate) fn time(name: &str, time_us: i64) -> Result<i64, ApiError> {
     if TIMES_US.contains(&time_us) {
         return Ok(time_us);
     }
     let (first, last) = TIMES_US.into_inner();
     Err(ApiError::bad_request(format!(
-        "{name}: {time_us} is no time: give µs since 1970 UTC, {first} to {last}"
+        "{name}: {time_us} is not a time: give µs since 1970 UTC, {first} to {last}"
     )))
 }
 
 /// A stretch of time.
 ///
 /// # Errors
-/// A time is none, or it ends before it begins.
+/// A time is not valid, or it ends before it begins.
 pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
     for (name, time_us) in [("from_us", from_us), ("to_us", to_us)] {
         time(name, time_us)?;

@@ -6,11 +6,11 @@ use super::tests::{Shore, bearer};
 use api::{PlanDocument, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
-use imc::PacketView;
 use imc::messages::{
-    EntityParameter, EntityParameters, EstimatedState, Message, Payload as _, PlanControl, PlanDB,
-    PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
+    EntityParameter, EntityParameters, EstimatedState, Message, Payload as _, PlanControl, PlanControlType,
+    PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
 };
+use imc::{Address, Header, Packet, PacketView};
 use serde_json::{Value, json};
 use shore::{clock, plans};
 
@@ -86,6 +86,57 @@ fn is_refused((status, answer): &(StatusCode, Value)) {
     assert_eq!(answer["error"]["code"], "grounding", "{answer}");
     let text = answer["error"]["text"].as_str().unwrap();
     assert!(text.starts_with("The chart shows danger: ") && text.contains("XX5LUTRA"), "{text}");
+    // What a page makes its own words of, with the place.
+    let guard: api::Guard = serde_json::from_value(answer["error"]["guard"].clone()).unwrap();
+    let leg = &guard.reasons[0];
+    assert!(guard.outcome == "refused" && leg.from.is_some() && leg.to.is_some(), "{answer}");
+    assert!((leg.lat_deg - 63.445).abs() < 0.01 && (10.31..10.36).contains(&leg.lon_deg), "{answer}");
+    assert!(!leg.code.is_empty() && leg.cell.as_deref() == Some("XX5LUTRA"), "{answer}");
+}
+
+#[tokio::test]
+async fn what_a_vessel_refuses_in_words_is_handed_on_with_leg_reason_and_place() {
+    let scene = Scene::start(archipelago).await;
+    let (status, given) = scene.order(json!({"kind": "plan.start", "plan_id": "foreign"})).await;
+    assert_eq!(status, StatusCode::ACCEPTED, "{given}");
+    let packet = scene.boats.heard(PlanControl::ID).await;
+    let request: PlanControl = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+    let sentence = "'Bird's nest' (track 2): 2.5 m deep; needs 5.0 m at 63.44416, 10.35160 (DEPARE of XX5LUTRA) (and 3 more legs)";
+    let (info, none) = (sentence.into(), None::<Message>.into());
+    let refused = PlanControl { r#type: PlanControlType::Failure, info, arg: none, ..request };
+    let header = Header {
+        src: Address(FIRST),
+        dst: scene.shore.state.shore.router.address(),
+        timestamp: clock::now().seconds(),
+        ..Header::default()
+    };
+    scene.boats.say(vec![Packet::new(header, refused).encode().unwrap().into()]).await;
+    let path = format!("vessels/2068/commands/{}", given["id"]);
+    let (_, command) = scene.ask("GET", &path, &Value::Null).await;
+    let command: api::Command = serde_json::from_value(command).unwrap();
+    let last = command.steps.last().unwrap();
+    assert_eq!((&last.stage[..], &last.text[..]), ("refused", sentence));
+    let leg = last.leg.as_ref().unwrap();
+    assert_eq!((&leg.maneuver[..], &leg.part[..], leg.number), ("Bird's nest", "track", 1));
+    assert_eq!((&leg.code[..], leg.depth_m, leg.margin_m), ("too-shallow", Some(2.5), Some(-2.5)));
+    assert!((leg.lat_deg - 63.444_16).abs() < 1e-9 && (leg.lon_deg - 10.3516).abs() < 1e-9);
+    assert!(command.steps.iter().rev().skip(1).all(|step| step.leg.is_none()));
+}
+
+#[tokio::test]
+async fn who_has_no_control_is_told_why_by_a_code() {
+    let scene = Scene::start(|_| ()).await;
+    let order = json!({"order": {"kind": "plan.stop"}, "window": "another"});
+    let (status, answer) = scene.post("vessels/2068/commands", &order).await;
+    assert_eq!((status, &answer["error"]["code"]), (StatusCode::CONFLICT, &json!("no_control")));
+    assert_eq!(answer["error"]["control"], json!({"why": "other_window"}), "{answer}");
+    let (lease, free) = ("vessels/2068/lease", json!({"why": "free"}));
+    let (_, answer) = scene.post(lease, &json!({"action": "release", "window": "a"})).await;
+    assert_eq!(answer["holder"], Value::Null, "{answer}");
+    let (_, answer) = scene.order(json!({"kind": "plan.stop"})).await;
+    assert_eq!(answer["error"]["control"], free, "{answer}");
+    let (_, answer) = scene.post(lease, &json!({"action": "grant", "window": "a"})).await;
+    assert_eq!(answer["error"]["control"], free, "{answer}");
 }
 
 #[tokio::test]
@@ -128,7 +179,7 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
     let nobodys = drawn(&scene, beyond, None).await;
     assert_eq!((&nobodys["outcome"], warnings(&nobodys)), (&json!("warnings"), vec!["start-unknown"]));
     assert_eq!((&nobodys["autonomous_m"], &nobodys["of_vessel"]), (&json!(5.0), &json!(false)));
-    // Where somebody's vessel is, is not told to others by the way.
+    // Where somebody's vessel is, is not reported to others by the way.
     let stranger = scene.shore.token(Some(FIRST + 1), Role::Operator).await;
     let other = Scene { token: stranger, ..scene };
     assert_eq!(warnings(&drawn(&other, beyond, Some(FIRST)).await), ["start-unknown"]);
@@ -229,5 +280,6 @@ async fn a_chart_that_cannot_be_read_refuses_every_plan_and_says_why() {
     let goto = json!({"kind": "goto", "lat_deg": OPEN[0][0], "lon_deg": OPEN[0][1], "speed_mps": 1.5});
     let (status, answer) = scene.order(goto).await;
     assert_eq!((status, &answer["error"]["code"]), (StatusCode::UNPROCESSABLE_ENTITY, &json!("grounding")));
-    assert!(answer["error"]["text"].as_str().unwrap().contains("no chart set of Lutra"), "{answer}");
+    assert!(answer["error"]["text"].as_str().unwrap().contains("not a chart set of Lutra"), "{answer}");
+    assert_eq!(answer["error"]["guard"]["cause"], "chart-unreadable", "{answer}");
 }

@@ -22,7 +22,7 @@ pub(crate) const SESSION_COOKIE: &str = "lutra_session";
 
 /// What the guard knows of the route it stands before.
 #[derive(Clone)]
-pub(crate) struct Post {
+pub(crate) struct RouteContext {
     pub(crate) state: AppState,
     pub(crate) need: Need,
     pub(crate) kind: Kind,
@@ -48,7 +48,7 @@ impl<S: Sync> FromRequestParts<S> for OfVessel {
     type Rejection = ApiError;
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         let vessel = parts.extensions.get::<Self>().copied();
-        vessel.ok_or_else(|| ApiError::internal(&"a handler for a vessel behind a route that is none"))
+        vessel.ok_or_else(|| ApiError::internal(&"a handler for a vessel behind a route without one"))
     }
 }
 
@@ -72,7 +72,7 @@ async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiErr
 }
 
 /// Lets a request through, or answers why not.
-pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: Next) -> Response {
+pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().copied() else {
         return refuse(&post, &request, ApiError::internal(&"a request without a connection"));
     };
@@ -87,7 +87,7 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
             Err(error) => {
                 if error.status == StatusCode::UNAUTHORIZED {
                     let why = "no token of a vessel's link, or one that does not hold any more";
-                    post.state.shore.router.ledger().refused(hub::Door::Link, remote.address, why);
+                    post.state.shore.router.ledger().refused(hub::Transport::Link, remote.address, why);
                 }
                 refuse(&post, &request, error)
             }
@@ -131,7 +131,7 @@ pub(super) async fn identify(
 
 /// Whether `who` may use the route.
 async fn may(
-    post: &Post,
+    post: &RouteContext,
     request: &mut Request,
     remote: Remote,
     who: Option<&Principal>,
@@ -181,7 +181,7 @@ async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
 
 /// Refuses changes and sockets that a foreign page asks for with our cookie.
 async fn comes_from_us(
-    post: &Post,
+    post: &RouteContext,
     request: Request,
     who: Option<&Principal>,
 ) -> Result<Request, Box<Response>> {
@@ -207,7 +207,7 @@ async fn comes_from_us(
     })
 }
 
-fn refuse(post: &Post, request: &Request, error: ApiError) -> Response {
+fn refuse(post: &RouteContext, request: &Request, error: ApiError) -> Response {
     let next =
         (request.method() == axum::http::Method::GET).then(|| request.uri().path_and_query()).flatten();
     pages::refusal(post.kind, next.map(axum::http::uri::PathAndQuery::as_str), error)

@@ -58,13 +58,13 @@ async fn measure(state: &AppState) {
     metrics::gauge!("lutra_history_behind").set(f64::from(u8::from(recorder.history_behind.is_some())));
     metrics::gauge!("lutra_waiting_bytes").set(state.shore.recorder.waiting_bytes() as f64);
     let Ok(peers) = state.shore.router.peers().await else { return };
-    let mut doors: BTreeMap<&str, u32> =
-        ["link", "imcproxy", "tcp", "udp"].into_iter().map(|door| (door, 0)).collect();
+    let mut transports: BTreeMap<&str, u32> =
+        ["link", "imcproxy", "tcp", "udp"].into_iter().map(|transport| (transport, 0)).collect();
     for PeerFigures { state, .. } in &peers {
-        *doors.entry(state.peer.door.name()).or_default() += 1;
+        *transports.entry(state.peer.transport.name()).or_default() += 1;
     }
-    for (door, count) in doors {
-        metrics::gauge!("lutra_door_peers", "door" => door).set(f64::from(count));
+    for (transport, count) in transports {
+        metrics::gauge!("lutra_transport_peers", "transport" => transport).set(f64::from(count));
     }
     let Ok(counters) = state.shore.router.counters().await else { return };
     for (what, count) in [

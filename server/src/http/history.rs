@@ -1,7 +1,7 @@
 //! The fleet as it is and as it was, for programs.
 
 use super::error::ApiError;
-use super::extract::{self, Asked};
+use super::extract::{self, QueryParams};
 use super::guard::{OfVessel, Who};
 use crate::AppState;
 use api::{
@@ -29,8 +29,8 @@ pub(crate) async fn vessels(
     let wanted = Arc::new(Wanted { grants: who.grants, ..Wanted::default() });
     let mut systems = state.shore.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
     // The server's own words, and those of its people, make no vessel.
-    let shore = hub::Door::Shore.name();
-    systems.retain(|system| system.doors.iter().any(|door| door != shore));
+    let shore = hub::Transport::Shore.name();
+    systems.retain(|system| system.transports.iter().any(|transport| transport != shore));
     Ok(Json(systems))
 }
 
@@ -57,7 +57,7 @@ pub(crate) async fn recorded_days(
 pub(crate) async fn series(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<SeriesQuery>,
+    QueryParams(query): QueryParams<SeriesQuery>,
 ) -> Result<Json<Vec<Series>>, ApiError> {
     let may = move |system: u16| {
         who.grants.on(system).is_some() && query.system.is_none_or(|wanted| wanted == system)
@@ -69,7 +69,7 @@ pub(crate) async fn series(
 pub(crate) async fn buckets(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<BucketsQuery>,
+    QueryParams(query): QueryParams<BucketsQuery>,
 ) -> Result<Json<Buckets>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let pixels = extract::number("pixels", query.pixels, 1_000, 1..=10_000)?;
@@ -83,7 +83,7 @@ pub(crate) async fn buckets(
 pub(crate) async fn samples(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<SamplesQuery>,
+    QueryParams(query): QueryParams<SamplesQuery>,
 ) -> Result<Json<Samples>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let page = extract::page(query.limit, query.skip)?;
@@ -104,7 +104,7 @@ fn source(vessel: Address, entity: u8, message: &str) -> Result<Source, ApiError
 pub(crate) async fn track(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<TrackQuery>,
+    QueryParams(query): QueryParams<TrackQuery>,
 ) -> Result<Json<Vec<TrackPoint>>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let points = extract::number("points", query.points, 2_000, 2..=20_000)?;
@@ -115,7 +115,7 @@ pub(crate) async fn track(
 pub(crate) async fn at(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<AtQuery>,
+    QueryParams(query): QueryParams<AtQuery>,
 ) -> Result<Json<At>, ApiError> {
     let time_us = extract::time("time_us", query.time_us)?;
     Ok(Json(state.shore.history.ask(move |reader| history::at(reader, vessel, time_us)).await?))
@@ -133,10 +133,10 @@ pub(crate) async fn entities(
 pub(crate) async fn detections(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<DetectionsQuery>,
+    QueryParams(query): QueryParams<DetectionsQuery>,
 ) -> Result<Json<Detections>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
-    let came_from = query.came_from_us.map(|us| extract::time("came_from_us", us)).transpose()?;
+    let came_from = query.received_since_us.map(|us| extract::time("received_since_us", us)).transpose()?;
     let came_from = came_from.map(UtcTime::from_micros);
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
     let ask =
@@ -148,10 +148,10 @@ pub(crate) async fn detections(
 pub(crate) async fn fleet_detections(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<FleetDetectionsQuery>,
+    QueryParams(query): QueryParams<FleetDetectionsQuery>,
 ) -> Result<Json<Detections>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
-    let came_from = query.came_from_us.map(|us| extract::time("came_from_us", us)).transpose()?;
+    let came_from = query.received_since_us.map(|us| extract::time("received_since_us", us)).transpose()?;
     let came_from = came_from.map(UtcTime::from_micros);
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
     let (vessels, tags) = (export::vessels(query.vessel.as_deref())?, export::tags(query.tag.as_deref())?);
@@ -171,7 +171,7 @@ pub(crate) async fn fleet_detections(
 pub(crate) async fn log_book(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<EventsQuery>,
+    QueryParams(query): QueryParams<EventsQuery>,
 ) -> Result<Json<LogBook>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
@@ -183,7 +183,7 @@ pub(crate) async fn log_book(
 pub(crate) async fn gaps(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<GapsQuery>,
+    QueryParams(query): QueryParams<GapsQuery>,
 ) -> Result<Json<Vec<Gap>>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     Ok(Json(state.shore.history.ask(move |reader| history::gaps(reader, vessel, range)).await?))

@@ -13,7 +13,7 @@ use imc::{Address, Header, Message, Packet};
 use serde::de::DeserializeOwned;
 use shore::clock;
 use std::path::Path;
-use store::{Accepted, Door, GapKind as Missing, Reader, Store, TimeRange};
+use store::{Accepted, GapKind as Missing, Reader, Store, TimeRange, Transport};
 use units::UtcTime;
 
 /// 2026-11-21 08:00 UTC.
@@ -28,7 +28,7 @@ pub(super) fn put(data: &Path, packets: &[(u8, i64, Message)]) {
         let header = Header { timestamp, src: Address(OTTER), src_ent: *src_ent, ..Header::default() };
         let packet = Packet::new(header, message.clone()).encode().unwrap();
         let received = UtcTime::from_micros(START_US);
-        store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None }).unwrap();
+        store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
     }
     store.close().unwrap();
 }
@@ -148,7 +148,7 @@ async fn how_a_vessel_was_is_told_by_the_last_of_every_series() {
     assert_eq!(mode.meaning.as_deref(), Some("MANEUVER"), "as what is live says it");
     let volts = |at: usize| &now.values[at].fields[0];
     assert_eq!((volts(1).value.clone(), volts(1).unit.as_str()), (serde_json::json!(25.0), "V"));
-    assert!(volts(2).value.is_null(), "what is no number");
+    assert!(volts(2).value.is_null(), "what is not a number");
     assert_eq!((now.values[1].period_s, now.values[2].period_s), (Some(1.0), None));
     let late = at(second(86_400)).await;
     assert_eq!(late.values.len(), 3, "the last stays, with its age");

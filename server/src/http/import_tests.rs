@@ -245,7 +245,9 @@ async fn an_import_waits_for_a_history_that_is_made_again() {
         let mut store = store::Store::open(data).unwrap();
         for packet in log(60_000).chunks(log(1).len()) {
             let received = units::UtcTime::from_micros(1_795_248_000_000_000);
-            store.accept(&store::Accepted { packet, received, door: store::Door::Tcp, link: None }).unwrap();
+            store
+                .accept(&store::Accepted { packet, received, transport: store::Transport::Tcp, link: None })
+                .unwrap();
         }
         store.close().unwrap();
         std::fs::write(data.join("history/2026-11.sqlite"), "no database").unwrap();

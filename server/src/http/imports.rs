@@ -4,7 +4,7 @@
 //! vessels. The body is the file as it is, plain or packed by gzip, written to the disk as it comes.
 
 use super::error::ApiError;
-use super::extract::{Asked, InPath};
+use super::extract::{InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
@@ -63,7 +63,7 @@ pub(crate) async fn upload(
     Who(who): Who,
     remote: Remote,
     headers: HeaderMap,
-    Asked(query): Asked<ImportQuery>,
+    QueryParams(query): QueryParams<ImportQuery>,
     body: Body,
 ) -> Result<Json<Import>, ApiError> {
     let name = query.name;

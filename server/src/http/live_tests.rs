@@ -385,7 +385,7 @@ async fn the_compact_form_says_the_same_and_names_a_series_once() {
                 || (sample.meanings.is_empty() && meanings.iter().all(Option::is_none))
         );
     }
-    // What is known is not described again, until everything begins anew.
+    // What is known is not described again, until everything starts over.
     shore.boats.say(boat(0, clock::now())[2..4].to_vec()).await;
     let mut next = inflate.next(&mut compact).await;
     while next.samples.is_empty() {

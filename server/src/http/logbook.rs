@@ -1,12 +1,13 @@
 //! The log book that people keep, for programs and its page.
 
 use super::error::ApiError;
-use super::extract::{self, Asked, InBody, InPath};
+use super::extract::{self, InBody, InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
 use api::{
-    LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogNotesFileQuery, LogNotesQuery, Role,
+    LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogNotesFileQuery,
+    LogNotesQuery, Role,
 };
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -29,7 +30,7 @@ const SEARCH: usize = 200;
 pub(crate) async fn list(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<LogNotesQuery>,
+    QueryParams(query): QueryParams<LogNotesQuery>,
 ) -> Result<Json<LogNotes>, ApiError> {
     let count = extract::number("limit", query.limit, 100, 1..=500)? as u32;
     let before = query.before.as_deref().map(Logbook::cursor).transpose()?;
@@ -43,7 +44,7 @@ pub(crate) async fn list(
 pub(crate) async fn csv(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<LogNotesFileQuery>,
+    QueryParams(query): QueryParams<LogNotesFileQuery>,
 ) -> Result<Response, ApiError> {
     let filter = filter(&who, Role::Researcher, query)?;
     let logbook = state.shore.logbook.clone();
@@ -118,9 +119,10 @@ pub(crate) async fn write(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
-    InBody(ask): InBody<LogNoteAsk>,
+    QueryParams(LogNoteQuery { key }): QueryParams<LogNoteQuery>,
+    InBody(ask): InBody<LogNoteRequest>,
 ) -> Result<Json<LogNote>, ApiError> {
-    Ok(Json(state.shore.logbook.write(&who, remote.address.to_string(), ask).await?))
+    Ok(Json(state.shore.logbook.write(&who, remote.address.to_string(), ask, key).await?))
 }
 
 /// What stands in the path of one note.
@@ -155,7 +157,7 @@ pub(crate) async fn earlier(
     State(state): State<AppState>,
     Who(who): Who,
     InPath(OneNote { id }): InPath<OneNote>,
-) -> Result<Json<Vec<LogNoteEarlier>>, ApiError> {
+) -> Result<Json<Vec<LogNoteRevision>>, ApiError> {
     Ok(Json(state.shore.logbook.earlier(&who, id).await?))
 }
 

@@ -1,7 +1,7 @@
 //! The log book: who may read, write, correct and withdraw, and what is refused with which words.
 
 use super::tests::{Answer, Shore, bearer};
-use api::{LogNote, LogNoteEarlier, LogNotes, Role};
+use api::{LogNote, LogNoteRevision, LogNotes, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use serde_json::{Value, json};
@@ -28,6 +28,33 @@ async fn read(shore: &Shore, query: &str, token: &str) -> Vec<LogNote> {
 
 async fn texts(shore: &Shore, query: &str, token: &str) -> Vec<String> {
     read(shore, query, token).await.into_iter().map(|note| note.text).collect()
+}
+
+#[tokio::test]
+async fn a_note_that_is_sent_again_by_its_key_is_one_note_and_has_the_first_answer() {
+    let shore = Shore::with(|_| ()).await;
+    let token = shore.token(Some(OWN), Role::Operator).await;
+    let again = async |token: &str, key: &str, text: &str| -> LogNote {
+        let answer =
+            say(&shore, "POST", &format!("?key={key}"), token, json!({"text": text, "vessel": OWN})).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+        serde_json::from_str(&answer.body).unwrap()
+    };
+    let first = again(&token, "k1", "swell").await;
+    assert_eq!(again(&token, "k1", "swell").await, first);
+    assert_eq!(again(&token, "k1", "other words").await, first, "the first note is the answer");
+    assert_ne!(again(&token, "k2", "swell").await.id, first.id);
+    let other = shore.token(Some(OWN), Role::Operator).await;
+    assert_ne!(again(&other, "k1", "theirs").await.id, first.id, "a key is its person's");
+    assert_eq!(texts(&shore, "", &token).await, ["theirs", "swell", "swell"]);
+    // The audit log has each note once.
+    let written = shore.audit().await.into_iter().filter(|entry| entry.action == "logbook.write");
+    assert_eq!(written.count(), 3);
+    let long = "k".repeat(65);
+    for key in ["", &long] {
+        let answer = say(&shore, "POST", &format!("?key={key}"), &token, json!({"text": "x"})).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.body);
+    }
 }
 
 #[tokio::test]
@@ -78,7 +105,7 @@ async fn the_author_or_an_admin_corrects_and_withdraws_and_nothing_is_lost() {
     assert_eq!((corrected.revision, corrected.time_us), (2, note.time_us), "the time stays");
     assert_eq!(say(&shore, "PATCH", &path, &admin, change(1, "late")).await.status, StatusCode::CONFLICT);
     let earlier = shore.get(&format!("/api/v1/logbook{path}/earlier"), &author).await;
-    let earlier: Vec<LogNoteEarlier> = serde_json::from_str(&earlier.body).unwrap();
+    let earlier: Vec<LogNoteRevision> = serde_json::from_str(&earlier.body).unwrap();
     assert_eq!((earlier.len(), &*earlier[0].text), (1, "wind 3 m/s"));
     // Nobody moves a note to a vessel on which they may not write.
     let away = json!({"revision": 2, "note": {"text": "x", "vessel": OWN + 1}});
@@ -112,10 +139,10 @@ async fn what_cannot_be_is_refused_at_its_field() {
         (json!({"text": "  "}), "text: empty"),
         (json!({"text": "x".repeat(4_001)}), "text: has 4001 characters"),
         (json!({"text": "a\u{7}b"}), "text: has control characters"),
-        (json!({"text": "x", "lat_deg": 91.0, "lon_deg": 0.0}), "lat_deg: this is no place"),
+        (json!({"text": "x", "lat_deg": 91.0, "lon_deg": 0.0}), "lat_deg: this is not a place"),
         (json!({"text": "x", "lat_deg": 9.0}), "lon_deg: a place has a longitude"),
         (json!({"text": "x", "lon_deg": 9.0}), "lat_deg: a place has a latitude"),
-        (json!({"text": "x", "time_us": -1}), "time_us: -1 is no time"),
+        (json!({"text": "x", "time_us": -1}), "time_us: -1 is not a time"),
         (json!({"text": "x", "colour": 1}), "colour"),
         (json!([]), "text"),
     ] {

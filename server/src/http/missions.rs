@@ -1,11 +1,11 @@
 //! Missions that people record, for programs and their pages.
 
 use super::error::ApiError;
-use super::extract::{self, Asked, InBody, InPath};
+use super::extract::{self, InBody, InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
-use api::{Mission, MissionAsk, MissionChange, MissionSummary, Missions, MissionsQuery};
+use api::{Mission, MissionChange, MissionRequest, MissionSummary, Missions, MissionsQuery};
 use axum::Json;
 use axum::extract::State;
 
@@ -13,7 +13,7 @@ use axum::extract::State;
 pub(crate) async fn list(
     State(state): State<AppState>,
     Who(who): Who,
-    Asked(query): Asked<MissionsQuery>,
+    QueryParams(query): QueryParams<MissionsQuery>,
 ) -> Result<Json<Missions>, ApiError> {
     let count = extract::number("limit", query.limit, 100, 1..=500)? as u32;
     let (withdrawn, before) = (query.withdrawn.unwrap_or(false), query.before.as_deref());
@@ -25,7 +25,7 @@ pub(crate) async fn create(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
-    InBody(ask): InBody<MissionAsk>,
+    InBody(ask): InBody<MissionRequest>,
 ) -> Result<Json<Mission>, ApiError> {
     Ok(Json(state.shore.missions.create(&who, remote.address.to_string(), ask).await?))
 }

@@ -84,7 +84,7 @@ async fn what_cannot_be_a_mission_is_refused_at_its_field() {
         ("purpose", json!("x".repeat(2_001)), "purpose: has 2001"),
         ("vessels", json!([]), "vessels: choose 1 to 32"),
         ("vessels", json!((1..=33).collect::<Vec<u16>>()), "vessels: choose 1 to 32"),
-        ("from_us", json!(-1), "from_us: -1 is no time"),
+        ("from_us", json!(-1), "from_us: -1 is not a time"),
         ("to_us", json!(5), "to_us: the end is not after"),
         ("to_us", json!(400_i64 * 86_400_000_000), "to_us: a mission has a year"),
         ("colour", json!(1), "colour"),

@@ -18,9 +18,6 @@ mod control;
 #[cfg(test)]
 mod control_tests;
 mod csrf;
-#[cfg(test)]
-mod door_tests;
-mod doors;
 mod error;
 mod export;
 #[cfg(test)]
@@ -74,6 +71,9 @@ mod teleop_tests;
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod transports;
+#[cfg(test)]
+mod transports_tests;
 
 pub(crate) use assets::path as asset_path;
 pub(crate) use remote::Remote;

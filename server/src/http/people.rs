@@ -1,7 +1,7 @@
 //! People, tokens and sessions for programs.
 
 use super::error::ApiError;
-use super::extract::{Asked, InPath};
+use super::extract::{InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
@@ -108,7 +108,7 @@ pub(crate) struct AuditQuery {
 /// `GET /api/v1/audit`.
 pub(crate) async fn audit_list(
     State(state): State<AppState>,
-    Asked(query): Asked<AuditQuery>,
+    QueryParams(query): QueryParams<AuditQuery>,
 ) -> Result<Json<Vec<AuditEntry>>, ApiError> {
     let count = query.count.unwrap_or(100).min(1_000);
     Ok(Json(

@@ -4,13 +4,13 @@
 //! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
 
 use super::error::ApiError;
-use super::extract::{Asked, InPath};
+use super::extract::{InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
-    PlanRevision, PlanSummary, PlanUploadAsk, Role, StoredPlan,
+    PlanRevision, PlanSummary, PlanUploadRequest, Role, StoredPlan,
 };
 use axum::Json;
 use axum::body::Bytes;
@@ -57,7 +57,7 @@ pub(crate) async fn read(
     State(state): State<AppState>,
     Who(who): Who,
     InPath(id): InPath<i64>,
-    Asked(query): Asked<PlanQuery>,
+    QueryParams(query): QueryParams<PlanQuery>,
 ) -> Result<Json<StoredPlan>, ApiError> {
     let row = find(&state, &who, id, query.revision).await?;
     stored(&state, &who, row).await.map(Json)
@@ -175,10 +175,10 @@ pub(crate) async fn upload(
     Who(who): Who,
     remote: Remote,
     InPath(id): InPath<i64>,
-    sent: Sent<PlanUploadAsk>,
+    sent: Sent<PlanUploadRequest>,
 ) -> Result<(StatusCode, Json<Command>), ApiError> {
     let row = find(&state, &who, id, None).await?;
-    let PlanUploadAsk { vessel, revision, window } = taken(sent)?;
+    let PlanUploadRequest { vessel, revision, window } = taken(sent)?;
     may_change(&who, Some(vessel))?;
     if row.revision != revision {
         let text = format!("The plan is at revision {}, not {revision}: look at it again.", row.revision);
@@ -202,7 +202,7 @@ pub(crate) async fn export(
     State(state): State<AppState>,
     Who(who): Who,
     InPath(id): InPath<i64>,
-    Asked(query): Asked<PlanExportQuery>,
+    QueryParams(query): QueryParams<PlanExportQuery>,
 ) -> Result<Response, ApiError> {
     let row = find(&state, &who, id, None).await?;
     let format = Format::named(&query.format)
@@ -222,7 +222,7 @@ pub(crate) async fn import(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
-    Asked(query): Asked<PlanImportQuery>,
+    QueryParams(query): QueryParams<PlanImportQuery>,
     body: Result<Bytes, BytesRejection>,
 ) -> Result<Json<ImportedPlan>, ApiError> {
     let file = query.name;

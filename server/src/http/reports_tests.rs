@@ -2,7 +2,7 @@
 
 use super::testing::{Boats, FIRST, boat, packet};
 use super::tests::{Shore, bearer};
-use api::{PlanUnderWay, Role, VesselAsked, VesselParameters};
+use api::{PlanUnderWay, Role, VesselParameters, VesselQuerySent};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use imc::PacketView;
@@ -46,7 +46,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     assert_eq!(post(&shore, "ask", &elsewhere, &ask).await.0, StatusCode::FORBIDDEN);
     let (status, asked) = post(&shore, "ask", &viewer, &ask).await;
     assert_eq!(status, StatusCode::OK, "{asked}");
-    let asked: VesselAsked = serde_json::from_value(asked).unwrap();
+    let asked: VesselQuerySent = serde_json::from_value(asked).unwrap();
     assert!(asked.reached && asked.packets == 1 && asked.entities == ["Navigation"]);
     let question = boats.heard(QueryEntityParameters::ID).await;
     let question: QueryEntityParameters = imc::decode(&PacketView::new(&question).unwrap()).unwrap().unwrap();
@@ -101,8 +101,12 @@ async fn after_a_restart_the_history_tells_the_last_known_values() {
             let then = units::UtcTime::from_micros(clock::now().micros() - ago_s * 1_000_000);
             let packet =
                 packet(0, 1, then, told(&[("Origin Distance", value), ("Origin Distance - Saved", "9")]));
-            let accepted =
-                store::Accepted { packet: &packet, received: then, door: store::Door::Link, link: None };
+            let accepted = store::Accepted {
+                packet: &packet,
+                received: then,
+                transport: store::Transport::Link,
+                link: None,
+            };
             store.accept(&accepted).unwrap();
         }
         store.close().unwrap();

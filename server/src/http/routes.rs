@@ -1,25 +1,26 @@
 //! The one table of what is where, and the router made from it.
 
-use super::guard::{Post, guard};
+use super::guard::{RouteContext, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    alarms, assets, charts, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    logbook, measure, missions, openapi, people, plans, slow_bodies, teleop,
+    alarms, assets, charts, control, error::ApiError, export, headers, health, history, imports, live,
+    logbook, measure, missions, openapi, people, plans, slow_bodies, teleop, transports,
 };
 use crate::AppState;
 use crate::pages;
 use api::{
     Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery,
-    ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections,
-    DetectionsFileQuery, DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize,
-    FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
-    LiveFrame, LiveRequest, LogBook, LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes,
-    LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionAsk, MissionChange, MissionSummary,
-    Missions, MissionsQuery, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
-    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk,
-    PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteAsk,
-    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
-    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, Command,
+    Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, ExportQuery, ExportSize,
+    FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseRequest, LinkStatus,
+    LiveFrame, LiveRequest, LogBook, LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision,
+    LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionRequest,
+    MissionSummary, Missions, MissionsQuery, NewToken, OrderRequest, Ordered, Person, PlanChange, PlanCheck,
+    PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay,
+    PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
+    SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest, StopQuery, StoredPlan,
+    System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery, TransportPeer,
+    VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -105,11 +106,17 @@ pub(crate) fn table() -> Vec<Route> {
             .query::<FleetDetectionsQuery>()
             .gives::<Detections>()
             .packed(),
-        Route::get("/api/v1/doors", viewer, "Who is connected by which door.", doors::doors)
-            .gives::<Vec<DoorPeer>>(),
-        Route::get("/api/v1/links", viewer, "How the vessels' links are.", doors::links)
+        Route::get(
+            "/api/v1/connections",
+            viewer,
+            "Who is connected by which transport.",
+            transports::transports,
+        )
+        .gives::<Vec<TransportPeer>>(),
+        Route::get("/api/v1/links", viewer, "How the vessels' links are.", transports::links)
             .gives::<Vec<LinkStatus>>(),
-        Route::get("/api/v1/recording", viewer, "How recording goes.", doors::recording).gives::<Recording>(),
+        Route::get("/api/v1/recording", viewer, "How recording goes.", transports::recording)
+            .gives::<Recording>(),
     ];
     table.extend(of_vessels());
     table.extend(orders());
@@ -195,7 +202,7 @@ fn orders() -> Vec<Route> {
             "Ask for control of a vessel, give it, keep it or take it.",
             control::ask_lease,
         )
-        .takes::<LeaseAsk>()
+        .takes::<LeaseRequest>()
         .gives::<Lease>(),
         Route::get(
             "/api/v1/vessels/{vessel}/commands",
@@ -217,7 +224,7 @@ fn orders() -> Vec<Route> {
             "Order a vessel to do something, with control of it. The answer is 202: its stages come later.",
             control::order,
         )
-        .takes::<OrderAsk>()
+        .takes::<OrderRequest>()
         .gives::<Command>(),
         Route::socket(
             "/api/v1/vessels/{vessel}/teleop",
@@ -225,8 +232,8 @@ fn orders() -> Vec<Route> {
             "Steer a vessel by hand, with control of it: a WebSocket.",
             teleop::socket,
         )
-        .takes::<TeleopSay>()
-        .gives::<TeleopTold>(),
+        .takes::<TeleopMessage>()
+        .gives::<TeleopStatus>(),
         Route::get(
             "/api/v1/vessels/{vessel}/plans",
             viewer,
@@ -247,8 +254,8 @@ fn told_by_vessels() -> Vec<Route> {
             "Ask a vessel for its parameters or plans. Commands nothing; the answer comes by itself, or never.",
             control::ask,
         )
-        .takes::<VesselAsk>()
-        .gives::<VesselAsked>(),
+        .takes::<VesselQuery>()
+        .gives::<VesselQuerySent>(),
         Route::get(
             "/api/v1/vessels/{vessel}/parameters",
             viewer,
@@ -298,7 +305,7 @@ fn alarms_table() -> Vec<Route> {
             "Put an alarm aside for a time. Not an emergency.",
             alarms::shelve,
         )
-        .takes::<ShelveAsk>()
+        .takes::<ShelveRequest>()
         .gives::<Alarm>(),
     ]
 }
@@ -320,7 +327,8 @@ fn log_book() -> Vec<Route> {
         .query::<LogNotesFileQuery>()
         .media("text/csv"),
         Route::post("/api/v1/logbook", operator, "Write a note into the log book.", logbook::write)
-            .takes::<LogNoteAsk>()
+            .query::<LogNoteQuery>()
+            .takes::<LogNoteRequest>()
             .gives::<LogNote>(),
         Route::patch(
             "/api/v1/logbook/{id}",
@@ -343,7 +351,7 @@ fn log_book() -> Vec<Route> {
             "What a note said before it was corrected, the newest first.",
             logbook::earlier,
         )
-        .gives::<Vec<LogNoteEarlier>>(),
+        .gives::<Vec<LogNoteRevision>>(),
         Route::get("/api/v1/logbook/{id}/photo", viewer, "The photo of a note.", logbook::photo)
             .media("image/*"),
         Route::put(
@@ -367,7 +375,7 @@ fn missions_table() -> Vec<Route> {
             .query::<MissionsQuery>()
             .gives::<Missions>(),
         Route::post("/api/v1/missions", operator, "Write a mission down.", missions::create)
-            .takes::<MissionAsk>()
+            .takes::<MissionRequest>()
             .gives::<Mission>(),
         Route::get("/api/v1/missions/{id}", viewer, "A mission.", missions::one).gives::<Mission>(),
         Route::patch(
@@ -501,7 +509,7 @@ fn plans() -> Vec<Route> {
             "Bring a saved plan aboard a vessel; takes the control of it. The effect is seen when the vessel's digest is ours.",
             plans::upload,
         )
-        .takes::<PlanUploadAsk>()
+        .takes::<PlanUploadRequest>()
         .gives::<Command>(),
         Route::get("/api/v1/plans/{id}/revisions", viewer, "The states that a plan had.", plans::revisions)
             .gives::<Vec<PlanRevision>>(),
@@ -531,7 +539,7 @@ fn chart() -> Vec<Route> {
             .gives::<ChartNear>()
             .packed(),
         Route::post("/api/v1/chart/corridor", viewer, "How deep it is along a way.", charts::corridor)
-            .takes::<ChartCorridorAsk>()
+            .takes::<ChartCorridorRequest>()
             .gives::<ChartCorridor>()
             .packed(),
         Route::post(
@@ -540,7 +548,7 @@ fn chart() -> Vec<Route> {
             "The shortest route through deep water, clear of dangers.",
             charts::route,
         )
-        .takes::<SeaRouteAsk>()
+        .takes::<SeaRouteRequest>()
         .gives::<SeaRouteAnswer>()
         .packed(),
     ]
@@ -550,7 +558,7 @@ fn chart() -> Vec<Route> {
 pub(crate) fn router(state: AppState) -> Router {
     let mut router = Router::new();
     for route in table() {
-        let post = Post { state: state.clone(), need: route.need, kind: route.kind };
+        let post = RouteContext { state: state.clone(), need: route.need, kind: route.kind };
         // What is asked for as a packed file is not packed again.
         let unpacked = DefaultPredicate::new().and(NotForContentType::const_new("application/gzip"));
         let pack = CompressionLayer::new().compress_when(unpacked);

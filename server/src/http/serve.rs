@@ -73,8 +73,8 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     let address = listener.local_addr()?;
     let opened = Opened::open(config.shore(), clock)?;
     let scheme = if tls.is_some() { "wss" } else { "ws" };
-    opened.router.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
-    let waiting = transports::open(&config.doors, &config.data, &opened).await?;
+    opened.router.ledger().opened(hub::Transport::Link, format!("{scheme}://{address}/link"));
+    let waiting = transports::open(&config.transports, &config.data, &opened).await?;
     // Nobody comes in before it is known who has a link.
     let running = opened.start().await?;
     let shore = running.shore.clone();

@@ -12,10 +12,10 @@ async fn start(folder: &Path) -> Serving {
     let mut config = Config { data: folder.to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;
-    config.doors.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-    config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-    // Nobody listens there; the door tries again and again.
-    config.doors.tcp.connect = vec!["127.0.0.1:9".to_owned()];
+    config.transports.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    config.transports.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    // Nobody listens there; the transport tries again and again.
+    config.transports.tcp.connect = vec!["127.0.0.1:9".to_owned()];
     serve(config).await.unwrap()
 }
 
@@ -110,10 +110,10 @@ async fn whatever_the_server_cannot_do_without_is_watched() {
         "the watch for alarms",
         "the messages about alarms",
         "the list of alarms",
-        "the UDP door",
+        "the UDP transport",
         "the UDP reader",
-        "the IMCProxy door",
-        "the TCP door",
+        "the IMCProxy transport",
+        "the TCP transport",
     ] {
         let folder = tempfile::tempdir().unwrap();
         let serving = start(folder.path()).await;

@@ -4,7 +4,7 @@ use super::guard::{OfVessel, Who, identify};
 use super::outgoing;
 use super::remote::Remote;
 use crate::AppState;
-use api::{Role, TeleopSay};
+use api::{Role, TeleopMessage};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
@@ -104,13 +104,13 @@ impl Connection {
             Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
         };
         match serde_json::from_str(&text) {
-            Ok(TeleopSay::Sample(sample)) => steering.sample(&sample).await.map_err(stopping),
-            Ok(TeleopSay::Begin { window }) => {
+            Ok(TeleopMessage::Sample(sample)) => steering.sample(&sample).await.map_err(stopping),
+            Ok(TeleopMessage::Begin { window }) => {
                 steering.begin(window).await;
                 Ok(())
             }
-            Ok(TeleopSay::Stop { why }) => steering.interrupt(why).await.map_err(stopping),
-            Ok(TeleopSay::End {}) => {
+            Ok(TeleopMessage::Stop { why }) => steering.interrupt(why).await.map_err(stopping),
+            Ok(TeleopMessage::End {}) => {
                 steering.end().await;
                 Ok(())
             }

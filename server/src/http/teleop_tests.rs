@@ -3,14 +3,14 @@
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat};
 use crate::config::Config;
-use api::{Role, TeleopPhase, TeleopTold};
+use api::{Role, TeleopPhase, TeleopStatus};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::{
     Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType, RemoteActions,
     TeleoperationDone,
 };
 use imc::{Address, Header, Packet, PacketView};
-use operations::{Holder, LeaseAsk};
+use operations::{Holder, LeaseRequest};
 use shore::clock;
 use shore::identity::{audit, testing};
 use std::time::Duration;
@@ -54,7 +54,7 @@ impl Shore {
         testing::script(self.folder.path(), name, Some(FIRST), role).await
     }
 
-    async fn control(&self, (person, name): (i64, &str), ask: LeaseAsk) {
+    async fn control(&self, (person, name): (i64, &str), ask: LeaseRequest) {
         let holder = Holder { person, name: name.to_owned(), key: "w".to_owned() };
         let ask = move |operations: &mut operations::Operations, now| {
             operations.leases_mut().ask(now, Address(FIRST), &holder, ask)
@@ -65,7 +65,7 @@ impl Shore {
     /// Somebody with control of the vessel, which waits for their hands.
     async fn hands_of_anna(&self) -> Hands {
         let (anna, token) = self.person("anna", Role::Operator).await;
-        self.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+        self.control((anna, "anna"), LeaseRequest::Request(String::new())).await;
         let mut hands = self.connect(&token).await.unwrap();
         hands.begin().await;
         let ((), _) = tokio::join!(self.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
@@ -135,7 +135,7 @@ struct Hands {
     socket: WebSocketStream<MaybeTlsStream<TcpStream>>,
     seq: u64,
     begun: std::time::Instant,
-    told: Option<TeleopTold>,
+    told: Option<TeleopStatus>,
 }
 
 impl Hands {
@@ -144,13 +144,13 @@ impl Hands {
     }
 
     /// Until the server tells what is waited for the hands rest, or steer full ahead as soon as they may.
-    async fn until(&mut self, steer: bool, wanted: impl Fn(&TeleopTold) -> bool) -> TeleopTold {
+    async fn until(&mut self, steer: bool, wanted: impl Fn(&TeleopStatus) -> bool) -> TeleopStatus {
         let end = tokio::time::Instant::now() + DEADLINE;
         loop {
             assert!(tokio::time::Instant::now() < end, "{:?}", self.told);
             let next = tokio::time::timeout(DEADLINE, self.socket.next()).await.unwrap();
             let Some(Ok(Message::Text(text))) = next else { panic!("{next:?}") };
-            let told: TeleopTold = serde_json::from_str(&text).unwrap();
+            let told: TeleopStatus = serde_json::from_str(&text).unwrap();
             if wanted(&told) {
                 return told;
             }
@@ -190,7 +190,7 @@ async fn only_who_has_control_steers_and_everything_is_written_down() {
     assert!(refused.why.starts_with("Not begun: ") && refused.why.contains("control"), "{refused:?}");
     assert_eq!(refused.phase, TeleopPhase::Idle);
 
-    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    shore.control((anna, "anna"), LeaseRequest::Request(String::new())).await;
     hands.begin().await;
     // The hands go on to speak while the vessel is asked.
     let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
@@ -208,7 +208,7 @@ async fn only_who_has_control_steers_and_everything_is_written_down() {
     });
     hands.until(true, |_| ahead.is_finished()).await;
 
-    shore.control((bert, "bert"), LeaseAsk::Take("it drifts".to_owned())).await;
+    shore.control((bert, "bert"), LeaseRequest::Take("it drifts".to_owned())).await;
     let ended = hands.until(true, |told| told.phase == TeleopPhase::Idle).await;
     assert!(ended.why.contains("control of the vessel was lost"), "{ended:?}");
     assert!(ended.remedy.contains("Take control again"), "{ended:?}");
@@ -284,7 +284,7 @@ async fn a_vessel_without_a_link_is_stopped_and_let_go_when_control_of_it_is_los
         all.last().is_some_and(|one| one.starts_with("Port Motor=127;Starboard Motor=127;"))
     };
     hands.until(true, |_| steers(&all.borrow())).await;
-    shore.control((bert, "bert"), LeaseAsk::Take("it drifts".to_owned())).await;
+    shore.control((bert, "bert"), LeaseRequest::Take("it drifts".to_owned())).await;
     hands.until(true, |told| told.phase == TeleopPhase::Idle).await;
     // And it does not wait for hands that nobody has there.
     let stopped = |all: &Vec<String>| {
@@ -299,7 +299,7 @@ async fn a_vessel_without_a_link_is_stopped_and_let_go_when_control_of_it_is_los
 async fn a_window_that_falls_silent_gives_the_helm_back() {
     let shore = Shore::start().await;
     let (anna, token) = shore.person("anna", Role::Operator).await;
-    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    shore.control((anna, "anna"), LeaseRequest::Request(String::new())).await;
     let mut dead = shore.connect(&token).await.unwrap();
     dead.begin().await;
     let ((), _) = tokio::join!(shore.obey(), dead.until(false, |told| told.phase == TeleopPhase::Ready));

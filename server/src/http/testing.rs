@@ -1,7 +1,7 @@
 //! Boats that tests make up, speaking IMC, and their history.
 
 use bytes::Bytes;
-use hub::{Door, Incoming, Peer, Role, Sources};
+use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::messages::{
     Announce, EntityList, EntityListOp, EstimatedState, LogBookEntry, Message, SystemType, Voltage,
 };
@@ -23,8 +23,12 @@ pub(crate) struct Boats(Arc<Connection>);
 impl Boats {
     /// Connects to the hub.
     pub(crate) async fn join(relay: &Router) -> Self {
-        let peer =
-            Peer { door: Door::Link, role: Role::Vessel, name: "boats".to_owned(), sources: Sources::Any };
+        let peer = Peer {
+            transport: Transport::Link,
+            role: Role::Vessel,
+            name: "boats".to_owned(),
+            sources: Sources::Any,
+        };
         Self(Arc::new(relay.join(peer, 1 << 20).await.unwrap()))
     }
 
@@ -153,7 +157,12 @@ pub(crate) fn an_hour(data: &Path, now: UtcTime) {
         let then = UtcTime::from_micros(now.micros() - step * 9_000_000);
         for packet in (0..3).flat_map(|number| boat(number, then)) {
             store
-                .accept(&Accepted { packet: &packet, received: then, door: store::Door::Tcp, link: None })
+                .accept(&Accepted {
+                    packet: &packet,
+                    received: then,
+                    transport: store::Transport::Tcp,
+                    link: None,
+                })
                 .unwrap();
         }
     }

@@ -332,6 +332,21 @@ async fn nobody_reads_names_of_vessels_that_they_may_not_see() {
 }
 
 #[tokio::test]
+async fn an_address_that_leads_nowhere_is_answered_by_a_page() {
+    let shore = Shore::start().await;
+    let cookies = shore.admin().await;
+    for path in ["/plans/new", "/plans/99", "/missions/x", "/missions/99", "/vessels/otter", "/nowhere"] {
+        let answer = shore.page(path, &cookies).await;
+        assert!(answer.status.is_client_error(), "{path}: {}", answer.status);
+        assert!(
+            answer.body.contains("<!doctype html>") && answer.body.contains("href=\"/\""),
+            "{path}: {}",
+            answer.body
+        );
+    }
+}
+
+#[tokio::test]
 async fn every_answer_carries_the_headers() {
     let shore = Shore::start().await;
     let mut numbers = BTreeSet::new();
@@ -344,4 +359,57 @@ async fn every_answer_carries_the_headers() {
         assert_eq!(answer.headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff", "{path}");
     }
     assert_eq!(shore.page("/api/v1/nowhere", "").await.status, StatusCode::NOT_FOUND);
+}
+
+#[tokio::test]
+async fn pages_speak_what_the_browser_asks_for_until_the_person_chooses() {
+    let shore = Shore::start().await;
+    let norwegian = |path: &str, cookies: &str| {
+        let wants = Request::get(path).header(header::ACCEPT_LANGUAGE, "nb-NO,nb;q=0.9,en;q=0.8");
+        wants.header(header::COOKIE, cookies)
+    };
+    let login = shore.ask(norwegian("/login", ""), "").await.body;
+    assert!(login.contains("<html lang=\"nb\"") && login.contains("<h1>Logg inn</h1>"), "{login}");
+    assert!(shore.page("/login", "").await.body.contains("<h1>Log in</h1>"));
+    let cookies = shore.admin().await;
+    let account = shore.ask(norwegian("/account", &cookies), "").await;
+    assert!(account.body.contains("<html lang=\"nb\"") && account.body.contains("Bytt passord"));
+
+    let choose = async |language: &str| {
+        let csrf = account.csrf();
+        shore.form("/account/language", &cookies, &[("csrf", &csrf), ("language", language)]).await
+    };
+    assert_eq!(choose("en").await.headers[header::LOCATION], "/account?done=language");
+    let english = shore.ask(norwegian("/account", &cookies), "").await.body;
+    assert!(english.contains("<html lang=\"en\"") && english.contains("Change password"));
+    choose("nb").await;
+    let elsewhere = shore.login("admin", "nine grey otters").await.cookies();
+    let chosen = shore.page("/account", &elsewhere).await.body;
+    assert!(chosen.contains("<html lang=\"nb\"") && chosen.contains("value=\"nb\" lang=\"nb\" selected"));
+    choose("").await;
+    assert!(shore.page("/account", &cookies).await.body.contains("<html lang=\"en\""));
+    let refused = choose("tlh").await;
+    assert_eq!(refused.status, StatusCode::BAD_REQUEST);
+    assert!(refused.body.contains("give en, nb or nothing"), "{}", refused.body);
+}
+
+#[tokio::test]
+async fn options_send_the_same_words_in_every_language() {
+    let shore = Shore::start().await;
+    let cookies = shore.admin().await;
+    let values = |body: &str| -> Vec<String> {
+        let options = body.split("<option").skip(1).map(|one| one.split("</option>").next().unwrap());
+        let text = |one: &str| one.rsplit('>').next().unwrap().to_owned();
+        let value =
+            |one: &str| one.split("value=\"").nth(1).map(|rest| rest.split('"').next().unwrap().to_owned());
+        options.map(|one| value(one).unwrap_or_else(|| text(one))).collect()
+    };
+    for path in ["/account", "/admin", "/admin/audit", "/alarms", "/data"] {
+        let english = shore.page(path, &cookies).await.body;
+        let norwegian =
+            Request::get(path).header(header::COOKIE, &cookies).header(header::ACCEPT_LANGUAGE, "nb");
+        let norwegian = shore.ask(norwegian, "").await.body;
+        assert!(norwegian.contains("lang=\"nb\"") && values(&english).len() > 1, "{path}");
+        assert_eq!(values(&english), values(&norwegian), "{path}");
+    }
 }

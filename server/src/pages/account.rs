@@ -4,6 +4,7 @@ use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
 use super::notices::{MessageRow, RuleRow, message_row, rule_row};
 use super::rows::{self, SessionRow, TokenRow};
+use super::words::t;
 use crate::AppState;
 use crate::http::{ApiError, Remote, Who};
 use api::{NewToken, Vessel};
@@ -11,8 +12,11 @@ use askama::Template;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
+use operations::alarms::Priority;
 use serde::Deserialize;
-use shore::identity::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
+use shore::identity::{
+    Fault, Language, Principal, Via, language, password, persons, sessions, tokens, vessels,
+};
 use shore::notices::{PER_HOUR, Webhooks};
 
 #[derive(Template)]
@@ -25,6 +29,7 @@ struct AccountPage {
     tokens: Vec<TokenRow>,
     vessels: Vec<Vessel>,
     rules: Vec<RuleRow>,
+    priorities: [Priority; 4],
     messages: Vec<MessageRow>,
     /// Whether this server sends mail, and webhooks.
     sends: (bool, bool),
@@ -60,15 +65,18 @@ pub(super) async fn page(
     Query(done): Query<Done>,
 ) -> Result<Response, PageError> {
     let notice = match done.done.as_str() {
-        "password" => "Your password is changed; your other sessions have ended.",
-        "session" => "The session has ended.",
-        "token" => "The token is revoked.",
-        "rule" => "The rule is made. Try it with “Send a test message”.",
-        "rule-removed" => "The rule is removed.",
-        "delivered" => "The test message was delivered.",
-        _ => "",
+        "password" => Some(frame.t("Your password is changed; your other sessions have ended.")),
+        "session" => Some(frame.t("The session has ended.")),
+        "token" => Some(frame.t("The token is revoked.")),
+        "rule" => Some(frame.t("The rule is made. Try it with “Send a test message”.")),
+        "rule-changed" => Some(frame.t("The rule is changed.")),
+        "rule-removed" => Some(frame.t("The rule is removed.")),
+        "language" => Some(frame.t("The pages speak the language that you chose.")),
+        "delivered" => Some(frame.t("The test message was delivered.")),
+        _ => None,
     };
-    show(&state, &who, frame, Words { notice: notice.to_owned(), ..Words::default() }).await
+    let notice = notice.map(|text| text.to_string()).unwrap_or_default();
+    show(&state, &who, frame, Words { notice, ..Words::default() }).await
 }
 
 /// The page with words of its own.
@@ -88,15 +96,16 @@ pub(super) async fn show(
     let ((sessions, tokens), vessels) = read.await?;
     let mine = state.shore.notices.mine(who).await?;
     let settings = state.shore.notices.settings();
-    let bad = !words.problem.is_empty();
+    let (bad, language) = (!words.problem.is_empty(), frame.language);
     let mut response = html(&AccountPage {
         frame: Frame { path: "/account".to_owned(), ..frame },
         must_change,
         least: state.config.people.password_length,
         sessions: sessions.into_iter().map(|session| rows::session(session, own)).collect(),
-        tokens: tokens.into_iter().map(|token| rows::token(token, &vessels)).collect(),
-        rules: mine.rules.iter().map(|rule| rule_row(rule, &vessels)).collect(),
-        messages: mine.messages.into_iter().map(message_row).collect(),
+        tokens: tokens.into_iter().map(|token| rows::token(language, token, &vessels)).collect(),
+        priorities: [Priority::Emergency, Priority::Alarm, Priority::Warning, Priority::Caution],
+        rules: mine.rules.iter().map(|rule| rule_row(language, rule, &vessels)).collect(),
+        messages: mine.messages.into_iter().map(|message| message_row(language, message)).collect(),
         sends: (!settings.mail.host.is_empty(), settings.webhooks != Webhooks::Off),
         per_hour: PER_HOUR,
         vessels,
@@ -126,7 +135,7 @@ pub(super) async fn password(
     remote: Remote,
     Sent(sent): Sent<NewPassword>,
 ) -> Result<Response, PageError> {
-    if let Err(problem) = change_password(&state, &who, remote, sent).await? {
+    if let Err(problem) = change_password(&state, &who, (remote, frame.language), sent).await? {
         return show(&state, &who, frame, Words { problem, ..Words::default() }).await;
     }
     Ok(Redirect::to("/account?done=password").into_response())
@@ -135,14 +144,14 @@ pub(super) async fn password(
 async fn change_password(
     state: &AppState,
     who: &Principal,
-    remote: Remote,
+    (remote, language): (Remote, Language),
     sent: NewPassword,
 ) -> Result<Result<(), String>, ApiError> {
     if sent.new != sent.again {
-        return Ok(Err("The new password was typed differently the second time.".to_owned()));
+        return Ok(Err(t(language, "The new password was typed differently the second time.").to_string()));
     }
     if sent.new == sent.old {
-        return Ok(Err("The new password is the old one.".to_owned()));
+        return Ok(Err(t(language, "The new password is the old one.").to_string()));
     }
     if let Err(problem) = password::check_new(&who.name, &sent.new, state.config.people.password_length) {
         return Ok(Err(problem));
@@ -159,6 +168,30 @@ async fn change_password(
     let set = persons::SetPassword { name: who.name.clone(), password_hash, must_change: false, keep };
     state.shore.people.act(who, remote.address.to_string(), "password.change", who.name.clone(), set).await?;
     Ok(Ok(()))
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ChosenLanguage {
+    /// Its code; empty to follow what the browser asks for.
+    language: String,
+}
+
+/// `POST /account/language`.
+pub(super) async fn language(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Sent(chosen): Sent<ChosenLanguage>,
+) -> Result<Response, PageError> {
+    let code = &*chosen.language;
+    let language = Language::by_code(code);
+    if language.is_none() && !code.is_empty() {
+        return Err(ApiError::bad_request(format!(
+            "language: no pages speak {code:?}: give en, nb or nothing"
+        ))
+        .into());
+    }
+    state.shore.people.change(language::Choose { person: who.person, language }).await?;
+    Ok(Redirect::to("/account?done=language").into_response())
 }
 
 #[derive(Debug, Deserialize)]

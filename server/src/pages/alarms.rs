@@ -3,6 +3,7 @@
 use super::frame::{Frame, PageError, html};
 use super::names_for;
 use super::rows::{self, at, picked_us};
+use super::words;
 use crate::AppState;
 use crate::http::Who;
 use crate::http::alarms::{PRIORITIES, seen};
@@ -47,8 +48,8 @@ pub(super) struct Filter {
 
 #[derive(Default)]
 struct Wrong {
-    from: &'static str,
-    to: &'static str,
+    from: String,
+    to: String,
 }
 
 struct Row {
@@ -70,7 +71,9 @@ pub(super) async fn page(
     let vessels = names_for(&state, &who);
     let (from_us, to_us) = (picked_us(&filter.from), picked_us(&filter.to));
     let no_time = |time: &Result<_, ()>| {
-        if time.is_err() { "Not a valid time. Write it like 2026-06-01T12:00, in UTC." } else { "" }
+        let wrong =
+            time.is_err().then(|| frame.t("Not a valid time. Write it like 2026-06-01T12:00, in UTC."));
+        wrong.map(|text| text.to_string()).unwrap_or_default()
     };
     let wrong = Wrong { from: no_time(&from_us), to: no_time(&to_us) };
     // A picker takes nothing else.
@@ -99,7 +102,7 @@ pub(super) async fn page(
         _ => String::new(),
     };
     let called = |vessel: Option<u16>, then: Option<String>| match vessel {
-        None => "Server".to_owned(),
+        None => frame.t("Server").to_string(),
         Some(vessel) => vessels.get(&vessel).cloned().or(then).unwrap_or_else(|| Address(vessel).to_string()),
     };
     let row = |(_, note): (i64, api::AlarmNote)| Row {
@@ -107,7 +110,7 @@ pub(super) async fn page(
         vessel: called(note.vessel, note.vessel_name),
         priority: note.priority,
         what: note.what,
-        text: note.text,
+        text: words::alarm(frame.language, &note.says, &note.text),
         by: note.by,
     };
     let rows = found.into_iter().map(row).collect();

@@ -1,10 +1,11 @@
-//! Forms as people send them: empty fields mean nothing was said.
+//! Forms and addresses as people send them: empty fields mean nothing was said.
 
 use super::frame::PageError;
 use crate::http::ApiError;
 use api::Role;
 use axum::extract::rejection::FormRejection;
-use axum::extract::{FromRequest, Request};
+use axum::extract::{FromRequest, FromRequestParts, Path, Request};
+use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use shore::identity::vessels;
 
@@ -18,6 +19,20 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Sent<T> {
         let axum::extract::Form(sent) =
             form.map_err(|error: FormRejection| ApiError::malformed(error.status(), error.body_text()))?;
         Ok(Self(sent))
+    }
+}
+
+/// The number of a plan or a mission in a page's address. What is not a number leads nowhere, like the number of one that is
+/// not there.
+pub(super) struct Numbered(pub(super) i64);
+
+impl<S: Send + Sync> FromRequestParts<S> for Numbered {
+    type Rejection = PageError;
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, PageError> {
+        let path = Path::<i64>::from_request_parts(parts, state).await;
+        let Path(number) =
+            path.map_err(|_| ApiError::not_found("There is nothing here: the address ends in no number."))?;
+        Ok(Self(number))
     }
 }
 

@@ -1,5 +1,6 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
+use super::words::{self, Text};
 use crate::http::{ApiError, Kind, Remote, asset_path, cookie_name, plain_cookie};
 use api::Role;
 use askama::Template;
@@ -8,7 +9,7 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use shore::identity::{Grants, Principal, Via};
+use shore::identity::{Grants, Language, Principal, Via};
 use std::convert::Infallible;
 
 /// The cookie that remembers the palette.
@@ -29,6 +30,12 @@ pub(crate) struct Frame {
     pub(crate) style: String,
     /// Empty while nothing may be seen that it could show.
     pub(crate) script: String,
+    /// The language of the page.
+    pub(crate) language: Language,
+    /// What the person chose; `None` follows what the browser asks for.
+    pub(crate) chosen: Option<Language>,
+    /// The script that gives the others the words of the language; empty where they have them.
+    pub(crate) words: String,
 }
 
 impl Frame {
@@ -37,7 +44,12 @@ impl Frame {
             let locked = matches!(who.via, Via::Session { must_change_password: true, .. });
             !locked && who.grants.somewhere().is_some()
         });
+        let chosen = who.and_then(|who| who.language);
+        let language = chosen.unwrap_or_else(|| words::asked(headers));
         Self {
+            language,
+            chosen,
+            words: if language == Language::Bokmal { asset_path("nb.js") } else { String::new() },
             name: who.map(|who| who.name.clone()).unwrap_or_default(),
             csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
             palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
@@ -47,6 +59,16 @@ impl Frame {
             style: asset_path("main.css"),
             script: may_see.map(|_| asset_path("main.js")).unwrap_or_default(),
         }
+    }
+
+    /// `english` in the page's language.
+    pub(crate) fn t(&self, english: &'static str) -> Text {
+        words::t(self.language, english)
+    }
+
+    /// A word that the server has for people and machines, as `acknowledged`, in the page's language.
+    pub(crate) fn said<'a>(&self, english: &'a str) -> &'a str {
+        words::said(self.language, english)
     }
 }
 
@@ -116,14 +138,13 @@ pub(super) fn html(template: &impl Template) -> Response {
 #[derive(Template)]
 #[template(path = "offline.html")]
 struct OfflinePage {
-    palette: &'static str,
-    style: String,
+    frame: Frame,
     script: String,
 }
 
 /// `GET /offline`.
-pub(super) async fn offline(Frame { palette, style, .. }: Frame) -> Response {
-    html(&OfflinePage { palette, style, script: asset_path("offline.js") })
+pub(super) async fn offline(frame: Frame) -> Response {
+    html(&OfflinePage { frame, script: asset_path("offline.js") })
 }
 
 #[derive(Template)]

@@ -87,7 +87,7 @@ pub(super) async fn login(
     let Login { name, password, csrf, next } = login;
     let form = cookie(&headers, &cookie_name(FORM_COOKIE, remote));
     if !form.is_some_and(|secret| same(&secret.derived("login"), &csrf)) {
-        let problem = "The form was too old, or cookies are switched off. Try again.".to_owned();
+        let problem = frame.t("The form was too old, or cookies are switched off. Try again.").to_string();
         return Ok(show(frame, remote, &headers, next, name, problem));
     }
     let agent = headers.get(header::USER_AGENT).and_then(|agent| agent.to_str().ok()).unwrap_or_default();

@@ -1,12 +1,13 @@
 //! The list of missions and the page of one. The scripts ask the API for everything in them.
 
+use super::form::Numbered;
 use super::frame::{Frame, PageError, html};
 use super::names_for;
 use crate::AppState;
 use crate::http::Who;
 use api::Role;
 use askama::Template;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::response::Response;
 
 #[derive(Template)]
@@ -43,7 +44,7 @@ pub(super) async fn list(
 pub(super) async fn one(
     State(state): State<AppState>,
     Who(who): Who,
-    Path(id): Path<i64>,
+    Numbered(id): Numbered,
     frame: Frame,
 ) -> Result<Response, PageError> {
     let mission = state.shore.missions.one(&who, id).await?.mission;

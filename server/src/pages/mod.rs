@@ -17,6 +17,7 @@ mod plans;
 mod rows;
 mod style;
 mod vessel;
+mod words;
 
 pub(crate) use frame::refusal;
 
@@ -53,10 +54,22 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/palette", Need::Anyone, "Choose sun, day, dusk or night.", frame::choose_palette),
         Route::page("/account", Need::Session, "Password, messages, sessions and tokens.", account::page),
         Route::form("/account/password", Need::Session, "Change the password.", account::password),
+        Route::form(
+            "/account/language",
+            Need::Session,
+            "Choose the language of the pages.",
+            account::language,
+        ),
         Route::form("/account/session/end", Need::Session, "End a session.", account::session_end),
         Route::form("/account/token", Need::Somewhere(Role::Viewer), "Make a token.", account::token_make),
         Route::form("/account/token/revoke", Need::Session, "Revoke a token.", account::token_revoke),
         Route::form("/account/notice", Need::Somewhere(Role::Viewer), "Ask for messages.", notices::add),
+        Route::form(
+            "/account/notice/change",
+            Need::Somewhere(Role::Viewer),
+            "Change a rule.",
+            notices::change,
+        ),
         Route::form("/account/notice/test", Need::Somewhere(Role::Viewer), "Try a rule.", notices::test),
         Route::form("/account/notice/remove", Need::Session, "Remove a rule.", notices::remove),
         Route::page("/admin", admin, "People.", admin::people::page),
@@ -68,7 +81,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/admin/vessel", admin, "Name a vessel.", admin::vessels::add),
         Route::form("/admin/vessel/remove", admin, "Forget a vessel.", admin::vessels::remove),
         Route::form("/admin/vessel/token", admin, "Make a link token.", admin::vessels::token),
-        Route::page("/admin/doors", admin, "Connections.", admin::doors::page),
+        Route::page("/admin/connections", admin, "Connections.", admin::connections::page),
         Route::page("/admin/storage", admin, "Storage.", admin::storage::page),
         Route::page("/admin/import", admin, "Bring logs in.", admin::import::page),
         Route::page("/admin/tokens", admin, "Tokens.", admin::access::tokens),

@@ -1,12 +1,13 @@
 //! The list of plans and the editor of one. The scripts ask the API for everything that changes.
 
+use super::form::Numbered;
 use super::frame::{Frame, PageError, html};
 use super::names_for;
 use crate::AppState;
 use crate::http::{Who, seen_plan};
 use api::Role;
 use askama::Template;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::response::Response;
 use shore::identity::Principal;
 
@@ -46,7 +47,7 @@ pub(super) async fn list(
 pub(super) async fn editor(
     State(state): State<AppState>,
     Who(who): Who,
-    Path(id): Path<i64>,
+    Numbered(id): Numbered,
     frame: Frame,
 ) -> Result<Response, PageError> {
     let (name, operator) = seen_plan(&state, &who, id).await?;

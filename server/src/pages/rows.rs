@@ -1,9 +1,10 @@
 //! Rows of tables, with everything written out for people.
 
 use super::actions;
-use api::{AuditEntry, Person, Session, Token, Vessel};
+use super::words::{said, t};
+use api::{AuditEntry, Person, Role, Session, Token, Vessel};
 use shore::clock::written;
-use shore::identity::audit as log;
+use shore::identity::{Language, audit as log};
 use units::UtcTime;
 
 pub(super) struct PersonRow {
@@ -92,27 +93,31 @@ pub(super) fn vessel_name(address: u16, vessels: &[Vessel]) -> String {
 
 /// `sessions` and `tokens` are those of everybody.
 pub(super) fn person(
+    language: Language,
     person: Person,
     vessels: &[Vessel],
     sessions: &[Session],
     tokens: &[Token],
 ) -> PersonRow {
     let place = |vessel: Option<u16>| {
-        vessel.map_or_else(|| "all vessels".to_owned(), |vessel| vessel_name(vessel, vessels))
+        vessel.map_or_else(|| t(language, "all vessels").to_string(), |vessel| vessel_name(vessel, vessels))
     };
     let roles = person.permissions.iter();
-    let roles: Vec<String> =
-        roles.map(|given| format!("{} on {}", given.role, place(given.vessel))).collect();
+    let roles: Vec<String> = roles.map(|given| role_on(language, given.role, &place(given.vessel))).collect();
     let sessions = sessions.iter().filter(|session| session.person == person.name).count();
     let tokens = tokens.iter().filter(|token| token.person.as_ref() == Some(&person.name));
     let tokens: Vec<&str> = tokens.map(|token| &*token.label).collect();
     let loses = [
-        if roles.is_empty() { "no role".to_owned() } else { roles.join(", ") },
+        if roles.is_empty() { t(language, "no role").to_string() } else { roles.join(", ") },
         match sessions {
-            1 => "1 session".to_owned(),
-            more => format!("{more} sessions"),
+            1 => t(language, "1 session").to_string(),
+            more => t(language, "{n} sessions").with("n", more).to_string(),
         },
-        if tokens.is_empty() { "no tokens".to_owned() } else { format!("the tokens {}", tokens.join(", ")) },
+        if tokens.is_empty() {
+            t(language, "no tokens").to_string()
+        } else {
+            t(language, "the tokens {names}").with("names", tokens.join(", ")).to_string()
+        },
     ];
     PersonRow {
         name: person.name,
@@ -135,21 +140,37 @@ pub(super) fn session(session: Session, own: Option<i64>) -> SessionRow {
     }
 }
 
-pub(super) fn token(token: Token, vessels: &[Vessel]) -> TokenRow {
-    let place = token.vessel.map_or_else(|| "all vessels".to_owned(), |vessel| vessel_name(vessel, vessels));
+/// A role with where it holds.
+fn role_on(language: Language, role: Role, place: &str) -> String {
+    let role = said(language, role.name()).to_owned();
+    t(language, "{role} on {place}").with("role", role).with("place", place).to_string()
+}
+
+pub(super) fn token(language: Language, token: Token, vessels: &[Vessel]) -> TokenRow {
+    let everywhere = || t(language, "all vessels").to_string();
+    let place = token.vessel.map_or_else(everywhere, |vessel| vessel_name(vessel, vessels));
+    let never = || t(language, "never").to_string();
     let loses = match &token.person {
-        Some(person) => format!("Scripts that use it in the name of {person} are refused at once."),
-        None => format!("The link of {place} ends at once, and the vessel does not come in by it again."),
+        Some(person) => t(language, "Scripts that use it in the name of {person} are refused at once.")
+            .with("person", person),
+        None => {
+            t(language, "The link of {vessel} ends at once, and the vessel does not come in by it again.")
+                .with("vessel", &place)
+        }
+    };
+    let scope = match token.role {
+        Some(role) => role_on(language, role, &place),
+        None => t(language, "link of {vessel}").with("vessel", &place).to_string(),
     };
     TokenRow {
         id: token.id,
-        loses,
+        loses: loses.to_string(),
         label: token.label,
-        scope: token.role.map_or_else(|| format!("link of {place}"), |role| format!("{role} on {place}")),
+        scope,
         person: token.person.unwrap_or_else(|| "—".to_owned()),
         since: at(token.created_us),
-        until: token.expires_us.map_or_else(|| "never".to_owned(), at),
-        used: token.used_us.map_or_else(|| "never".to_owned(), at),
+        until: token.expires_us.map_or_else(never, at),
+        used: token.used_us.map_or_else(never, at),
     }
 }
 
@@ -206,14 +227,15 @@ mod tests {
             permissions,
         };
         let role = api::Permission { vessel: Some(7), role: api::Role::Operator };
-        let told =
-            |permissions, sessions: &[Session]| person(nils(permissions), &vessels, sessions, &tokens).loses;
+        let told = |permissions, sessions: &[Session]| {
+            person(Language::English, nils(permissions), &vessels, sessions, &tokens).loses
+        };
         assert_eq!(
             told(vec![role], &[session("nils"), session("anna")]),
             "operator on otter-7; 1 session; the tokens R, cron"
         );
         assert!(told(vec![], &[]).starts_with("no role; 0 sessions"));
-        let [script, .., link] = tokens.map(|token| super::token(token, &vessels).loses);
+        let [script, .., link] = tokens.map(|token| super::token(Language::English, token, &vessels).loses);
         assert!(
             script.contains("in the name of nils") && link.contains("link of otter-7"),
             "{script} {link}"

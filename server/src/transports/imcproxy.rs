@@ -1,15 +1,15 @@
-//! The IMCProxy door: a WebSocket server that speaks the Java IMCProxy's protocol, but transparently.
+//! The IMCProxy transport: a WebSocket server that speaks the Java IMCProxy's protocol, but transparently.
 //!
 //! One binary message is one packet, and every packet goes to all other connections with the bytes it came with.
 //! Text is ignored, as there. Beyond the original: a peer that does not read keeps nobody waiting, and what comes
-//! is also recorded. The protocol has neither names nor passwords, so the door is off unless configured and
+//! is also recorded. The protocol has neither names nor passwords, so the transport is off unless configured and
 //! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
 
 use super::Access;
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
-use hub::{Door, Incoming, Peer, Role, Sources};
+use hub::{Incoming, Peer, Role, Sources, Transport};
 use shore::router::{AT_ONCE_BYTES, Connection, Router};
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -41,7 +41,7 @@ const PING: Duration = Duration::from_secs(20);
 
 type Socket = WebSocketStream<TcpStream>;
 
-/// Serves the door until `stop`.
+/// Serves the transport until `stop`.
 pub(super) async fn serve(
     listener: TcpListener,
     access: Access,
@@ -58,27 +58,31 @@ pub(super) async fn serve(
             Ok(accepted) => accepted,
             Err(error) => {
                 // Out of file handles, usually: that passes, the listener stays.
-                tracing::warn!(%error, "the IMCProxy door cannot accept a connection");
-                router.ledger().failed(Door::Proxy, &format!("cannot accept a connection: {error}"));
+                tracing::warn!(%error, "the IMCProxy transport cannot accept a connection");
+                router.ledger().failed(Transport::Proxy, &format!("cannot accept a connection: {error}"));
                 tokio::time::sleep(Duration::from_millis(200)).await;
                 continue;
             }
         };
         if !access.admits(from.ip()) {
-            tracing::warn!(peer = %from, "refused at the IMCProxy door: not in doors.imcproxy.allow");
-            router.ledger().refused(Door::Proxy, from.ip(), "not in doors.imcproxy.allow");
+            tracing::warn!(peer = %from, "refused at the IMCProxy transport: not in transports.imcproxy.allow");
+            router.ledger().refused(Transport::Proxy, from.ip(), "not in transports.imcproxy.allow");
             continue;
         }
         let Some(permit) = access.permit() else {
-            tracing::warn!(peer = %from, "refused at the IMCProxy door: doors.imcproxy.max_peers are connected");
-            router.ledger().refused(Door::Proxy, from.ip(), "doors.imcproxy.max_peers are connected");
+            tracing::warn!(peer = %from, "refused at the IMCProxy transport: transports.imcproxy.max_peers are connected");
+            router.ledger().refused(
+                Transport::Proxy,
+                from.ip(),
+                "transports.imcproxy.max_peers are connected",
+            );
             continue;
         };
         let (router, stop) = (router.clone(), stop.clone());
         tasks.spawn(async move {
             if let Err(reason) = peer(stream, from, router.clone(), stop).await {
                 tracing::info!(peer = %from, %reason, "an IMCProxy peer is gone");
-                router.ledger().failed(Door::Proxy, &format!("{from}: {reason}"));
+                router.ledger().failed(Transport::Proxy, &format!("{from}: {reason}"));
             }
             drop(permit);
         });
@@ -104,7 +108,12 @@ async fn peer(
     let handshake = tokio_tungstenite::accept_async_with_config(stream, Some(config));
     let socket = tokio::time::timeout(HANDSHAKE, handshake).await??;
     tracing::info!(peer = %from, "an IMCProxy peer is here");
-    let peer = Peer { door: Door::Proxy, role: Role::Console, name: from.to_string(), sources: Sources::Any };
+    let peer = Peer {
+        transport: Transport::Proxy,
+        role: Role::Console,
+        name: from.to_string(),
+        sources: Sources::Any,
+    };
     let connection = router.join(peer, OUTBOX_BYTES).await?;
     let (sink, stream) = socket.split();
     let outcome = tokio::select! {

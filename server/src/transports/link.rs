@@ -20,7 +20,7 @@ const GOOD_BYE: Duration = Duration::from_secs(1);
 /// Bytes that may wait in a connection's socket: two of the longest messages. A vessel that pings and takes nothing gets
 /// one pong for all of its pings.
 const WAITING_BYTES: usize = 2 * MAX_MESSAGE_BYTES;
-/// How often a connection's token is looked at anew: one that was revoked or ended holds no door open.
+/// How often a connection's token is looked at again: one that was revoked or ended holds no transport open.
 const LOOK: Duration = Duration::from_secs(5);
 
 /// `GET /link`, by a vessel whose token was looked at.
@@ -53,7 +53,7 @@ async fn serve(links: Links, vessel: u16, socket: WebSocket, invalid: impl Futur
     events.send(Event::Closed(id)).await.ok();
 }
 
-/// Waits until a token does not open the door of `vessel` any more.
+/// Waits until a token does not open the transport of `vessel` any more.
 async fn until_invalid(people: People, token: String, vessel: u16) {
     loop {
         tokio::time::sleep(LOOK).await;

@@ -2,7 +2,7 @@
 //!
 //! Those of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
 //! are off unless configured, belong on loopback or a VPN, and admit only declared addresses. A vessel that has a link
-//! is not believed there, unless `doors.trusted` names the door.
+//! is not believed there, unless `transports.trusted` names the transport.
 
 mod imcproxy;
 mod link;
@@ -11,11 +11,11 @@ mod udp;
 
 pub(crate) use link::open as open_link;
 
-use crate::config::{Doors as DoorsConfig, parse_network};
+use crate::config::{Transports as TransportsConfig, parse_network};
 use anyhow::Context as _;
 use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
-use hub::Door;
+use hub::Transport;
 use shore::owners::Owners;
 use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
@@ -24,10 +24,10 @@ use tokio::net::TcpListener;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::task::TaskTracker;
 
-/// The doors that are open.
+/// The transports that are open.
 #[derive(Debug, Clone, Default)]
 pub struct Open {
-    /// The IMCProxy door's address.
+    /// The IMCProxy transport's address.
     pub imcproxy: Option<SocketAddr>,
     /// The address at which datagrams are taken.
     pub udp: Option<SocketAddr>,
@@ -35,41 +35,45 @@ pub struct Open {
     pub announce: Option<SocketAddr>,
 }
 
-/// Doors that hold their ports and let nobody in yet.
+/// Transports that hold their ports and let nobody in yet.
 pub(crate) struct Opened {
     open: Open,
     /// Each with the name that people know it by.
-    doors: Vec<(&'static str, BoxFuture<'static, ()>)>,
+    transports: Vec<(&'static str, BoxFuture<'static, ()>)>,
 }
 
 impl Opened {
     /// Lets them in.
     pub(crate) fn serve(self, tasks: &TaskTracker, owners: &Owners) -> Open {
-        for (name, door) in self.doors {
-            tasks.spawn(owners.watch(name, door));
+        for (name, transport) in self.transports {
+            tasks.spawn(owners.watch(name, transport));
         }
         self.open
     }
 }
 
-/// Opens the configured doors. What they must know for the next start lies in the folder of `data`.
+/// Opens the configured transports. What they must know for the next start lies in the folder of `data`.
 ///
 /// # Errors
 /// A port is taken or an address is not ours; the message names the key.
-pub(crate) async fn open(config: &DoorsConfig, data: &Path, shore: &shore::Opened) -> anyhow::Result<Opened> {
-    let (mut open, mut doors) = (Open::default(), Vec::new());
+pub(crate) async fn open(
+    config: &TransportsConfig,
+    data: &Path,
+    shore: &shore::Opened,
+) -> anyhow::Result<Opened> {
+    let (mut open, mut transports) = (Open::default(), Vec::new());
     let shore::Opened { router, owners, tasks, stop, .. } = shore;
     let (router, tasks, stop) = (router.clone(), tasks.clone(), stop.clone());
     if let Some(address) = config.imcproxy.listen.get() {
         let listener = TcpListener::bind(address).await.with_context(|| {
-            format!("cannot listen on {address}: choose another by doors.imcproxy.listen")
+            format!("cannot listen on {address}: choose another by transports.imcproxy.listen")
         })?;
         let address = listener.local_addr()?;
-        router.ledger().opened(Door::Proxy, address.to_string());
+        router.ledger().opened(Transport::Proxy, address.to_string());
         open.imcproxy = Some(address);
         let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
-        let door = imcproxy::serve(listener, access, router.clone(), tasks.clone(), stop.clone());
-        doors.push(("the IMCProxy door", door.boxed()));
+        let transport = imcproxy::serve(listener, access, router.clone(), tasks.clone(), stop.clone());
+        transports.push(("the IMCProxy transport", transport.boxed()));
     }
     if let Some(address) = config.udp.listen.get() {
         let access = Access::new(&config.udp.allow, config.udp.max_peers);
@@ -77,18 +81,18 @@ pub(crate) async fn open(config: &DoorsConfig, data: &Path, shore: &shore::Opene
         (open.udp, open.announce) = (Some(node.address()), node.announce_address());
         let discovery =
             open.announce.map_or_else(|| "no discovery port".to_owned(), |at| format!("discovery {at}"));
-        router.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
-        let door = node.run(router.clone(), tasks.clone(), owners.clone(), stop.clone());
-        doors.push(("the UDP door", door.boxed()));
+        router.ledger().opened(Transport::Udp, format!("{}, {discovery}", node.address()));
+        let transport = node.run(router.clone(), tasks.clone(), owners.clone(), stop.clone());
+        transports.push(("the UDP transport", transport.boxed()));
     }
     for peer in &config.tcp.connect {
-        let door = tcp::keep_connected(peer.clone(), router.clone(), stop.clone());
-        doors.push(("the TCP door", door.boxed()));
+        let transport = tcp::keep_connected(peer.clone(), router.clone(), stop.clone());
+        transports.push(("the TCP transport", transport.boxed()));
     }
-    Ok(Opened { open, doors })
+    Ok(Opened { open, transports })
 }
 
-/// Whom a door admits, and how many.
+/// Whom a transport admits, and how many.
 #[derive(Debug, Clone)]
 pub(super) struct Access {
     allow: Arc<[(IpAddr, u8)]>,
@@ -96,7 +100,7 @@ pub(super) struct Access {
 }
 
 impl Access {
-    /// Networks such as `10.77.0.0/24`; none given admits everyone who reaches the door.
+    /// Networks such as `10.77.0.0/24`; none given admits everyone who reaches the transport.
     fn new(allow: &[String], places: usize) -> Self {
         Self {
             allow: allow.iter().filter_map(|text| parse_network(text)).collect(),

@@ -3,10 +3,10 @@
 //! No announcement and no heartbeat is needed for the stream to start. A stream is cut by nobody but the node and the
 //! kernel: while either side stalls TCP keeps the bytes, and a new stream would begin without them. So a node that
 //! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
-//! anew.
+//! again.
 
 use bytes::Bytes;
-use hub::{Door, Incoming, Peer, Role, Sources};
+use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::{Deframer, Frame};
 use shore::router::{Connection, Ledger, Router, Stopped};
 use socket2::{SockRef, TcpKeepalive};
@@ -54,7 +54,7 @@ pub(super) async fn keep_connected(node: String, router: Router, stop: Cancellat
         let outcome = stop.run_until_cancelled(attempt).await;
         let Some(outcome) = outcome else { return };
         if let Err(reason) = outcome {
-            router.ledger().failed(Door::Tcp, &format!("{node}: {reason}"));
+            router.ledger().failed(Transport::Tcp, &format!("{node}: {reason}"));
             // Said once, not at each attempt of a night in harbour.
             if !told {
                 tracing::warn!(%node, %reason, "not connected; trying again");
@@ -75,7 +75,8 @@ async fn converse(stream: TcpStream, node: &str, router: &Router) -> anyhow::Res
     socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(ASK).with_interval(ASK))?;
     socket.set_tcp_user_timeout(Some(DEAD_AFTER))?;
     let (reader, writer) = stream.into_split();
-    let peer = Peer { door: Door::Tcp, role: Role::Vessel, name: node.to_owned(), sources: Sources::Any };
+    let peer =
+        Peer { transport: Transport::Tcp, role: Role::Vessel, name: node.to_owned(), sources: Sources::Any };
     let connection = router.join(peer, OUTBOX_BYTES).await?;
     let outcome = tokio::select! {
         outcome = receive(reader, node, router.ledger(), |batch| connection.give(batch)) => outcome,
@@ -107,7 +108,7 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
         } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
             let silent = format!("silent for {} s; the stream stands", SILENCE.as_secs());
             tracing::warn!(%node, "{silent}");
-            ledger.failed(Door::Tcp, &format!("{node}: {silent}"));
+            ledger.failed(Transport::Tcp, &format!("{node}: {silent}"));
         }
         let mut batch = packets(&mut deframer, node);
         if batch.is_empty() && !looked && heard.elapsed() >= REST {
@@ -134,7 +135,7 @@ fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
         match frame {
             Frame::Packet { view, .. } => batch.push(Incoming::from(Bytes::copy_from_slice(view.bytes()))),
             Frame::Damage(damage) => {
-                metrics::counter!("lutra_damaged_bytes_total", "door" => "tcp").increment(damage.bytes);
+                metrics::counter!("lutra_damaged_bytes_total", "transport" => "tcp").increment(damage.bytes);
                 tracing::debug!(%node, ?damage, "bytes that are no packet");
             }
         }
@@ -157,7 +158,7 @@ async fn send(
             }
             Err(overflow) => {
                 tracing::error!(%node, %overflow, "what waited for the node is lost");
-                ledger.failed(Door::Tcp, &format!("{node}: {overflow}: it is lost"));
+                ledger.failed(Transport::Tcp, &format!("{node}: {overflow}: it is lost"));
                 connection.outbox.reopen();
             }
         }

@@ -9,7 +9,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use store::{Accepted, Door, LinkSeq, Outcome, Store};
+use store::{Accepted, LinkSeq, Outcome, Store, Transport};
 use units::UtcTime;
 
 /// 2026-11-21T08:00:00Z.
@@ -31,7 +31,7 @@ fn fill(data: &Path, numbers: std::ops::Range<u64>) {
     for seq in numbers {
         let received = UtcTime::from_micros(START_US + (seq % 2) as i64 * 86_400_000_000);
         let link = Some(LinkSeq { stream: STREAM, seq });
-        store.accept(&Accepted { packet: &packet(seq), received, door: Door::Link, link }).unwrap();
+        store.accept(&Accepted { packet: &packet(seq), received, transport: Transport::Link, link }).unwrap();
     }
     store.close().unwrap();
 }
@@ -222,7 +222,7 @@ fn after_an_older_backup_vessels_go_on_where_they_are_and_the_old_archive_fills_
     let accepted = Accepted {
         packet: &after,
         received,
-        door: Door::Link,
+        transport: Transport::Link,
         link: Some(LinkSeq { stream: STREAM, seq: 200 }),
     };
     assert_eq!(store.accept(&accepted).unwrap(), Outcome::Recorded);

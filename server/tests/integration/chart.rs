@@ -95,9 +95,10 @@ fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
     // The way to the first place counts where it is known.
     let output = chart(&data, &["check", &open, "--from", "63.4424,10.3516"]);
     assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stdout));
-    for (plan, why) in
-        [("nowhere.json", "there is no such file, and it is no number of a plan"), ("7", "keeps no plan 7")]
-    {
+    for (plan, why) in [
+        ("nowhere.json", "there is no such file, and it is not a number of a plan"),
+        ("7", "keeps no plan 7"),
+    ] {
         let output = chart(&data, &["check", plan]);
         let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && complaint.contains(why), "{complaint}");

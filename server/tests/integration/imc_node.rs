@@ -1,4 +1,4 @@
-//! The UDP and TCP doors against nodes that behave as DUNE does.
+//! The UDP and TCP transports against nodes that behave as DUNE does.
 
 use crate::support::{CONSOLE, Client, OTTER, PATIENCE, Shore, archived_packets, packet};
 use bytes::Bytes;
@@ -39,9 +39,9 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     let at = vehicle.local_addr().unwrap();
     let shore = Shore::start(|config| {
         config.imc.active = true;
-        config.doors.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+        config.transports.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
         // The vehicle's own socket stands for a discovery port, so that it hears the server's announcement.
-        config.doors.udp.announce_ports = vec![0, at.port()];
+        config.transports.udp.announce_ports = vec![0, at.port()];
     })
     .await;
     let mut console = Client::connect(shore.proxy()).await;
@@ -83,10 +83,10 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     shore.serving.stop().await;
 }
 
-/// A server's UDP door without discovery ports; the vehicle announces itself to where datagrams are taken.
-fn udp_door(config: &mut server::config::Config, listen: &str) {
-    config.doors.udp.listen = listen.to_owned().try_into().unwrap();
-    config.doors.udp.announce_ports = vec![0];
+/// A server's UDP transport without discovery ports; the vehicle announces itself to where datagrams are taken.
+fn udp_transport(config: &mut server::config::Config, listen: &str) {
+    config.transports.udp.listen = listen.to_owned().try_into().unwrap();
+    config.transports.udp.announce_ports = vec![0];
 }
 
 fn voltage(time: f64) -> Bytes {
@@ -117,8 +117,8 @@ async fn a_dune_that_echoes_gets_each_order_once() {
         (UdpSocket::bind("127.0.0.1:0").await.unwrap(), UdpSocket::bind("127.0.0.1:0").await.unwrap());
     let tcp_at = node.local_addr().unwrap().to_string();
     let shore = Shore::start(|config| {
-        udp_door(config, "127.0.0.1:0");
-        config.doors.tcp.connect = vec![tcp_at];
+        udp_transport(config, "127.0.0.1:0");
+        config.transports.tcp.connect = vec![tcp_at];
     })
     .await;
     let to = shore.serving.transports.udp.unwrap();
@@ -196,7 +196,7 @@ async fn a_dune_that_echoes_gets_each_order_once() {
 #[tokio::test]
 async fn a_burst_of_datagrams_is_recorded_whole() {
     let vehicle = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
-    let shore = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
+    let shore = Shore::start(|config| udp_transport(config, "127.0.0.1:0")).await;
     let to = shore.serving.transports.udp.unwrap();
     let mut console = Client::connect(shore.proxy()).await;
     let at = vehicle.local_addr().unwrap();
@@ -240,7 +240,7 @@ async fn a_burst_of_datagrams_is_recorded_whole() {
 async fn a_vessel_that_streams_is_heard_at_once_after_a_restart() {
     let vehicle = UdpSocket::bind("127.0.0.1:0").await.unwrap();
     let at = vehicle.local_addr().unwrap();
-    let Shore { serving, data } = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
+    let Shore { serving, data } = Shore::start(|config| udp_transport(config, "127.0.0.1:0")).await;
     let (to, proxy) = (serving.transports.udp.unwrap(), serving.transports.imcproxy.unwrap());
     let mut console = Client::connect(proxy).await;
     vehicle
@@ -252,7 +252,7 @@ async fn a_vessel_that_streams_is_heard_at_once_after_a_restart() {
     serving.stop().await;
     let shore = Shore::start(|config| {
         config.data = data.path().to_owned();
-        udp_door(config, &to.to_string());
+        udp_transport(config, &to.to_string());
     })
     .await;
     assert_eq!(shore.serving.transports.udp, Some(to));
@@ -271,7 +271,7 @@ async fn a_second_system_of_the_same_address_takes_neither_the_place_nor_the_sto
     let first = UdpSocket::bind("127.0.0.1:0").await.unwrap();
     let second = UdpSocket::bind("127.0.0.1:0").await.unwrap();
     let third = UdpSocket::bind("127.0.0.2:0").await.unwrap();
-    let shore = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
+    let shore = Shore::start(|config| udp_transport(config, "127.0.0.1:0")).await;
     let to = shore.serving.transports.udp.unwrap();
     let mut console = Client::connect(shore.proxy()).await;
     for (socket, time) in [(&first, 1.0), (&second, 2.0), (&third, 3.0)] {
@@ -293,7 +293,7 @@ async fn a_second_system_of_the_same_address_takes_neither_the_place_nor_the_sto
 async fn a_stream_outlives_a_stall_in_the_middle_of_a_packet() {
     let node = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let at = node.local_addr().unwrap().to_string();
-    let shore = Shore::start(|config| config.doors.tcp.connect = vec![at]).await;
+    let shore = Shore::start(|config| config.transports.tcp.connect = vec![at]).await;
     let mut console = Client::connect(shore.proxy()).await;
     let mut stream = node.accept().await.unwrap().0;
     stream.write_all(&voltage(1.0)).await.unwrap();
@@ -301,7 +301,7 @@ async fn a_stream_outlives_a_stall_in_the_middle_of_a_packet() {
     stream.write_all(&voltage(2.0)[..20]).await.unwrap();
     // The silence is what is tried: longer than the ten seconds after which it is told.
     let again = tokio::time::timeout(Duration::from_secs(12), node.accept()).await;
-    assert!(again.is_err(), "connected anew");
+    assert!(again.is_err(), "connected again");
     stream.write_all(&voltage(2.0)[20..]).await.unwrap();
     stream.write_all(&voltage(3.0)).await.unwrap();
     assert_eq!([console.hear().await, console.hear().await], [voltage(2.0), voltage(3.0)]);
@@ -309,12 +309,12 @@ async fn a_stream_outlives_a_stall_in_the_middle_of_a_packet() {
 }
 
 /// A stream is taken as it comes, cut anywhere, with rubbish between packets; commands go back by it; a node that
-/// ends it is connected to anew.
+/// ends it is connected to again.
 #[tokio::test]
 async fn a_stream_survives_cuts_and_rubbish() {
     let node = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let at = node.local_addr().unwrap().to_string();
-    let shore = Shore::start(|config| config.doors.tcp.connect = vec![at]).await;
+    let shore = Shore::start(|config| config.transports.tcp.connect = vec![at]).await;
     let mut console = Client::connect(shore.proxy()).await;
     for round in 0..2 {
         let mut stream: TcpStream = tokio::time::timeout(PATIENCE, node.accept()).await.unwrap().unwrap().0;

@@ -1,4 +1,4 @@
-//! The IMCProxy door with real sockets.
+//! The IMCProxy transport with real sockets.
 
 use crate::support::{CONSOLE, Client, OTTER, PATIENCE, Shore, odd_packets, packet};
 use futures_util::{SinkExt as _, StreamExt as _};
@@ -85,11 +85,12 @@ async fn who_does_not_read_holds_nobody_up() {
 }
 
 #[tokio::test]
-async fn the_door_admits_declared_addresses_and_so_many() {
-    let shore = Shore::start(|config| config.doors.imcproxy.allow = vec!["192.0.2.0/24".to_owned()]).await;
+async fn the_transport_admits_declared_addresses_and_so_many() {
+    let shore =
+        Shore::start(|config| config.transports.imcproxy.allow = vec!["192.0.2.0/24".to_owned()]).await;
     assert!(tokio_tungstenite::connect_async(format!("ws://{}", shore.proxy())).await.is_err());
     shore.serving.stop().await;
-    let shore = Shore::start(|config| config.doors.imcproxy.max_peers = 1).await;
+    let shore = Shore::start(|config| config.transports.imcproxy.max_peers = 1).await;
     let _first = Client::connect(shore.proxy()).await;
     assert!(tokio_tungstenite::connect_async(format!("ws://{}", shore.proxy())).await.is_err());
     shore.serving.stop().await;

@@ -10,6 +10,7 @@ mod clock;
 mod demo;
 mod disk_full;
 mod gaps;
+mod hardware;
 mod imc_node;
 mod imcproxy;
 mod influx;

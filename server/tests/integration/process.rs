@@ -93,7 +93,7 @@ fn it_starts_answers_and_ends_on_sigterm() {
         "lutra_recording_trouble 0",
         "lutra_history_behind 0",
         "lutra_waiting_bytes 0",
-        "lutra_door_peers{door=\"link\"} 0",
+        "lutra_transport_peers{transport=\"link\"} 0",
         "lutra_relay_packets_total{what=\"received\"} ",
     ] {
         assert!(figures.contains(figure), "{figure} is not in {figures}");
@@ -141,7 +141,7 @@ fn the_command_line_manages_people_without_and_beside_a_server() {
     // The running server follows within a second or so.
     let end = std::time::Instant::now() + std::time::Duration::from_secs(30);
     while !me().starts_with("HTTP/1.1 401") {
-        assert!(std::time::Instant::now() < end, "a revoked token still opens the door");
+        assert!(std::time::Instant::now() < end, "a revoked token still opens the transport");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
 }
@@ -178,12 +178,12 @@ fn mistakes_are_told_with_their_remedy() {
 fn a_first_start_that_fails_leaves_the_password_to_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let (taken, door) = (
+    let (taken, transport) = (
         taken.local_addr().unwrap().to_string(),
-        format!("doors.imcproxy.listen={}", taken.local_addr().unwrap()),
+        format!("transports.imcproxy.listen={}", taken.local_addr().unwrap()),
     );
     assert!(!run(folder.path(), &["serve", "--listen", &taken]).status.success());
-    assert!(!run(folder.path(), &["serve", "--listen", "127.0.0.1:0", "--set", &door]).status.success());
+    assert!(!run(folder.path(), &["serve", "--listen", "127.0.0.1:0", "--set", &transport]).status.success());
     let mut server = Server::start(folder.path(), &[]);
     assert!(server.line().contains("one-time password"));
 }
@@ -375,7 +375,8 @@ fn what_nobody_may_write_can_be_exported_from() {
     let mut packet = Vec::new();
     imc::encode_into(&mut packet, &header, &imc::messages::Temperature { value: 8.5 }).unwrap();
     let received = units::UtcTime::from_micros(1_800_000_000_500_000);
-    let accepted = store::Accepted { packet: &packet, received, door: store::Door::Tcp, link: None };
+    let accepted =
+        store::Accepted { packet: &packet, received, transport: store::Transport::Tcp, link: None };
     store.accept(&accepted).unwrap();
     store.close().unwrap();
     let chmod = |mode: &str, path: &Path| {

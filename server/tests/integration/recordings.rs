@@ -1,4 +1,4 @@
-//! A real DUNE vehicle's traffic through each door: all of it is in the archive, byte for byte, and in the
+//! A real DUNE vehicle's traffic through each transport: all of it is in the archive, byte for byte, and in the
 //! history, message for message.
 
 use crate::support::{Client, OTTER, PATIENCE, Shore, archived, odd_packets, packet, packets_of};
@@ -16,7 +16,7 @@ use tokio_tungstenite::tungstenite::Message as Frame;
 
 /// Who says that the traffic is through. Nobody in the recordings has this address.
 const MARKER: Address = Address(0x4002);
-/// More than fits into a packet, a segment or a buffer of the door, and never the same twice in a row.
+/// More than fits into a packet, a segment or a buffer of the transport, and never the same twice in a row.
 const ODD_CHUNKS: [usize; 7] = [1, 7, 1_449, 13, 65_537, 3, 20_011];
 
 /// What makes two packets the same sample: message, source, entity, time and payload.
@@ -122,7 +122,7 @@ async fn say_all(shore: &Shore, packets: &[Bytes]) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn through_the_imcproxy_door_it_is_whole_and_saying_it_again_adds_nothing() {
+async fn through_the_imcproxy_transport_it_is_whole_and_saying_it_again_adds_nothing() {
     let Some((path, packets)) = recording() else { return };
     let shore = Shore::start(|_| {}).await;
     let mut said = packets;
@@ -130,18 +130,18 @@ async fn through_the_imcproxy_door_it_is_whole_and_saying_it_again_adds_nothing(
     say_all(&shore, &said).await;
     shore.serving.stop().await;
     assert_whole(shore.data.path(), &said, false);
-    // The vehicle's own log of what came by the door adds nothing.
+    // The vehicle's own log of what came by the transport adds nothing.
     let told = run(shore.data.path(), &["import", path.to_str().unwrap()]);
     assert_eq!(told, "1 log, 74372 packets, 0 new\n");
     assert_whole(shore.data.path(), &said, false);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn through_the_tcp_door_in_odd_chunks_it_is_whole() {
+async fn through_the_tcp_transport_in_odd_chunks_it_is_whole() {
     let Some((_, packets)) = recording() else { return };
     let node = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let at = node.local_addr().unwrap().to_string();
-    let shore = Shore::start(|config| config.doors.tcp.connect = vec![at]).await;
+    let shore = Shore::start(|config| config.transports.tcp.connect = vec![at]).await;
     let console = Client::connect(shore.proxy()).await;
     let heard = tokio::spawn(until_through(console));
     let mut said = packets;

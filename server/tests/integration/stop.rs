@@ -99,7 +99,7 @@ impl Script {
     }
 }
 
-/// A vessel that speaks by the IMCProxy's door and executes a plan.
+/// A vessel that speaks by the IMCProxy's transport and executes a plan.
 async fn vessel(server: &Server) -> Client {
     let mut vessel = Client::connect(server.proxy).await;
     let state = PlanControlState {
@@ -153,8 +153,10 @@ async fn a_disk_that_hangs_delays_no_stop_and_what_happened_is_written_when_it_i
     let admin = run(&data, &["token", "create", "--person", "nils", "--role", "admin"]).trim().to_owned();
     let server = Server::start(&data);
     let mut vessel = vessel(&server).await;
-    until("heard", || ask(server.web, "/metrics").1.contains("peers{door=\"imcproxy\"} 1").then_some(()))
-        .await;
+    until("heard", || {
+        ask(server.web, "/metrics").1.contains("peers{transport=\"imcproxy\"} 1").then_some(())
+    })
+    .await;
 
     assert!(disk.freeze("--freeze"), "util-linux has fsfreeze");
     // What vessels say keeps the recorder at the disk, and the tokens' first use is to be written down.

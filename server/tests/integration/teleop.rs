@@ -25,7 +25,7 @@ const ROGUE: f32 = 0.9;
 
 /// What the browser's script tells.
 #[derive(Debug)]
-enum Told {
+enum ScriptLine {
     Fault(Fault),
     /// From here on thrust may be seen again.
     May(f64),
@@ -121,8 +121,8 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
             let words: Vec<&str> = line.split(' ').collect();
             let way = |name| if name == "vessel" { &to_vessel } else { &to_browser };
             match words[..] {
-                ["fault", ref rest @ ..] => told.push(Told::Fault(fault_of(rest, noted_s.take()))),
-                ["may", ms] => told.push(Told::May(ms.parse::<f64>().unwrap() / 1e3)),
+                ["fault", ref rest @ ..] => told.push(ScriptLine::Fault(fault_of(rest, noted_s.take()))),
+                ["may", ms] => told.push(ScriptLine::May(ms.parse::<f64>().unwrap() / 1e3)),
                 ["silence", name] => {
                     noted_s = Some(now_s());
                     way(name).silent();
@@ -149,10 +149,10 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
     let thrust = thrust(&packets);
     let mut proven = BTreeSet::new();
     for (n, one) in told.iter().enumerate() {
-        let Told::Fault(Fault { name, ran: seen, at_s, fresh_s }) = one else { continue };
+        let ScriptLine::Fault(Fault { name, ran: seen, at_s, fresh_s }) = one else { continue };
         let later = told[n + 1..].iter().find_map(|one| match one {
-            Told::May(may_s) => Some(*may_s),
-            Told::Fault(_) => None,
+            ScriptLine::May(may_s) => Some(*may_s),
+            ScriptLine::Fault(_) => None,
         });
         let still_s = still_s(&thrust, later.unwrap_or(end_s));
         let took_s = still_s.unwrap_or_else(|| panic!("{name}: the motors did not stop")) - fresh_s;

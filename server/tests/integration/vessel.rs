@@ -83,7 +83,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
     until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
 
-    // A command of a console at another door reaches the vessel, and the answer reaches that console.
+    // A command of a console at another transport reaches the vessel, and the answer reaches that console.
     let mut console = Client::connect(server.proxy).await;
     until_live(&mut console).await;
     ask(&mut console, 701).await;
@@ -179,7 +179,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     println!("{} different packets of the vessel ashore, {compared} compared with its logs", ashore.len());
 }
 
-/// How the door answers a token.
+/// How the transport answers a token.
 async fn greeted(server: &Server, token: Option<&str>) -> Result<(), u16> {
     let mut request = format!("ws://{}/link", server.web).into_client_request().unwrap();
     if let Some(token) = token {
@@ -222,7 +222,7 @@ async fn only_its_own_valid_token_lets_a_vessel_in() {
     run(&data, &["token", "revoke", id]);
     let end = std::time::Instant::now() + crate::support::PATIENCE;
     while greeted(&server, Some(&token)).await != Err(401) {
-        assert!(std::time::Instant::now() < end, "a revoked token still opens the door");
+        assert!(std::time::Instant::now() < end, "a revoked token still opens the transport");
     }
     until("shown out", || agent.errors().contains("is the token right").then_some(())).await;
 }
@@ -248,5 +248,6 @@ async fn nobody_speaks_for_a_vessel_that_has_a_link() {
     let end = packet(CONSOLE, imc::Address::NULL, now_s(), messages::Heartbeat);
     forger.say(&end).await;
     assert_eq!(console.hear().await, end, "and nothing before it");
-    until("told", || server.log().contains("speaks in its name by the door imcproxy").then_some(())).await;
+    until("told", || server.log().contains("speaks in its name by the transport imcproxy").then_some(()))
+        .await;
 }

@@ -18,8 +18,8 @@ impl Request for WriteNotes {
         let mut last = 0;
         for note in self.0 {
             let sql =
-                "INSERT INTO alarm_note (time_us, alarm, vessel, vessel_name, kind, priority, what, by, text)
-                       VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)";
+                "INSERT INTO alarm_note (time_us, alarm, vessel, vessel_name, kind, priority, what, by, text, says)
+                       VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)";
             let query = sqlx::query(sql).bind(note.time_us).bind(i64::try_from(note.id).unwrap_or(i64::MAX));
             let query = query
                 .bind(note.vessel)
@@ -27,7 +27,9 @@ impl Request for WriteNotes {
                 .bind(note.kind)
                 .bind(note.priority)
                 .bind(note.what);
-            last = query.bind(note.by).bind(note.text).execute(&mut *db).await?.last_insert_rowid();
+            let says = serde_json::to_string(&note.says).unwrap_or_default();
+            last =
+                query.bind(note.by).bind(note.text).bind(says).execute(&mut *db).await?.last_insert_rowid();
         }
         sqlx::query("DELETE FROM alarm_note WHERE id <= ?1").bind(last - KEPT).execute(db).await?;
         Ok(())
@@ -35,7 +37,8 @@ impl Request for WriteNotes {
 }
 
 /// A row as the question below asks for it.
-type Row = (i64, i64, i64, Option<u16>, Option<String>, String, String, String, String, String);
+type Row =
+    (i64, i64, i64, Option<u16>, Option<String>, String, String, String, String, String, Option<String>);
 
 /// Changes of alarms, the newest first.
 #[derive(Debug, Clone, Default)]
@@ -61,7 +64,7 @@ impl Request for Notes {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<Self::Answer, Fault> {
         let mut sql: QueryBuilder<Sqlite> = QueryBuilder::new(
-            "SELECT id, time_us, alarm, vessel, vessel_name, kind, priority, what, by, text FROM alarm_note WHERE 1",
+            "SELECT id, time_us, alarm, vessel, vessel_name, kind, priority, what, by, text, says FROM alarm_note WHERE 1",
         );
         if let Some(vessels) = &self.vessels {
             sql.push(" AND (vessel IS NULL OR vessel IN (");
@@ -86,7 +89,8 @@ impl Request for Notes {
         }
         sql.push(" ORDER BY id DESC LIMIT ").push_bind(self.count);
         let rows: Vec<Row> = sql.build_query_as().fetch_all(db).await?;
-        let note = |(number, time_us, id, vessel, vessel_name, kind, priority, what, by, text): Row| {
+        let note = |(number, time_us, id, vessel, vessel_name, kind, priority, what, by, text, says): Row| {
+            let says = says.and_then(|says| serde_json::from_str(&says).ok()).unwrap_or_default();
             (
                 number,
                 AlarmNote {
@@ -98,6 +102,7 @@ impl Request for Notes {
                     priority,
                     what,
                     by,
+                    says,
                     text,
                 },
             )
@@ -121,6 +126,7 @@ mod tests {
             priority: priority.to_owned(),
             what: "raised".to_owned(),
             by: String::new(),
+            says: vec![api::AlarmSaying::NotHeard { since_us: time_us }],
             text: "the link is lost".to_owned(),
         }
     }

@@ -14,8 +14,8 @@ use store::BackedUp;
 /// and what could not be used.
 const LEFT_OUT: [&str; 8] =
     ["archive", "history", "history.new", "history.old", "history.aside", "uploads", "lock", "backup.json"];
-/// Ends of names of what is under way, or made anew by itself.
-const UNDER_WAY: [&str; 6] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm"];
+/// Ends of names of what is under way, or rebuilt by itself.
+const UNDER_WAY: [&str; 7] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm", "-journal"];
 /// Where files that lie outside of the data folder come to.
 const OUTSIDE: &str = "outside";
 
@@ -114,11 +114,25 @@ fn copy_file(from: &Path, to: &Path) -> anyhow::Result<()> {
         if let Some(folder) = to.parent() {
             fs::create_dir_all(folder)?;
         }
-        fs::copy(from, &part)?;
+        copy_state(from, &part)?;
         File::open(&part)?.sync_all()?;
         fs::rename(&part, to)
     };
     copied().with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))
+}
+
+/// Copies a file; of a chart set, which an import may be changing in place, one state of it.
+fn copy_state(from: &Path, to: &Path) -> io::Result<()> {
+    if from.extension().is_some_and(|end| end == "gpkg") {
+        if to.exists() {
+            fs::remove_file(to)?;
+        }
+        match chartdb::copy(from, to) {
+            Err(chartdb::ChartDbError::Foreign(_)) => {}
+            copied => return copied.map_err(io::Error::other),
+        }
+    }
+    fs::copy(from, to).map(drop)
 }
 
 /// All files of a backup, below it.

@@ -14,7 +14,7 @@ use units::UtcTime;
 
 /// What one vessel said.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct Reported {
     /// SHA-256 of the file in force, in hexadecimal digits; null for none.
     held: Option<String>,
     edition: String,
@@ -35,7 +35,7 @@ enum Stage {
     Declined,
 }
 
-impl Told {
+impl Reported {
     fn of(report: ChartReport, at_us: i64) -> Self {
         Self {
             held: (report.held != [0; 32]).then(|| hex::encode(report.held)),
@@ -62,7 +62,7 @@ pub struct ChartsAboard(Arc<Shared>);
 #[derive(Debug)]
 struct Shared {
     path: PathBuf,
-    told: Mutex<BTreeMap<u16, Told>>,
+    told: Mutex<BTreeMap<u16, Reported>>,
     /// Held while the file is written.
     saving: Mutex<()>,
 }
@@ -81,7 +81,7 @@ impl ChartsAboard {
     /// A vessel says this.
     pub fn tell(&self, vessel: Address, report: ChartReport, at: UtcTime) {
         let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.insert(vessel.0, Told::of(report, at.micros()));
+        told.insert(vessel.0, Reported::of(report, at.micros()));
     }
 
     /// Writes the file.
@@ -105,7 +105,7 @@ impl ChartsAboard {
     }
 }
 
-fn read(path: &Path) -> io::Result<BTreeMap<u16, Told>> {
+fn read(path: &Path) -> io::Result<BTreeMap<u16, Reported>> {
     match fs::read(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(BTreeMap::new()),
         Err(error) => Err(error),
@@ -113,7 +113,7 @@ fn read(path: &Path) -> io::Result<BTreeMap<u16, Told>> {
     }
 }
 
-fn write(path: &Path, told: &BTreeMap<u16, Told>) -> io::Result<()> {
+fn write(path: &Path, told: &BTreeMap<u16, Reported>) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
@@ -123,7 +123,7 @@ fn write(path: &Path, told: &BTreeMap<u16, Told>) -> io::Result<()> {
 }
 
 /// What a vessel holds, in words too.
-fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
+fn compared(told: Option<&Reported>, ashore: Option<ChartDigest>) -> VesselChart {
     let Some(told) = told else {
         let text = "not known: the vessel has not reported since it was set up, or its program is too old";
         return VesselChart { state: "unknown".to_owned(), text: text.to_owned(), ..VesselChart::default() };

@@ -8,7 +8,7 @@ use api::{
 use charts::depth_index::{Demand, DepthAnswer, Leg, Water};
 use charts::s57::{attribute_words, class_words, value_words};
 use guard::GuardLimits;
-use tiles::{Near, Sheet};
+use tiles::{Changed, Near, Sheet};
 use units::LatLon;
 
 /// Most objects that are told of a place.
@@ -26,6 +26,8 @@ pub fn described(charts: &Charts) -> ChartSet {
         ..ChartSet::default()
     };
     let Some(set) = charts.set() else { return empty };
+    let undrawn = Some(set.undrawn()).filter(|all| !all.is_empty()).map(|all| all.join("; "));
+    let empty = ChartSet { trouble: empty.trouble.or(undrawn), ..empty };
     let cell = |chart: &chartdb::Chart| ChartCell {
         name: chart.name.clone(),
         edition: chart.edition.clone(),
@@ -79,7 +81,7 @@ fn demands(limits: &GuardLimits) -> (Demand, Demand) {
     (exact(limits.autonomous_m), exact(limits.navigable_m))
 }
 
-fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> ChartDepth {
+fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Result<ChartDepth, Changed> {
     let (least_m, greatest_m) = match answer.water {
         Water::Depth { least_m, greatest_m } => (Some(least_m), greatest_m),
         _ => (None, None),
@@ -87,7 +89,11 @@ fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Cha
     let object = answer.object.and_then(|id| set.index.object(id));
     let object = object.as_ref();
     let source = object.map(|object| set.index.source(object));
-    ChartDepth {
+    let drawn = match object.zip(source) {
+        Some((object, source)) => sheet.object_of(&source.name, object.record)?,
+        None => None,
+    };
+    Ok(ChartDepth {
         kind: kind(answer.water).to_owned(),
         least_m,
         greatest_m,
@@ -96,7 +102,7 @@ fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Cha
         navigable,
         lat_deg: answer.at.lat_deg(),
         lon_deg: answer.at.lon_deg(),
-        object: object.zip(source).and_then(|(object, source)| sheet.object_of(&source.name, object.record)),
+        object: drawn,
         class: object.map(|object| object.class.to_string()),
         words: object.map(|object| class_words(object.class)),
         name: object.and_then(|object| object.name.clone()),
@@ -105,7 +111,7 @@ fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Cha
         update: source.map(|source| source.update.clone()),
         scale: source.map(|source| source.scale).filter(|scale| *scale > 0),
         zone: answer.zone,
-    }
+    })
 }
 
 /// What is charted at a place.
@@ -117,23 +123,27 @@ pub fn at(set: &Set, limits: &GuardLimits, place: LatLon, within_m: f64) -> Resu
     let (autonomous, navigable) = demands(limits);
     let answer = set.index.depth_at(place, &autonomous);
     let may_be_driven = set.index.depth_at(place, &navigable).navigable;
-    let objects = sheet.near(place, within_m, OBJECTS);
-    Ok(ChartNear {
-        depth: depth(set, sheet, &answer, may_be_driven),
-        objects: objects.iter().filter_map(|near| object(sheet, near)).collect(),
-    })
+    let near = || -> Result<ChartNear, Changed> {
+        let found = sheet.near(place, within_m, OBJECTS)?;
+        let mut objects = Vec::with_capacity(found.len());
+        for near in &found {
+            objects.extend(object(sheet, near)?);
+        }
+        Ok(ChartNear { depth: depth(set, sheet, &answer, may_be_driven)?, objects })
+    };
+    near().map_err(|changed| changed.to_string())
 }
 
-fn object(sheet: &Sheet, near: &Near) -> Option<ChartObject> {
-    let about = sheet.about(near.object)?;
-    let source = sheet.source(about);
+fn object(sheet: &Sheet, near: &Near) -> Result<Option<ChartObject>, Changed> {
+    let Some(about) = sheet.about(near.object)? else { return Ok(None) };
+    let source = sheet.source(&about);
     let attribute = |one: &charts::s57::Attribute| ChartAttribute {
         name: one.code.to_string(),
         words: attribute_words(one.code),
         value: one.value.clone(),
         text: value_words(one.code, &one.value),
     };
-    Some(ChartObject {
+    Ok(Some(ChartObject {
         id: near.object,
         class: about.class.to_string(),
         words: class_words(about.class),
@@ -146,7 +156,7 @@ fn object(sheet: &Sheet, near: &Near) -> Option<ChartObject> {
         edition: source.edition.clone(),
         update: source.update.clone(),
         scale: source.scale,
-    })
+    }))
 }
 
 /// How deep it is along a way of at least two points.
@@ -174,7 +184,7 @@ pub fn corridor(
             from_m,
             length_m: piece_m,
             along_m: from_m + worst.along_m,
-            worst: depth(set, sheet, &worst, may_be_driven),
+            worst: depth(set, sheet, &worst, may_be_driven).map_err(|changed| changed.to_string())?,
         });
         let points = set.index.profile(leg, step_m);
         profile.extend(points.into_iter().map(|(along_m, water)| ChartProfilePoint {

@@ -1,19 +1,20 @@
 //! The sea chart as the server holds it: the set that lies on the disk, in memory, and what is asked of it.
 //!
 //! [`Charts`] looks every two seconds whether the file is another one, as after `lutra-server chart import`, and
-//! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file is no chart; a file
+//! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file means no chart; a file
 //! that cannot be read is a trouble, and the guard refuses plans until it is gone.
 
 mod aboard;
 mod answer;
 mod cache;
-mod parcel;
+mod drawing;
+mod package;
 mod settings;
-mod verdict;
+pub(crate) mod verdict;
 
 pub use aboard::ChartsAboard;
 pub use answer::{at, corridor, described, way_m};
-pub use parcel::Parcel;
+pub use package::ChartPackage;
 pub use settings::Settings;
 pub use verdict::{Limits, told};
 
@@ -32,8 +33,9 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, SystemTime};
-use tiles::{NoTile, Sheet, SheetSource};
+use tiles::{Changed, NoTile, Sheet};
 use tokio::sync::watch;
+use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use units::LatLon;
 
@@ -52,7 +54,7 @@ struct Shared {
     /// The state of the file that `now` was made of; held while a new one is read.
     seen: Mutex<Option<Stamp>>,
     /// What vessels are offered.
-    offered: watch::Sender<Option<Arc<Parcel>>>,
+    offered: watch::Sender<Option<Arc<ChartPackage>>>,
 }
 
 /// What there is.
@@ -88,7 +90,7 @@ pub struct Set {
     /// Plans routes on it.
     pub router: Router,
     path: PathBuf,
-    sheet: OnceLock<Result<Sheet, String>>,
+    sheet: OnceLock<Sheet>,
     tiles: Mutex<Cache>,
 }
 
@@ -117,7 +119,7 @@ impl Charts {
     }
 
     /// What vessels are offered, as it changes.
-    pub fn offered(&self) -> watch::Receiver<Option<Arc<Parcel>>> {
+    pub fn offered(&self) -> watch::Receiver<Option<Arc<ChartPackage>>> {
         self.0.offered.subscribe()
     }
 
@@ -160,6 +162,11 @@ impl Charts {
                     Now { set: Some(Arc::new(set)), trouble: None }
                 }
             },
+            // An import is about to be done: the set of before holds, and it is looked again.
+            (_, Err(error)) if error.is_busy() => {
+                tracing::debug!(%error, "the chart set is looked at again");
+                return;
+            }
             (_, Err(error)) => {
                 tracing::error!(%error, "the chart set cannot be used");
                 Now { set: None, trouble: Some(error.to_string()) }
@@ -171,29 +178,56 @@ impl Charts {
         if kept {
             return;
         }
-        let parcel = fresh.and_then(|loaded| parcel(&self.0.path, &loaded));
+        let package = fresh.and_then(|loaded| package(&self.0.path, &loaded));
         self.0.offered.send_if_modified(|offered| {
-            let digest = |parcel: &Option<Arc<Parcel>>| parcel.as_ref().map(|parcel| parcel.digest());
-            let differs = digest(offered) != digest(&parcel);
-            *offered = parcel;
+            let digest =
+                |package: &Option<Arc<ChartPackage>>| package.as_ref().map(|package| package.digest());
+            let differs = digest(offered) != digest(&package);
+            *offered = package;
             differs
         });
     }
 
-    /// Looks every two seconds until the server ends, and draws nothing for those who ask first: the sheet of a new
-    /// set is made beforehand.
+    /// Looks every two seconds until the server ends. What small zooms of a new set are drawn of is made beside that.
     pub async fn keep(self, stop: CancellationToken) {
         let mut every = tokio::time::interval(LOOK_EVERY);
+        let mut told = Vec::new();
+        let mut prepared: Option<(String, JoinHandle<bool>)> = None;
+        let mut done: Option<String> = None;
         while stop.run_until_cancelled(every.tick()).await.is_some() {
             let charts = self.clone();
-            let work = move || {
-                charts.look();
-                charts.set().map(|set| set.sheet().map(|_| ()))
-            };
-            if let Ok(Some(Err(trouble))) = tokio::task::spawn_blocking(work).await {
-                tracing::debug!(trouble, "no sheet of the charts");
+            tokio::task::spawn_blocking(move || charts.look()).await.ok();
+            let Some(set) = self.set() else { continue };
+            let damage = set.undrawn();
+            for what in damage.iter().filter(|what| !told.contains(*what)) {
+                tracing::error!(what, "a chart cannot be drawn; nothing is drawn where it lies");
+            }
+            told = damage;
+            if prepared.as_ref().is_some_and(|(_, task)| task.is_finished())
+                && let Some((digest, task)) = prepared.take()
+                && task.await.unwrap_or(false)
+            {
+                done = Some(digest);
+            }
+            if prepared.is_none() && done.as_ref() != Some(&set.digest) {
+                let (charts, stop, digest) = (self.clone(), stop.clone(), set.digest.clone());
+                let task = tokio::task::spawn_blocking(move || charts.prepare(&set, &stop));
+                prepared = Some((digest, task));
             }
         }
+        if let Some((_, task)) = prepared {
+            task.await.ok();
+        }
+    }
+
+    /// Makes what small zooms of a set are drawn of, unless another set takes its place; whether all is made.
+    fn prepare(&self, set: &Arc<Set>, stop: &CancellationToken) -> bool {
+        let go_on = || !stop.is_cancelled() && self.set().is_some_and(|now| Arc::ptr_eq(&now, set));
+        let done = set.sheet().and_then(|sheet| sheet.prepare(go_on).map_err(|why| why.to_string()));
+        if let Err(trouble) = &done {
+            tracing::debug!(trouble, "no small zooms of the charts");
+        }
+        done.is_ok()
     }
 
     /// Whether a vessel with these limits may set out from there by itself; not where there is no chart.
@@ -215,14 +249,14 @@ impl Charts {
 }
 
 /// What vessels get of a set; nothing where that cannot be read.
-fn parcel(path: &Path, loaded: &LoadedIndex) -> Option<Arc<Parcel>> {
-    let parcel = Parcel::open(path, loaded).inspect_err(|error| {
-        tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
+fn package(path: &Path, loaded: &LoadedIndex) -> Option<Arc<ChartPackage>> {
+    let package = ChartPackage::open(path, loaded).inspect_err(|error| {
+        tracing::error!(%error, "vessels get no chart: its depth index cannot be read");
     });
-    parcel.ok().map(Arc::new)
+    package.ok().map(Arc::new)
 }
 
-/// The set on the disk, with its index made anew unless that is thought to be `sound`.
+/// The set on the disk, with its index rebuilt unless that is thought to be `sound`.
 fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, LoadedIndex)> {
     let loaded = if sound { chartdb::load_index(path)? } else { chartdb::remake_index(path)? };
     if let Some(why) = &loaded.rebuilt {
@@ -242,41 +276,49 @@ fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, L
 }
 
 impl Set {
-    /// What is drawn, made at the first question.
+    /// The set in a file; so many bytes of drawn tiles are kept.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be read.
+    pub fn open(path: &Path, cache_bytes: usize) -> chartdb::Result<Arc<Self>> {
+        load(path, cache_bytes, true).map(|(set, _)| Arc::new(set))
+    }
+
+    /// Charts that could not be drawn, and why.
+    pub fn undrawn(&self) -> Vec<String> {
+        self.sheet.get().map(Sheet::unreadable).unwrap_or_default()
+    }
+
+    /// What is drawn; charts are read when a tile touches them.
     ///
     /// # Errors
     /// The charts cannot be read, or are others by now: then the new set is about to be taken.
     pub fn sheet(&self) -> Result<&Sheet, String> {
-        let make = || {
-            let db = ChartDb::open(&self.path).map_err(|error| error.to_string())?;
-            let digest = db.digest().map_err(|error| error.to_string())?;
-            if hex::encode(digest) != self.digest {
-                return Err("the chart set changed a moment ago; ask again".to_owned());
-            }
-            let read = |chart: &Chart| {
-                let features = db.features(chart).map_err(|error| error.to_string())?;
-                Ok(SheetSource { source: chart.source(), features })
-            };
-            let sources: Vec<SheetSource> = self.charts.iter().map(read).collect::<Result<_, String>>()?;
-            Ok(Sheet::new(sources))
-        };
-        self.sheet.get_or_init(make).as_ref().map_err(Clone::clone)
+        if let Some(sheet) = self.sheet.get() {
+            return Ok(sheet);
+        }
+        let made = drawing::sheet(&self.path, &self.digest)?;
+        Ok(self.sheet.get_or_init(|| made))
     }
 
     /// A tile, packed by gzip.
     ///
     /// # Errors
     /// There is no such tile, or the charts cannot be read.
-    pub fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, Undrawn> {
+    pub fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, TileError> {
         let key = (zoom, x, y);
         let tiles = || self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(tile) = tiles().get(key) {
             return Ok(tile);
         }
-        let tile = self.sheet().map_err(Undrawn::Charts)?.tile(zoom, x, y).map_err(Undrawn::None)?;
+        let tile = self.sheet().map_err(TileError::Charts)?.tile(zoom, x, y);
+        let tile = tile.map_err(|why| match why {
+            NoTile::Changed(changed) => TileError::Charts(changed.to_string()),
+            NoTile::Zoom(_) | NoTile::Place { .. } => TileError::None(why),
+        })?;
         let mut packer = GzEncoder::new(Vec::new(), Compression::fast());
         let packed = packer.write_all(&tile).and_then(|()| packer.finish());
-        let packed = bytes::Bytes::from(packed.map_err(|error| Undrawn::Charts(error.to_string()))?);
+        let packed = bytes::Bytes::from(packed.map_err(|error| TileError::Charts(error.to_string()))?);
         tiles().put(key, packed.clone());
         Ok(packed)
     }
@@ -284,7 +326,7 @@ impl Set {
 
 /// Why there is no tile.
 #[derive(Debug)]
-pub enum Undrawn {
+pub enum TileError {
     /// It does not exist.
     None(NoTile),
     /// The charts cannot be read.

@@ -1,5 +1,6 @@
 //! What the server is told of the sea chart.
 
+use charts::depth_index::{EntryRule, EntryRules};
 use guard::GuardLimits;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -14,19 +15,49 @@ pub struct Settings {
     pub navigable_m: f64,
     /// Least depth in which it may go by itself (m).
     pub autonomous_m: f64,
-    /// Height above the water of a vessel that has not told its own (m); 0 passes under everything.
+    /// Height above the water of a vessel that has not reported its own (m); 0 passes under everything.
     pub air_draught_m: f64,
+    /// What becomes of plans into areas whose entry is prohibited.
+    pub entry_prohibited: EntryWord,
+    /// What becomes of plans into areas whose entry is restricted, or that are to be avoided.
+    pub entry_restricted: EntryWord,
     /// MiB of drawn tiles that are kept in memory.
     pub tiles_mib: u64,
 }
 
+/// A rule of entry as it is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EntryWord {
+    /// Plans into such areas are refused.
+    Refuse,
+    /// They are warned of.
+    Warn,
+    /// Nothing is said.
+    Ignore,
+}
+
+impl EntryWord {
+    fn rule(self) -> EntryRule {
+        match self {
+            Self::Refuse => EntryRule::Refuse,
+            Self::Warn => EntryRule::Warn,
+            Self::Ignore => EntryRule::Ignore,
+        }
+    }
+}
+
 impl Settings {
-    /// What the guard demands of the water for a vessel that has not told its own limits.
+    /// What the guard demands of the water for a vessel that has not reported its own limits.
     pub fn limits(&self) -> GuardLimits {
         GuardLimits {
             navigable_m: self.navigable_m,
             autonomous_m: self.autonomous_m,
             air_draught_m: Some(self.air_draught_m).filter(|height_m| *height_m > 0.0),
+            entry: EntryRules {
+                prohibited: self.entry_prohibited.rule(),
+                restricted: self.entry_restricted.rule(),
+            },
             ..GuardLimits::default()
         }
     }
@@ -34,6 +65,14 @@ impl Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, air_draught_m: 2.0, tiles_mib: 64 }
+        Self {
+            set: PathBuf::new(),
+            navigable_m: 1.0,
+            autonomous_m: 5.0,
+            air_draught_m: 2.0,
+            entry_prohibited: EntryWord::Refuse,
+            entry_restricted: EntryWord::Warn,
+            tiles_mib: 64,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The guard's verdict in the words of the API.
 
 use api::{Guard, GuardReason, GuardWarning, PlanPlace};
-use guard::{GuardLimits, LegCheck, Outcome, Verdict, Warning};
+use guard::{GuardLimits, LegCheck, Outcome, Reason, ToldLeg, Verdict, Warning};
 use units::LatLon;
 
 /// Most reasons and warnings that are told.
@@ -22,6 +22,7 @@ pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,
         outcome: verdict.outcome().code().to_owned(),
+        cause: verdict.too_much.then(|| "too-large".to_owned()),
         text: verdict.summary(),
         reasons: verdict.refused().filter_map(reason).take(MOST).collect(),
         warnings: verdict.warnings.iter().take(MOST).map(warning).collect(),
@@ -34,6 +35,7 @@ pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,
         outcome: Outcome::Refused.code().to_owned(),
+        cause: Some("chart-unreadable".to_owned()),
         text: format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}"),
         reasons: Vec::new(),
         warnings: Vec::new(),
@@ -41,22 +43,46 @@ pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
 }
 
 fn reason(leg: &LegCheck) -> Option<GuardReason> {
-    let spot = &leg.spot;
+    let (spot, why) = (&leg.spot, leg.reason?);
+    let entered = leg.area.as_ref().filter(|_| matches!(why, Reason::Entry(_)));
     Some(GuardReason {
         maneuver: leg.label.clone(),
         part: leg.part.code().to_owned(),
-        from: place(leg.from),
-        to: place(leg.to),
+        from: Some(place(leg.from)),
+        to: Some(place(leg.to)),
         number: leg.number,
-        code: leg.reason?.code().to_owned(),
+        code: why.code().to_owned(),
         text: leg.to_string(),
         lat_deg: spot.at.lat_deg(),
         lon_deg: spot.at.lon_deg(),
         depth_m: spot.least_m,
         object: spot.class.map(str::to_owned),
+        area: entered.and_then(|entered| entered.spot.name.clone()),
         cell: spot.cell.clone(),
         scale: spot.scale,
         margin_m: spot.margin_m,
+    })
+}
+
+/// The leg that a vessel's sentence tells of.
+pub(crate) fn of_words(text: &str) -> Option<GuardReason> {
+    let leg = ToldLeg::find(text)?;
+    Some(GuardReason {
+        maneuver: leg.label,
+        part: leg.part.code().to_owned(),
+        from: None,
+        to: None,
+        number: leg.number,
+        code: leg.reason.code().to_owned(),
+        text: text.to_owned(),
+        lat_deg: leg.at.lat_deg(),
+        lon_deg: leg.at.lon_deg(),
+        depth_m: leg.least_m,
+        object: leg.class,
+        area: leg.area,
+        cell: leg.cell,
+        scale: None,
+        margin_m: leg.least_m.zip(leg.needed_m).map(|(least_m, needed_m)| least_m - needed_m),
     })
 }
 
@@ -65,9 +91,16 @@ fn place(at: LatLon) -> PlanPlace {
 }
 
 fn warning(warning: &Warning) -> GuardWarning {
+    let about = match warning {
+        Warning::StartUnknown { .. } | Warning::DriftsOn { .. } => None,
+        Warning::Unchecked { kind, .. } => Some(kind.clone()),
+        Warning::PoorChart { cell, .. } => cell.clone(),
+        Warning::Entry { area, .. } => Some(area.clone()),
+    };
     GuardWarning {
         maneuver: Some(warning.label().to_owned()),
         code: warning.code().to_owned(),
+        about,
         text: warning.to_string(),
     }
 }

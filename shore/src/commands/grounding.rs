@@ -6,7 +6,7 @@
 //! it has a guard; a DUNE vessel has none.
 
 use crate::charts::{Charts, Limits};
-use crate::error::{Error, ErrorKind, Result, slow};
+use crate::error::{Error, Result, slow};
 use crate::fleet::Fleet;
 use crate::identity::{People, Principal};
 use crate::plans;
@@ -104,10 +104,7 @@ impl Grounding {
         };
         let judged = move || plans::understood(&plan).and_then(|plan| judge.guard(&plan));
         let guard = slow(judged).await?;
-        Ok(guard.filter(|guard| guard.outcome == Outcome::Refused.code()).map(|guard| {
-            let text = format!("The chart shows danger: {}", guard.text);
-            Error::new(ErrorKind::Grounding, text)
-        }))
+        Ok(guard.filter(|guard| guard.outcome == Outcome::Refused.code()).map(Error::grounding))
     }
 
     /// The plan of that name as the vessel reported it, if it is still the one aboard.

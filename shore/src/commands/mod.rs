@@ -16,13 +16,13 @@ pub use grounding::Grounding;
 pub use helms::{Helm, Helms};
 pub use stop::{Stop, Stops};
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use crate::identity::{Fault, Line, People, Principal};
 use crate::router::Router;
 use api::{Command, Lease, PlansAboard};
 use hub::CommandId;
 use imc::Address;
-use operations::{Holder, LeaseAsk, LeaseRefused, Operations, Order};
+use operations::{Holder, LeaseRefused, LeaseRequest, Operations, Order};
 use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio_util::task::TaskTracker;
@@ -45,8 +45,12 @@ pub struct Issuer {
 
 impl Issuer {
     /// As a command knows them.
-    pub fn asked(&self) -> operations::Asked {
-        operations::Asked { name: self.who.name.clone(), actor: self.who.actor(), from: self.from.clone() }
+    pub fn ordered_by(&self) -> operations::OrderedBy {
+        operations::OrderedBy {
+            name: self.who.name.clone(),
+            actor: self.who.actor(),
+            from: self.from.clone(),
+        }
     }
 
     /// As a lease knows them.
@@ -84,16 +88,22 @@ impl Commands {
     ///
     /// # Errors
     /// Somebody else has control.
-    pub async fn ask_lease(&self, vessel: Address, by: Issuer, ask: LeaseAsk, reason: &str) -> Result<Lease> {
+    pub async fn ask_lease(
+        &self,
+        vessel: Address,
+        by: Issuer,
+        ask: LeaseRequest,
+        reason: &str,
+    ) -> Result<Lease> {
         let subject = if reason.is_empty() { vessel.to_string() } else { format!("{vessel}: {reason}") };
         let action = match ask {
-            LeaseAsk::Request(_) => Some("lease.request"),
-            LeaseAsk::Grant => Some("lease.grant"),
-            LeaseAsk::Decline => Some("lease.decline"),
-            LeaseAsk::Release => Some("lease.release"),
+            LeaseRequest::Request(_) => Some("lease.request"),
+            LeaseRequest::Grant => Some("lease.grant"),
+            LeaseRequest::Decline => Some("lease.decline"),
+            LeaseRequest::Release => Some("lease.release"),
             // That a page is still there is no act of anybody.
-            LeaseAsk::Renew => None,
-            LeaseAsk::Take(_) => Some("lease.take"),
+            LeaseRequest::Renew => None,
+            LeaseRequest::Take(_) => Some("lease.take"),
         };
         let holder = by.holder();
         let change = move |operations: &mut Operations, now| {
@@ -105,7 +115,7 @@ impl Commands {
             let outcome = changed.as_ref().map_or_else(ToString::to_string, |_| "done".to_owned());
             self.people.note(Line { actor: by.who.actor(), address: by.from, action, subject, outcome });
         }
-        changed.map_err(|why| Error::new(ErrorKind::NoControl, why.to_string()))
+        Ok(changed?)
     }
 
     /// The latest commands of a vessel, the newest first.
@@ -144,7 +154,7 @@ impl Commands {
     /// told by the command's later stages.
     ///
     /// # Errors
-    /// The order is none, somebody else has control, or the audit log cannot be written.
+    /// The order is not valid, somebody else has control, or the audit log cannot be written.
     pub async fn issue(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
         let (told, outcome) = oneshot::channel();
         let (service, by) = (self.clone(), by.clone());
@@ -163,7 +173,7 @@ impl Commands {
             self.note_refused(by, verb, &subjects, &danger.text);
             return Err(danger);
         }
-        let (holder, asked) = (by.holder(), by.asked());
+        let (holder, asked) = (by.holder(), by.ordered_by());
         let begin = move |operations: &mut Operations, now| {
             operations.begin(now, vessel, (&asked, &holder), order, stops)
         };

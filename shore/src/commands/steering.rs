@@ -5,7 +5,7 @@
 //! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
 //! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
 //! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
-//! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now begins anew.
+//! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now starts over.
 
 mod to_vessel;
 
@@ -14,7 +14,7 @@ use super::{Commands, Helm, Helms, Issuer};
 use crate::identity::{Line, Principal};
 use crate::links::Links;
 use crate::router::Stopped;
-use api::{TeleopPhase, TeleopSample, TeleopStop, TeleopTold};
+use api::{TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
 use hub::CommandId;
 use imc::Address;
 use operations::{Operations, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, WARN_OVER, Why};
@@ -156,7 +156,7 @@ impl Steering {
     ///
     /// # Errors
     /// The server is stopping.
-    pub async fn tick(&mut self) -> Result<TeleopTold, Stopped> {
+    pub async fn tick(&mut self) -> Result<TeleopStatus, Stopped> {
         let trip = self.links.round_trip(self.vessel);
         self.teleop.vessel_trip(trip.unwrap_or_default());
         let now = self.now();
@@ -172,7 +172,7 @@ impl Steering {
         Ok(self.told(self.now().mono, trip.is_some()))
     }
 
-    fn told(&self, now: MonoTime, with_vessel: bool) -> TeleopTold {
+    fn told(&self, now: MonoTime, with_vessel: bool) -> TeleopStatus {
         let phase = match (self.phase, self.teleop.state()) {
             (Phase::Idle, _) => TeleopPhase::Idle,
             (Phase::Starting(_), _) => TeleopPhase::Starting,
@@ -190,7 +190,7 @@ impl Steering {
             (_, why, Some(now)) => (format!("{}; now {}", why.text(), now.text()), now.remedy()),
         };
         let trip = self.teleop.round_trip();
-        TeleopTold {
+        TeleopStatus {
             stamp_us: now.micros(),
             phase,
             why,

@@ -90,12 +90,12 @@ impl Commands {
     /// Has the vessel stopped by the one way down, as soon as the hub is free. That it was asked for, and how far it
     /// gets, is written into the audit log afterwards, whenever the disk takes it.
     async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
-        let asked = by.asked();
+        let asked = by.ordered_by();
         let give = move |operations: &mut Operations, now: Now| {
             let (id, dispatched) = operations.stop(now, vessel, &asked)?;
             let (reached, waits) = match dispatched {
                 Some(Dispatched::Sent(_)) => (true, false),
-                Some(Dispatched::Waits(doors)) => (!doors.is_empty(), true),
+                Some(Dispatched::Waits(transports)) => (!transports.is_empty(), true),
                 Some(Dispatched::Refused(_)) | None => (false, false),
             };
             Ok::<_, String>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })

@@ -1,10 +1,11 @@
 //! Who commands a vessel and what became of orders, in the words of the API.
 
+use crate::charts::verdict;
 use crate::{Wanted, decode};
 use imc::Address;
 use imc::messages::{PlanManeuver, PlanSpecification};
 use imc::{Header, Packet};
-use operations::{Answer, Command, Lease, Operations, PlanAboard};
+use operations::{Answer, Command, Lease, Operations, PlanAboard, Stage};
 use units::{LatLon, UtcTime};
 
 /// The leases and commands that changed after these revisions.
@@ -52,6 +53,7 @@ pub fn command(command: &Command) -> api::Command {
         stage: step.stage.name().to_owned(),
         time_us: step.at.micros(),
         text: step.text.clone(),
+        leg: (step.stage == Stage::Refused).then(|| verdict::of_words(&step.text)).flatten(),
     };
     api::Command {
         id: command.id.0,

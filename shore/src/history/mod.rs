@@ -212,7 +212,7 @@ pub fn samples(
     let columns: Vec<Column> = if names.is_empty() {
         table.columns.clone()
     } else {
-        // Names that are none are left out here and refused below, where all are compared.
+        // Names that are not valid are left out here and refused below, where all are compared.
         names.iter().filter_map(|name| table.column(name)).cloned().collect()
     };
     let asked: Vec<&str> = if names.is_empty() {
@@ -397,7 +397,7 @@ pub fn log_book(
 }
 
 /// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
-/// than silence: a silence within a declared gap is not told again.
+/// than silence: a silence within a declared gap is not reported again.
 ///
 /// # Errors
 /// The store cannot be read.

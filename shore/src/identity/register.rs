@@ -6,6 +6,7 @@
 //! session or token was used last is remembered here first and written down when app.db takes it.
 
 use super::fault::Fault;
+use super::language::Language;
 use super::persons;
 use super::roles::{Grants, Principal, Via};
 use super::secret::Secret;
@@ -67,6 +68,7 @@ struct Person {
     name: String,
     must_change_password: bool,
     grants: Grants,
+    language: Option<Language>,
 }
 
 #[derive(Debug)]
@@ -129,7 +131,7 @@ impl Register {
         Arc::clone(&self.0.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Reads everything anew if app.db says that something changed. `moment` is a transaction, so that what is read
+    /// Reads everything again if app.db says that something changed. `moment` is a transaction, so that what is read
     /// belongs together.
     ///
     /// # Errors
@@ -169,7 +171,8 @@ impl Register {
         };
         let (name, grants) = (person.name.clone(), person.grants.clone());
         let due = session.used.note(now_us).then_some(Use::Session(session.id));
-        Found::Known(Principal { person: session.person, name, grants, via }, due)
+        let language = person.language;
+        Found::Known(Principal { person: session.person, name, grants, language, via }, due)
     }
 
     /// For whom the script with this token acts.
@@ -192,7 +195,8 @@ impl Register {
         let via = Via::Token { id: token.id, label: token.label.clone() };
         let (name, grants) = (person.name.clone(), person.grants.limited(vessel, role));
         let due = token.used.note(now.micros()).then_some(Use::Token(token.id));
-        Found::Known(Principal { person: id, name, grants, via }, due)
+        let language = person.language;
+        Found::Known(Principal { person: id, name, grants, language, via }, due)
     }
 
     /// The vessel (IMC address) whose link this token opens.
@@ -258,11 +262,14 @@ async fn read(db: &mut SqliteConnection, changes: i64, before: &Book) -> Result<
 }
 
 async fn read_people(db: &mut SqliteConnection) -> Result<BTreeMap<i64, Person>, Fault> {
-    let sql = "SELECT id, name, must_change FROM person";
-    let rows: Vec<(i64, String, bool)> = sqlx::query_as(sql).fetch_all(&mut *db).await?;
+    let sql = "SELECT id, name, must_change, language FROM person";
+    let rows: Vec<(i64, String, bool, Option<String>)> = sqlx::query_as(sql).fetch_all(&mut *db).await?;
     let mut people = BTreeMap::new();
-    for (id, name, must_change_password) in rows {
-        people.insert(id, Person { name, must_change_password, grants: persons::grants(db, id).await? });
+    for (id, name, must_change_password, language) in rows {
+        // One that this program does not speak is as none: the browser is asked.
+        let language = language.and_then(|code| Language::by_code(&code));
+        let grants = persons::grants(db, id).await?;
+        people.insert(id, Person { name, must_change_password, grants, language });
     }
     Ok(people)
 }

@@ -1,5 +1,6 @@
 //! Who asks, and what they may do where.
 
+use super::language::Language;
 use api::{Permission, Role};
 use std::collections::BTreeMap;
 
@@ -92,6 +93,8 @@ pub struct Principal {
     pub name: String,
     /// What they may do where.
     pub grants: Grants,
+    /// The language of their pages; `None` follows what the browser asks for.
+    pub language: Option<Language>,
     /// How they showed who they are.
     pub via: Via,
 }

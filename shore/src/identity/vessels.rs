@@ -112,7 +112,7 @@ pub async fn named(db: &mut SqliteConnection, text: &str) -> Result<u16, Fault> 
 /// Reads an IMC address, decimal or with `0x`.
 ///
 /// # Errors
-/// It is none.
+/// It is not valid.
 pub fn address(text: &str) -> Result<u16, String> {
     let read = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
         Some(digits) => u16::from_str_radix(digits, 16),

@@ -168,11 +168,11 @@ async fn write(
         if db.is_in_transaction() {
             match db::open(&folder).await {
                 Ok(fresh) => db = fresh,
-                Err(fault) => tracing::error!(%fault, "app.db is not opened anew"),
+                Err(fault) => tracing::error!(%fault, "app.db cannot be opened again"),
             }
         }
         if !job.run(&mut db, &register).await {
-            // The duty is dropped undone: the program ends, and its service starts it anew.
+            // The duty is dropped undone: the program ends, and its service starts it again.
             return;
         }
     }
@@ -186,7 +186,12 @@ async fn changed<R: Request>(
     register: &Register,
 ) -> Result<R::Answer, Fault> {
     let done = within_transaction(db, request).await?;
-    register.catch_up(&mut *db.begin().await?).await?;
+    let mut moment = db.begin().await?;
+    let caught_up = register.catch_up(&mut moment).await;
+    // Ended here and not by being dropped, which only queues the end: the connection would still seem to be in it when
+    // the next request comes, and be given up for no reason.
+    moment.rollback().await?;
+    caught_up?;
     Ok(done)
 }
 

@@ -75,7 +75,7 @@ struct Handle {
 }
 
 impl Links {
-    /// The door, for which `/link` is the way in.
+    /// The transport, for which `/link` is the way in.
     pub fn new(
         router: Router,
         recorder: Recorder,
@@ -90,7 +90,7 @@ impl Links {
 
     /// Which chart a vessel holds, beside the one ashore.
     pub fn chart(&self, vessel: Address) -> VesselChart {
-        let ashore = self.shared.charts.offered().borrow().as_ref().map(|parcel| parcel.digest());
+        let ashore = self.shared.charts.offered().borrow().as_ref().map(|package| package.digest());
         self.shared.aboard.chart(vessel, ashore)
     }
 
@@ -123,7 +123,7 @@ impl Links {
         // A task that was lost to a fault does not keep its vessel out: a new one takes its place, and its number.
         let lost = vessels.remove(&address);
         if lost.is_some() && !shared.stop.is_cancelled() {
-            tracing::error!(vessel = %Address(address), "the task of the link was lost to a fault, and is started anew");
+            tracing::error!(vessel = %Address(address), "the task of the link was lost to a fault, and is started again");
         }
         let index = lost.map_or(vessels.len(), |lost| lost.index);
         let (events, coming) = mpsc::channel(WAITING);

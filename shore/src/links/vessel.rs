@@ -2,18 +2,18 @@
 
 use super::figures::Figures;
 use super::{Event, Out};
-use crate::charts::{ChartsAboard, Parcel};
+use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;
 use crate::router::{Connection, Router};
 use bytes::Bytes;
 use hub::{
-    CommandId, Delivery, Door, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Urgency,
+    CommandId, Delivery, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Transport, Urgency,
 };
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
-    ByeCode, ChartAsk, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
-    ShoreSettings, ShoreStatus,
+    ByeCode, ChartRequest, Commander, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore,
+    ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus,
 };
 use operations::{Operations, Receipt};
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,7 +41,7 @@ pub(crate) enum Answer {
     /// A gap of a stream is kept: its first number and the one after its last.
     Kept(u64, u64, u64),
     /// A part of the chart was read.
-    Part(ConnectionId, ChartAsk, Option<Bytes>),
+    Part(ConnectionId, ChartRequest, Option<Bytes>),
 }
 
 /// Owns a vessel's session.
@@ -52,7 +52,7 @@ pub(crate) struct Task {
     shore: Shore,
     connections: BTreeMap<ConnectionId, mpsc::Sender<Out>>,
     /// The chart that vessels are offered, and what they say of theirs.
-    pub(super) chart: watch::Receiver<Option<Arc<Parcel>>>,
+    pub(super) chart: watch::Receiver<Option<Arc<ChartPackage>>>,
     pub(super) aboard: ChartsAboard,
     /// What comes back from the disk.
     pub(super) answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
@@ -63,7 +63,7 @@ pub(crate) struct Task {
     gaps: BTreeMap<u64, u64>,
     next_command: u64,
     /// Who commands, as the session was told.
-    control: Option<(u64, Option<String>)>,
+    control: Option<Commander>,
     /// What people ordered, by the number under which the link carries it, until its outcome is known.
     orders: BTreeMap<u64, CommandId>,
     /// Stick positions whose outcome is not known; those that did not come in time are counted.
@@ -80,7 +80,7 @@ impl Task {
         vessel: Address,
         router: Router,
         recorder: Recorder,
-        (chart, aboard): (watch::Receiver<Option<Arc<Parcel>>>, ChartsAboard),
+        (chart, aboard): (watch::Receiver<Option<Arc<ChartPackage>>>, ChartsAboard),
         status: watch::Sender<ShoreStatus>,
         late: Arc<AtomicU64>,
         index: usize,
@@ -116,7 +116,7 @@ impl Task {
     pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>, stop: CancellationToken) {
         let name = format!("link of {}", self.vessel);
         let sources = Sources::Only(vec![self.vessel]);
-        let peer = Peer { door: Door::Link, role: Role::Vessel, name, sources };
+        let peer = Peer { transport: Transport::Link, role: Role::Vessel, name, sources };
         let Ok(hub) = self.router.join(peer, OUTBOX_BYTES).await else { return };
         let mut durable = self.recorder.durable();
         let mut figures = tokio::time::interval(FIGURES);
@@ -196,9 +196,9 @@ impl Task {
     /// Tells the vessel who commands it, when that is another than it was told.
     fn tell_control(&mut self) {
         let now = self.router.control().borrow().get(&self.vessel).cloned();
-        if let Some((epoch, holder)) = now.filter(|now| self.control.as_ref() != Some(now)) {
-            self.control = Some((epoch, holder.clone()));
-            self.handle(ShoreInput::Lease(epoch, holder));
+        if let Some(commander) = now.filter(|now| self.control.as_ref() != Some(now)) {
+            self.control = Some(commander.clone());
+            self.handle(ShoreInput::Lease(commander));
         }
     }
 
@@ -235,7 +235,7 @@ impl Task {
                 ShoreOutput::Close(id, code, reason) => {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
-                        self.router.ledger().failed(Door::Link, &format!("{}: {reason}", self.vessel));
+                        self.router.ledger().failed(Transport::Link, &format!("{}: {reason}", self.vessel));
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);
@@ -368,7 +368,7 @@ impl Task {
             numbers: Some(store::Numbers { stream, from: gap.from, to: gap.to }),
             declared: self.now().utc,
         };
-        tracing::warn!(vessel = %self.vessel, reason = %declared.told(), "packets will never come");
+        tracing::warn!(vessel = %self.vessel, reason = %declared.told(), "packets are lost for good");
         tokio::spawn(async move {
             match recorder.with_store(move |store| store.declare_gap(&declared)).await {
                 Some(Ok(())) => {

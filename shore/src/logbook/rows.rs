@@ -1,7 +1,7 @@
 //! Notes in app.db.
 
 use crate::identity::{Fault, Request};
-use api::{LogNoteEarlier, LogWord};
+use api::{LogNoteRevision, LogWord};
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use units::UtcTime;
 
@@ -145,16 +145,16 @@ pub(super) struct Earlier(pub(super) i64);
 type EarlierRow = (u32, i64, Option<u16>, Option<f64>, Option<f64>, String, String, i64);
 
 impl Request for Earlier {
-    type Answer = Vec<LogNoteEarlier>;
+    type Answer = Vec<LogNoteRevision>;
 
-    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<LogNoteEarlier>, Fault> {
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<LogNoteRevision>, Fault> {
         let sql =
             "SELECT revision, time_us, vessel, lat_deg, lon_deg, text, by, written_us FROM log_note_before
                    WHERE note = ?1 ORDER BY revision DESC";
         let rows: Vec<EarlierRow> = sqlx::query_as(sql).bind(self.0).fetch_all(db).await?;
         let one = |(revision, time_us, vessel, lat_deg, lon_deg, text, by, written_us): EarlierRow| {
             let written = LogWord { by, time_us: written_us };
-            LogNoteEarlier { revision, time_us, vessel, lat_deg, lon_deg, text, written }
+            LogNoteRevision { revision, time_us, vessel, lat_deg, lon_deg, text, written }
         };
         Ok(rows.into_iter().map(one).collect())
     }
@@ -164,6 +164,8 @@ impl Request for Earlier {
 #[derive(Debug)]
 pub(super) struct Write {
     pub(super) said: Said,
+    /// What the writer's page made for it.
+    pub(super) key: Option<String>,
     pub(super) person: i64,
     pub(super) by: String,
     pub(super) now: UtcTime,
@@ -173,18 +175,41 @@ impl Request for Write {
     type Answer = i64;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
-        let Self { said, person, by, now } = self;
+        let Self { said, key, person, by, now } = self;
+        // Two of one key may wait for the disk together.
+        if let Some(key) = &key
+            && let Some(first) = (ByKey { person, key: key.clone() }).run(&mut *db).await?
+        {
+            return Ok(first);
+        }
         let last: Option<i64> =
             sqlx::query_scalar("SELECT max(id) FROM log_note").fetch_one(&mut *db).await?;
         if last >= Some(NOTES) {
             return Err(Fault::Refused(format!("The log book is full: it holds {NOTES} notes.")));
         }
-        let sql = "INSERT INTO log_note (revision, time_us, vessel, lat_deg, lon_deg, text, folded, person, by, written_us)
-                   VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)";
+        let sql = "INSERT INTO log_note (revision, time_us, vessel, lat_deg, lon_deg, text, folded, person, by, written_us, key)
+                   VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)";
         let query = sqlx::query(sql).bind(said.time_us).bind(said.vessel);
         let query = query.bind(said.place.map(|place| place.0)).bind(said.place.map(|place| place.1));
         let query = query.bind(&said.text).bind(said.text.to_lowercase());
-        Ok(query.bind(person).bind(by).bind(now.micros()).execute(db).await?.last_insert_rowid())
+        let query = query.bind(person).bind(by).bind(now.micros()).bind(key);
+        Ok(query.execute(db).await?.last_insert_rowid())
+    }
+}
+
+/// The number of the note that a person wrote by a key.
+#[derive(Debug)]
+pub(super) struct ByKey {
+    pub(super) person: i64,
+    pub(super) key: String,
+}
+
+impl Request for ByKey {
+    type Answer = Option<i64>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Option<i64>, Fault> {
+        let sql = "SELECT id FROM log_note WHERE person = ?1 AND key = ?2";
+        Ok(sqlx::query_scalar(sql).bind(self.person).bind(self.key).fetch_optional(db).await?)
     }
 }
 

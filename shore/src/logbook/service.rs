@@ -5,12 +5,13 @@
 
 use super::photos::{self, ALL_BYTES, Photo, Photos};
 use super::rows::{
-    AddPhoto, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw, Write,
+    AddPhoto, ByKey, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw,
+    Write,
 };
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result, slow};
 use crate::identity::{Fault, People, Principal};
-use api::{LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogWord, Role};
+use api::{LogNote, LogNoteChange, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role};
 use imc::Address;
 use std::path::Path;
 use std::sync::Arc;
@@ -18,6 +19,8 @@ use tokio::sync::Mutex;
 
 /// Letters of a note.
 const LETTERS: usize = 4_000;
+/// Letters of the key of a note.
+const KEY_LETTERS: usize = 64;
 /// Times that JavaScript holds exactly (µs since 1970 UTC).
 pub(crate) const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
@@ -72,7 +75,7 @@ impl Logbook {
     ///
     /// # Errors
     /// There is no such note for this person.
-    pub async fn earlier(&self, who: &Principal, id: i64) -> Result<Vec<LogNoteEarlier>> {
+    pub async fn earlier(&self, who: &Principal, id: i64) -> Result<Vec<LogNoteRevision>> {
         self.find(who, id).await?;
         let mut all = self.people.ask(Earlier(id)).await?;
         // What a note said of another vessel is for those who may see that one.
@@ -80,16 +83,30 @@ impl Logbook {
         Ok(all)
     }
 
-    /// Writes a note.
+    /// Writes a note. What one person sends again by the same `key` is no second note: the first one is the answer.
     ///
     /// # Errors
     /// The person may not, or the field that is named cannot be.
-    pub async fn write(&self, who: &Principal, from: String, ask: LogNoteAsk) -> Result<LogNote> {
+    pub async fn write(
+        &self,
+        who: &Principal,
+        from: String,
+        ask: LogNoteRequest,
+        key: Option<String>,
+    ) -> Result<LogNote> {
+        if key.as_ref().is_some_and(|key| key.is_empty() || key.chars().count() > KEY_LETTERS) {
+            return Err(malformed(format!("key: give 1 to {KEY_LETTERS} characters, or none")));
+        }
+        if let Some(key) = &key
+            && let Some(first) = self.people.ask(ByKey { person: who.person, key: key.clone() }).await?
+        {
+            return self.one(who, first).await;
+        }
         let now = self.clock.utc();
         let said = said(&ask, now.micros())?;
         may_write(who, said.vessel)?;
         let subject = subject(said.vessel, &said.text);
-        let write = Write { said, person: who.person, by: who.name.clone(), now };
+        let write = Write { said, key, person: who.person, by: who.name.clone(), now };
         let id = self.people.act(who, from, "logbook.write", subject, write).await?;
         self.one(who, id).await
     }
@@ -262,11 +279,11 @@ fn may_change(who: &Principal, row: &Row) -> bool {
 }
 
 /// What is to be said, if it can be; `time_us` where no time is given.
-fn said(ask: &LogNoteAsk, time_us: i64) -> Result<Said> {
+fn said(ask: &LogNoteRequest, time_us: i64) -> Result<Said> {
     let text = check_text("text", &ask.text, 1..=LETTERS)?;
     let time_us = ask.time_us.unwrap_or(time_us);
     if !TIMES_US.contains(&time_us) {
-        return Err(malformed(format!("time_us: {time_us} is no time: give µs since 1970 UTC")));
+        return Err(malformed(format!("time_us: {time_us} is not a time: give µs since 1970 UTC")));
     }
     let place = match (ask.lat_deg, ask.lon_deg) {
         (None, None) => None,
@@ -274,7 +291,7 @@ fn said(ask: &LogNoteAsk, time_us: i64) -> Result<Said> {
             let is_place = (-90.0..=90.0).contains(&lat_deg) && (-180.0..=180.0).contains(&lon_deg);
             Some((lat_deg, lon_deg)).filter(|_| is_place).map(Some).ok_or_else(|| {
                 malformed(
-                    "lat_deg: this is no place: give degrees, latitude -90 to 90, longitude -180 to 180",
+                    "lat_deg: this is not a place: give degrees, latitude -90 to 90, longitude -180 to 180",
                 )
             })?
         }

@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::error::ErrorKind;
 use crate::identity::{Fault, Grants, People, Principal, Request, Settings, Via, migrated};
 use crate::owners::Owners;
-use api::{LogNote, LogNoteAsk, LogWord, Permission, Role};
+use api::{LogNote, LogNoteRequest, LogWord, Permission, Role};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -14,7 +14,7 @@ fn said(time_us: i64, vessel: Option<u16>, text: &str) -> Said {
 }
 
 async fn write(db: &mut SqliteConnection, said: Said) -> i64 {
-    let write = Write { said, person: 7, by: "nils".to_owned(), now: UtcTime::from_micros(90) };
+    let write = Write { said, key: None, person: 7, by: "nils".to_owned(), now: UtcTime::from_micros(90) };
     write.run(db).await.unwrap()
 }
 
@@ -89,6 +89,27 @@ async fn what_is_corrected_or_withdrawn_is_kept() {
     correct(2, "again").run(db).await.unwrap_err();
     assert!(texts(db, Filter::default()).await.is_empty());
     assert_eq!(texts(db, Filter { withdrawn: true, ..Filter::default() }).await, ["wind 8 m/s"]);
+}
+
+#[tokio::test]
+async fn what_a_person_sends_again_by_one_key_is_one_note() {
+    let mut db = migrated().await;
+    let db = &mut db;
+    let send = |person, key: Option<&str>, text: &str| Write {
+        said: said(10, None, text),
+        key: key.map(str::to_owned),
+        person,
+        by: "nils".to_owned(),
+        now: UtcTime::from_micros(90),
+    };
+    let first = send(7, Some("a"), "wind").run(db).await.unwrap();
+    assert_eq!(send(7, Some("a"), "wind, again").run(db).await.unwrap(), first);
+    assert_ne!(send(8, Some("a"), "another person's").run(db).await.unwrap(), first);
+    assert_ne!(send(7, Some("b"), "another key").run(db).await.unwrap(), first);
+    let plain = send(7, None, "no key").run(db).await.unwrap();
+    assert_ne!(send(7, None, "no key").run(db).await.unwrap(), plain, "each is a note of its own");
+    assert_eq!(texts(db, Filter { text: "again".to_owned(), ..Filter::default() }).await, [""; 0]);
+    assert_eq!(texts(db, Filter::default()).await.len(), 5);
 }
 
 #[tokio::test]
@@ -168,12 +189,12 @@ async fn photos_together_keep_within_their_bound_and_the_note_stays() {
     let logbook = Logbook::new(people.clone(), clock, folder.path());
     let grants = Grants::new(&[Permission { vessel: None, role: Role::Operator }]);
     let via = Via::Token { id: 1, label: "test".to_owned() };
-    let who = Principal { person: 7, name: "nils".to_owned(), grants, via };
+    let who = Principal { person: 7, name: "nils".to_owned(), grants, language: None, via };
     let here = || "::1".to_owned();
     let mut ids = Vec::new();
     for text in ["full", "one more"] {
-        let ask = LogNoteAsk { text: text.to_owned(), ..LogNoteAsk::default() };
-        ids.push(logbook.write(&who, here(), ask).await.unwrap().id);
+        let ask = LogNoteRequest { text: text.to_owned(), ..LogNoteRequest::default() };
+        ids.push(logbook.write(&who, here(), ask, None).await.unwrap().id);
     }
     let photo = b"\x89PNG\r\n\x1A\nrest".to_vec();
     people.change(Fill(ids[0])).await.unwrap();

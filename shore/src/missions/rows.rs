@@ -2,7 +2,7 @@
 
 use crate::identity::{Fault, Request};
 use crate::logbook::NEWER;
-use api::MissionAsk;
+use api::MissionRequest;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use units::UtcTime;
 
@@ -16,7 +16,7 @@ const CHANGES: u32 = 200;
 pub(super) struct Row {
     pub(super) id: i64,
     pub(super) revision: u32,
-    pub(super) mission: MissionAsk,
+    pub(super) mission: MissionRequest,
     pub(super) by: String,
     pub(super) written_us: i64,
     pub(super) changed: (Option<String>, Option<i64>),
@@ -31,9 +31,9 @@ const COLUMNS: &str = "SELECT id, revision, body, by, written_us, changed_by, ch
 
 fn row(found: Found) -> Row {
     let (id, revision, body, by, written_us, changed_by, changed_us, withdrawn_by, withdrawn_us) = found;
-    let mission = serde_json::from_str(&body).unwrap_or_else(|_| MissionAsk {
+    let mission = serde_json::from_str(&body).unwrap_or_else(|_| MissionRequest {
         name: "This mission cannot be read".to_owned(),
-        ..MissionAsk::default()
+        ..MissionRequest::default()
     });
     let (changed, withdrawn) = ((changed_by, changed_us), (withdrawn_by, withdrawn_us));
     Row { id, revision, mission, by, written_us, changed, withdrawn }
@@ -94,7 +94,7 @@ impl Request for One {
 /// Writes a mission down; its number.
 #[derive(Debug)]
 pub(super) struct Create {
-    pub(super) mission: MissionAsk,
+    pub(super) mission: MissionRequest,
     pub(super) by: String,
     pub(super) now: UtcTime,
 }
@@ -121,7 +121,7 @@ impl Request for Create {
 pub(super) struct Change {
     pub(super) id: i64,
     pub(super) revision: u32,
-    pub(super) mission: MissionAsk,
+    pub(super) mission: MissionRequest,
     pub(super) by: String,
     pub(super) now: UtcTime,
 }
@@ -168,7 +168,7 @@ impl Request for Withdraw {
     }
 }
 
-fn body(mission: &MissionAsk) -> String {
+fn body(mission: &MissionRequest) -> String {
     serde_json::to_string(mission).unwrap_or_default()
 }
 

@@ -9,7 +9,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;
 use crate::identity::{People, Principal};
 use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
-use api::{LogWord, Mission, MissionAsk, MissionChange, MissionSummary, MissionVessel, Role};
+use api::{LogWord, Mission, MissionChange, MissionRequest, MissionSummary, MissionVessel, Role};
 use std::sync::Arc;
 use store::TimeRange;
 use tokio::sync::Semaphore;
@@ -67,7 +67,7 @@ impl Missions {
     ///
     /// # Errors
     /// The person may not, or the field that is named cannot be.
-    pub async fn create(&self, who: &Principal, from: String, ask: MissionAsk) -> Result<Mission> {
+    pub async fn create(&self, who: &Principal, from: String, ask: MissionRequest) -> Result<Mission> {
         let mission = checked(ask)?;
         may_all(who, &mission.vessels)?;
         let subject = mission.name.clone();
@@ -117,7 +117,7 @@ impl Missions {
     /// # Errors
     /// There is none for this person, or the history cannot be read.
     pub async fn summary(&self, who: &Principal, id: i64) -> Result<MissionSummary> {
-        let MissionAsk { vessels, from_us, to_us, .. } = self.one(who, id).await?.mission;
+        let MissionRequest { vessels, from_us, to_us, .. } = self.one(who, id).await?.mission;
         let to_us = to_us.unwrap_or_else(|| self.clock.utc().micros().max(from_us));
         let _place = self.summing.acquire().await.map_err(|_| crate::router::Stopped)?;
         let range = TimeRange { from_us, to_us };
@@ -176,8 +176,8 @@ fn told(who: &Principal, row: Row) -> Mission {
 }
 
 /// What is to be kept, if it can be.
-fn checked(ask: MissionAsk) -> Result<MissionAsk> {
-    let MissionAsk { name, people, purpose, notes, mut vessels, from_us, to_us } = ask;
+fn checked(ask: MissionRequest) -> Result<MissionRequest> {
+    let MissionRequest { name, people, purpose, notes, mut vessels, from_us, to_us } = ask;
     let name = check_text("name", &name, 1..=120)?;
     if name.contains(['\n', '\t']) {
         return Err(malformed("name: has several lines: write one"));
@@ -192,7 +192,7 @@ fn checked(ask: MissionAsk) -> Result<MissionAsk> {
     }
     for (field, time_us) in [("from_us", Some(from_us)), ("to_us", to_us)] {
         if let Some(time_us) = time_us.filter(|time_us| !TIMES_US.contains(time_us)) {
-            return Err(malformed(format!("{field}: {time_us} is no time: give µs since 1970 UTC")));
+            return Err(malformed(format!("{field}: {time_us} is not a time: give µs since 1970 UTC")));
         }
     }
     if to_us.is_some_and(|to_us| to_us <= from_us) {
@@ -201,7 +201,7 @@ fn checked(ask: MissionAsk) -> Result<MissionAsk> {
     if to_us.is_some_and(|to_us| to_us - from_us > LONGEST_US) {
         return Err(malformed("to_us: a mission has a year at most: make several"));
     }
-    Ok(MissionAsk { name, people, purpose, notes, vessels, from_us, to_us })
+    Ok(MissionRequest { name, people, purpose, notes, vessels, from_us, to_us })
 }
 
 fn malformed(text: impl Into<String>) -> Error {

@@ -1,12 +1,12 @@
 use super::rows::{Change, Create, List, One, Withdraw};
 use super::summary::{Way, distance_m};
 use crate::identity::{Fault, Request as _, migrated};
-use api::MissionAsk;
+use api::MissionRequest;
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-fn mission(name: &str, from_us: i64, vessels: &[u16]) -> MissionAsk {
-    MissionAsk { name: name.to_owned(), from_us, vessels: vessels.to_vec(), ..MissionAsk::default() }
+fn mission(name: &str, from_us: i64, vessels: &[u16]) -> MissionRequest {
+    MissionRequest { name: name.to_owned(), from_us, vessels: vessels.to_vec(), ..MissionRequest::default() }
 }
 
 async fn names(db: &mut SqliteConnection, list: List) -> Vec<String> {
@@ -31,7 +31,7 @@ async fn missions_are_found_by_vessel_and_kept_when_changed_or_withdrawn() {
     let change = |revision| Change {
         id: ids[0],
         revision,
-        mission: MissionAsk { to_us: Some(40), ..mission("spring tide", 11, &[6]) },
+        mission: MissionRequest { to_us: Some(40), ..mission("spring tide", 11, &[6]) },
         by: "anna".to_owned(),
         now: UtcTime::from_micros(2),
     };
@@ -44,7 +44,7 @@ async fn missions_are_found_by_vessel_and_kept_when_changed_or_withdrawn() {
     assert_eq!(names(db, List { seen: Some(vec![5]), ..List::default() }).await, ["both"]);
     let sql = "SELECT body, by FROM mission_before WHERE mission = ?1";
     let (body, by): (String, String) = sqlx::query_as(sql).bind(ids[0]).fetch_one(&mut *db).await.unwrap();
-    let before: MissionAsk = serde_json::from_str(&body).unwrap();
+    let before: MissionRequest = serde_json::from_str(&body).unwrap();
     assert_eq!((&*before.name, &*by), ("spring", "nils"));
 
     let withdraw =

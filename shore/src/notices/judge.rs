@@ -20,7 +20,7 @@ const AGAIN: Duration = Duration::from_mins(10);
 
 /// What was told.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Told {
+pub(super) struct Notified {
     /// By rule and alarm.
     messages: BTreeSet<(i64, u64, What)>,
     /// When a rule last told of such an alarm (its vessel, kind and part), µs since 1970 UTC.
@@ -29,7 +29,7 @@ pub(super) struct Told {
     alarms: BTreeMap<u64, api::Alarm>,
 }
 
-impl Told {
+impl Notified {
     /// A message is kept.
     pub(super) fn keep(&mut self, rule: i64, content: &Content) {
         let Some(alarm) = &content.alarm else { return };
@@ -81,7 +81,7 @@ pub(super) struct Draft {
 }
 
 /// What is to be told now. What is due counts as told once it is kept.
-pub(super) fn due(rules: &[Held], standing: &[api::Alarm], told: &Told, now: UtcTime) -> Vec<Draft> {
+pub(super) fn due(rules: &[Held], standing: &[api::Alarm], told: &Notified, now: UtcTime) -> Vec<Draft> {
     let mut drafts = Vec::new();
     for held in rules {
         let draft = |alarm: &api::Alarm, event| Draft {

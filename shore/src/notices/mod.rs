@@ -18,6 +18,6 @@ mod tests;
 mod webhook;
 
 pub use rows::Delivery;
-pub use rule::{Ask, PER_HOUR, Rule, Way};
+pub use rule::{PER_HOUR, Rule, RuleChange, RuleRequest, Way};
 pub use service::{Made, Mine, Notices};
 pub use settings::{Mail, MailTls, Settings, Webhooks};

@@ -1,9 +1,9 @@
 //! Rules and messages in app.db.
 
 use super::content::Content;
-use super::judge::{Draft, Held, Told};
-use super::rule::{Ask, PER_HOUR, Rule, SigningKey, Way};
-use crate::identity::{Fault, Request, persons};
+use super::judge::{Draft, Held, Notified};
+use super::rule::{PER_HOUR, Rule, RuleRequest, SigningKey, Way};
+use crate::identity::{Fault, Language, Request, persons};
 use operations::alarms::Priority;
 use sqlx::SqliteConnection;
 use std::time::Duration;
@@ -19,7 +19,11 @@ const FORGOTTEN_US: i64 = 30 * 24 * HOUR_US;
 /// What a message beyond [`PER_HOUR`] says in place of an outcome.
 const HELD_BACK: &str = "held back: many within an hour";
 
+/// What is said of a rule that is somebody else's, or nobody's.
+pub(super) const NO_RULE: &str = "You have no such rule.";
+
 type FoundDelivery = (i64, i64, String, Option<String>, String);
+type FoundLanguage = Option<Option<String>>;
 type FoundRule = (i64, i64, String, String, String, String, Option<u16>, i64, bool, i64);
 
 const RULE: &str =
@@ -33,10 +37,17 @@ fn rule(found: FoundRule) -> Option<Rule> {
     Some(Rule {
         id,
         person,
-        ask: Ask { way, target, least, vessel, after, also_over },
+        ask: RuleRequest { way, target, least, vessel, after, also_over },
         made_us,
         key: SigningKey(secret),
     })
+}
+
+/// The language that a person chose; English for one who left it to the browser, which sends no mail.
+async fn language(db: &mut SqliteConnection, person: i64) -> Result<Language, Fault> {
+    let sql = "SELECT language FROM person WHERE id = ?1";
+    let found: FoundLanguage = sqlx::query_scalar(sql).bind(person).fetch_optional(db).await?;
+    Ok(found.flatten().and_then(|code| Language::by_code(&code)).unwrap_or_default())
 }
 
 /// A message and what became of it, for the person who asked for it.
@@ -70,10 +81,11 @@ impl Request for Mine {
         let sql = "SELECT rule, notice.made_us, body, outcome, words FROM notice
                    JOIN notice_rule ON notice_rule.id = rule WHERE person = ?1 ORDER BY notice.id DESC LIMIT ?2";
         let found: Vec<FoundDelivery> =
-            sqlx::query_as(sql).bind(self.person).bind(self.messages).fetch_all(db).await?;
+            sqlx::query_as(sql).bind(self.person).bind(self.messages).fetch_all(&mut *db).await?;
+        let language = language(db, self.person).await?;
         let delivery = |(rule, made_us, body, outcome, words): FoundDelivery| {
             let content: Option<Content> = serde_json::from_str(&body).ok();
-            let subject = content.map(|content| content.subject()).unwrap_or_default();
+            let subject = content.map(|content| content.subject(language)).unwrap_or_default();
             Delivery { rule, made_us, subject, outcome: outcome.unwrap_or_default(), words }
         };
         Ok((rules.into_iter().filter_map(rule).collect(), found.into_iter().map(delivery).collect()))
@@ -84,7 +96,7 @@ impl Request for Mine {
 #[derive(Debug)]
 pub(super) struct Add {
     pub(super) person: i64,
-    pub(super) ask: Ask,
+    pub(super) ask: RuleRequest,
     pub(super) key: SigningKey,
     pub(super) now: UtcTime,
 }
@@ -108,6 +120,29 @@ impl Request for Add {
     }
 }
 
+/// Changes what a rule of a person says. Its way and what its messages are signed by stay.
+#[derive(Debug)]
+pub(super) struct Change {
+    pub(super) person: i64,
+    pub(super) id: i64,
+    pub(super) ask: RuleRequest,
+}
+
+impl Request for Change {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let Self { person, id, ask } = self;
+        // When it was made stays: what stands and was not told yet is not lost by a change.
+        let sql = "UPDATE notice_rule SET target = ?3, least = ?4, vessel = ?5, after_s = ?6, also_over = ?7
+                   WHERE id = ?1 AND person = ?2";
+        let update = sqlx::query(sql).bind(id).bind(person).bind(ask.target).bind(ask.least.name());
+        let update = update.bind(ask.vessel).bind(ask.after.as_secs().cast_signed()).bind(ask.also_over);
+        let changed = update.execute(db).await?.rows_affected();
+        if changed == 0 { Err(Fault::Refused(NO_RULE.to_owned())) } else { Ok(()) }
+    }
+}
+
 /// Removes a rule of a person, with its messages.
 #[derive(Debug)]
 pub(super) struct Remove {
@@ -121,7 +156,7 @@ impl Request for Remove {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let sql = "DELETE FROM notice_rule WHERE id = ?1 AND person = ?2";
         let gone = sqlx::query(sql).bind(self.id).bind(self.person).execute(db).await?.rows_affected();
-        if gone == 0 { Err(Fault::Refused("You have no such rule.".to_owned())) } else { Ok(()) }
+        if gone == 0 { Err(Fault::Refused(NO_RULE.to_owned())) } else { Ok(()) }
     }
 }
 
@@ -153,13 +188,13 @@ impl Request for Rules {
 pub(super) struct ReadTold(pub(super) UtcTime);
 
 impl Request for ReadTold {
-    type Answer = Told;
+    type Answer = Notified;
 
-    async fn run(self, db: &mut SqliteConnection) -> Result<Told, Fault> {
+    async fn run(self, db: &mut SqliteConnection) -> Result<Notified, Fault> {
         let sql = "SELECT rule, body FROM notice WHERE alarm IS NOT NULL AND made_us > ?1 ORDER BY id";
         let since = self.0.micros() - FORGOTTEN_US;
         let found: Vec<(i64, String)> = sqlx::query_as(sql).bind(since).fetch_all(db).await?;
-        let mut told = Told::default();
+        let mut told = Notified::default();
         for (rule, body) in found {
             if let Ok(content) = serde_json::from_str(&body) {
                 told.keep(rule, &content);
@@ -213,6 +248,8 @@ pub(super) struct Waiting {
     pub(super) id: i64,
     pub(super) rule: Rule,
     pub(super) content: Content,
+    /// The language of who asked for it.
+    pub(super) language: Language,
     pub(super) made_us: i64,
     pub(super) tries: u32,
 }
@@ -238,7 +275,8 @@ impl Request for Due {
             let sql = sqlx::AssertSqlSafe(format!("{RULE} WHERE id = ?1"));
             let of: Option<FoundRule> = sqlx::query_as(sql).bind(number).fetch_optional(&mut *db).await?;
             if let (Some(rule), Ok(content)) = (of.and_then(rule), serde_json::from_str(&body)) {
-                waiting.push(Waiting { id, rule, content, made_us, tries });
+                let language = language(&mut *db, rule.person).await?;
+                waiting.push(Waiting { id, rule, content, language, made_us, tries });
             }
         }
         Ok(waiting)

@@ -38,7 +38,7 @@ impl Way {
 
 /// A rule as a person asks for it. Does not show its target in logs: what stands in a URL may be as good as a password.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Ask {
+pub struct RuleRequest {
     /// How.
     pub way: Way,
     /// An address of mail, or a URL.
@@ -53,9 +53,31 @@ pub struct Ask {
     pub also_over: bool,
 }
 
-impl std::fmt::Debug for Ask {
+impl std::fmt::Debug for RuleRequest {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} to {}, {} and more", self.way.name(), self.shown_target(), self.least.name())
+    }
+}
+
+/// What a person makes of a rule that is there: all but its way.
+#[derive(Clone, PartialEq, Eq)]
+pub struct RuleChange {
+    /// An address of mail, or a URL, as the rule's way has it.
+    pub target: String,
+    /// As in [`RuleRequest`].
+    pub least: Priority,
+    /// As in [`RuleRequest`].
+    pub vessel: Option<u16>,
+    /// As in [`RuleRequest`].
+    pub after: Duration,
+    /// As in [`RuleRequest`].
+    pub also_over: bool,
+}
+
+impl RuleChange {
+    pub(super) fn of(self, way: Way) -> RuleRequest {
+        let Self { target, least, vessel, after, also_over } = self;
+        RuleRequest { way, target, least, vessel, after, also_over }
     }
 }
 
@@ -77,14 +99,14 @@ pub struct Rule {
     /// Whose it is.
     pub person: i64,
     /// What it says.
-    pub ask: Ask,
-    /// When it was made, µs since 1970 UTC: what stood before is not told.
+    pub ask: RuleRequest,
+    /// When it was made, µs since 1970 UTC: alarms from before then send no message.
     pub made_us: i64,
     /// What a webhook's messages are signed by; never shown again.
     pub(super) key: SigningKey,
 }
 
-impl Ask {
+impl RuleRequest {
     /// Where it leads, for logs: of a URL the host alone.
     pub(super) fn shown_target(&self) -> String {
         match self.way {

@@ -1,20 +1,20 @@
 //! Looks once a second what is to be told, and sends what waits.
 
 use super::content::{Content, What};
-use super::judge::{Draft, Held, Told, due};
+use super::judge::{Draft, Held, Notified, due};
 use super::mail::{self, Letter};
 use super::rows::{self, Delivery, Due, Put, ReadTold, Rules, Settle, Waiting};
-use super::rule::{Ask, Rule, SigningKey, Way};
+use super::rule::{Rule, RuleChange, RuleRequest, SigningKey, Way};
 use super::settings::Settings;
 use super::webhook::{self, Post};
 use crate::alarms::Alarms;
 use crate::clock::Clock;
 use crate::error::{Error, Result};
 use crate::identity::{People, Principal, Secret};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::task::JoinSet;
+use tokio::task::{self, JoinSet};
 use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
@@ -63,6 +63,33 @@ pub struct Mine {
     pub messages: Vec<Delivery>,
 }
 
+/// Messages on their way, each once.
+#[derive(Default)]
+struct Sending {
+    attempts: JoinSet<()>,
+    /// Whose attempt each is: one that panics answers nothing, and is tried again all the same.
+    messages: BTreeMap<task::Id, i64>,
+}
+
+impl Sending {
+    fn begin(&mut self, notices: &Notices, waiting: Waiting) {
+        let message = waiting.id;
+        if self.messages.len() < AT_ONCE && self.messages.values().all(|id| *id != message) {
+            let notices = notices.clone();
+            let attempt = self.attempts.spawn(async move { notices.deliver(waiting).await });
+            self.messages.insert(attempt.id(), message);
+        }
+    }
+
+    /// Forgets the attempts that are over.
+    fn settle(&mut self) {
+        while let Some(done) = self.attempts.try_join_next_with_id() {
+            let task = done.map_or_else(|fault| fault.id(), |(task, ())| task);
+            self.messages.remove(&task);
+        }
+    }
+}
+
 impl Notices {
     pub(crate) fn new(people: People, clock: Clock, settings: Settings) -> Self {
         Self { people, clock, settings: Arc::new(settings) }
@@ -86,11 +113,8 @@ impl Notices {
     ///
     /// # Errors
     /// This server cannot do that, the person may not see the vessel, or has as many rules as may be.
-    pub async fn add(&self, who: &Principal, from: String, ask: Ask) -> Result<Made> {
-        ask.check(&self.settings).map_err(Error::refused)?;
-        if ask.vessel.is_some_and(|vessel| who.grants.on(vessel).is_none()) {
-            return Err(Error::refused("You may not see that vessel."));
-        }
+    pub async fn add(&self, who: &Principal, from: String, ask: RuleRequest) -> Result<Made> {
+        self.check(who, &ask)?;
         let secret = match ask.way {
             Way::Webhook => Secret::random().text(),
             Way::Mail => String::new(),
@@ -100,6 +124,30 @@ impl Notices {
             rows::Add { person: who.person, ask, key: SigningKey(secret.clone()), now: self.clock.utc() };
         let id = self.people.act(who, from, "notice.rule.make", subject, add).await?;
         Ok(Made { id, secret })
+    }
+
+    /// Changes a rule of a person in its place; its way stays.
+    ///
+    /// # Errors
+    /// The person has no such rule, this server cannot do that, or the person may not see the vessel.
+    pub async fn change(&self, who: &Principal, from: String, id: i64, change: RuleChange) -> Result<()> {
+        let mine = self.mine(who).await?;
+        let known = mine.rules.into_iter().find(|rule| rule.id == id);
+        let known = known.ok_or_else(|| Error::refused(rows::NO_RULE))?;
+        let ask = change.of(known.ask.way);
+        self.check(who, &ask)?;
+        let subject = format!("{id}: {} to {}", ask.way.name(), ask.shown_target());
+        let change = rows::Change { person: who.person, id, ask };
+        Ok(self.people.act(who, from, "notice.rule.change", subject, change).await?)
+    }
+
+    /// Whether a person may ask for this.
+    fn check(&self, who: &Principal, ask: &RuleRequest) -> Result<()> {
+        ask.check(&self.settings).map_err(Error::refused)?;
+        if ask.vessel.is_some_and(|vessel| who.grants.on(vessel).is_none()) {
+            return Err(Error::refused("You may not see that vessel."));
+        }
+        Ok(())
     }
 
     /// Removes a rule of a person; its messages that wait are not sent any more.
@@ -118,7 +166,7 @@ impl Notices {
     pub async fn test(&self, who: &Principal, id: i64) -> Result<Delivery> {
         let mine = self.mine(who).await?;
         if !mine.rules.iter().any(|rule| rule.id == id) {
-            return Err(Error::refused("You have no such rule."));
+            return Err(Error::refused(rows::NO_RULE));
         }
         let now = self.clock.utc();
         let content =
@@ -138,26 +186,20 @@ impl Notices {
 
     /// Tells of what stands as the alarms have it, until the end.
     pub(crate) async fn keep(self, alarms: Alarms, stop: CancellationToken) {
-        let mut told = None;
-        let (mut sending, mut busy) = (JoinSet::new(), BTreeSet::new());
+        let (mut told, mut waits) = (None, false);
+        let mut sending = Sending::default();
         loop {
-            while let Some(done) = sending.try_join_next() {
-                if let Ok(id) = done {
-                    busy.remove(&id);
-                }
-            }
-            if let Err(error) = self.look(&alarms, &mut told).await {
+            sending.settle();
+            let looked = self.look(&alarms, &mut told).await;
+            if let Err(error) = &looked
+                && !waits
+            {
                 tracing::warn!(%error, "messages about alarms wait");
             }
+            waits = looked.is_err();
             if let Ok(waiting) = self.people.ask(Due { now: self.clock.utc(), id: None }).await {
                 for one in waiting {
-                    if busy.len() < AT_ONCE && busy.insert(one.id) {
-                        let (notices, id) = (self.clone(), one.id);
-                        sending.spawn(async move {
-                            notices.deliver(one).await;
-                            id
-                        });
-                    }
+                    sending.begin(&self, one);
                 }
             }
             let next = self.clock.mono() + EVERY;
@@ -167,7 +209,7 @@ impl Notices {
         }
     }
 
-    async fn look(&self, alarms: &Alarms, known: &mut Option<Told>) -> Result<()> {
+    async fn look(&self, alarms: &Alarms, known: &mut Option<Notified>) -> Result<()> {
         let rules = self.people.ask(Rules).await?;
         let told = match known {
             Some(told) => told,
@@ -180,7 +222,12 @@ impl Notices {
     }
 
     /// Holds what stands against the rules, and keeps what is to be told.
-    pub(super) async fn tell(&self, rules: &[Held], standing: &[api::Alarm], told: &mut Told) -> Result<()> {
+    pub(super) async fn tell(
+        &self,
+        rules: &[Held],
+        standing: &[api::Alarm],
+        told: &mut Notified,
+    ) -> Result<()> {
         let now = self.clock.utc();
         let drafts = due(rules, standing, told, now);
         if !drafts.is_empty() {
@@ -223,7 +270,10 @@ impl Notices {
     }
 
     /// Sends a message: `None` when it was taken, else why it never will be.
-    async fn attempt(&self, Waiting { id, rule, content, .. }: &Waiting) -> anyhow::Result<Option<String>> {
+    async fn attempt(
+        &self,
+        Waiting { id, rule, content, language, .. }: &Waiting,
+    ) -> anyhow::Result<Option<String>> {
         let (settings, target) = (&*self.settings, rule.ask.target.as_str());
         match rule.ask.way {
             Way::Mail => {
@@ -231,8 +281,8 @@ impl Notices {
                 let letter = Letter {
                     to: target,
                     id: format!("<lutra-{id}-{}@{host}>", content.time_us),
-                    subject: content.subject(),
-                    text: content.text(settings),
+                    subject: content.subject(*language),
+                    text: content.text(*language, settings),
                 };
                 Ok(match mail::send(settings, letter).await? {
                     mail::Answer::Taken => None,
@@ -241,7 +291,7 @@ impl Notices {
             }
             Way::Webhook => {
                 let now_s = self.clock.utc().micros() / 1_000_000;
-                let body = serde_json::to_string(content)?;
+                let body = serde_json::to_string(&content.posted(*language))?;
                 let post = Post { url: target, secret: &rule.key.0, delivery: *id, now_s, body };
                 Ok(match webhook::post(settings, post).await? {
                     webhook::Answer::Taken => None,

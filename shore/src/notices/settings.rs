@@ -17,7 +17,7 @@ pub struct Settings {
     pub mail: Mail,
 }
 
-/// Where webhooks may lead: whoever makes a rule has the server send requests.
+/// Where webhooks may lead: a rule makes this server send requests to an address that a person chose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Webhooks {

@@ -1,12 +1,14 @@
 use super::content::What;
-use super::judge::{Held, Told, due};
+use super::judge::{Held, Notified, due};
 use super::rows::{Due, ReadTold, Rules};
 use super::rule::SigningKey;
 use super::service::AGAIN;
-use super::{Ask, Mail, MailTls, Notices, PER_HOUR, Rule, Settings, Way, Webhooks, webhook};
+use super::{
+    Mail, MailTls, Notices, PER_HOUR, Rule, RuleChange, RuleRequest, Settings, Way, Webhooks, webhook,
+};
 use crate::clock::{Clock, ClockHand};
 use crate::identity::testing::NewScript;
-use crate::identity::{self, Grants, People, Principal, Via};
+use crate::identity::{self, Grants, Language, People, Principal, Via, language};
 use crate::owners::Owners;
 use api::{AlarmWord, Permission, Role};
 use operations::alarms::Priority;
@@ -28,6 +30,7 @@ fn alarm(id: u64, since_us: i64) -> api::Alarm {
         part: String::new(),
         state: "unacknowledged".to_owned(),
         priority: "alarm".to_owned(),
+        says: Vec::new(),
         text: "not heard for 30 s".to_owned(),
         cause: String::new(),
         consequence: "it sails on".to_owned(),
@@ -49,12 +52,12 @@ fn grants(vessel: Option<u16>) -> Grants {
     Grants::new(&[Permission { vessel, role: Role::Viewer }])
 }
 
-fn ask(way: Way, target: &str) -> Ask {
+fn ask(way: Way, target: &str) -> RuleRequest {
     let (least, after) = (Priority::Warning, Duration::ZERO);
-    Ask { way, target: target.to_owned(), least, vessel: None, after, also_over: true }
+    RuleRequest { way, target: target.to_owned(), least, vessel: None, after, also_over: true }
 }
 
-fn held(id: i64, change: impl FnOnce(&mut Ask)) -> Held {
+fn held(id: i64, change: impl FnOnce(&mut RuleRequest)) -> Held {
     let mut ask = ask(Way::Mail, "nils@example.org");
     change(&mut ask);
     let rule = Rule { id, person: 1, ask, made_us: 0, key: SigningKey(String::new()) };
@@ -66,7 +69,7 @@ fn s(seconds: i64) -> UtcTime {
 }
 
 /// What is told at a time, which counts as told from then on.
-fn tell(rules: &[Held], standing: &[api::Alarm], told: &mut Told, now: UtcTime) -> Vec<(i64, u64, What)> {
+fn tell(rules: &[Held], standing: &[api::Alarm], told: &mut Notified, now: UtcTime) -> Vec<(i64, u64, What)> {
     let drafts = due(rules, standing, told, now);
     for draft in &drafts {
         told.keep(draft.rule, &draft.content);
@@ -84,7 +87,7 @@ fn a_rule_is_about_what_it_says() {
         one
     };
     let told = |rule: &Held, alarm: api::Alarm| {
-        !tell(std::slice::from_ref(rule), &[alarm], &mut Told::default(), s(100)).is_empty()
+        !tell(std::slice::from_ref(rule), &[alarm], &mut Notified::default(), s(100)).is_empty()
     };
     let any = held(1, |_| ());
     assert!(told(&any, one(&|_| ())));
@@ -108,7 +111,7 @@ fn a_rule_is_about_what_it_says() {
 #[test]
 fn what_comes_and_goes_is_told_once_and_again_when_it_has_lasted() {
     let rules = [held(1, |_| ())];
-    let mut told = Told::default();
+    let mut told = Notified::default();
     let over = |id, at| api::Alarm { over_us: Some(at), ..alarm(id, 0) };
     assert_eq!(tell(&rules, &[alarm(1, 0)], &mut told, s(1)), [(1, 1, What::Raised)]);
     assert_eq!(tell(&rules, &[alarm(1, 0)], &mut told, s(2)), []);
@@ -133,7 +136,7 @@ proptest! {
         after_s in prop::sample::select(vec![0_u64, 3]),
     ) {
         let rules = [held(1, |ask| ask.after = Duration::from_secs(after_s)), held(2, |ask| ask.also_over = false)];
-        let (mut told, mut all) = (Told::default(), Vec::new());
+        let (mut told, mut all) = (Notified::default(), Vec::new());
         let mut standing: Vec<api::Alarm> = Vec::new();
         for (step, (id, change)) in changes.into_iter().enumerate() {
             let now = s(step as i64 + 1);
@@ -188,17 +191,17 @@ impl Office {
             NewScript { name: "nils".to_owned(), vessel: None, role: Role::Viewer, most: Role::Viewer };
         let person = people.change(script).await.unwrap().0;
         let via = Via::Token { id: 1, label: "test".to_owned() };
-        let nils = Principal { person, name: "nils".to_owned(), grants: grants(None), via };
+        let nils = Principal { person, name: "nils".to_owned(), grants: grants(None), language: None, via };
         let notices = Notices::new(people.clone(), clock.clone(), settings);
         Self { folder, people, notices, clock, hand, nils }
     }
 
-    async fn add(&self, ask: Ask) -> super::Made {
+    async fn add(&self, ask: RuleRequest) -> super::Made {
         self.notices.add(&self.nils, "::1".to_owned(), ask).await.unwrap()
     }
 
     /// Tells of what stands, and sends what is due.
-    async fn work(&self, standing: &[api::Alarm], told: &mut Told) {
+    async fn work(&self, standing: &[api::Alarm], told: &mut Notified) {
         let rules = self.people.ask(Rules).await.unwrap();
         self.notices.tell(&rules, standing, told).await.unwrap();
         for one in self.people.ask(Due { now: self.clock.utc(), id: None }).await.unwrap() {
@@ -276,7 +279,7 @@ async fn a_webhook_gets_what_happened_signed_and_the_same_again_when_it_failed()
     let office = Office::open(open_settings()).await;
     let (port, mut got) = hook(&["500 Sick", "204 Fine"]).await;
     let made = office.add(ask(Way::Webhook, &format!("http://127.0.0.1:{port}/a?b=c"))).await;
-    let mut told = Told::default();
+    let mut told = Notified::default();
     let standing = [office.alarm(7)];
     office.work(&standing, &mut told).await;
     let (head, body) = got.recv().await.unwrap();
@@ -314,7 +317,7 @@ async fn a_message_outlives_a_restart_and_is_not_told_again() {
     let (port, mut got) = hook(&["503 Later", "200 Fine"]).await;
     office.add(ask(Way::Webhook, &format!("http://127.0.0.1:{port}/"))).await;
     let standing = [office.alarm(7)];
-    office.work(&standing, &mut Told::default()).await;
+    office.work(&standing, &mut Notified::default()).await;
     got.recv().await.unwrap();
 
     // As after a kill: what is in app.db is all that is known.
@@ -368,7 +371,7 @@ async fn many_messages_within_an_hour_end_with_one_that_says_so() {
     let office = Office::open(open_settings()).await;
     let (port, mut got) = hook(&["200 Fine"]).await;
     office.add(ask(Way::Webhook, &format!("http://127.0.0.1:{port}/"))).await;
-    let mut told = Told::default();
+    let mut told = Notified::default();
     let standing: Vec<api::Alarm> = (0..30).map(|id| office.alarm(id)).collect();
     office.work(&standing, &mut told).await;
     for number in 1..=PER_HOUR {
@@ -440,7 +443,7 @@ async fn a_mail_says_what_happened_what_to_do_and_where_to_look() {
     // A vessel may call itself anything.
     let hostile = "otter\r\nBcc: all@example.org";
     let standing = [api::Alarm { vessel_name: Some(hostile.to_owned()), ..office.alarm(7) }];
-    office.work(&standing, &mut Told::default()).await;
+    office.work(&standing, &mut Notified::default()).await;
     let mail = got.recv().await.unwrap();
     let (head, body) = mail.split_once("\r\n\r\n").unwrap();
     assert!(
@@ -457,6 +460,86 @@ async fn a_mail_says_what_happened_what_to_do_and_where_to_look() {
     assert_eq!(office.outcomes().await[0].0, "delivered");
 }
 
+/// A boat that is not heard, as the server tells it by codes.
+fn silent(alarm: api::Alarm) -> api::Alarm {
+    let advice = operations::alarms::Kind::NotHeard.advice();
+    let says = vec![api::AlarmSaying::NotHeard { since_us: 3_723_000_000 }];
+    let (action, consequence) = (advice.action.to_owned(), advice.consequence.to_owned());
+    api::Alarm { says, action, consequence, ..alarm }
+}
+
+#[tokio::test]
+async fn a_message_comes_in_the_language_that_its_person_chose() {
+    let (port, mut mails) = mail_server(false).await;
+    let (hook_port, mut posts) = hook(&["204 Fine"]).await;
+    let office = Office::open(by_mail(port)).await;
+    office.add(ask(Way::Mail, "nils@example.org")).await;
+    office.add(ask(Way::Webhook, &format!("http://127.0.0.1:{hook_port}/"))).await;
+    let mut told = Notified::default();
+    let first = silent(office.alarm(7));
+    office.work(std::slice::from_ref(&first), &mut told).await;
+    assert!(
+        mails.recv().await.unwrap().contains("Subject: [Lutra] otter-1: not heard since 01:02:03Z (alarm)")
+    );
+    assert!(posts.recv().await.unwrap().1.contains("\"text\":\"not heard since 01:02:03Z\""));
+
+    let choose = language::Choose { person: office.nils.person, language: Some(Language::Bokmal) };
+    office.people.change(choose).await.unwrap();
+    office.work(&[first, silent(office.alarm(8))], &mut told).await;
+    let mail = mails.recv().await.unwrap();
+    for words in ["Hva du gj=C3=B8r: ", "Fart=C3=B8y: otter-1"] {
+        assert!(mail.contains(words), "{words} in {mail}");
+    }
+    let body = posts.recv().await.unwrap().1;
+    assert!(body.contains("\"text\":\"ikke hørt siden 01:02:03Z\""), "{body}");
+    let subject = &office.notices.mine(&office.nils).await.unwrap().messages[0].subject;
+    assert_eq!(subject, "[Lutra] otter-1: ikke hørt siden 01:02:03Z (alarm)");
+}
+
+#[tokio::test]
+async fn a_rule_is_changed_in_its_place_and_keeps_its_key() {
+    let office = Office::open(open_settings()).await;
+    let (port, mut got) = hook(&["204 Fine"]).await;
+    let made = office.add(ask(Way::Webhook, "https://example.org/before")).await;
+    let to = |target: String, least| RuleChange {
+        target,
+        least,
+        vessel: Some(BOAT),
+        after: Duration::from_mins(5),
+        also_over: false,
+    };
+    let there = format!("http://127.0.0.1:{port}/after");
+    let change = |who: Principal, id, change| {
+        let notices = office.notices.clone();
+        async move { notices.change(&who, String::new(), id, change).await }
+    };
+    let other = Principal { person: office.nils.person + 1, ..office.nils.clone() };
+    assert!(change(other, made.id, to(there.clone(), Priority::Alarm)).await.is_err(), "another's rule");
+    let nowhere = to("nowhere".to_owned(), Priority::Alarm);
+    assert!(change(office.nils.clone(), made.id, nowhere).await.is_err());
+    change(office.nils.clone(), made.id, to(there.clone(), Priority::Alarm)).await.unwrap();
+    let rules = office.notices.mine(&office.nils).await.unwrap().rules;
+    let wanted = RuleRequest {
+        way: Way::Webhook,
+        target: there,
+        least: Priority::Alarm,
+        vessel: Some(BOAT),
+        after: Duration::from_mins(5),
+        also_over: false,
+    };
+    assert_eq!((rules.len(), rules[0].id, &rules[0].ask), (1, made.id, &wanted));
+    // It is followed from then on, by the key that was told once.
+    let (mut told, standing) = (Notified::default(), [office.alarm(7)]);
+    office.work(&standing, &mut told).await;
+    assert!(got.try_recv().is_err(), "five minutes have not passed");
+    office.hand.advance(Duration::from_mins(6));
+    office.work(&standing, &mut told).await;
+    let (head, body) = got.recv().await.unwrap();
+    let signature = head.lines().find_map(|line| line.strip_prefix("lutra-signature: ")).unwrap();
+    let seconds = signature[2..].split(',').next().unwrap().parse().unwrap();
+    assert_eq!(signature, webhook::signature(&made.secret, seconds, &body));
+}
+
 #[tokio::test]
 async fn a_mail_server_that_refuses_or_is_not_there_is_told_in_its_words() {
     let (port, _got) = mail_server(true).await;
@@ -471,7 +554,7 @@ async fn a_mail_server_that_refuses_or_is_not_there_is_told_in_its_words() {
     let test = office.notices.test(&office.nils, made.id).await.unwrap();
     assert!(test.outcome.is_empty() && !test.words.is_empty(), "it waits: {test:?}");
     office.hand.advance(Duration::from_hours(25));
-    office.work(&[], &mut Told::default()).await;
+    office.work(&[], &mut Notified::default()).await;
     let (outcome, words) = office.outcomes().await.remove(0);
     assert!(outcome == "given up" && !words.is_empty(), "{outcome} {words}");
 }

@@ -5,7 +5,8 @@
 //! are not followed. The name is looked up once and the address that was judged is the one that is connected to.
 
 use super::settings::{Settings, Webhooks};
-use anyhow::{Context as _, bail, ensure};
+use crate::tls::trusting;
+use anyhow::{Context as _, bail};
 use bytes::Bytes;
 use http_body_util::{BodyExt as _, Full, Limited};
 use hyper::client::conn::http1;
@@ -13,15 +14,10 @@ use hyper::header::{CONTENT_TYPE, HOST, USER_AGENT};
 use hyper::{Request, StatusCode, Uri};
 use hyper_util::rt::TokioIo;
 use ring::hmac;
-use rustls::pki_types::pem::PemObject as _;
-use rustls::pki_types::{CertificateDer, ServerName};
-use rustls::{ClientConfig, RootCertStore};
+use rustls::pki_types::ServerName;
 use std::net::{IpAddr, SocketAddr};
-use std::path::Path;
-use std::sync::Arc;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
-use tokio_rustls::TlsConnector;
 
 /// Bytes of an answer that are read.
 const ANSWER_BYTES: usize = 4 * 1024;
@@ -62,7 +58,7 @@ pub(super) async fn post(settings: &Settings, post: Post<'_>) -> anyhow::Result<
     let stream = TcpStream::connect(address).await?;
     let (status, text) = if encrypted {
         let name = ServerName::try_from(host)?;
-        let stream = trusting(&settings.ca_file)?.connect(name, stream).await?;
+        let stream = trusting("notices.ca_file", &settings.ca_file)?.connect(name, stream).await?;
         exchange(stream, &url, post).await?
     } else {
         exchange(stream, &url, post).await?
@@ -151,23 +147,6 @@ fn is_public(address: IpAddr) -> bool {
             (a & 0xe000) == 0x2000 && !documentation && !wrapped
         }
     }
-}
-
-/// Encryption that trusts the authorities of a file.
-fn trusting(file: &Path) -> anyhow::Result<TlsConnector> {
-    let mut roots = RootCertStore::empty();
-    let wrong = || format!("notices.ca_file {}", file.display());
-    for certificate in CertificateDer::pem_file_iter(file).with_context(wrong)? {
-        // One that cannot be used says nothing of the others.
-        roots.add(certificate.with_context(wrong)?).ok();
-    }
-    ensure!(!roots.is_empty(), "{} holds no certificate in PEM", wrong());
-    let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let config = ClientConfig::builder_with_provider(provider)
-        .with_safe_default_protocol_versions()?
-        .with_root_certificates(roots)
-        .with_no_client_auth();
-    Ok(TlsConnector::from(Arc::new(config)))
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ pub fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
 /// Reads a plan, in whichever format; `file` is the file's name. What was left out is told.
 ///
 /// # Errors
-/// It is none, with the place of what is wrong.
+/// It is not valid, with the place of what is wrong.
 pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), String> {
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let (mut plan, notes) = match start.first() {

@@ -268,7 +268,7 @@ fn foreign_plans_are_taken_in_the_order_they_are_sailed_or_refused() {
     let nan = imc::messages::Goto { lat: f64::NAN, ..Default::default() };
     assert!(one(nan.into()).contains("latitude"));
     let nan = imc::messages::Goto { speed: f32::INFINITY, ..Default::default() };
-    assert!(one(nan.into()).contains("no number"));
+    assert!(one(nan.into()).contains("not a number"));
     let acts = PlanSpecification {
         start_actions: [Message::from(PowerChannelControl::default())].into_iter().collect(),
         ..foreign(vec![("a", go())], &[])

@@ -77,10 +77,10 @@ fn message(step: &PlanStep) -> Result<Message, String> {
         PlanTask::FollowPath { points } => {
             let first = points.first().ok_or("a path needs at least one point")?;
             let (lat, lon) = radians(first);
-            let frame = LocalFrame::new(place(first).ok_or("point 1 is no place on earth")?);
+            let frame = LocalFrame::new(place(first).ok_or("point 1 is not a place on earth")?);
             let mut offsets = Vec::with_capacity(points.len());
             for (point, number) in points.iter().zip(1..) {
-                let place = place(point).ok_or_else(|| format!("point {number} is no place on earth"))?;
+                let place = place(point).ok_or_else(|| format!("point {number} is not a place on earth"))?;
                 let local = frame.to_local(place);
                 offsets.push(PathPoint { x: offset(local.north_m), y: offset(local.east_m), z: 0.0 });
             }
@@ -195,7 +195,7 @@ pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>),
     Ok((document, notes))
 }
 
-/// Which maneuvers are sailed, in their order, and whether they begin anew. The first transition out of each counts.
+/// Which maneuvers are sailed, in their order, and whether they repeat. The first transition out of each counts.
 fn order(
     plan: &PlanSpecification,
     nodes: &[PlanManeuver],
@@ -312,7 +312,7 @@ fn degrees(lat_rad: f64, lon_rad: f64) -> Result<PlanPlace, String> {
 
 fn angle(rad: f64) -> Result<f64, String> {
     let deg = fine(rad.to_degrees());
-    if deg.is_finite() { Ok(deg) } else { Err("an angle is no number".to_owned()) }
+    if deg.is_finite() { Ok(deg) } else { Err("an angle is not a number".to_owned()) }
 }
 
 /// Degrees as far as they count.
@@ -328,5 +328,5 @@ fn offset(metres: f64) -> f32 {
 /// The shortest decimal that is this number, so that 0.1 stays 0.1.
 fn decimal(value: f32) -> Result<f64, String> {
     let read = value.to_string().parse().ok().filter(|value: &f64| value.is_finite());
-    read.ok_or_else(|| format!("{value} is no number"))
+    read.ok_or_else(|| format!("{value} is not a number"))
 }

@@ -1,8 +1,8 @@
-//! What happened at the doors since the start, for the people who keep the server: where each is open, whom it refused,
+//! What happened at the transports since the start, for the people who keep the server: where each is open, whom it refused,
 //! what went wrong last.
 
 use crate::clock::Clock;
-use hub::Door;
+use hub::Transport;
 use imc::Address;
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -21,28 +21,28 @@ pub struct Ledger {
 
 #[derive(Debug, Default)]
 struct Book {
-    doors: BTreeMap<Door, DoorRecord>,
+    transports: BTreeMap<Transport, TransportRecord>,
     links: BTreeMap<Address, UtcTime>,
 }
 
-/// Of one door.
+/// Of one transport.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct DoorRecord {
+pub struct TransportRecord {
     /// Where it is open; empty while it is not.
     pub address: String,
     /// Whom or what it did not let in: connections, or datagrams of strangers.
     pub refused: u64,
     /// The last of them, and why.
-    pub refusal: Option<Happened>,
+    pub refusal: Option<TransportEvent>,
     /// What went wrong last.
-    pub error: Option<Happened>,
+    pub error: Option<TransportEvent>,
     /// Packets that were lost on the way in because they came faster than they could be taken.
     pub lost: u64,
 }
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Happened {
+pub struct TransportEvent {
     /// When.
     pub at: UtcTime,
     /// What, in words.
@@ -55,44 +55,44 @@ impl Ledger {
         Self { book: Arc::default(), clock }
     }
 
-    fn happened(&self, text: &str) -> Happened {
-        Happened { at: self.clock.utc(), text: text.chars().take(LETTERS).collect() }
+    fn happened(&self, text: &str) -> TransportEvent {
+        TransportEvent { at: self.clock.utc(), text: text.chars().take(LETTERS).collect() }
     }
 
     fn book(&self) -> MutexGuard<'_, Book> {
         self.book.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn change(&self, door: Door, change: impl FnOnce(&mut DoorRecord)) {
-        change(self.book().doors.entry(door).or_default());
+    fn change(&self, transport: Transport, change: impl FnOnce(&mut TransportRecord)) {
+        change(self.book().transports.entry(transport).or_default());
     }
 
-    /// A door is open at an address.
-    pub fn opened(&self, door: Door, address: String) {
-        self.change(door, |record| record.address = address);
+    /// A transport is open at an address.
+    pub fn opened(&self, transport: Transport, address: String) {
+        self.change(transport, |record| record.address = address);
     }
 
     /// Somebody was not let in.
-    pub fn refused(&self, door: Door, who: IpAddr, why: &str) {
+    pub fn refused(&self, transport: Transport, who: IpAddr, why: &str) {
         let happened = self.happened(&format!("{who}: {why}"));
-        self.change(door, |record| {
+        self.change(transport, |record| {
             record.refused += 1;
             record.refusal = Some(happened);
         });
     }
 
-    /// Something went wrong with a peer, or with the door itself.
-    pub fn failed(&self, door: Door, what: &str) {
+    /// Something went wrong with a peer, or with the transport itself.
+    pub fn failed(&self, transport: Transport, what: &str) {
         let happened = self.happened(what);
-        self.change(door, |record| record.error = Some(happened));
+        self.change(transport, |record| record.error = Some(happened));
     }
 
     /// So many packets were lost on the way in, since the start.
-    pub fn lost(&self, door: Door, lost: u64) {
-        self.change(door, |record| {
+    pub fn lost(&self, transport: Transport, lost: u64) {
+        self.change(transport, |record| {
             if lost > record.lost {
                 let more = lost - record.lost;
-                tracing::warn!(%door, more, lost, "packets were lost: they came faster than they were taken");
+                tracing::warn!(%transport, more, lost, "packets were lost: they came faster than they were taken");
                 record.error = Some(
                     self.happened(&format!("{more} packets came faster than they were taken and are lost")),
                 );
@@ -106,9 +106,9 @@ impl Ledger {
         self.book().links.insert(vessel, self.clock.utc());
     }
 
-    /// What happened at a door.
-    pub fn of(&self, door: Door) -> DoorRecord {
-        self.book().doors.get(&door).cloned().unwrap_or_default()
+    /// What happened at a transport.
+    pub fn of(&self, transport: Transport) -> TransportRecord {
+        self.book().transports.get(&transport).cloned().unwrap_or_default()
     }
 
     /// Since when a vessel's link is as it is.
@@ -124,19 +124,19 @@ mod tests {
     #[test]
     fn refusals_are_counted_and_texts_from_outside_bounded() {
         let ledger = Ledger::new(Clock::real());
-        ledger.refused(Door::Udp, [10, 0, 0, 7].into(), "not in doors.udp.allow");
-        ledger.refused(Door::Udp, [10, 0, 0, 8].into(), &"x".repeat(1_000));
-        ledger.failed(Door::Udp, "gone");
-        let record = ledger.of(Door::Udp);
+        ledger.refused(Transport::Udp, [10, 0, 0, 7].into(), "not in transports.udp.allow");
+        ledger.refused(Transport::Udp, [10, 0, 0, 8].into(), &"x".repeat(1_000));
+        ledger.failed(Transport::Udp, "gone");
+        let record = ledger.of(Transport::Udp);
         assert_eq!((record.refused, record.error.unwrap().text.as_str()), (2, "gone"));
         let text = record.refusal.unwrap().text;
         assert!(text.starts_with("10.0.0.8: x") && text.len() == LETTERS);
-        assert_eq!(ledger.of(Door::Tcp), DoorRecord::default());
-        ledger.lost(Door::Udp, 0);
-        assert_eq!(ledger.of(Door::Udp).error.unwrap().text, "gone");
-        ledger.lost(Door::Udp, 37);
-        ledger.lost(Door::Udp, 37);
-        let record = ledger.of(Door::Udp);
+        assert_eq!(ledger.of(Transport::Tcp), TransportRecord::default());
+        ledger.lost(Transport::Udp, 0);
+        assert_eq!(ledger.of(Transport::Udp).error.unwrap().text, "gone");
+        ledger.lost(Transport::Udp, 37);
+        ledger.lost(Transport::Udp, 37);
+        let record = ledger.of(Transport::Udp);
         assert!(record.lost == 37 && record.error.unwrap().text.starts_with("37 packets came faster"));
     }
 }

@@ -1,13 +1,13 @@
-//! The task that owns the hub, and the handle by which doors, pages and programs talk to it.
+//! The task that owns the hub, and the handle by which transports, pages and programs talk to it.
 //!
-//! Everything goes through one bounded channel, so that what a peer said last is heard before it leaves. A door
+//! Everything goes through one bounded channel, so that what a peer said last is heard before it leaves. A transport
 //! that sends faster than the hub takes waits, and so its peer's socket does. The hub itself waits for nobody:
 //! what it says to a peer goes into that peer's [`Outbox`], what it records into the [`Recorder`]'s queue.
 
 mod ledger;
 mod outbox;
 
-pub use ledger::{DoorRecord, Happened, Ledger};
+pub use ledger::{Ledger, TransportEvent, TransportRecord};
 use outbox::Unsent;
 pub use outbox::{AT_ONCE_BYTES, Outbox};
 
@@ -15,8 +15,9 @@ use crate::clock::Clock;
 use crate::owners::{Duty, Owners};
 use crate::recorder::Recorder;
 use bytes::Bytes;
-use hub::{Counters, Delivery, Door, Incoming, Peer, PeerId, PeerState, Settings, Telecommand};
+use hub::{Counters, Delivery, Incoming, Peer, PeerId, PeerState, Settings, Telecommand, Transport};
 use imc::{Address, PacketView};
+use link::Commander;
 use operations::Operations;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,15 +30,15 @@ use units::Now;
 
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
-/// Bytes of packets that may wait for the hub; doors wait, and so their peers' sockets do, when there are more.
+/// Bytes of packets that may wait for the hub; transports wait, and so their peers' sockets do, when there are more.
 const UNHEARD_BYTES: u32 = 4 << 20;
 /// How many of them are taken at once before what came of them is handed on.
 const AT_ONCE: usize = 16;
 /// How often the hub is told that time passes.
 const TICK: Duration = Duration::from_secs(1);
 
-/// Who commands each vessel whose control anybody ever had: the epoch, and the holder's name or nobody.
-pub type Control = BTreeMap<Address, (u64, Option<String>)>;
+/// Who commands each vessel whose control anybody ever had.
+pub type Control = BTreeMap<Address, Commander>;
 
 /// A request to the hub and what people do with it, answered by the task that owns them. The services of this crate make
 /// them in typed methods; nobody outside can.
@@ -128,7 +129,7 @@ impl Router {
         self.address
     }
 
-    /// What happened at the doors.
+    /// What happened at the transports.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
@@ -226,9 +227,9 @@ impl Router {
     }
 
     /// Whom to believe where: transports besides the link that are trusted, and the vessels that have a link.
-    pub(crate) async fn believe(&self, trusted: Vec<Door>, linked: Vec<u16>) -> Result<(), Stopped> {
+    pub(crate) async fn believe(&self, trusted: Vec<Transport>, linked: Vec<u16>) -> Result<(), Stopped> {
         let believe = move |operations: &mut Operations, _| {
-            operations.hub_mut().trust_doors(trusted);
+            operations.hub_mut().trust_transports(trusted);
             operations.hub_mut().set_linked(linked.into_iter().map(Address).collect());
         };
         self.ask(believe).await
@@ -404,9 +405,9 @@ impl Task {
         if std::mem::replace(&mut self.leases, leases.revision()) != leases.revision() {
             let control = leases.changed(0).map(|(vessel, lease)| {
                 let holder = lease.held.as_ref().map(|held| held.holder.name.clone());
-                (vessel, (lease.last_epoch, holder))
+                (vessel, Commander { epoch: lease.last_epoch, holder })
             });
-            let control: Control = control.filter(|(_, (epoch, _))| *epoch > 0).collect();
+            let control: Control = control.filter(|(_, commander)| commander.epoch > 0).collect();
             self.told.send_if_modified(|known| {
                 let differs = *known != control;
                 *known = control;

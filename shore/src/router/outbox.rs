@@ -131,7 +131,7 @@ impl Outbox {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Starts anew after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
+    /// Starts again after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
     pub fn reopen(&self) {
         self.overflow.store(false, Ordering::Relaxed);
     }

@@ -10,7 +10,7 @@ use units::{MonoTime, UtcTime};
 
 /// Unless the configuration says otherwise.
 const FLUSH: Duration = Duration::from_secs(5);
-/// Pause before a log that failed is opened anew.
+/// Pause before a log that failed is opened again.
 const RETRY: Duration = Duration::from_secs(30);
 
 /// What may be done for room on the disk.
@@ -101,7 +101,7 @@ impl Journal {
     /// Appends a packet; answers whether there is a log to append it to.
     ///
     /// # Errors
-    /// When it cannot be written: the log is then given up and opened anew later.
+    /// When it cannot be written: the log is then given up and opened again later.
     pub(crate) fn write(&mut self, now: MonoTime, packet: &[u8]) -> io::Result<bool> {
         self.with(now, |log| log.write(packet))
     }
@@ -114,7 +114,7 @@ impl Journal {
         self.with(now, |log| log.write_line(line))
     }
 
-    /// What falls due: answers the outcome of opening a failed log anew.
+    /// What falls due: answers the outcome of opening a failed log again.
     ///
     /// # Errors
     /// When the log cannot be flushed.

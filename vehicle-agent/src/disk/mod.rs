@@ -23,6 +23,7 @@ pub(crate) mod recording;
 mod store;
 mod worker;
 
+pub(crate) use host::Host;
 pub(crate) use journal::{Journal, Room};
 pub(crate) use lock::{DataLock, InUse};
 pub(crate) use queue::Lost;
@@ -88,8 +89,8 @@ pub(crate) fn is_record(id: u16) -> bool {
     const EXPLAIN: [u16; 4] = [3, 5, 102, 103];
     const COMMANDS: [u16; 18] =
         [301, 305, 460, 468, 479, 500, 501, 507, 550, 551, 556, 559, 802, 803, 804, 805, 889, 478];
-    // Detections without a time come as text of the device.
-    const DETECTIONS: [u16; 4] = [273, 800, 2007, 2008];
+    // An Event carries a detection whole, and alone where the receiver's clock is not set.
+    const DETECTIONS: [u16; 5] = [273, 660, 800, 2007, 2008];
     EXPLAIN.contains(&id) || COMMANDS.contains(&id) || DETECTIONS.contains(&id)
 }
 

@@ -3,7 +3,7 @@
 use super::Hull;
 use control::MotorPair;
 use devices::Reading;
-use onboard::COMMAND_LIFE;
+use onboard::{COMMAND_LIFE, Input};
 use sim::Vessel;
 use std::collections::VecDeque;
 use std::sync::mpsc::Receiver;
@@ -23,7 +23,7 @@ pub(crate) struct Simulated {
     pub(crate) vessel: Vessel,
     thrusters: Thrusters,
     /// Readings that waited in a serial port while nobody polled.
-    waited: VecDeque<Reading>,
+    waited: VecDeque<(MonoTime, Reading)>,
 }
 
 impl std::fmt::Debug for Simulated {
@@ -71,24 +71,25 @@ impl Simulated {
         obey(&mut self.vessel, MotorPair::STOPPED);
         self.vessel.step(until.since(running));
         while let Some(reading) = self.reading() {
-            if matches!(reading, Reading::Tag(_) | Reading::Water(_)) {
+            if matches!(reading.1, Reading::Tag(_) | Reading::Water(_)) {
                 self.waited.push_back(reading);
             }
         }
     }
 
-    /// The next reading that the simulation has made; its bytes are for drivers.
-    fn reading(&mut self) -> Option<Reading> {
+    /// The next reading that the simulation has made, and when; its bytes are for drivers.
+    fn reading(&mut self) -> Option<(MonoTime, Reading)> {
         loop {
-            if let sim::Output::Reading(reading) = self.vessel.poll_output()?.output {
-                return Some(reading);
+            let sim::Timed { at, output, .. } = self.vessel.poll_output()?;
+            if let sim::Output::Reading(reading) = output {
+                return Some((at, reading));
             }
         }
     }
 }
 
 impl Hull for Simulated {
-    fn poll(&mut self, until: MonoTime) -> Option<Reading> {
+    fn poll(&mut self, until: MonoTime) -> Option<Input> {
         self.obey_watchdog();
         let behind = until.since(self.vessel.now());
         if behind > COMMAND_LIFE {
@@ -96,7 +97,8 @@ impl Hull for Simulated {
         } else {
             self.vessel.step(behind);
         }
-        self.waited.pop_front().or_else(|| self.reading())
+        let (at, reading) = self.waited.pop_front().or_else(|| self.reading())?;
+        Some(Input::Reading(at, reading))
     }
 
     fn poll_timeout(&self) -> Option<MonoTime> {
@@ -111,6 +113,10 @@ impl Hull for Simulated {
                 self.obey_watchdog();
             }
         }
+    }
+
+    fn end(&mut self, _clean: bool) -> bool {
+        true
     }
 }
 

@@ -68,6 +68,8 @@ pub(crate) struct Inbox {
 
 #[derive(Debug, Default)]
 struct Waiting {
+    /// Something else than what waits here wants the loop.
+    woken: bool,
     /// Streams that wait for room.
     readers: usize,
     aborts: BTreeMap<Peer, Vec<u8>>,
@@ -193,7 +195,13 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// The next thing, waiting for it at most so long.
+    /// Wakes the loop, which has something to do that does not wait here.
+    pub(crate) fn wake(&self) {
+        self.lock().woken = true;
+        self.arrived.notify_one();
+    }
+
+    /// The next thing, waiting for it at most so long, or until somebody wakes the loop.
     pub(crate) fn take(&self, longest: Duration) -> Option<Event> {
         let until = Instant::now() + longest;
         let mut waiting = self.lock();
@@ -205,7 +213,7 @@ impl Inbox {
                 return Some(event);
             }
             let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+            if std::mem::take(&mut waiting.woken) || left.is_zero() {
                 return None;
             }
             waiting = self.arrived.wait_timeout(waiting, left).unwrap_or_else(PoisonError::into_inner).0;

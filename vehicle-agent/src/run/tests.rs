@@ -1,6 +1,7 @@
 //! The loop with clocks of its own: nothing here waits for time to pass.
 
 use super::*;
+use crate::hull::Simulated;
 use crate::net::Event;
 use crate::{Arguments, Command};
 use clap::Parser as _;
@@ -53,7 +54,8 @@ impl Bench {
                 UtcTime::from_micros(1_790_000_000_000_000 + since_us)
             },
         );
-        let agent = Agent::start(&arguments, setup::load(&config, "Simulation").unwrap(), clock).unwrap();
+        let agent =
+            Agent::start(&arguments, setup::load(&config, "Simulation").unwrap(), clock, simulated).unwrap();
         let mut bench = Self { agent, elapsed, ahead_us, broken, folder };
         bench.agent.take(Event::Connected(1));
         bench
@@ -218,12 +220,12 @@ fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
     assert!(running);
     *bench.broken.lock().unwrap() = true;
     let Bench { agent, folder, .. } = bench;
-    let edge = Arc::clone(&agent.edge);
+    let gate = Arc::clone(&agent.gate);
     let usual = std::panic::take_hook();
     let outcome = agent.run(&Ending::default());
     std::panic::set_hook(usual);
     assert!(outcome.unwrap_err().is::<Fault>());
-    assert!(edge.has_ended());
+    assert!(gate.has_ended());
     let packets = logged(&folder);
     let end = packets.last().and_then(|packet| packet.get::<LoggingControl>()).unwrap();
     assert_eq!(end.op, LoggingControlOp::Stopped);

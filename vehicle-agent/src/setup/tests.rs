@@ -106,6 +106,16 @@ fn what_has_no_section_that_runs_is_not_said_to_be_saved() {
 }
 
 #[test]
+fn batteries_and_power_rails_have_the_labels_of_the_card_s_section() {
+    let more = "[Actuators.Torqeedo]\nEnabled = Always\nRail 4 - Label = 5 V\nRail 9 - Label = none such\n\
+                Battery 1 - Label = Battery Starboard\nBattery 2 - Label =\n";
+    let (settings, _) = settings(&load(&format!("{}\n{more}", crate::OTTER_INI), ""), 1).unwrap();
+    let labels =
+        [Entity::Rail4, Entity::Rail3, Entity::Battery1, Entity::Battery2].map(|e| settings.labels.of(e));
+    assert_eq!(labels, ["5 V", "Rail 3", "Battery Starboard", "Battery 2"]);
+}
+
+#[test]
 fn voltages_and_silences_of_the_files_are_obeyed() {
     let more = "[Monitors.FuelLevel]\nWarning Voltage = 26\nError Voltage = 24.5\n\
                 [Supervisors.Vehicle]\nManeuver Handling Timeout = 3\nVital Entities = GPS\n\
@@ -174,7 +184,7 @@ fn a_fish_that_cannot_be_names_its_section() {
 
 #[test]
 fn the_shipped_configuration_is_as_the_schema_writes_it() {
-    // Make it anew: cargo run -p config --example otter_ini > vehicle-agent/etc/otter.ini
+    // Rebuild it: cargo run -p config --example otter_ini > vehicle-agent/etc/otter.ini
     assert!(crate::OTTER_INI == config::documented_ini(&config::Vessel::default()).unwrap());
 }
 
@@ -203,4 +213,14 @@ fn the_chart_and_the_words_of_the_grounding_supervisor_are_obeyed() {
     assert!(matches!(with(&path).0.grounding.chart, Chart::Unreadable { .. }));
     assert!(matches!(with(&folder.join("absent")).0.grounding.chart, Chart::Unreadable { .. }));
     assert_eq!(settings(&load(crate::OTTER_INI, ""), 1).unwrap().0.grounding.chart, Chart::Off);
+}
+
+#[test]
+fn the_hydrophone_is_where_the_files_say_and_a_transmission_as_long() {
+    let more = "\n[Sensors.ThelmaHydrophone]\nEnabled = Simulation\nTransmission Time = 4.5\nLever Arm - Forward = -0.8\n\
+                Lever Arm - Starboard = 0.25\nLever Arm - Down = 1.1\n";
+    let (settings, _) = settings(&load(&format!("{}{more}", crate::OTTER_INI), ""), 1).unwrap();
+    let arm = LeverArm { forward_m: -0.8, starboard_m: 0.25, down_m: 1.1 };
+    let expected = HydrophoneSettings { transmission: Duration::from_millis(4500), arm };
+    assert_eq!(settings.hydrophone, expected);
 }

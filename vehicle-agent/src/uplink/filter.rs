@@ -17,7 +17,7 @@ pub(crate) struct Filter {
 
 /// What to do with a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum Disposition {
     /// It is not carried.
     Leave,
     /// It came too soon after the last of its kind: only the map gets it.
@@ -28,23 +28,23 @@ pub(super) enum Fate {
 
 /// A filter at work.
 #[derive(Debug)]
-pub(super) struct Sieve {
+pub(super) struct RateFilter {
     filter: Filter,
     /// When the last of a kind was recorded, by message, entity and, for those numbered alike, number.
     last: BTreeMap<(u16, u8, u8), UtcTime>,
 }
 
-impl Sieve {
+impl RateFilter {
     pub(super) fn new(filter: Filter) -> Self {
         Self { filter, last: BTreeMap::new() }
     }
 
     /// What to do with a packet that was said at this time.
-    pub(super) fn fate(&mut self, now: UtcTime, packet: &[u8]) -> Fate {
-        let Ok(view) = PacketView::unchecked(packet) else { return Fate::Leave };
+    pub(super) fn fate(&mut self, now: UtcTime, packet: &[u8]) -> Disposition {
+        let Ok(view) = PacketView::unchecked(packet) else { return Disposition::Leave };
         let id = view.id();
         if self.filter.carried.as_ref().is_some_and(|carried| !carried.contains(&id)) {
-            return Fate::Leave;
+            return Disposition::Leave;
         }
         if let Some(rate) = self.filter.most_per_s.get(&id).filter(|rate| **rate > 0.0) {
             // Thrusters of one entity differ by their first byte; of other messages that only lets more through.
@@ -53,11 +53,11 @@ impl Sieve {
             let period_us = (1e6 / rate) as i64;
             // A clock that was set back is no reason to wait.
             if self.last.get(&kind).is_some_and(|last| (0..period_us).contains(&(now - *last))) {
-                return Fate::LiveOnly;
+                return Disposition::LiveOnly;
             }
             self.last.insert(kind, now);
         }
-        Fate::Record(self.filter.important.contains(&id))
+        Disposition::Record(self.filter.important.contains(&id))
     }
 }
 
@@ -80,17 +80,17 @@ mod tests {
             most_per_s: BTreeMap::from([(301, 1.0)]),
             important: BTreeSet::from([2007]),
         };
-        let mut sieve = Sieve::new(filter);
+        let mut sieve = RateFilter::new(filter);
         let thrust = |id| packet(SetThrusterActuation { id, value: 0.5 });
         let at = |ms: i64| UtcTime::from_micros(ms * 1000);
         let mut fates = Vec::new();
         for (ms, id) in [(0, 0), (1, 1), (900, 0), (1000, 0), (1001, 1), (500, 0)] {
             fates.push(sieve.fate(at(ms), &thrust(id)));
         }
-        let recorded = Fate::Record(false);
-        assert_eq!(fates, [recorded, recorded, Fate::LiveOnly, recorded, recorded, recorded]);
-        assert_eq!(sieve.fate(at(0), &packet(TBRFishTag::default())), Fate::Record(true));
-        assert_eq!(sieve.fate(at(0), &packet(Rpm { value: 1 })), Fate::Leave);
-        assert_eq!(sieve.fate(at(0), b"no packet"), Fate::Leave);
+        let recorded = Disposition::Record(false);
+        assert_eq!(fates, [recorded, recorded, Disposition::LiveOnly, recorded, recorded, recorded]);
+        assert_eq!(sieve.fate(at(0), &packet(TBRFishTag::default())), Disposition::Record(true));
+        assert_eq!(sieve.fate(at(0), &packet(Rpm { value: 1 })), Disposition::Leave);
+        assert_eq!(sieve.fate(at(0), b"no packet"), Disposition::Leave);
     }
 }

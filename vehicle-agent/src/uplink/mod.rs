@@ -2,7 +2,7 @@
 //!
 //! The loop's side is [`Uplink`]. Its queue holds 4 MiB; what comes while it is full is counted and declared as a gap
 //! of the record. The thread puts everything on disk first ([`spool`]), talks to the shore by the
-//! rules of [`link`], and hands commands on as they come. A fault of its own (a panic) is told and it begins anew: it
+//! rules of [`link`], and hands commands on as they come. A fault of its own (a panic) is told and it starts over: it
 //! ends neither the vessel's voyage nor the record of it.
 
 mod chart;
@@ -36,9 +36,17 @@ use worker::Worker;
 const END_WITHIN: Duration = Duration::from_secs(3);
 /// A spool that the disk refused is tried again this often.
 const OPEN_EVERY: Duration = Duration::from_secs(5);
-/// After a fault of its own the thread begins anew so much later: one that comes again is not to fill the log.
+/// After a fault of its own the thread starts over so much later: one that comes again is not to fill the log.
 const ANEW_AFTER: Duration = Duration::from_secs(1);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// Connects to the shore as the vessel would, and hangs up.
+///
+/// # Errors
+/// Why the shore is not reached or refuses, in words.
+pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<(), String> {
+    socket::connect(&settings.server, patience).map(drop).map_err(|(_, why)| why)
+}
 
 /// What the shore says, or what the way to it has to tell.
 #[derive(Debug)]
@@ -126,7 +134,7 @@ impl Uplink {
     }
 }
 
-/// Works until the end of the program, anew after each fault; answers whether it ended in order. What a fault takes
+/// Works until the end of the program, again after each fault; answers whether it ended in order. What a fault takes
 /// along is declared by the spool, which was not closed.
 fn work(
     settings: &UplinkSettings,
@@ -157,7 +165,7 @@ fn work(
         if queue.is_ending() {
             return false;
         }
-        tracing::error!("uplink: begins anew after a fault of its own");
+        tracing::error!("uplink: starts over after a fault of its own");
         let begun = Instant::now();
         while begun.elapsed() < ANEW_AFTER && !queue.is_ending() {
             std::thread::sleep(LOOK_EVERY * 10);
@@ -182,7 +190,7 @@ fn open_later(settings: &UplinkSettings, queue: &Queue) -> Option<Spool> {
         if clock.elapsed() >= next {
             next = clock.elapsed() + OPEN_EVERY;
             if let Ok(spool) = open(settings, &clock) {
-                tracing::info!("uplink: the disk has given the spool");
+                tracing::info!("uplink: the spool is open");
                 return Some(spool);
             }
         }

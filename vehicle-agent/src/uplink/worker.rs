@@ -2,7 +2,7 @@
 //! link's own deadlines at once; connecting and syncing, which can take long, have threads of their own.
 
 use super::chart::{Job, Keeper, Outcome};
-use super::filter::{Fate, Sieve};
+use super::filter::{Disposition, RateFilter};
 use super::queue::Queue;
 use super::settings::UplinkSettings;
 use super::socket::{Socket, connect};
@@ -37,7 +37,7 @@ pub(super) struct Worker {
     queue: Arc<Queue>,
     wake: UnixStream,
     spool: Spool,
-    sieve: Sieve,
+    sieve: RateFilter,
     vessel: Vessel,
     deliver: Deliver,
     socket: Option<(ConnectionId, Socket)>,
@@ -84,7 +84,7 @@ impl Worker {
             tracing::error!("uplink: no thread for the shore's chart: {error}; none is fetched");
         });
         Self {
-            sieve: Sieve::new(settings.filter.clone()),
+            sieve: RateFilter::new(settings.filter.clone()),
             vessel: Vessel::new(now, vessel),
             settings,
             clock,
@@ -135,9 +135,9 @@ impl Worker {
         let mut live = Vec::with_capacity(waiting.packets.len());
         for (recorded, packet) in waiting.packets {
             match self.sieve.fate(recorded, &packet) {
-                Fate::Leave => continue,
-                Fate::LiveOnly => {}
-                Fate::Record(important) => self.spool.append(recorded, &packet, important),
+                Disposition::Leave => continue,
+                Disposition::LiveOnly => {}
+                Disposition::Record(important) => self.spool.append(recorded, &packet, important),
             }
             live.push(Bytes::from(packet));
         }
@@ -289,7 +289,7 @@ impl Worker {
                 let lasts = Duration::from_millis(lease.ttl_ms.into());
                 let lease = onboard::Lease { epoch: lease.epoch, lasts, holder: lease.holder };
                 if let Err(error) = (self.deliver)(FromShore::Lease(lease)) {
-                    self.trouble(&format!("who commands was not told aboard: {error}"));
+                    self.trouble(&format!("who commands was not reported aboard: {error}"));
                 }
             }
             VesselOutput::Command { id, lease, packet, expires } => {

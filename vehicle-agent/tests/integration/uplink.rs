@@ -7,7 +7,7 @@ use imc::messages::{
     Abort, LoggingControl, Message, PlanControl, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
 };
 use imc::{Header, Packet, PacketView, Payload as _};
-use link::{ConnectionId, Gap, GapReason, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use link::{Commander, ConnectionId, Gap, GapReason, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{TcpListener, TcpStream};
@@ -240,13 +240,13 @@ fn the_vessel_itself_refuses_whoever_has_no_lease() {
         shore.outcomes.last().unwrap().clone()
     };
     assert_eq!(order(&mut shore, 1, 0, plan_start()), Outcome::Received, "without a lease anybody commands");
-    shore.tell(ShoreInput::Lease(7, Some("nils".to_owned())));
+    shore.tell(ShoreInput::Lease(Commander { epoch: 7, holder: Some("nils".to_owned()) }));
     assert_eq!(order(&mut shore, 2, 7, plan_start()), Outcome::Received);
     let Outcome::Refused(why) = order(&mut shore, 3, 0, plan_start()) else { panic!() };
     assert!(why.contains("nils has control"), "{why}");
     assert_eq!(order(&mut shore, 4, 0, plan_query()), Outcome::Received, "who only asks is answered");
     // A former holder is late.
-    shore.tell(ShoreInput::Lease(8, Some("ada".to_owned())));
+    shore.tell(ShoreInput::Lease(Commander { epoch: 8, holder: Some("ada".to_owned()) }));
     let Outcome::Refused(why) = order(&mut shore, 5, 7, plan_start()) else { panic!() };
     assert!(why.contains("has ended"), "{why}");
     let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };

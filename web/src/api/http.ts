@@ -1,27 +1,33 @@
 // Asking the server for JSON, and telling it to do something.
 
+import { refusalText } from "../state/refusal";
+import { t } from "../words/words";
 import { inTurn, question, type Rank } from "./traffic";
-import type { Ordered } from "./types.gen";
+import type { Ordered, Refusal as RefusalAnswer, RefusalReason } from "./types.gen";
 
 /** What the server said instead of an answer. */
 export class Refusal extends Error {
   constructor(
     readonly status: number,
-    readonly code: string,
-    text: string,
+    /** Why, by code and parameters. */
+    readonly why: RefusalReason,
     /** All that it said. */
     readonly answer?: unknown,
   ) {
-    super(text);
+    super(refusalText(why));
+  }
+
+  get code(): string {
+    return this.why.code;
   }
 }
 
 /** What to show for a question that failed. */
 export function reason(error: unknown): string {
-  if (error instanceof Refusal && error.status === 401) return "You are not logged in any more: this was not done. Log in again, here or in another tab.";
+  if (error instanceof Refusal && error.status === 401) return t("You are not logged in any more: this was not done. Log in again, here or in another tab.");
   if (error instanceof Refusal) return error.message;
-  if (error instanceof DOMException && error.name === "TimeoutError") return "The server did not answer in time.";
-  return "The server cannot be reached.";
+  if (error instanceof DOMException && error.name === "TimeoutError") return t("The server did not answer in time.");
+  return t("The server cannot be reached.");
 }
 
 export function getJson<T>(path: string, signal?: AbortSignal): Promise<T> {
@@ -50,7 +56,7 @@ export async function postJson<T>(path: string, patienceMs: number, body?: unkno
   return tell<T>("POST", path, patienceMs, body);
 }
 
-/** Gives the server the whole of something anew. */
+/** Gives the server the whole of something again. */
 export async function putJson<T>(path: string, body: unknown, patienceMs: number): Promise<T> {
   return tell<T>("PUT", path, patienceMs, body);
 }
@@ -109,9 +115,9 @@ export function csrf(): string {
 
 async function refused(response: Response): Promise<Refusal> {
   try {
-    const answer = (await response.json()) as { error: { code: string; text: string } };
-    return new Refusal(response.status, answer.error.code, answer.error.text, answer);
+    const answer = (await response.json()) as RefusalAnswer;
+    return new Refusal(response.status, answer.error, answer);
   } catch {
-    return new Refusal(response.status, "unknown", `The server answered ${response.status}.`);
+    return new Refusal(response.status, { code: "unknown", text: t("The server answered {status}.", { status: response.status }) });
   }
 }

@@ -30,7 +30,12 @@ state: string,
  */
 priority: string, 
 /**
- * What, in words with figures.
+ * What, by codes with figures, from which pages make words in a person's language; empty where it was kept by an older
+ * server.
+ */
+says: Array<AlarmSaying>, 
+/**
+ * The same in words: in English, for scripts and logs; in a webhook in the language of the person who asked for it.
  */
 text: string, 
 /**
@@ -72,9 +77,9 @@ chatters: boolean,
 /**
  * Put aside for a time; null for not.
  */
-shelved: AlarmShelf | null, 
+shelved: AlarmShelving | null, 
 /**
- * Of which other alarm it is part at present, and is not told besides; null for none.
+ * Of which other alarm it is part at present, and is not reported besides; null for none.
  */
 collapsed: string | null, 
 /**
@@ -156,11 +161,89 @@ what: string,
  */
 by: string, 
 /**
+ * The alarm's words by codes with figures; empty where the words are a person's.
+ */
+says: Array<AlarmSaying>, 
+/**
  * The alarm's words, or the person's.
  */
 text: string, };
 
-export type AlarmShelf = { 
+export type AlarmSaying = { "code": "part", 
+/**
+ * Its label.
+ */
+part: string, 
+/**
+ * `fault`, `error` or `failure`.
+ */
+state: string, 
+/**
+ * Its own words; may be empty.
+ */
+words: string, } | { "code": "no_position", 
+/**
+ * µs since 1970 UTC.
+ */
+since_us: number, } | { "code": "hydrophone_silent", 
+/**
+ * µs since 1970 UTC.
+ */
+since_us: number, } | { "code": "not_heard", 
+/**
+ * µs since 1970 UTC.
+ */
+since_us: number, } | { "code": "never_heard", 
+/**
+ * When it started, µs since 1970 UTC.
+ */
+since_us: number, } | { "code": "other_source", 
+/**
+ * Their address.
+ */
+peer: string, 
+/**
+ * By which transport.
+ */
+transport: string, } | { "code": "charge", 
+/**
+ * Percent.
+ */
+percent: number, } | { "code": "clock", 
+/**
+ * The vessel's minus the server's (ms).
+ */
+ahead_ms: number, } | { "code": "chart", 
+/**
+ * How far it is, in words.
+ */
+words: string, } | { "code": "log_book", 
+/**
+ * Which part did.
+ */
+part: string, 
+/**
+ * What.
+ */
+words: string, } | { "code": "server", 
+/**
+ * Why, in the words of its system.
+ */
+words: string, } | { "code": "disk", 
+/**
+ * What is free (MiB).
+ */
+free_mib: number, } | { "code": "too_many", 
+/**
+ * Those without a place.
+ */
+count: number, 
+/**
+ * How many are kept.
+ */
+most: number, };
+
+export type AlarmShelving = { 
 /**
  * By whom.
  */
@@ -344,7 +427,7 @@ pieces: Array<ChartPiece>,
  */
 profile: Array<ChartProfilePoint>, };
 
-export type ChartCorridorAsk = { 
+export type ChartCorridorRequest = { 
 /**
  * Latitude and longitude of its points (°), 2 to 500.
  */
@@ -598,7 +681,11 @@ time_us: number,
 /**
  * The vessel's words, or why; may be empty.
  */
-text: string, };
+text: string, 
+/**
+ * The leg for which the vessel's guard refused it, where it named one; null else.
+ */
+leg: GuardReason | null, };
 
 export type Detection = { 
 /**
@@ -611,7 +698,7 @@ entity: number,
 time_us: number, 
 /**
  * When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC; null where that clock was
- * never set.
+ * never set, or was lost.
  */
 heard_us: number | null, 
 /**
@@ -707,7 +794,7 @@ propeller_rpm: number | null,
  */
 raw: string | null, };
 
-export type ReceiverClock = "set" | "not_set";
+export type ReceiverClock = "set" | "not_set" | "disciplined" | "lost";
 
 export type Detections = { 
 /**
@@ -719,15 +806,15 @@ detections: Array<Detection>,
  */
 next: Next | null, };
 
-export type DoorPeer = { 
+export type TransportPeer = { 
 /**
  * Its number, never used twice while the server runs.
  */
 id: number, 
 /**
- * The door: `link`, `imcproxy`, `tcp` or `udp`.
+ * The transport: `link`, `imcproxy`, `tcp` or `udp`.
  */
-door: string, 
+transport: string, 
 /**
  * An address and port, or what it is called otherwise.
  */
@@ -775,7 +862,7 @@ from_us: number,
  */
 last_us: number, };
 
-export type EntityTold = { 
+export type EntityReport = { 
 /**
  * Its label.
  */
@@ -787,7 +874,7 @@ time_us: number,
 /**
  * By name.
  */
-parameters: Array<ParameterTold>, 
+parameters: Array<ParameterReport>, 
 /**
  * How many more it told than are kept.
  */
@@ -809,7 +896,7 @@ export type Field = {
  */
 name: string, 
 /**
- * Number, text or nested message; null where it is no number (NaN).
+ * Number, text or nested message; null where it is not a number (NaN).
  */
 value: unknown, 
 /**
@@ -877,6 +964,10 @@ export type Guard = {
  */
 outcome: string, 
 /**
+ * Why it is refused where no leg is the reason: `too-large` for the guard, or `chart-unreadable`; null else.
+ */
+cause: string | null, 
+/**
  * All of it in one line.
  */
 text: string, 
@@ -907,19 +998,20 @@ maneuver: string,
  */
 part: string, 
 /**
- * Where the leg begins.
+ * Where the leg begins; null where only a vessel's sentence is known of it.
  */
-from: PlanPlace, 
+from: PlanPlace | null, 
 /**
- * Where it ends.
+ * Where it ends; null like `from`.
  */
-to: PlanPlace, 
+to: PlanPlace | null, 
 /**
  * Number of the leg within the part, from 0.
  */
 number: number, 
 /**
- * `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow` or `too-shallow-alone`.
+ * `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow`, `too-shallow-alone`, `entry-prohibited` or
+ * `entry-restricted`.
  */
 code: string, 
 /**
@@ -943,6 +1035,10 @@ depth_m: number | null,
  */
 object: string | null, 
 /**
+ * Name of the area that may not be entered, where it has one and that is why.
+ */
+area: string | null, 
+/**
  * The chart it is from.
  */
 cell: string | null, 
@@ -961,9 +1057,14 @@ export type GuardWarning = {
  */
 maneuver: string | null, 
 /**
- * `start-unknown`, `unchecked`, `drifts-on` or `poor-chart`.
+ * `start-unknown`, `unchecked`, `drifts-on`, `poor-chart`, `entry-prohibited` or `entry-restricted`.
  */
 code: string, 
+/**
+ * What the code is about: of `unchecked` the kind of maneuver, of `poor-chart` the chart, of an area its name and chart;
+ * null where nothing more is known.
+ */
+about: string | null, 
 /**
  * In words.
  */
@@ -1057,7 +1158,7 @@ last: LeaseChange | null, };
 
 export type LeaseAction = "request" | "grant" | "decline" | "release" | "renew" | "take";
 
-export type LeaseAsk = { 
+export type LeaseRequest = { 
 /**
  * What.
  */
@@ -1192,7 +1293,7 @@ export type LiveFrame = {
  */
 now_us: number, 
 /**
- * Whether this begins anew: what is not in it is not there.
+ * Whether this starts over: what is not in it is not there.
  */
 snapshot: boolean, 
 /**
@@ -1443,7 +1544,7 @@ photo: string | null,
  */
 may_change: boolean, };
 
-export type LogNoteAsk = { 
+export type LogNoteRequest = { 
 /**
  * 1 to 4,000 characters.
  */
@@ -1473,9 +1574,9 @@ revision: number,
 /**
  * What it says from now on. The time stays as it is when left out.
  */
-note: LogNoteAsk, };
+note: LogNoteRequest, };
 
-export type LogNoteEarlier = { 
+export type LogNoteRevision = { 
 /**
  * Its revision.
  */
@@ -1547,7 +1648,7 @@ revision: number,
 /**
  * What it says; of its vessels those that the one who asks may see.
  */
-mission: MissionAsk, 
+mission: MissionRequest, 
 /**
  * Who wrote it down first, and when.
  */
@@ -1565,7 +1666,7 @@ withdrawn: LogWord | null,
  */
 may_change: boolean, };
 
-export type MissionAsk = { 
+export type MissionRequest = { 
 /**
  * 1 to 120 characters in one line.
  */
@@ -1603,7 +1704,7 @@ revision: number,
 /**
  * What it says from now on.
  */
-mission: MissionAsk, };
+mission: MissionRequest, };
 
 export type MissionSummary = { 
 /**
@@ -1699,6 +1800,28 @@ to_us: number,
  */
 skip: number, };
 
+export type NoControl = { "why": "free" } | { "why": "held", 
+/**
+ * Who.
+ */
+by: string, } | { "why": "other_window" } | { "why": "expired" } | { "why": "nobody_waits" } | { "why": "asked", 
+/**
+ * Who.
+ */
+by: string, 
+/**
+ * Within how many seconds they get an answer.
+ */
+within_s: number, } | { "why": "reason_needed", 
+/**
+ * Who has it, and is told.
+ */
+by: string, } | { "why": "too_long", 
+/**
+ * Letters that it may have.
+ */
+most: number, };
+
 export type Order = { "kind": "plan.start", 
 /**
  * Its name.
@@ -1741,7 +1864,7 @@ values: Array<Parameter>, } | { "kind": "parameters.save",
  */
 entity: string, };
 
-export type OrderAsk = { 
+export type OrderRequest = { 
 /**
  * What to do.
  */
@@ -1761,7 +1884,7 @@ id: number,
  */
 time_us: number, 
 /**
- * Whether it was sent: a door leads to the vessel.
+ * Whether it was sent: a transport leads to the vessel.
  */
 reached: boolean, 
 /**
@@ -1818,7 +1941,7 @@ live: boolean,
  */
 caution: string | null, };
 
-export type ParameterTold = { 
+export type ParameterReport = { 
 /**
  * Its name.
  */
@@ -1964,7 +2087,7 @@ description: string,
  */
 vessel: number | null, 
 /**
- * Whether it begins anew at its end.
+ * Whether it starts over at its end.
  */
 repeat: boolean, 
 /**
@@ -1986,7 +2109,7 @@ md5: string,
  */
 maneuvers: number, 
 /**
- * Latitude and longitude where its first maneuver begins, degrees; null where that is no place.
+ * Latitude and longitude where its first maneuver begins, degrees; null where that is not a place.
  */
 first_deg: [number, number] | null, 
 /**
@@ -2225,7 +2348,7 @@ repeats: boolean,
  */
 trouble: string | null, };
 
-export type PlanUploadAsk = { 
+export type PlanUploadRequest = { 
 /**
  * IMC address of the vessel.
  */
@@ -2323,9 +2446,33 @@ not_recorded: number,
  */
 waiting_bytes: number, 
 /**
- * Bytes of other doors than the link that may wait; what comes beyond is not recorded.
+ * Bytes of other transports than the link that may wait; what comes beyond is not recorded.
  */
 waiting_bytes_most: number, };
+
+export type Refusal = { 
+/**
+ * Why.
+ */
+error: RefusalReason, };
+
+export type RefusalReason = { 
+/**
+ * Stays the same: `grounding`, `no_control`, `called_off`, `refused`, `not_found`, …
+ */
+code: string, 
+/**
+ * In English, for scripts and logs: what is wrong and what to do.
+ */
+text: string, 
+/**
+ * Of `grounding`: the verdict, with the legs and their worst spots.
+ */
+guard?: Guard, 
+/**
+ * Of `no_control`: why.
+ */
+control?: NoControl, };
 
 export type Role = "viewer" | "researcher" | "operator" | "admin";
 
@@ -2357,7 +2504,7 @@ time_us: number,
  */
 received_us: number, 
 /**
- * Numbers, texts, nested messages; null for what is no number or absent.
+ * Numbers, texts, nested messages; null for what is not a number or absent.
  */
 values: unknown[], };
 
@@ -2435,7 +2582,7 @@ refusal: SeaRouteRefusal | null,
  */
 took_ms: number, };
 
-export type SeaRouteAsk = { 
+export type SeaRouteRequest = { 
 /**
  * Latitude and longitude (°) of the start, of places to pass in this order, and of the goal; 2 to 50.
  */
@@ -2453,11 +2600,16 @@ least_depth_m: number | null,
  */
 clearance_m: number | null, 
 /**
+ * Turning radius of the vessel (m), 0 to 2000: turns keep to the asked water too, or their leg says that they do not;
+ * null where it is not known.
+ */
+turn_radius_m: number | null, 
+/**
  * Speed that the duration is reckoned with (m/s); null for 1.5.
  */
 speed_mps: number | null, 
 /**
- * If no route exists, look for a smaller depth and clearance that give one; takes some seconds.
+ * If no route exists, look for a smaller depth and clearance that give one; can take some seconds.
  */
 explain: boolean, };
 
@@ -2481,7 +2633,12 @@ least_depth_at: [number, number],
 /**
  * Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
  */
-clearance_m: number | null, };
+clearance_m: number | null, 
+/**
+ * Why a vessel of the asked turning radius leaves the asked water in the turn at the end of this leg, for people; null
+ * if it does not, and where no radius was asked for.
+ */
+turn_text: string | null, };
 
 export type SeaRouteMoved = { 
 /**
@@ -2621,7 +2778,7 @@ address: string,
  */
 agent: string, };
 
-export type ShelveAsk = { 
+export type ShelveRequest = { 
 /**
  * For how many minutes, 1 to 720.
  */
@@ -2711,9 +2868,9 @@ liveness: Liveness,
  */
 heard_us: number, 
 /**
- * Doors through which it was heard, the latest first.
+ * Transports through which it was heard, the latest first.
  */
-doors: Array<string>, 
+transports: Array<string>, 
 /**
  * Where it is, when it said so.
  */
@@ -2759,7 +2916,7 @@ thrust: number,
  */
 turn: number, };
 
-export type TeleopSay = { "begin": { 
+export type TeleopMessage = { "begin": { 
 /**
  * Tells the windows of a person apart.
  */
@@ -2771,7 +2928,7 @@ why: TeleopStop, } } | { "end": Record<string, never> };
 
 export type TeleopStop = "hidden" | "unfocused" | "gamepad_gone" | "two_devices" | "unmoved" | "person";
 
-export type TeleopTold = { 
+export type TeleopStatus = { 
 /**
  * The server's steady clock, µs, to be brought back by the next sample.
  */
@@ -2785,7 +2942,7 @@ phase: TeleopPhase,
  */
 why: string, 
 /**
- * What to do about that, in words; empty where there is nothing but to begin anew.
+ * What to do about that, in words; empty where there is nothing but to start over.
  */
 remedy: string, 
 /**
@@ -2917,7 +3074,7 @@ address: number,
  */
 name: string, };
 
-export type VesselAsk = { "about": "parameters", 
+export type VesselQuery = { "about": "parameters", 
 /**
  * Labels of entities; none for all that the vessel has.
  */
@@ -2927,7 +3084,7 @@ entities: Array<string>, } | { "about": "plans", } | { "about": "plan",
  */
 plan_id: string, };
 
-export type VesselAsked = { 
+export type VesselQuerySent = { 
 /**
  * When it was sent, by the server's clock, µs since 1970 UTC.
  */
@@ -2937,7 +3094,7 @@ time_us: number,
  */
 packets: number, 
 /**
- * Whether a door leads to the vessel at present; else nobody heard it.
+ * Whether a transport leads to the vessel at present; else nobody heard it.
  */
 reached: boolean, 
 /**
@@ -2949,7 +3106,7 @@ export type VesselParameters = {
 /**
  * By the entity's label.
  */
-entities: Array<EntityTold>, 
+entities: Array<EntityReport>, 
 /**
  * Whether they come from the history: the vessel has told none since the server started.
  */

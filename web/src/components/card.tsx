@@ -1,6 +1,7 @@
 // A vessel's card: who it is, what it does, how it is, and how old all of that is.
 
 import { type Card, NOT_REPORTED, type Told } from "../state/card";
+import { t } from "../words/words";
 
 export interface CardProps {
   readonly card: Card;
@@ -20,16 +21,16 @@ export function VesselCard({ card, selected, select }: CardProps) {
           <Text class="progress num" told={card.progress} />
         </span>
         <span class="facts">
-          <Fact label="Speed" told={card.speed} />
-          <Fact label="Heading" told={card.heading} />
-          <Fact label="Battery" told={card.battery} warn={card.battery.low} />
-          <Fact label="Position age" told={card.placeAge} />
+          <Fact label={t("Speed")} told={card.speed} />
+          <Fact label={t("Heading")} told={card.heading} />
+          <Fact label={t("Battery")} told={card.battery} warn={card.battery.low} />
+          <Fact label={t("Position age")} told={card.placeAge} />
         </span>
         <Text class="place num" told={card.place} />
         <span class="worst" data-quiet={card.worst.quiet ? "" : undefined}>{card.worst.text}</span>
         <span class="heard num">{card.heard}</span>
       </button>
-      <a class="more" href={`/vessels/${card.address}`} aria-label={`Open ${card.name}`}>Open</a>
+      <a class="more" href={`/vessels/${card.address}`} aria-label={t("Open {name}", { name: card.name })}>{t("Open")}</a>
     </li>
   );
 }

@@ -1,6 +1,7 @@
 // What belongs to an area while it is drawn: spacing, bearing, what becomes of it, and its end.
 
 import { useId, useState } from "preact/hooks";
+import { t } from "../words/words";
 
 export interface DrawBarProps {
   /** What to do next, or what would become of it. */
@@ -23,10 +24,10 @@ export function DrawBar(props: DrawBarProps) {
   const { told, spacing_m, bearing_deg, suits, whole, finishes } = props;
   return (
     <>
-      <NumberField label="Spacing, m" value={String(spacing_m)} least={0.5} most={5_000} told={(value) => value !== undefined && props.spacing(value)} />
-      <NumberField label="Bearing, ° true" value={bearing_deg === undefined ? "" : String(bearing_deg)} least={-360} most={360} hint={suits} told={props.bearing} />
-      {finishes && <button type="button" class="main" disabled={!whole} onClick={props.finish}>Finish</button>}
-      <button type="button" title="Escape on the map does the same" onClick={props.cancel}>Cancel</button>
+      <NumberField label={t("Spacing, m")} value={String(spacing_m)} least={0.5} most={5_000} told={(value) => value !== undefined && props.spacing(value)} />
+      <NumberField label={t("Bearing, ° true")} value={bearing_deg === undefined ? "" : String(bearing_deg)} least={-360} most={360} hint={suits} told={props.bearing} />
+      {finishes && <button type="button" class="main" disabled={!whole} onClick={props.finish}>{t("Finish")}</button>}
+      <button type="button" title={t("Escape on the map does the same")} onClick={props.cancel}>{t("Cancel")}</button>
       <p class="told" role="status">{told}</p>
     </>
   );
@@ -49,7 +50,7 @@ function NumberField({ label, value, least, most, hint = "", told }: NumberProps
     const text = input.value.trim().replace(",", ".").replace("−", "-");
     const number = Number(text);
     const good = text === "" || (number >= least && number <= most);
-    setWrong(good ? "" : `a number from ${least} to ${most}`);
+    setWrong(good ? "" : t("a number from {least} to {most}", { least, most }));
     if (good) told(text === "" ? undefined : number);
   };
   return (

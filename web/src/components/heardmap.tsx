@@ -5,6 +5,7 @@ import { fromLonLat } from "ol/proj";
 import { useEffect, useRef } from "preact/hooks";
 import type { Detection } from "../api/types.gen";
 import { createMap, type FleetMap } from "../map/map";
+import { t } from "../words/words";
 
 interface Needs {
   readonly detections: readonly Detection[];
@@ -33,7 +34,7 @@ export function HeardMap({ detections, whole, pick }: Needs) {
   useEffect(() => fit.current(), [whole]);
   return (
     <div class="map-box">
-      <div ref={box} class="map" tabIndex={0} role="application" aria-label="Map of detections. Arrow keys move it, plus and minus zoom; the table has the same." />
+      <div ref={box} class="map" tabIndex={0} role="application" aria-label={t("Map of detections. Arrow keys move it, plus and minus zoom; the table has the same.")} />
     </div>
   );
 }

@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type MissionDraft, missionWrong } from "../state/missions";
 import type { Wrong } from "../state/notes";
+import { t } from "../words/words";
 
 interface Needs {
   readonly draft: MissionDraft;
@@ -44,48 +45,48 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void submit(event)}>
       <div class="filters">
         <div class="field">
-          <label for="mission-name">Name</label>
+          <label for="mission-name">{t("Name")}</label>
           <input ref={name} {...marks("name")} maxLength={120} autocomplete="off" value={draft.name} onInput={(event) => change({ name: event.currentTarget.value })} />
           {Told({ field: "name" })}
         </div>
         <div class="field">
-          <label for="mission-from_us">From (UTC)</label>
+          <label for="mission-from_us">{t("From (UTC)")}</label>
           <input {...marks("from_us")} type="datetime-local" step="1" value={draft.from} onInput={(event) => change({ from: event.currentTarget.value })} />
           {Told({ field: "from_us" })}
         </div>
         <div class="field">
-          <label for="mission-to_us">To (UTC), empty while it goes on</label>
+          <label for="mission-to_us">{t("To (UTC), empty while it goes on")}</label>
           <input {...marks("to_us")} type="datetime-local" step="1" value={draft.to} onInput={(event) => change({ to: event.currentTarget.value })} />
           {Told({ field: "to_us" })}
         </div>
         <div class="field">
-          <label for="mission-people">People</label>
+          <label for="mission-people">{t("People")}</label>
           <input {...marks("people")} maxLength={500} autocomplete="off" value={draft.people} onInput={(event) => change({ people: event.currentTarget.value })} />
           {Told({ field: "people" })}
         </div>
       </div>
       <fieldset class="vessels-of" aria-describedby="mission-vessels-wrong">
-        <legend>Vessels</legend>
+        <legend>{t("Vessels")}</legend>
         {vessels.map(([address, called], index) => (
           <label key={address} class="inline"><input {...(index === 0 ? { id: "mission-vessels" } : {})} type="checkbox" checked={draft.vessels.includes(address)} onChange={(event) => choose(address, event.currentTarget.checked)} />{called}</label>
         ))}
-        {vessels.length === 0 && <p>No vessel is known yet. An admin names vessels under Admin, Vessels.</p>}
+        {vessels.length === 0 && <p>{t("No vessel is known yet. An admin names vessels under Admin, Vessels.")}</p>}
         {Told({ field: "vessels" })}
       </fieldset>
       <div class="field">
-        <label for="mission-purpose">Purpose</label>
+        <label for="mission-purpose">{t("Purpose")}</label>
         <textarea {...marks("purpose")} rows={2} value={draft.purpose} onInput={(event) => change({ purpose: event.currentTarget.value })} />
         {Told({ field: "purpose" })}
       </div>
       <div class="field">
-        <label for="mission-notes">Notes</label>
+        <label for="mission-notes">{t("Notes")}</label>
         <textarea {...marks("notes")} rows={3} value={draft.notes} onInput={(event) => change({ notes: event.currentTarget.value })} />
         {Told({ field: "notes" })}
       </div>
       <p class="row">
-        <button class="main" aria-disabled={busy}>Save</button>
-        <button type="button" onClick={cancel}>Cancel</button>
-        <span role="status">{busy ? "Sending …" : ""}</span>
+        <button class="main" aria-disabled={busy}>{t("Save")}</button>
+        <button type="button" onClick={cancel}>{t("Cancel")}</button>
+        <span role="status">{busy ? t("Sending …") : ""}</span>
         {wrong && !document.getElementById(`mission-${wrong.field}`) && <span class="bad-text" role="alert">{wrong.text}</span>}
       </p>
     </form>

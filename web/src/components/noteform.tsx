@@ -1,7 +1,9 @@
 // The form of a note: text first, then what it is about. What is wrong is said at its field.
 
+import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type Draft, LETTERS, PHOTO_KINDS, type Wrong, wrongOf } from "../state/notes";
+import { t, tn } from "../words/words";
 
 interface Needs {
   readonly draft: Draft;
@@ -12,8 +14,8 @@ interface Needs {
   readonly label: string;
   /** Puts the ids of two forms on one page apart. */
   readonly id: string;
-  /** Sends it; what is wrong, or nothing where it is done. */
-  send(draft: Draft, photo: File | undefined): Promise<Wrong | undefined>;
+  /** Sends it; what is wrong, or nothing where it is done. `waits` is told where nobody answered and it is tried again. */
+  send(draft: Draft, photo: File | undefined, waits: (tries: number) => void): Promise<Wrong | undefined>;
   readonly cancel?: () => void;
   /** Whether the text has the focus at once. */
   readonly focus?: boolean;
@@ -21,100 +23,105 @@ interface Needs {
 
 const PLACE_MS = 20_000;
 
-export function NoteForm({ draft: first, vessels, withPhoto, label, id, send, cancel, focus }: Needs) {
-  const [draft, set] = useState(first);
-  const [wrong, told] = useState<Wrong | undefined>(undefined);
-  const [busy, work] = useState(false);
-  const text = useRef<HTMLTextAreaElement>(null);
-  const photo = useRef<HTMLInputElement>(null);
+export function NoteForm(needs: Needs) {
+  const { vessels, withPhoto, label, id, cancel, focus } = needs;
+  const form = useNote(needs);
+  const { draft, wrong, busy, tries, text, photo, change } = form;
   useEffect(() => {
     if (focus) text.current?.focus();
   }, []);
+  const field = (name: string, title: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`${id}-${name}`} label={title} wrong={wrong?.field === name ? wrong.text : ""} input={input} />;
+  return (
+    <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>
+      {field("text", t("Text"), (marks) => <textarea ref={text} {...marks} rows={3} maxLength={LETTERS * 2} value={draft.text} onInput={(event) => change({ text: event.currentTarget.value })} />)}
+      <div class="filters">
+        {field("vessel", t("About vessel"), (marks) => (
+          <select {...marks} value={draft.vessel} onChange={(event) => change({ vessel: event.currentTarget.value })}>
+            <option value="">{t("No vessel")}</option>
+            {vessels.map(([address, name]) => <option key={address} value={address}>{name}</option>)}
+          </select>
+        ))}
+        {field("time_us", t("Time (UTC), empty for now"), (marks) => <input {...marks} type="datetime-local" step="1" value={draft.time} onInput={(event) => change({ time: event.currentTarget.value })} />)}
+        {field("lat_deg", t("Latitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lat} onInput={(event) => change({ lat: event.currentTarget.value })} />)}
+        {field("lon_deg", t("Longitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lon} onInput={(event) => change({ lon: event.currentTarget.value })} />)}
+        {"geolocation" in navigator && <button type="button" disabled={busy} onClick={form.here}>{t("My position")}</button>}
+        {withPhoto && field("photo", t("Photo (JPEG, PNG or WebP)"), (marks) => <input ref={photo} {...marks} type="file" accept={PHOTO_KINDS} />)}
+      </div>
+      <p class="row">
+        <button class="main" aria-disabled={busy}>{cancel ? t("Save") : t("Write")}</button>
+        {cancel && <button type="button" onClick={cancel}>{t("Cancel")}</button>}
+        <span role="status">{busy ? sendingText(tries) : ""}</span>
+        {wrong && !document.getElementById(`${id}-${wrong.field}`) && <span class="bad-text" role="alert">{wrong.text}</span>}
+      </p>
+    </form>
+  );
+}
+
+function sendingText(tries: number): string {
+  return tries ? tn(tries, "No answer yet. Trying again; your note is kept here …", "No answer after {n} tries. Trying again; your note is kept here …") : t("Sending …");
+}
+
+/** What ties a field to its label and to what is wrong with it. */
+interface Marks {
+  readonly id: string;
+  readonly "aria-invalid": boolean;
+  readonly "aria-describedby": string;
+}
+
+function Field({ id, label, wrong, input }: { readonly id: string; readonly label: string; readonly wrong: string; readonly input: (marks: Marks) => ComponentChildren }) {
+  return (
+    <div class="field">
+      <label for={id}>{label}</label>
+      {input({ id, "aria-invalid": wrong !== "", "aria-describedby": `${id}-wrong` })}
+      <p id={`${id}-wrong`} class="wrong" role="alert">{wrong}</p>
+    </div>
+  );
+}
+
+/** The draft of a form, and what becomes of it. */
+function useNote({ draft: first, id, send, cancel }: Needs) {
+  const [draft, set] = useState(first);
+  const [wrong, told] = useState<Wrong | undefined>(undefined);
+  const [busy, work] = useState(false);
+  const [tries, waits] = useState(0);
+  const text = useRef<HTMLTextAreaElement>(null);
+  const photo = useRef<HTMLInputElement>(null);
   const change = (part: Partial<Draft>): void => {
     set({ ...draft, ...part });
     told(undefined);
+  };
+  const emptied = (sent: Draft, picture: File | undefined): void => {
+    // The next note is often about the same vessel. What was typed while this one was on its way stays.
+    set((now) => (now === sent ? { ...sent, text: "", time: "", lat: "", lon: "" } : now));
+    if (photo.current && photo.current.files?.[0] === picture) photo.current.value = "";
+    text.current?.focus();
   };
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault();
     if (busy) return;
     let now = wrongOf(draft);
+    const picture = photo.current?.files?.[0];
     if (!now) {
       work(true);
-      now = await send(draft, photo.current?.files?.[0]);
+      waits(0);
+      now = await send(draft, picture, waits);
       work(false);
     }
     told(now);
     if (now) document.getElementById(`${id}-${now.field}`)?.focus();
-    else if (!cancel) {
-      // The next note is often about the same vessel.
-      set({ ...draft, text: "", time: "", lat: "", lon: "" });
-      if (photo.current) photo.current.value = "";
-      text.current?.focus();
-    }
+    else if (!cancel) emptied(draft, picture);
   };
   const here = (): void => {
     work(true);
-    navigator.geolocation.getCurrentPosition(
-      ({ coords }) => {
-        work(false);
-        change({ lat: coords.latitude.toFixed(6), lon: coords.longitude.toFixed(6) });
-      },
-      () => {
-        work(false);
-        told({ field: "lat_deg", text: "Your device did not give a position. Type one, or leave it empty." });
-      },
-      { enableHighAccuracy: true, timeout: PLACE_MS },
-    );
+    const found = ({ coords }: GeolocationPosition): void => {
+      work(false);
+      change({ lat: coords.latitude.toFixed(6), lon: coords.longitude.toFixed(6) });
+    };
+    const none = (): void => {
+      work(false);
+      told({ field: "lat_deg", text: t("Your device did not give a position. Type one, or leave it empty.") });
+    };
+    navigator.geolocation.getCurrentPosition(found, none, { enableHighAccuracy: true, timeout: PLACE_MS });
   };
-  const at = (field: string): string => (wrong?.field === field ? wrong.text : "");
-  const marks = (field: string) => ({ id: `${id}-${field}`, "aria-invalid": at(field) !== "", "aria-describedby": `${id}-${field}-wrong` });
-  const Told = ({ field }: { readonly field: string }) => <p id={`${id}-${field}-wrong`} class="wrong" role="alert">{at(field)}</p>;
-  return (
-    <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void submit(event)}>
-      <div class="field">
-        <label for={`${id}-text`}>Text</label>
-        <textarea ref={text} {...marks("text")} rows={3} maxLength={LETTERS * 2} value={draft.text} onInput={(event) => change({ text: event.currentTarget.value })} />
-        {Told({ field: "text" })}
-      </div>
-      <div class="filters">
-        <div class="field">
-          <label for={`${id}-vessel`}>About vessel</label>
-          <select {...marks("vessel")} value={draft.vessel} onChange={(event) => change({ vessel: event.currentTarget.value })}>
-            <option value="">No vessel</option>
-            {vessels.map(([address, name]) => <option key={address} value={address}>{name}</option>)}
-          </select>
-          {Told({ field: "vessel" })}
-        </div>
-        <div class="field">
-          <label for={`${id}-time_us`}>Time (UTC), empty for now</label>
-          <input {...marks("time_us")} type="datetime-local" step="1" value={draft.time} onInput={(event) => change({ time: event.currentTarget.value })} />
-          {Told({ field: "time_us" })}
-        </div>
-        <div class="field">
-          <label for={`${id}-lat_deg`}>Latitude, °</label>
-          <input {...marks("lat_deg")} inputMode="text" size={12} autocomplete="off" value={draft.lat} onInput={(event) => change({ lat: event.currentTarget.value })} />
-          {Told({ field: "lat_deg" })}
-        </div>
-        <div class="field">
-          <label for={`${id}-lon_deg`}>Longitude, °</label>
-          <input {...marks("lon_deg")} inputMode="text" size={12} autocomplete="off" value={draft.lon} onInput={(event) => change({ lon: event.currentTarget.value })} />
-          {Told({ field: "lon_deg" })}
-        </div>
-        {"geolocation" in navigator && <button type="button" disabled={busy} onClick={here}>My position</button>}
-        {withPhoto && (
-          <div class="field">
-            <label for={`${id}-photo`}>Photo (JPEG, PNG or WebP)</label>
-            <input ref={photo} {...marks("photo")} type="file" accept={PHOTO_KINDS} />
-            {Told({ field: "photo" })}
-          </div>
-        )}
-      </div>
-      <p class="row">
-        <button class="main" aria-disabled={busy}>{cancel ? "Save" : "Write"}</button>
-        {cancel && <button type="button" onClick={cancel}>Cancel</button>}
-        <span role="status">{busy ? "Sending …" : ""}</span>
-        {wrong && !document.getElementById(`${id}-${wrong.field}`) && <span class="bad-text" role="alert">{wrong.text}</span>}
-      </p>
-    </form>
-  );
+  return { draft, wrong, busy, tries, text, photo, change, submit, here };
 }

@@ -2,10 +2,11 @@
 
 import { useState } from "preact/hooks";
 import { deleteAt, getJson, patchJson, reason } from "../api/http";
-import type { LogNote, LogNoteChange, LogNoteEarlier } from "../api/types.gen";
+import type { LogNote, LogNoteChange, LogNoteRevision } from "../api/types.gen";
 import { byDay, correctionOf, type Draft, draftOf, isSame, type Wrong } from "../state/notes";
 import { hexAddress, position, utc } from "../ui/format";
 import { sendPhoto, wrongFrom } from "../ui/photo";
+import { t } from "../words/words";
 import { NoteForm } from "./noteform";
 
 const PATIENCE_MS = 15_000;
@@ -15,7 +16,7 @@ interface Needs {
   readonly vessels: readonly (readonly [string, string])[];
   /** A note is another now. */
   changed(note: LogNote): void;
-  /** Something was withdrawn: what is shown is asked for anew. */
+  /** Something was withdrawn: what is shown is asked for again. */
   again(): void;
 }
 
@@ -41,7 +42,7 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
   const [trouble, tell] = useState("");
   const vessel = note.vessel === null ? "" : (note.vessel_name ?? hexAddress(note.vessel));
   const place = placeOf(note);
-  const label = `the note of ${utc(note.time_us)}`;
+  const label = t("the note of {time}", { time: utc(note.time_us) });
   const correct = async (draft: Draft, photo: File | undefined): Promise<Wrong | undefined> => {
     try {
       // Whoever only adds a photo corrects nothing.
@@ -71,27 +72,27 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
         {vessel && <strong>{vessel}</strong>}
         <span>{note.by}</span>
         {place && <span class="num dim">{place}</span>}
-        {vessel && <a href={watch(note)}>Watch</a>}
+        {vessel && <a href={watch(note)}>{t("Watch")}</a>}
       </p>
       {doing === "correct" ? (
-        <NoteForm draft={draftOf(note)} vessels={vessels} withPhoto={note.photo === null} label={`Correct ${label}`} id={`note-${note.id}`} send={correct} cancel={() => act("")} focus />
+        <NoteForm draft={draftOf(note)} vessels={vessels} withPhoto={note.photo === null} label={t("Correct {label}", { label })} id={`note-${note.id}`} send={correct} cancel={() => act("")} focus />
       ) : (
         <p class="said">{note.text}</p>
       )}
-      {note.photo && <a class="photo-link" href={`/api/v1/logbook/${note.id}/photo`} target="_blank" rel="noopener"><img class="photo" loading="lazy" src={`/api/v1/logbook/${note.id}/photo`} alt={`Photo of ${label}; opens whole in a new tab`} /></a>}
-      {note.withdrawn && <p class="dim">Withdrawn by {note.withdrawn.by}, {utc(note.withdrawn.time_us)}</p>}
+      {note.photo && <a class="photo-link" href={`/api/v1/logbook/${note.id}/photo`} target="_blank" rel="noopener"><img class="photo" loading="lazy" src={`/api/v1/logbook/${note.id}/photo`} alt={t("Photo of {label}; opens whole in a new tab", { label })} /></a>}
+      {note.withdrawn && <p class="dim">{t("Withdrawn by {by}, {time}", { by: note.withdrawn.by, time: utc(note.withdrawn.time_us) })}</p>}
       {note.corrected && <Earlier note={note} />}
       {note.may_change && doing === "" && (
         <p class="row">
-          <button type="button" aria-label={`Correct ${label}`} onClick={() => act("correct")}>Correct</button>
-          <button type="button" aria-label={`Withdraw ${label} …`} onClick={() => act("withdraw")}>Withdraw …</button>
+          <button type="button" aria-label={t("Correct {label}", { label })} onClick={() => act("correct")}>{t("Correct")}</button>
+          <button type="button" aria-label={t("Withdraw {label} …", { label })} onClick={() => act("withdraw")}>{t("Withdraw …")}</button>
         </p>
       )}
       {doing === "withdraw" && (
-        <p class="row" role="group" aria-label={`Withdraw ${label}`}>
-          <span>It is not shown any more, and is kept: "Withdrawn too" shows it.</span>
-          <button type="button" class="main" ref={(node) => node?.focus()} onClick={() => void withdraw()}>Withdraw</button>
-          <button type="button" onClick={() => act("")}>Keep</button>
+        <p class="row" role="group" aria-label={t("Withdraw {label}", { label })}>
+          <span>{t("It is no longer shown, but kept: \"Withdrawn too\" shows it.")}</span>
+          <button type="button" class="main" ref={(node) => node?.focus()} onClick={() => void withdraw()}>{t("Withdraw")}</button>
+          <button type="button" onClick={() => act("")}>{t("Keep")}</button>
         </p>
       )}
       {trouble && <p class="bad-text" role="alert">{trouble}</p>}
@@ -101,22 +102,22 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
 
 /** What a note said before, when somebody wants to see it. */
 function Earlier({ note }: { readonly note: LogNote }) {
-  const [all, show] = useState<readonly LogNoteEarlier[] | undefined>(undefined);
+  const [all, show] = useState<readonly LogNoteRevision[] | undefined>(undefined);
   const [trouble, tell] = useState("");
   if (!note.corrected) return null;
   const ask = async (open: boolean): Promise<void> => {
     if (!open) return;
     try {
-      show(await getJson<LogNoteEarlier[]>(`/api/v1/logbook/${note.id}/earlier`));
+      show(await getJson<LogNoteRevision[]>(`/api/v1/logbook/${note.id}/earlier`));
     } catch (error) {
       tell(reason(error));
     }
   };
   return (
     <details class="earlier" key={note.revision} onToggle={(event) => void ask(event.currentTarget.open)}>
-      <summary>Corrected by {note.corrected.by}, {utc(note.corrected.time_us)}</summary>
+      <summary>{t("Corrected by {by}, {time}", { by: note.corrected.by, time: utc(note.corrected.time_us) })}</summary>
       {trouble && <p class="bad-text" role="alert">{trouble}</p>}
-      {all?.map((one) => <p key={one.revision} class="said dim">Before, by {one.written.by}, about {utc(one.time_us)}{placeOf(one) && `, ${placeOf(one)}`}:<br />{one.text}</p>)}
+      {all?.map((one) => <p key={one.revision} class="said dim">{t("Before, by {by}, about {time}", { by: one.written.by, time: utc(one.time_us) })}{placeOf(one) && `, ${placeOf(one)}`}:<br />{one.text}</p>)}
     </details>
   );
 }

@@ -2,6 +2,7 @@
 
 import { useRef } from "preact/hooks";
 import type { Spot, Verdict } from "../state/planverdict";
+import { t } from "../words/words";
 
 export interface PlanBarProps {
   readonly name: string;
@@ -32,7 +33,7 @@ export function PlanBar({ name, vessel, aboard, verdict, acts, said, go }: PlanB
     <>
       <p class="what">
         <strong class="name" title={name}>{name}</strong>
-        {acts ? <button type="button" class="for" title="To the choice of the vessel" onClick={acts.choose}>{vessel}</button> : <span class="for">{vessel}</span>}
+        {acts ? <button type="button" class="for" title={t("To the choice of the vessel")} onClick={acts.choose}>{vessel}</button> : <span class="for">{vessel}</span>}
       </p>
       <VerdictButton verdict={verdict} go={go} />
       {acts && <Acts acts={acts} aboard={aboard} />}
@@ -49,7 +50,7 @@ function VerdictButton({ verdict, go }: Pick<PlanBarProps, "verdict" | "go">) {
   return (
     <div class="verdict" data-verdict={state}>
       <span class="hidden" role="status">{heard.current}</span>
-      {spot ? <button type="button" title="Show it on the map" onClick={() => go(spot)}>{text}</button> : <span aria-hidden="true">{text}</span>}
+      {spot ? <button type="button" title={t("Show it on the map")} onClick={() => go(spot)}>{text}</button> : <span aria-hidden="true">{text}</span>}
     </div>
   );
 }
@@ -58,9 +59,9 @@ function Acts({ acts, aboard }: { readonly acts: PlanBarActs; readonly aboard: s
   return (
     <div class="acts">
       <span class="aboard-now">{aboard}</span>
-      <button type="button" onClick={acts.save}>Save</button>
-      <button type="button" class="main" disabled={!acts.mayUpload} title={acts.whyNot} onClick={acts.upload}>Upload</button>
-      <button type="button" class="main" disabled={!acts.mayStart} title={acts.whyNot} onClick={acts.start}>Start …</button>
+      <button type="button" onClick={acts.save}>{t("Save")}</button>
+      <button type="button" class="main" disabled={!acts.mayUpload} title={acts.whyNot} onClick={acts.upload}>{t("Upload")}</button>
+      <button type="button" class="main" disabled={!acts.mayStart} title={acts.whyNot} onClick={acts.start}>{t("Start …")}</button>
     </div>
   );
 }

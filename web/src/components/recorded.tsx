@@ -4,6 +4,7 @@ import { useState } from "preact/hooks";
 import type { RecordedDay } from "../api/types.gen";
 import { bytesText } from "../state/takeout";
 import { utc } from "../ui/format";
+import { t } from "../words/words";
 
 /** Rows that are shown at first, and more with each asking. */
 const PAGE = 40;
@@ -20,9 +21,9 @@ export function Recorded({ days, called, may, choose }: Needs) {
   const [shown, more] = useState(PAGE);
   return (
     <>
-      <div class="wide" tabIndex={0} role="region" aria-label="Recorded days">
+      <div class="wide" tabIndex={0} role="region" aria-label={t("Recorded days")}>
         <table class="compact">
-          <thead><tr>{["Came ashore (UTC)", "Vessel", "From (UTC)", "To (UTC)", "Packets", "Size", ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">Actions</span>}</th>)}</tr></thead>
+          <thead><tr>{[t("Came ashore (UTC)"), t("Vessel"), t("From (UTC)"), t("To (UTC)"), t("Packets"), t("Size"), ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">{t("Actions")}</span>}</th>)}</tr></thead>
           <tbody>
             {days.slice(0, shown).map((day) => (
               <tr key={`${day.day_us}/${day.system}`}>
@@ -34,9 +35,9 @@ export function Recorded({ days, called, may, choose }: Needs) {
                 <td class="num right">{bytesText(day.bytes)}</td>
                 <td>
                   <span class="row">
-                    <a class="button" href={watch(day)}>Watch</a>
-                    {may && <a class="button" download href={`/api/v1/export.lsf?vessel=${day.system}&from=${iso(day.first_us)}&to=${iso(day.last_us + 1)}`}>Log</a>}
-                    {may && <button type="button" onClick={() => choose(day)}>Choose</button>}
+                    <a class="button" href={watch(day)}>{t("Watch")}</a>
+                    {may && <a class="button" download href={`/api/v1/export.lsf?vessel=${day.system}&from=${iso(day.first_us)}&to=${iso(day.last_us + 1)}`}>{t("Log")}</a>}
+                    {may && <button type="button" onClick={() => choose(day)}>{t("Choose")}</button>}
                   </span>
                 </td>
               </tr>
@@ -44,7 +45,7 @@ export function Recorded({ days, called, may, choose }: Needs) {
           </tbody>
         </table>
       </div>
-      {days.length > shown && <button type="button" onClick={() => more(shown + PAGE)}>Older days ({days.length - shown} more)</button>}
+      {days.length > shown && <button type="button" onClick={() => more(shown + PAGE)}>{t("Older days ({n} more)", { n: days.length - shown })}</button>}
     </>
   );
 }

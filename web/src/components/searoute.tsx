@@ -3,6 +3,7 @@
 import type { Signal } from "@preact/signals";
 import type { SeaRouteAnswer } from "../api/types.gen";
 import { remarks, routeText } from "../state/searoute";
+import { t } from "../words/words";
 
 export interface SeaRouteModel {
   readonly open: Signal<boolean>;
@@ -32,29 +33,29 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
   const route = answer.value?.route;
   return (
     <section class="sea-route" aria-labelledby="sea-route-title">
-      <h2 id="sea-route-title">{around.value ? `Way around: ${around.value}` : "Route on the chart"}</h2>
+      <h2 id="sea-route-title">{around.value ? t("Way around: {place}", { place: around.value }) : t("Route on the chart")}</h2>
       <p class="dim">{hint(chosen.value, around.value !== "")}</p>
-      <Wanted label="Least depth" id="sea-route-depth" unit="m" value={model.depth} most={30} step={0.5} then={act.ask} />
-      <Wanted label="Keep clear by" id="sea-route-clearance" unit="m" value={model.clearance} most={300} step={1} then={act.ask} />
-      <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? "Planning …" : ""}</p>
+      <Wanted label={t("Least depth")} id="sea-route-depth" unit="m" value={model.depth} most={30} step={0.5} then={act.ask} />
+      <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} step={1} then={act.ask} />
+      <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
       {answer.value && remarks(answer.value).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
-        {route && <button type="button" class="main" onClick={act.take}>{around.value ? "Take this way" : "Add to the plan"}</button>}
-        {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>Find what would work</button>}
-        {chosen.value > 2 && <button type="button" onClick={act.lessVia}>Remove the last place to pass</button>}
-        {chosen.value > 1 && !around.value && <button type="button" onClick={act.swap}>Other way round</button>}
-        <button type="button" onClick={act.close}>Close</button>
+        {route && <button type="button" class="main" onClick={act.take}>{around.value ? t("Take this way") : t("Add to the plan")}</button>}
+        {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>{t("Find what would work")}</button>}
+        {chosen.value > 2 && <button type="button" onClick={act.lessVia}>{t("Remove the last place to pass")}</button>}
+        {chosen.value > 1 && !around.value && <button type="button" onClick={act.swap}>{t("Other way round")}</button>}
+        <button type="button" onClick={act.close}>{t("Close")}</button>
       </div>
     </section>
   );
 }
 
 function hint(chosen: number, around: boolean): string {
-  if (around) return "Pull the line to pass elsewhere.";
-  if (chosen === 0) return "Click on the map where the route begins.";
-  if (chosen === 1) return "Click on the map where it leads.";
-  return "Drag A, B or the line. A click moves B.";
+  if (around) return t("Pull the line to pass elsewhere.");
+  if (chosen === 0) return t("Click on the map where the route begins.");
+  if (chosen === 1) return t("Click on the map where it leads.");
+  return t("Drag A, B or the line. A click moves B.");
 }
 
 function Wanted({ label, id, unit, value, most, step, then }: { readonly label: string; readonly id: string; readonly unit: string; readonly value: Signal<number>; readonly most: number; readonly step: number; readonly then: () => void }) {

@@ -1,7 +1,9 @@
 // When each tag was heard: a row for each tag, a tick for each detection.
 
 import type { Detection } from "../api/types.gen";
+import { tagSeries } from "../state/tags";
 import { tagName, utc } from "../ui/format";
+import { t } from "../words/words";
 
 export interface TagTimes {
   readonly tag: string;
@@ -13,11 +15,6 @@ export interface TagTimes {
 /** So many rows at most: those that were heard most. */
 const ROWS = 24;
 const [WIDTH, ROW] = [1_000, 22];
-
-/** The colour that a tag has on the map too. */
-export function tagColour(id: number): string {
-  return String(id % 4);
-}
 
 /** By tag, the one that was heard most first. */
 export function timesOf(detections: readonly Detection[]): readonly TagTimes[] {
@@ -43,14 +40,14 @@ export function Times({ groups }: { readonly groups: readonly TagTimes[] }) {
         {shown.map(({ tag, id, all }) => (
           <li key={tag}>
             <span class="num">{tag}</span>
-            <svg viewBox={`-4 0 ${WIDTH + 8} ${ROW}`} preserveAspectRatio="none" data-tick={tagColour(id)} role="img" aria-label={`${tag}: ${all.length} times, ${utc(Math.min(...all))} to ${utc(Math.max(...all))}`}>
+            <svg viewBox={`-4 0 ${WIDTH + 8} ${ROW}`} preserveAspectRatio="none" data-tick={tagSeries(id)} role="img" aria-label={t("{tag}: {n} times, {first} to {last}", { tag, n: all.length, first: utc(Math.min(...all)), last: utc(Math.max(...all)) })}>
               <path d={[...new Set(all.map(x))].map((at) => `M${at} 3v${ROW - 6}`).join("")} />
             </svg>
           </li>
         ))}
       </ul>
       <figcaption class="num"><span>{utc(first)}</span><span>{utc(last)}</span></figcaption>
-      {groups.length > ROWS && <p class="dim">The {ROWS} tags that were heard most, of {groups.length}.</p>}
+      {groups.length > ROWS && <p class="dim">{t("The {shown} tags that were heard most, of {all}.", { shown: ROWS, all: groups.length })}</p>}
     </figure>
   );
 }

@@ -2,8 +2,9 @@
 
 import type { Signal } from "@preact/signals";
 import { picked } from "../state/takeout";
+import { t } from "../words/words";
 
-const SPANS: readonly (readonly [string, number | null])[] = [["Last hour", 3_600_000], ["Today", 0], ["Last 7 days", 7 * 86_400_000], ["All", null]];
+const SPANS: readonly (readonly [string, number | null])[] = [[t("Last hour"), 3_600_000], [t("Today"), 0], [t("Last 7 days"), 7 * 86_400_000], [t("All"), null]];
 
 interface Needs {
   readonly from: Signal<string>;
@@ -16,8 +17,8 @@ interface Needs {
 export function TimeSpan({ from, to, fromWrong = "", toWrong }: Needs) {
   return (
     <>
-      <Pick label="From (UTC)" id="span-from" value={from} wrong={fromWrong} />
-      <Pick label="To (UTC)" id="span-to" value={to} wrong={toWrong} />
+      <Pick label={t("From (UTC)")} id="span-from" value={from} wrong={fromWrong} />
+      <Pick label={t("To (UTC)")} id="span-to" value={to} wrong={toWrong} />
     </>
   );
 }
@@ -40,7 +41,7 @@ export function Spans({ from, to, then = () => undefined }: Pick<Needs, "from" |
     then();
   };
   return (
-    <div class="spans" role="group" aria-label="Often wanted">
+    <div class="spans" role="group" aria-label={t("Often wanted")}>
       {SPANS.map(([text, ms]) => <button key={text} type="button" onClick={() => set(ms)}>{text}</button>)}
     </div>
   );

@@ -2,6 +2,7 @@
 
 import type { Card } from "../state/card";
 import { type Order, ORDERS } from "../state/order";
+import { t, tn } from "../words/words";
 import { VesselCard } from "./card";
 import { FirstSteps } from "./firststeps";
 
@@ -23,14 +24,14 @@ export function Vessels(props: VesselsProps) {
     <>
       {ours.length + strangers.length > 1 && <Sort order={props.order} sort={props.sort} />}
       {ours.length + strangers.length === 0 && <FirstSteps />}
-      {ours.length > 0 && <Cards {...props} cards={ours} label="Vessels" />}
+      {ours.length > 0 && <Cards {...props} cards={ours} label={t("Vessels")} />}
       {strangers.length > 0 && (
         <div class="strangers">
           <h2>
             <button type="button" class="fold" aria-expanded={props.open} aria-controls="strangers" onClick={() => props.unfold(!props.open)}>{heading(strangers)}</button>
           </h2>
           <div id="strangers" hidden={!props.open}>
-            <Cards {...props} cards={strangers} label="Systems without a name" />
+            <Cards {...props} cards={strangers} label={t("Systems without a name")} />
           </div>
         </div>
       )}
@@ -40,7 +41,8 @@ export function Vessels(props: VesselsProps) {
 
 function heading(strangers: readonly Card[]): string {
   const loud = strangers.filter(({ worst }) => !worst.quiet).length;
-  return `${strangers.length} ${strangers.length === 1 ? "system" : "systems"} not registered here${loud ? `, ${loud} with trouble` : ""}`;
+  if (loud) return tn(strangers.length, "{n} system not registered here, {loud} with trouble", "{n} systems not registered here, {loud} with trouble", { loud });
+  return tn(strangers.length, "{n} system not registered here", "{n} systems not registered here");
 }
 
 function Cards({ cards, label, selected, select }: VesselsProps & { readonly cards: readonly Card[]; readonly label: string }) {
@@ -55,7 +57,7 @@ function Sort({ order, sort }: { readonly order: Order; sort(order: Order): void
   return (
     <div class="list-head">
       <label>
-        Sort by{" "}
+        {t("Sort by")}{" "}
         <select value={order} onChange={(event) => sort(event.currentTarget.value as Order)}>
           {ORDERS.map(([value, text]) => <option key={value} value={value}>{text}</option>)}
         </select>

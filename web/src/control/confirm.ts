@@ -2,6 +2,7 @@
 // first thing under the finger.
 
 import { make, setText } from "../ui/dom";
+import { t } from "../words/words";
 
 /** Nothing is confirmed after this, s: what is shown may not be true any more. */
 const LASTS_S = 30;
@@ -37,7 +38,7 @@ export function createConfirm(root: HTMLElement): Confirm {
       const head = make("h3", { tabindex: "-1" }, title);
       const left = make("span", { class: "left" });
       const yes = make("button", { type: "button", class: "main" }, word);
-      const no = make("button", { type: "button" }, "Cancel");
+      const no = make("button", { type: "button" }, t("Cancel"));
       yes.addEventListener("click", () => {
         close();
         act();
@@ -48,7 +49,7 @@ export function createConfirm(root: HTMLElement): Confirm {
       head.focus();
       let rest = LASTS_S;
       const count = (): void => {
-        setText(left, `ends in ${rest} s`);
+        setText(left, t("ends in {rest} s", { rest }));
         if (rest-- <= 0) close();
       };
       count();

@@ -4,6 +4,7 @@
 import { reason } from "../api/http";
 import { type Guard, GUARD_ENTITY } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
+import { t } from "../words/words";
 import type { Confirm } from "./confirm";
 import type { Orders } from "./orders";
 
@@ -16,8 +17,8 @@ export interface GuardView {
 
 export function createGuard(root: HTMLElement, orders: Orders, confirm: Confirm, name: () => string): GuardView {
   const text = make("p", { role: "status" });
-  const lift = make("button", { type: "button" }, "Steer unguarded …");
-  const restore = make("button", { type: "button", class: "main" }, "Guard again");
+  const lift = make("button", { type: "button" }, t("Steer unguarded …"));
+  const restore = make("button", { type: "button", class: "main" }, t("Guard again"));
   const failed = make("p", { class: "note bad", role: "alert", hidden: "" });
   root.append(text, make("div", { class: "row" }, lift, restore), failed);
   let now: Guard | undefined;
@@ -31,22 +32,22 @@ export function createGuard(root: HTMLElement, orders: Orders, confirm: Confirm,
     });
   };
   lift.addEventListener("click", () => {
-    const lines = [`Vessel: ${name()}`, `The sea chart aboard says: ${now?.text ?? "nothing"}`, `For ${LIFTED_S} s nothing holds your thrust back from land and shoals. You look out yourself.`, "It is written into the audit log in your name."];
-    confirm.ask(`Steer ${name()} unguarded?`, lines, `Steer unguarded for ${LIFTED_S} s`, () =>
-      act("The guard stays", async () => {
+    const lines = [t("Vessel: {name}", { name: name() }), t("The sea chart aboard says: {text}", { text: now?.text ?? t("nothing") }), t("For {seconds} s nothing holds your thrust back from land and shoals. You look out yourself.", { seconds: LIFTED_S }), t("It is written into the audit log in your name.")];
+    confirm.ask(t("Steer {name} unguarded?", { name: name() }), lines, t("Steer unguarded for {seconds} s", { seconds: LIFTED_S }), () =>
+      act(t("The guard stays"), async () => {
         await set("Override Request", LIFTED_S);
         await set("Override Confirmation", LIFTED_S);
       }),
     );
   });
-  restore.addEventListener("click", () => act("Not known whether the guard is back", () => set("Override Request", 0)));
+  restore.addEventListener("click", () => act(t("Unknown whether the guard is back"), () => set("Override Request", 0)));
 
   return {
     update(guard) {
       now = guard;
       setAttribute(root, "hidden", guard ? null : "");
       if (!guard) return;
-      setText(text, `${guard.blocks ? "BLOCKED" : guard.lifted ? "UNGUARDED" : "Guarded by the sea chart"}: ${guard.text}`);
+      setText(text, `${guard.blocks ? t("BLOCKED") : guard.lifted ? t("UNGUARDED") : t("Guarded by the sea chart")}: ${guard.text}`);
       setAttribute(root, "data-guard", guard.blocks ? "blocks" : guard.lifted ? "lifted" : "watches");
       setAttribute(lift, "hidden", guard.lifted ? "" : null);
       setAttribute(restore, "hidden", guard.lifted ? null : "");

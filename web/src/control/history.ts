@@ -1,9 +1,12 @@
 // What was ordered lately, and how far each got.
 
-import type { Command } from "../api/types.gen";
+import type { Command, CommandStep } from "../api/types.gen";
 import { orderText, stageText } from "../state/orderwords";
+import { reasonInFull } from "../state/planverdict";
+import { legsOfGoto } from "../state/refusal";
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
+import { t } from "../words/words";
 
 export interface CommandList {
   update(commands: readonly Command[]): void;
@@ -11,9 +14,9 @@ export interface CommandList {
 
 /** `heard` is a polite live region that tells how the newest command goes on. */
 export function createCommandList(root: HTMLElement, heard: HTMLElement): CommandList {
-  const list = make("ol", { class: "commands", "aria-label": "Recent commands" });
-  const empty = make("p", { class: "empty" }, "Nothing was ordered since the server started.");
-  root.append(make("h3", {}, "Recent commands"), empty, list);
+  const list = make("ol", { class: "commands", "aria-label": t("Recent commands") });
+  const empty = make("p", { class: "empty" }, t("Nothing was ordered since the server started."));
+  root.append(make("h3", {}, t("Recent commands")), empty, list);
   let shown: readonly Command[] = [];
   return {
     update(commands) {
@@ -25,7 +28,7 @@ export function createCommandList(root: HTMLElement, heard: HTMLElement): Comman
       const newest = commands.find((one) => !one.order.endsWith(".list") && !one.order.endsWith(".get"));
       const last = newest?.steps.at(-1);
       if (!newest || !last || !mine) return;
-      setText(heard, `${[orderText(newest.order), newest.subject].join(" ").trim()}: ${[stageText(last.stage), last.text].filter(Boolean).join(", ")}`);
+      setText(heard, `${[orderText(newest.order), newest.subject].join(" ").trim()}: ${[stageText(last.stage), stepWords(newest.order, last)].filter(Boolean).join(", ")}`);
       setAttribute(heard, "data-stage", stageOf(newest));
     },
   };
@@ -37,14 +40,20 @@ function stageOf(command: Command): "open" | "done" | "failed" {
   return !command.over ? "open" : good ? "done" : "failed";
 }
 
+/** Why, or what the vessel said; of a leg that it refused, the leg. */
+function stepWords(order: string, { leg, text }: CommandStep): string {
+  if (!leg) return text;
+  return reasonInFull(undefined, (order === "goto" ? legsOfGoto([leg])[0] : undefined) ?? leg);
+}
+
 function row(command: Command): HTMLElement {
   const steps = command.steps.map((step) =>
-    make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${stageText(step.stage)}`, step.text ? make("span", { class: "why" }, ` ${step.text}`) : ""),
+    make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${stageText(step.stage)}`, step.text ? make("span", { class: "why" }, ` ${stepWords(command.order, step)}`) : ""),
   );
   return make(
     "li",
     { "data-stage": stageOf(command), "data-order": command.order },
-    make("p", {}, make("strong", {}, orderText(command.order)), ` ${command.subject} `, make("span", { class: "by" }, `by ${command.by}`)),
+    make("p", {}, make("strong", {}, orderText(command.order)), ` ${command.subject} `, make("span", { class: "by" }, t("by {by}", { by: command.by }))),
     make("ol", { class: "steps" }, ...steps),
   );
 }

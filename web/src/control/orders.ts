@@ -1,7 +1,8 @@
 // Telling the server what to do with a vessel, and waiting for what a vessel answers to a question.
 
 import { getJson, postJson } from "../api/http";
-import type { Command, Lease, LeaseAction, LeaseAsk, Order, OrderAsk } from "../api/types.gen";
+import type { Command, Lease, LeaseAction, LeaseRequest, Order, OrderRequest } from "../api/types.gen";
+import { t } from "../words/words";
 
 const PATIENCE_MS = 8_000;
 /** How often a question that is open is looked at, ms. */
@@ -22,7 +23,7 @@ export interface Orders {
 
 export function createOrders(vessel: number, window: string): Orders {
   const path = `/api/v1/vessels/${vessel}`;
-  const give = (order: Order): Promise<Command> => postJson<Command>(`${path}/commands`, PATIENCE_MS, { order, window } satisfies OrderAsk);
+  const give = (order: Order): Promise<Command> => postJson<Command>(`${path}/commands`, PATIENCE_MS, { order, window } satisfies OrderRequest);
   const settled = async (given: Command): Promise<Command> => {
     let command = given;
     while (!command.over) {
@@ -36,11 +37,11 @@ export function createOrders(vessel: number, window: string): Orders {
     give,
     settle,
     settled,
-    lease: (action, reason = "") => postJson<Lease>(`${path}/lease`, PATIENCE_MS, { action, reason, window } satisfies LeaseAsk),
+    lease: (action, reason = "") => postJson<Lease>(`${path}/lease`, PATIENCE_MS, { action, reason, window } satisfies LeaseRequest),
     async ask(order) {
       const command = await settle(order);
       const last = command.steps.at(-1);
-      if (last?.stage !== "effect seen") throw new Unanswered(last ? `${last.stage}: ${last.text}` : "not sent");
+      if (last?.stage !== "effect seen") throw new Unanswered(last ? `${last.stage}: ${last.text}` : t("not sent"));
       return command;
     },
   };

@@ -2,8 +2,9 @@
 // goes aboard as a plan and is started.
 
 import { postJson, putJson, Refusal } from "../api/http";
-import type { Command, Fix, PlanChange, PlanDocument, PlanUploadAsk, SeaRoute, SeaRouteAnswer, SeaRouteAsk, StoredPlan } from "../api/types.gen";
+import type { Command, Fix, PlanChange, PlanDocument, PlanUploadRequest, SeaRoute, SeaRouteAnswer, SeaRouteRequest, StoredPlan } from "../api/types.gen";
 import { placesOfRoute } from "../state/searoute";
+import { t } from "../words/words";
 import { type Orders, Unanswered } from "./orders";
 
 const PATIENCE_MS = 15_000;
@@ -12,7 +13,7 @@ const STAY_M = 10;
 
 /** The route from where a vessel is; undefined where there is no chart to find one on. */
 export async function routeTo(vessel: number, from: Fix, to: readonly [number, number], speed_mps: number): Promise<SeaRouteAnswer | undefined> {
-  const ask: SeaRouteAsk = { points: [[from.lat_deg, from.lon_deg], [to[0], to[1]]], vessel, speed_mps, least_depth_m: null, clearance_m: null, explain: false };
+  const ask: SeaRouteRequest = { points: [[from.lat_deg, from.lon_deg], [to[0], to[1]]], vessel, speed_mps, least_depth_m: null, clearance_m: null, turn_radius_m: null, explain: false };
   try {
     return await postJson<SeaRouteAnswer>("/api/v1/chart/route", PATIENCE_MS, ask);
   } catch (error) {
@@ -37,14 +38,14 @@ export function planOf(route: SeaRoute, vessel: number, mps: number, name: strin
 
 /** Keeps the plan, brings it aboard and starts it; `told` says how far it is. */
 export async function sail(plan: PlanDocument, vessel: number, window: string, orders: Orders, told: (text: string) => void): Promise<void> {
-  told("Saving the route as a plan …");
+  told(t("Saving the route as a plan …"));
   const draft = await postJson<StoredPlan>("/api/v1/plans", PATIENCE_MS, plan);
   const stored = await putJson<StoredPlan>(`/api/v1/plans/${draft.id}`, { revision: draft.revision, draft: false, plan } satisfies PlanChange, PATIENCE_MS);
-  told("Bringing the route aboard …");
-  const upload = await postJson<Command>(`/api/v1/plans/${stored.id}/upload`, PATIENCE_MS, { vessel, revision: stored.revision, window } satisfies PlanUploadAsk);
+  told(t("Bringing the route aboard …"));
+  const upload = await postJson<Command>(`/api/v1/plans/${stored.id}/upload`, PATIENCE_MS, { vessel, revision: stored.revision, window } satisfies PlanUploadRequest);
   const settled = await orders.settled(upload);
   const last = settled.steps.at(-1);
-  if (last?.stage !== "effect seen") throw new Unanswered(`The route did not get aboard: ${last?.text || last?.stage || "not sent"}. It is kept among the plans as ${plan.name}.`);
+  if (last?.stage !== "effect seen") throw new Unanswered(t("The route did not get aboard: {text}. It is kept among the plans as {name}.", { text: last?.text || last?.stage || t("not sent"), name: plan.name }));
   told("");
   await orders.give({ kind: "plan.start", plan_id: plan.name });
 }

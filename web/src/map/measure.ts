@@ -10,6 +10,7 @@ import { MultiPoint } from "ol/geom";
 import { legTo } from "../state/control";
 import { setAttribute, setText } from "../ui/dom";
 import { bearing, distance } from "../ui/format";
+import { t } from "../words/words";
 import { over } from "./layers";
 import type { FleetMap } from "./map";
 
@@ -18,7 +19,7 @@ type Place = readonly [number, number];
 /** A tool that begins and ends measuring, and what was measured. */
 export function createMeasure(map: FleetMap): void {
   const target = map.ol.getTargetElement();
-  const button = map.tools.button("measure", "Measure", "Distance and bearing between places");
+  const button = map.tools.button("measure", t("Measure"), t("Distance and bearing between places"));
   const told = map.tools.line("measured");
   const line = new Feature(new LineString([]));
   const style = (): Style[] => {
@@ -75,7 +76,7 @@ export function createMeasure(map: FleetMap): void {
 
 /** What to do next, or what was measured. */
 function text(places: readonly Place[]): string {
-  if (places.length < 2) return places.length ? "Click the next place, or Enter for the middle of the map." : "Click a place, or Enter for the middle of the map; Escape ends.";
+  if (places.length < 2) return places.length ? t("Click the next place, or Enter for the middle of the map.") : t("Click a place, or Enter for the middle of the map; Escape ends.");
   let sum = 0;
   let last = 0;
   for (let at = 1; at < places.length; at++) {
@@ -85,5 +86,5 @@ function text(places: readonly Place[]): string {
     sum += leg.distance_m;
     last = leg.bearing_rad;
   }
-  return places.length === 2 ? `${distance(sum)}, ${bearing(last)}` : `${distance(sum)} by ${places.length - 1} legs, the last ${bearing(last)}`;
+  return places.length === 2 ? `${distance(sum)}, ${bearing(last)}` : t("{sum} by {n} legs, the last {last}", { sum: distance(sum), n: places.length - 1, last: bearing(last) });
 }

@@ -8,6 +8,7 @@ import Cluster from "ol/source/Cluster";
 import VectorSource from "ol/source/Vector";
 import { fromLonLat, toLonLat } from "ol/proj";
 import type { Detection, TrackPoint } from "../api/types.gen";
+import { tagName } from "../ui/format";
 import type { Clicks } from "./clicks";
 import { over } from "./layers";
 import type { Palette } from "./palette";
@@ -42,7 +43,7 @@ export function createOverlays(map: OlMap, clicks: Clicks, palette: () => Palett
     source: cluster,
     style: (feature) => {
       const group = heard(feature);
-      const tags = new Set(group.map((one) => one.tag_id));
+      const tags = new Set(group.map(tagName));
       return tagsStyle(group.length, tags.size === 1 ? group[0]?.tag_id : undefined, palette());
     },
   });

@@ -8,6 +8,7 @@ import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Circle as Dot, Fill, Stroke, Style } from "ol/style";
 import { setAttribute, setText } from "../ui/dom";
+import { t } from "../words/words";
 import { over } from "./layers";
 import type { FleetMap } from "./map";
 import { ownPlaceText, type OwnPlace } from "../state/ownplace";
@@ -19,7 +20,7 @@ const AGAIN_MS = 1_000;
 
 /** A tool that shows and hides the place, and what is known of it; `vessel` gives the one it is compared with. */
 export function createOwnPlace(map: Pick<FleetMap, "ol" | "palette" | "onRepaint" | "tools">, vessel: () => { name: string; lat_deg: number; lon_deg: number } | undefined): void {
-  const button = map.tools.button("person", "My position", "Shown on this page only; it is not sent to the server");
+  const button = map.tools.button("person", t("My position"), t("Shown on this page only; it is not sent to the server"));
   const told = map.tools.line("own-told");
   setAttribute(button, "aria-pressed", "false");
   const [dot, around] = [new Feature(new Point([])), new Feature(new Circle([0, 0], 0))];
@@ -64,7 +65,7 @@ export function createOwnPlace(map: Pick<FleetMap, "ol" | "palette" | "onRepaint
       },
       (error) => {
         // Without a satellite for a while the last place stays, with its age.
-        if (error.code === error.PERMISSION_DENIED) end(window.isSecureContext ? "This browser may not show your position: allow it in its settings for this site." : "Browsers give a position to encrypted pages only: open this server by https.");
+        if (error.code === error.PERMISSION_DENIED) end(window.isSecureContext ? t("This browser may not show your position: allow it in its settings for this site.") : t("Browsers give a position to encrypted pages only: open this server by https."));
         else show();
       },
       { enableHighAccuracy: true, maximumAge: 1_000 },

@@ -8,6 +8,7 @@ import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Style, Text } from "ol/style";
 import { setAttribute } from "../ui/dom";
+import { t } from "../words/words";
 import { over } from "./layers";
 import { CANVAS_FONT, type Palette } from "./palette";
 import { ringStep_m } from "./scale";
@@ -26,7 +27,7 @@ export interface Rings {
 }
 
 export function createRings(map: OlMap, tools: MapTools, palette: () => Palette): Rings {
-  const button = tools.button("rings", "Range rings", "Around the vessel that is chosen");
+  const button = tools.button("rings", t("Range rings"), t("Around the vessel that is chosen"));
   const source = new VectorSource();
   const layer = new VectorLayer({ source, zIndex: over("rings") });
   map.addLayer(layer);

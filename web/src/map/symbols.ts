@@ -2,6 +2,7 @@
 
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
 import type { System } from "../api/types.gen";
+import { tagSeries } from "../state/tags";
 import { systemName } from "../ui/format";
 import { CANVAS_FONT, type Palette, seriesColour } from "./palette";
 
@@ -78,7 +79,7 @@ export function aheadStyle(address: number, palette: Palette): Style[] {
 
 /** A colour that stays with a tag. */
 export function tagColour(palette: Palette, tag: number): string {
-  return palette.series[tag % palette.series.length] ?? palette.ink;
+  return palette.series[tagSeries(tag)] ?? palette.ink;
 }
 
 /** Tags that were heard hereabouts: edged in the tag's colour where it is one tag, else in ink. */

@@ -2,9 +2,10 @@
 
 import { type Icon, icon } from "../ui/icons";
 import { make } from "../ui/dom";
+import { t } from "../words/words";
 
 /** From above. */
-const ORDER: readonly Icon[] = ["all", "follow", "course", "rings", "person", "measure", "query", "chart"];
+const ORDER: readonly Icon[] = ["all", "follow", "course", "rings", "tags", "person", "measure", "query", "chart"];
 
 export interface MapTools {
   /** A tool; `label` names it, and `title` says more to whoever rests on it. */
@@ -16,7 +17,7 @@ export interface MapTools {
 }
 
 export function createTools(box: HTMLElement): MapTools {
-  const column = make("div", { class: "map-tools", role: "group", "aria-label": "Map tools" });
+  const column = make("div", { class: "map-tools", role: "group", "aria-label": t("Map tools") });
   const beside = make("div", { class: "map-told" });
   box.append(beside, column);
   return {

@@ -6,97 +6,134 @@ import type { Detection, Detections, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { HeardMap } from "../components/heardmap";
 import { Spans, TimeSpan } from "../components/timespan";
-import { tagColour, Times, timesOf } from "../components/times";
+import { keptHiddenTags, TagLegend } from "../components/taglegend";
+import { Times, timesOf } from "../components/times";
 import { completed } from "../state/newest";
+import { countsOf, tagSeries } from "../state/tags";
 import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
+import { t } from "../words/words";
 
 /** Rows that are shown at first, and more with each asking. */
 const PAGE = 500;
 const LAST_US = 9_007_199_254_740_991;
 
+/** What the page knows: the filter, what it found, and what of that is shown. */
+class Heard {
+  readonly from = signal("");
+  readonly to = signal("");
+  readonly tags = signal("");
+  readonly vessel = signal("");
+  readonly answer = resource<Detections>();
+  readonly rows = signal<readonly Detection[]>([]);
+  readonly asked = signal("");
+  readonly more = signal("");
+  /** Tags that are left out of map, times and table, by their names. */
+  readonly hidden = keptHiddenTags();
+  /** Those of a place on the map that was chosen; undefined for all. */
+  readonly picked = signal<ReadonlySet<string> | undefined>(undefined);
+  readonly groups = computed(() => timesOf(this.rows.value));
+  readonly counts = computed(() => countsOf(this.rows.value));
+  readonly shown = computed(() => this.rows.value.filter((one) => !this.hidden.value.has(tagName(one))));
+  readonly listed = computed(() => this.shown.value.filter((one) => !this.picked.value || this.picked.value.has(keyOf(one))));
+  readonly wrong = computed(() => (this.from.value && this.to.value && pickedUs(this.to.value) < pickedUs(this.from.value) ? t("The end is before the beginning.") : ""));
+  readonly tagWrong = computed(() => /^tag: (.*)$/s.exec(this.answer.trouble.value)?.[1] ?? "");
+
+  private query(): string {
+    const [from, to] = [this.from.value, this.to.value];
+    const wanted = new URLSearchParams({ from_us: String(from ? pickedUs(from) : 0), to_us: String(to ? pickedUs(to) : LAST_US) });
+    const list = this.tags.value.split(/[\s,]+/).filter(Boolean).join(",");
+    if (list) wanted.set("tag", list);
+    if (this.vessel.value) wanted.set("vessel", this.vessel.value);
+    return wanted.toString();
+  }
+
+  readonly show = async (): Promise<void> => {
+    if (this.wrong.value) return;
+    const wanted = this.query();
+    const found = await this.answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
+    if (!found) return;
+    [this.rows.value, this.asked.value, this.picked.value] = [found.detections, wanted, undefined];
+    this.more.value = olderOf(found, wanted);
+  };
+
+  readonly older = async (): Promise<void> => {
+    const found = await this.answer.ask(`/api/v1/detections?${this.more.value}`);
+    if (!found) return;
+    this.rows.value = joined(this.rows.value, found.detections);
+    this.more.value = olderOf(found, this.asked.value);
+  };
+
+  /** What came by itself. */
+  take(detections: readonly Detection[]): void {
+    const fresh = detections.filter((one) => isWanted(one, this.asked.value));
+    if (fresh.length) this.rows.value = joined(this.rows.value, fresh);
+  }
+}
+
+type Called = (address: number) => string;
+
+function Filters({ heard, vessels, called }: { readonly heard: Heard; readonly vessels: readonly number[]; readonly called: Called }) {
+  const { from, to, tags, vessel, wrong, tagWrong, show } = heard;
+  return (
+    <form class="filters" aria-label={t("Filter")} onSubmit={(event) => { event.preventDefault(); void show(); }}>
+      <TimeSpan from={from} to={to} toWrong={wrong.value} />
+      <div class="field">
+        <label for="tags">{t("Tags")}</label>
+        <input id="tags" value={tags.value} placeholder="S256-101, 102" autocomplete="off" aria-invalid={tagWrong.value !== ""} aria-describedby="tags-wrong" onInput={(event) => (tags.value = event.currentTarget.value)} />
+        <p id="tags-wrong" class="wrong" role="alert">{tagWrong.value}</p>
+      </div>
+      <label>{t("Vessel")}<select value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}><option value="">{t("All vessels")}</option>{vessels.map((address) => <option key={address} value={String(address)}>{called(address)}</option>)}</select></label>
+      <button class="main">{t("Show")}</button>
+      <Spans from={from} to={to} then={() => void show()} />
+    </form>
+  );
+}
+
+/** Map, times and table of what was found. */
+function Found({ heard, called }: { readonly heard: Heard; readonly called: Called }) {
+  const { shown, asked, picked, counts, hidden, groups, listed } = heard;
+  return (
+    <>
+      <div class="heard">
+        <HeardMap detections={shown.value} whole={asked.value} pick={(group) => (picked.value = new Set(group.map(keyOf)))} />
+        <section aria-label={t("Tags")}>
+          <TagLegend tags={counts.value} hidden={hidden} />
+          <Times groups={groups.value.filter(({ tag }) => !hidden.value.has(tag))} />
+        </section>
+      </div>
+      {picked.value && <p class="row">{t("{n} detections at the place on the map.", { n: listed.value.length })}{" "}<button type="button" onClick={() => (picked.value = undefined)}>{t("Show all")}</button></p>}
+      <Table rows={listed.value} called={called} />
+    </>
+  );
+}
+
+/** How many were found, and the way to take them away for who `may`. */
+function Count({ heard: { answer, more, rows, asked, tagWrong }, may }: { readonly heard: Heard; readonly may: boolean }) {
+  const n = rows.value.length;
+  return (
+    <>
+      {answer.trouble.value && !tagWrong.value && <p class="bad-text" role="alert">{answer.trouble.value}</p>}
+      <p role="status">{answer.busy.value ? t("Fetching …") : more.value ? t("{n} newest detections.", { n }) : t("{n} detections.", { n })}</p>
+      {may && asked.value && n > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
+      {n === 0 && !answer.busy.value && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
+    </>
+  );
+}
+
 export function startDetections(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
   const may = root.dataset["researcher"] !== undefined;
-  const [from, to, tags, vessel] = [signal(""), signal(""), signal(""), signal("")];
-  const answer = resource<Detections>();
-  const rows = signal<readonly Detection[]>([]);
-  const asked = signal("");
-  const more = signal("");
-  /** Tags that are left out of map, times and table, by their names. */
-  const hidden = signal<ReadonlySet<string>>(new Set());
-  /** Those of a place on the map that was chosen; undefined for all. */
-  const picked = signal<ReadonlySet<string> | undefined>(undefined);
-  const groups = computed(() => timesOf(rows.value));
-  const shown = computed(() => rows.value.filter((one) => !hidden.value.has(tagName(one))));
-  const listed = computed(() => shown.value.filter((one) => !picked.value || picked.value.has(keyOf(one))));
-  const toggle = (tag: string): void => {
-    const next = new Set(hidden.value);
-    if (!next.delete(tag)) next.add(tag);
-    hidden.value = next;
-  };
-  const wrong = computed(() => (from.value && to.value && pickedUs(to.value) < pickedUs(from.value) ? "The end is before the beginning." : ""));
-  const tagWrong = computed(() => /^tag: (.*)$/s.exec(answer.trouble.value)?.[1] ?? "");
-  const query = computed(() => {
-    const wanted = new URLSearchParams({ from_us: String(from.value ? pickedUs(from.value) : 0), to_us: String(to.value ? pickedUs(to.value) : LAST_US) });
-    const list = tags.value.split(/[\s,]+/).filter(Boolean).join(",");
-    if (list) wanted.set("tag", list);
-    if (vessel.value) wanted.set("vessel", vessel.value);
-    return wanted.toString();
-  });
-  const show = async (): Promise<void> => {
-    if (wrong.value) return;
-    const wanted = query.value;
-    const found = await answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
-    if (!found) return;
-    [rows.value, asked.value, picked.value] = [found.detections, wanted, undefined];
-    more.value = olderOf(found, wanted);
-  };
-  const older = async (): Promise<void> => {
-    const found = await answer.ask(`/api/v1/detections?${more.value}`);
-    if (!found) return;
-    rows.value = joined(rows.value, found.detections);
-    more.value = olderOf(found, asked.value);
-  };
   const called = (address: number): string => names[String(address)] ?? hexAddress(address);
-  const recorded = resource<Recorded[]>();
+  const [heard, recorded] = [new Heard(), resource<Recorded[]>()];
   const vessels = computed(() => [...new Set([...Object.keys(names).map(Number), ...(recorded.value.value ?? []).map(({ system }) => system)])]);
   const Page = () => (
     <>
-      <form class="filters" aria-label="Filter" onSubmit={(event) => { event.preventDefault(); void show(); }}>
-        <TimeSpan from={from} to={to} toWrong={wrong.value} />
-        <div class="field">
-          <label for="tags">Tags</label>
-          <input id="tags" value={tags.value} placeholder="S256-101, 102" autocomplete="off" aria-invalid={tagWrong.value !== ""} aria-describedby="tags-wrong" onInput={(event) => (tags.value = event.currentTarget.value)} />
-          <p id="tags-wrong" class="wrong" role="alert">{tagWrong.value}</p>
-        </div>
-        <label>Vessel<select value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}><option value="">All vessels</option>{vessels.value.map((address) => <option key={address} value={String(address)}>{called(address)}</option>)}</select></label>
-        <button class="main">Show</button>
-        <Spans from={from} to={to} then={() => void show()} />
-      </form>
-      {answer.trouble.value && !tagWrong.value && <p class="bad-text" role="alert">{answer.trouble.value}</p>}
-      <p role="status">{answer.busy.value ? "Fetching …" : `${rows.value.length}${more.value ? " newest" : ""} detections.`}</p>
-      {may && asked.value && rows.value.length > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>Download CSV of all detections of this filter</a></p>}
-      {rows.value.length === 0 && !answer.busy.value && <p>No tag was heard in this time. Choose a longer time, or clear the tag filter.</p>}
-      {rows.value.length > 0 && (
-        <>
-          <div class="heard">
-            <HeardMap detections={shown.value} whole={asked.value} pick={(group) => (picked.value = new Set(group.map(keyOf)))} />
-            <section aria-label="Tags">
-              <ul class="legend-tags">
-                {groups.value.map(({ tag, id, all }) => (
-                  <li key={tag}><label class="inline"><input type="checkbox" checked={!hidden.value.has(tag)} onChange={() => toggle(tag)} /><span data-tag={tagColour(id)}>{tag}</span> <span class="dim num">{all.length}</span></label></li>
-                ))}
-              </ul>
-              <Times groups={groups.value.filter(({ tag }) => !hidden.value.has(tag))} />
-            </section>
-          </div>
-          {picked.value && <p class="row">{listed.value.length} detections at the place on the map. <button type="button" onClick={() => (picked.value = undefined)}>Show all</button></p>}
-          <Table rows={listed.value} called={called} />
-        </>
-      )}
-      {more.value && <button type="button" onClick={() => void older()}>Older detections</button>}
+      <Filters heard={heard} vessels={vessels.value} called={called} />
+      <Count heard={heard} may={may} />
+      {heard.rows.value.length > 0 && <Found heard={heard} called={called} />}
+      {heard.more.value && <button type="button" onClick={() => void heard.older()}>{t("Older detections")}</button>}
     </>
   );
   let begun = false;
@@ -104,35 +141,44 @@ export function startDetections(root: HTMLElement): void {
   createChrome({ messages: ["VehicleState", "TBRFishTag", "Event"], events: true, every_ms: 500 }, {
     frame: (_, { detections, snapshot, events_missed }) => {
       // What came ashore while nothing came by itself is asked for.
-      if ((snapshot || events_missed) && begun) void show();
+      if ((snapshot || events_missed) && begun) void heard.show();
       begun = true;
-      const fresh = detections.filter((one) => isWanted(one, asked.value));
-      if (fresh.length) rows.value = joined(rows.value, fresh);
+      heard.take(detections);
     },
   });
   void recorded.ask("/api/v1/recorded");
-  void show();
+  void heard.show();
 }
 
 function Table({ rows, called }: { rows: readonly Detection[]; called: (address: number) => string }) {
-  const heads = ["Heard (UTC)", "Tag", "Vessel", "Receiver", "SNR (dB)", "Sensor (count)", "Place of the vessel", "Clock"];
+  const heads = [t("Heard (UTC)"), t("Tag"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock")];
   return (
-    <div class="wide" tabIndex={0} role="region" aria-label="Detections">
+    <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
       <table class="compact">
         <thead><tr>{heads.map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
         <tbody>
           {rows.map((one) => (
             <tr key={keyOf(one)}>
-              <td class="num">{one.heard_us === null ? `${utc(one.time_us)} (reported)` : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td data-tag={tagColour(one.tag_id)}>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
-              <td>{one.lat_deg === null || one.lon_deg === null ? "not known" : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
-              <td>{one.clock === "set" ? "set" : "not set"}</td>
+              <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
+              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
+              <td>{clockWord(one.clock)}</td>
             </tr>
           ))}
         </tbody>
       </table>
     </div>
   );
+}
+
+/** What is known of the receiver's clock. */
+function clockWord(clock: Detection["clock"]): string {
+  switch (clock) {
+    case "not_set": return t("not set");
+    case "lost": return t("was lost");
+    case "set": return t("set");
+    case "disciplined": return t("set and kept");
+  }
 }
 
 /** What tells detections apart. */

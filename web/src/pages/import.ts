@@ -5,6 +5,8 @@ import { inTurn } from "../api/traffic";
 import type { Import, Recorded } from "../api/types.gen";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
+import { IMPORT_STATES } from "../state/imports";
+import { t } from "../words/words";
 
 /** The server is asked how far it is so often, ms. */
 const AGAIN_MS = 1_000;
@@ -30,7 +32,7 @@ export function startImport(form: HTMLFormElement): void {
     })();
   });
   const recorded = make("ul", {});
-  shown.parentElement?.after(make("section", { "aria-labelledby": "h-recorded" }, make("h2", { id: "h-recorded" }, "Recorded vessels"), recorded));
+  shown.parentElement?.after(make("section", { "aria-labelledby": "h-recorded" }, make("h2", { id: "h-recorded" }, t("Recorded vessels")), recorded));
   const again = async (): Promise<void> => {
     await Promise.all([list(shown), watchable(recorded)]);
     window.setTimeout(() => void again(), AGAIN_MS);
@@ -40,8 +42,8 @@ export function startImport(form: HTMLFormElement): void {
 
 /** Uploads a file; resolves when the server has it or has refused it. */
 function send(file: File, root: HTMLElement): Promise<void> {
-  const bar = make("progress", { max: "1", value: "0", "aria-label": `Upload of ${file.name}` });
-  const text = make("span", {}, `${file.name}: uploading …`);
+  const bar = make("progress", { max: "1", value: "0", "aria-label": t("Upload of {name}", { name: file.name }) });
+  const text = make("span", {}, t("{name}: uploading …", { name: file.name }));
   root.append(make("p", { class: "row" }, text, bar));
   const never = new AbortController().signal;
   return inTurn("act", never, () => new Promise((done) => {
@@ -52,7 +54,7 @@ function send(file: File, root: HTMLElement): Promise<void> {
     request.upload.onprogress = ({ loaded, total }) => (bar.value = total ? loaded / total : 0);
     request.onloadend = () => {
       bar.remove();
-      setText(text, request.status >= 200 && request.status < 300 ? `${file.name}: uploaded, is being read.` : `${file.name}: not imported. ${told(request)}`);
+      setText(text, request.status >= 200 && request.status < 300 ? t("{name}: uploaded, is being read.", { name: file.name }) : t("{name}: not imported. {why}", { name: file.name, why: told(request) }));
       if (request.status < 200 || request.status >= 300) text.className = "bad-text";
       done();
     };
@@ -64,7 +66,7 @@ function told(request: XMLHttpRequest): string {
   try {
     return (JSON.parse(request.responseText) as { error: { text: string } }).error.text;
   } catch {
-    return request.status ? `The server answered ${request.status}.` : "The connection broke. Upload it again: what was read already is not added twice.";
+    return request.status ? t("The server answered {status}.", { status: request.status }) : t("The connection broke. Upload it again: what was read already is not added twice.");
   }
 }
 
@@ -75,18 +77,18 @@ async function list(root: HTMLElement): Promise<void> {
     if (root.dataset["told"] === now) return;
     root.dataset["told"] = now;
     if (!imports.length) {
-      root.replaceChildren(make("p", { class: "dim" }, "None."));
+      root.replaceChildren(make("p", { class: "dim" }, t("None.")));
       return;
     }
     const head = make("tr");
-    for (const name of ["File", "Who", "When", "State", "Packets", "New", "Said"]) head.append(make("th", { scope: "col" }, name));
+    for (const name of [t("File"), t("Who"), t("When"), t("State"), t("Packets"), t("New"), t("Said")]) head.append(make("th", { scope: "col" }, name));
     const rows = imports.map((one) => {
-      const damaged = one.damaged_bytes ? [`${one.damaged_bytes} bytes are no packets`] : [];
-      const cells = [one.name, one.person, utc(one.since_us), one.state, String(one.packets), String(one.added), [...one.problems, ...damaged].join("; ")];
+      const damaged = one.damaged_bytes ? [t("{n} bytes are not packets", { n: one.damaged_bytes })] : [];
+      const cells = [one.name, one.person, utc(one.since_us), IMPORT_STATES[one.state], String(one.packets), String(one.added), [...one.problems, ...damaged].join("; ")];
       const cancel = one.state === "running" ? [cancelButton(one)] : [];
       return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text, ...(index === 3 ? cancel : []))));
     });
-    root.replaceChildren(make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": "Imports" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
+    root.replaceChildren(make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Imports") }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
   } catch (error) {
     delete root.dataset["told"];
     root.replaceChildren(make("p", { class: "bad-text" }, reason(error)));
@@ -95,7 +97,7 @@ async function list(root: HTMLElement): Promise<void> {
 
 /** Ends an import; what was read stays. */
 function cancelButton({ id, name }: Import): HTMLElement {
-  const button = make("button", { type: "button", "aria-label": `Cancel the import of ${name}` }, "Cancel");
+  const button = make("button", { type: "button", "aria-label": t("Cancel the import of {name}", { name }) }, t("Cancel"));
   button.addEventListener("click", () => {
     button.setAttribute("disabled", "");
     postJson<Import>(`/api/v1/import/${id}/cancel`, CANCEL_MS).catch((error: unknown) => {
@@ -116,9 +118,9 @@ async function watchable(root: HTMLElement): Promise<void> {
     root.replaceChildren(
       ...series.map(({ system, first_us, last_us }) => {
         const address = hexAddress(system);
-        return make("li", {}, make("a", { href: `/vessels/${system}` }, address), ` ${utc(first_us)} to ${utc(last_us)}`);
+        return make("li", {}, make("a", { href: `/vessels/${system}` }, address), ` ${t("{from} to {to}", { from: utc(first_us), to: utc(last_us) })}`);
       }),
-      ...(series.length ? [] : [make("li", { class: "dim" }, "None yet.")]),
+      ...(series.length ? [] : [make("li", { class: "dim" }, t("None yet."))]),
     );
   } catch {
     // The list of imports says that the server is not reached.

@@ -1,137 +1,195 @@
 // The log book that people keep: the form of a note, a filter, and the notes by day.
 
-import { computed, effect, signal } from "@preact/signals";
+import { computed, effect, type Signal, signal } from "@preact/signals";
 import { render } from "preact";
-import { getJson, postJson } from "../api/http";
+import { getJson } from "../api/http";
+import { postUntilAnswered } from "../api/retry";
 import type { LogNote, LogNotes } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { NoteForm } from "../components/noteform";
 import { NoteList } from "../components/notelist";
 import { Spans, TimeSpan } from "../components/timespan";
-import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, withNewest, type Wrong } from "../state/notes";
+import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, NoteKeys, questionOf, withNewest, type Wrong } from "../state/notes";
 import { pickedUs } from "../state/takeout";
+import { newKey } from "../state/window";
 import { createChrome } from "../ui/chrome";
 import { hexAddress } from "../ui/format";
 import { sendPhoto, wrongFrom } from "../ui/photo";
+import { t, tn } from "../words/words";
 
 /** After the last change of the filter the notes are asked for, ms. */
 const REST_MS = 350;
 const PATIENCE_MS = 15_000;
+/** For so long a note that nobody answers is sent again by itself, ms. */
+const SENT_WITHIN_MS = 120_000;
 /** Notes by others come after so long at most, ms. */
 const AGAIN_MS = 20_000;
 
-export function startLogbook(root: HTMLElement): void {
-  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
-  const query = new URLSearchParams(location.search);
-  const [writes, may] = [root.dataset["writes"] ?? "", root.dataset["researcher"] !== undefined];
-  const draft = query.has("write") ? draftFrom(query) : EMPTY_DRAFT;
-  const first = query.has("write") ? filterFrom(new URLSearchParams()) : filterFrom(query);
-  const [vessel, from, to] = [signal(first.vessel), signal(first.from), signal(first.to)];
-  const [text, withdrawn] = [signal(first.text), signal(first.withdrawn)];
-  const filter = computed<Filter>(() => ({ vessel: vessel.value, from: from.value, to: to.value, text: text.value, withdrawn: withdrawn.value }));
-  const wrong = computed(() => (from.value && to.value && pickedUs(to.value) <= pickedUs(from.value) ? "The end is not after the beginning." : ""));
-  const notes = signal<readonly LogNote[]>([]);
-  const next = signal<string | null>(null);
-  const page = resource<LogNotes>();
+/** What the page knows: the filter, its notes, and what is on its way. */
+class Book {
+  readonly vessel: Signal<string>;
+  readonly from: Signal<string>;
+  readonly to: Signal<string>;
+  readonly text: Signal<string>;
+  readonly withdrawn: Signal<boolean>;
+  readonly filter = computed<Filter>(() => ({ vessel: this.vessel.value, from: this.from.value, to: this.to.value, text: this.text.value, withdrawn: this.withdrawn.value }));
+  readonly wrong = computed(() => (this.from.value && this.to.value && pickedUs(this.to.value) <= pickedUs(this.from.value) ? t("The end is not after the beginning.") : ""));
+  readonly notes = signal<readonly LogNote[]>([]);
+  readonly next = signal<string | null>(null);
+  readonly page = resource<LogNotes>();
   /** A photo that did not get through; its note did. */
-  const unsent = signal<{ readonly note: LogNote; readonly photo: File; readonly why: string } | undefined>(undefined);
+  readonly unsent = signal<{ readonly note: LogNote; readonly photo: File; readonly why: string } | undefined>(undefined);
+  private readonly keys = new NoteKeys(newKey);
 
-  const show = async (): Promise<void> => {
-    if (wrong.value) return;
-    const found = await page.ask(`/api/v1/logbook?${questionOf(filter.value)}`);
-    if (found) [notes.value, next.value] = [found.notes, found.next];
+  constructor(first: Filter) {
+    [this.vessel, this.from, this.to] = [signal(first.vessel), signal(first.from), signal(first.to)];
+    [this.text, this.withdrawn] = [signal(first.text), signal(first.withdrawn)];
+  }
+
+  readonly show = async (): Promise<void> => {
+    if (this.wrong.value) return;
+    const found = await this.page.ask(`/api/v1/logbook?${questionOf(this.filter.value)}`);
+    if (found) [this.notes.value, this.next.value] = [found.notes, found.next];
   };
+
+  readonly older = async (): Promise<void> => {
+    const found = await this.page.ask(`/api/v1/logbook?${questionOf(this.filter.value)}&before=${this.next.value}`);
+    if (found) [this.notes.value, this.next.value] = [[...this.notes.value, ...found.notes], found.next];
+  };
+
   /** What others wrote comes by itself; who asks for something meanwhile goes first. */
-  const again = async (): Promise<void> => {
-    const of = filter.value;
-    if (document.hidden || page.busy.value || wrong.value) return;
+  async again(): Promise<void> {
+    const [of, { busy }] = [this.filter.value, this.page];
+    if (document.hidden || busy.value || this.wrong.value) return;
     const found = await getJson<LogNotes>(`/api/v1/logbook?${questionOf(of)}`, AbortSignal.timeout(PATIENCE_MS)).catch(() => undefined);
-    if (!found || filter.value !== of || page.busy.value) return;
-    const all = withNewest(notes.value, found);
-    if (all.length === found.notes.length) next.value = found.next;
-    notes.value = all;
-  };
-  window.setInterval(() => void again(), AGAIN_MS);
-  const older = async (): Promise<void> => {
-    const found = await page.ask(`/api/v1/logbook?${questionOf(filter.value)}&before=${next.value}`);
-    if (found) [notes.value, next.value] = [[...notes.value, ...found.notes], found.next];
-  };
-  const addPhoto = async (note: LogNote, photo: File): Promise<void> => {
+    if (!found || this.filter.value !== of || busy.value) return;
+    const all = withNewest(this.notes.value, found);
+    if (all.length === found.notes.length) this.next.value = found.next;
+    this.notes.value = all;
+  }
+
+  readonly write = async (written: Draft, photo: File | undefined, waits: (tries: number) => void): Promise<Wrong | undefined> => {
     try {
-      await sendPhoto(note, photo);
-      unsent.value = undefined;
-    } catch (error) {
-      unsent.value = { note, photo, why: wrongFrom(error).text };
-    }
-  };
-  const write = async (written: Draft, photo: File | undefined): Promise<Wrong | undefined> => {
-    try {
-      const note = await postJson<LogNote>("/api/v1/logbook", PATIENCE_MS, askOf(written));
-      if (photo) await addPhoto(note, photo);
-      void show();
+      const query = new URLSearchParams({ key: this.keys.of(written) });
+      const note = await postUntilAnswered<LogNote>(`/api/v1/logbook?${query}`, PATIENCE_MS, SENT_WITHIN_MS, askOf(written), waits);
+      this.keys.answered();
+      if (photo) await this.addPhoto(note, photo);
+      void this.show();
       return undefined;
     } catch (error) {
       return wrongFrom(error);
     }
   };
-  const changed = (note: LogNote): void => {
-    notes.value = notes.value.map((one) => (one.id === note.id ? note : one));
-    if (note.photo && unsent.value?.note.id === note.id) unsent.value = undefined;
-  };
-  let timer = 0;
-  effect(() => {
-    const address = addressOf(filter.value);
-    window.clearTimeout(timer);
-    timer = window.setTimeout(() => {
-      history.replaceState(null, "", `/logbook${address}`);
-      void show();
-    }, REST_MS);
-  });
 
-  const writable = Object.entries(names).filter(([address]) => writes === "all" || writes.split(",").includes(address));
-  if (draft.vessel && !names[draft.vessel]) writable.push([draft.vessel, hexAddress(Number(draft.vessel))]);
-  const Filters = () => (
-    <form class="filters" aria-label="Filter" onSubmit={(event) => { event.preventDefault(); void show(); }}>
+  async addPhoto(note: LogNote, photo: File): Promise<void> {
+    try {
+      await sendPhoto(note, photo);
+      this.unsent.value = undefined;
+    } catch (error) {
+      this.unsent.value = { note, photo, why: wrongFrom(error).text };
+    }
+  }
+
+  readonly changed = (note: LogNote): void => {
+    this.notes.value = this.notes.value.map((one) => (one.id === note.id ? note : one));
+    if (note.photo && this.unsent.value?.note.id === note.id) this.unsent.value = undefined;
+  };
+
+  /** The page's address has the filter; the notes are asked for when it has rested. */
+  follow(): void {
+    let timer = 0;
+    effect(() => {
+      const address = addressOf(this.filter.value);
+      window.clearTimeout(timer);
+      timer = window.setTimeout(() => {
+        history.replaceState(null, "", `/logbook${address}`);
+        void this.show();
+      }, REST_MS);
+    });
+  }
+}
+
+/** Addresses and names of vessels. */
+type Named = readonly (readonly [string, string])[];
+
+function Filters({ book, names }: { readonly book: Book; readonly names: Named }) {
+  const { vessel, from, to, text, withdrawn, wrong } = book;
+  return (
+    <form class="filters" aria-label={t("Filter")} onSubmit={(event) => { event.preventDefault(); void book.show(); }}>
       <div class="field">
-        <label for="of-vessel">Vessel</label>
+        <label for="of-vessel">{t("Vessel")}</label>
         <select id="of-vessel" value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}>
-          <option value="">All, and notes on none</option>
-          {Object.entries(names).map(([address, name]) => <option key={address} value={address}>{name}</option>)}
+          <option value="">{t("All vessels, and notes on none")}</option>
+          {names.map(([address, name]) => <option key={address} value={address}>{name}</option>)}
         </select>
       </div>
       <TimeSpan from={from} to={to} toWrong={wrong.value} />
       <div class="field">
-        <label for="of-text">Words in the text</label>
+        <label for="of-text">{t("Words in the text")}</label>
         <input id="of-text" type="search" value={text.value} autocomplete="off" maxLength={200} onInput={(event) => (text.value = event.currentTarget.value)} />
       </div>
-      <label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => (withdrawn.value = event.currentTarget.checked)} />Withdrawn too</label>
+      <label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => (withdrawn.value = event.currentTarget.checked)} />{t("Withdrawn too")}</label>
       <Spans from={from} to={to} />
     </form>
   );
-  const Nothing = () => {
-    if (page.busy.value || page.trouble.value || !page.value.value) return null;
-    if (addressOf(filter.value)) return <p>No note is like this. Choose a longer time, or clear the filter.</p>;
-    return <p>{writes ? "The log book is empty. Write the first note above: what was done and seen, and when." : "The log book is empty. Operators write notes into it."}</p>;
-  };
+}
+
+function Nothing({ book: { page, filter }, writes }: { readonly book: Book; readonly writes: boolean }) {
+  if (page.busy.value || page.trouble.value || !page.value.value) return null;
+  if (addressOf(filter.value)) return <p>{t("No matching notes. Choose a longer time, or clear the filter.")}</p>;
+  return <p>{writes ? t("The log book is empty. Write the first note above: what was done and seen, and when.") : t("The log book is empty. Operators write notes into it.")}</p>;
+}
+
+function Unsent({ book }: { readonly book: Book }) {
+  const unsent = book.unsent.value;
+  if (!unsent) return null;
+  const again = (): void => void book.addPhoto(unsent.note, unsent.photo).then(book.show);
+  return <p class="note warn" role="alert">{t("The note is kept, its photo is not:")}{" "}{unsent.why} <button type="button" onClick={again}>{t("Send the photo again")}</button></p>;
+}
+
+function countText(count: number, more: boolean): string {
+  if (!count) return "";
+  return more ? tn(count, "{n} newest note.", "{n} newest notes.") : tn(count, "{n} note.", "{n} notes.");
+}
+
+/** The notes of the filter; `may`: whether the person may take them away. */
+function Notes({ book, names, writable, writes, may }: { readonly book: Book; readonly names: Named; readonly writable: Named; readonly writes: boolean; readonly may: boolean }) {
+  const { page, notes, next, filter } = book;
+  return (
+    <section>
+      <h2>{t("Notes")}</h2>
+      <Filters book={book} names={names} />
+      {page.trouble.value && <p class="bad-text" role="alert">{page.trouble.value} <button type="button" onClick={() => void book.show()}>{t("Try again")}</button></p>}
+      <p role="status">{page.busy.value ? t("Fetching …") : countText(notes.value.length, next.value !== null)}</p>
+      {notes.value.length === 0 && <Nothing book={book} writes={writes} />}
+      {may && notes.value.length > 0 && <p><a class="button" href={`/api/v1/logbook.csv?${questionOf(filter.value)}`} download>{t("Download CSV of all notes of this filter")}</a></p>}
+      <NoteList notes={notes.value} vessels={writable} changed={book.changed} again={() => void book.show()} />
+      {next.value && <button type="button" onClick={() => void book.older()}>{t("Older notes")}</button>}
+    </section>
+  );
+}
+
+export function startLogbook(root: HTMLElement): void {
+  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
+  const query = new URLSearchParams(location.search);
+  const [writes, may, begins] = [root.dataset["writes"] ?? "", root.dataset["researcher"] !== undefined, query.has("write")];
+  const draft = begins ? draftFrom(query) : EMPTY_DRAFT;
+  const book = new Book(filterFrom(begins ? new URLSearchParams() : query));
+  const all = Object.entries(names);
+  const writable = all.filter(([address]) => writes === "all" || writes.split(",").includes(address));
+  if (draft.vessel && !names[draft.vessel]) writable.push([draft.vessel, hexAddress(Number(draft.vessel))]);
+  window.setInterval(() => void book.again(), AGAIN_MS);
+  book.follow();
   const Page = () => (
     <>
       {writes && (
         <section class="write">
-          <h2>Write a note</h2>
-          <NoteForm draft={draft} vessels={writable} withPhoto label="Write a note" id="new" send={write} focus={query.has("write")} />
-          {unsent.value && <p class="note warn" role="alert">The note is kept, its photo is not: {unsent.value.why} <button type="button" onClick={() => unsent.value && void addPhoto(unsent.value.note, unsent.value.photo).then(show)}>Send the photo again</button></p>}
+          <h2>{t("Write a note")}</h2>
+          <NoteForm draft={draft} vessels={writable} withPhoto label={t("Write a note")} id="new" send={book.write} focus={begins} />
+          <Unsent book={book} />
         </section>
       )}
-      <section>
-        <h2>Notes</h2>
-        <Filters />
-        {page.trouble.value && <p class="bad-text" role="alert">{page.trouble.value} <button type="button" onClick={() => void show()}>Try again</button></p>}
-        <p role="status">{page.busy.value ? "Fetching …" : notes.value.length ? `${notes.value.length}${next.value ? " newest" : ""} ${notes.value.length === 1 ? "note" : "notes"}.` : ""}</p>
-        {notes.value.length === 0 && <Nothing />}
-        {may && notes.value.length > 0 && <p><a class="button" href={`/api/v1/logbook.csv?${questionOf(filter.value)}`} download>Download CSV of all notes of this filter</a></p>}
-        <NoteList notes={notes.value} vessels={writable} changed={changed} again={() => void show()} />
-        {next.value && <button type="button" onClick={() => void older()}>Older notes</button>}
-      </section>
+      <Notes book={book} names={all} writable={writable} writes={writes !== ""} may={may} />
     </>
   );
   root.replaceChildren();

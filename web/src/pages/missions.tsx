@@ -1,17 +1,20 @@
-// The missions: a list, and the form of a new one.
+// The missions: a list, which follows what others do, and the form of a new one.
 
 import { signal } from "@preact/signals";
 import { render } from "preact";
-import { postJson, reason } from "../api/http";
+import { getJson, postJson, reason } from "../api/http";
 import type { Mission, Missions, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { MissionForm } from "../components/missionform";
-import { type MissionDraft, missionAsk, newDraft } from "../state/missions";
+import { type MissionDraft, missionAsk, newDraft, withNewestMissions } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, utc } from "../ui/format";
+import { t } from "../words/words";
 
 const PATIENCE_MS = 15_000;
+/** What others did comes after so long at most, ms. */
+const AGAIN_MS = 20_000;
 
 /** Vessels that somebody may choose: those with a name, and those of which something is recorded. */
 export function choosable(names: Readonly<Record<string, string>>, writes: string, recorded: readonly Recorded[]): readonly (readonly [number, string])[] {
@@ -20,39 +23,57 @@ export function choosable(names: Readonly<Record<string, string>>, writes: strin
   return [...all].filter(may).map((address) => [address, names[String(address)] ?? hexAddress(address)] as const);
 }
 
-export function startMissions(root: HTMLElement): void {
-  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
-  const writes = root.dataset["writes"] ?? "";
-  const called = (address: number): string => names[String(address)] ?? hexAddress(address);
-  const [page, recorded] = [resource<Missions>(), resource<Recorded[]>()];
-  const missions = signal<readonly Mission[]>([]);
-  const next = signal<string | null>(null);
-  const writing = signal(false);
-  const withdrawn = signal(false);
-  const show = async (before: string | null = null): Promise<void> => {
-    const query = new URLSearchParams({ ...(withdrawn.value ? { withdrawn: "true" } : {}), ...(before ? { before } : {}) });
-    const found = await page.ask(`/api/v1/missions?${query}`);
-    if (found) [missions.value, next.value] = [before ? [...missions.value, ...found.missions] : found.missions, found.next];
-  };
-  const create = async (draft: MissionDraft): Promise<Wrong | undefined> => {
-    try {
-      const made = await postJson<Mission>("/api/v1/missions", PATIENCE_MS, missionAsk(draft));
-      location.assign(`/missions/${made.id}`);
-      return undefined;
-    } catch (error) {
-      return fieldOf(reason(error));
-    }
-  };
-  const Table = () => (
-    <div class="wide" tabIndex={0} role="region" aria-label="Missions">
+/** What the page knows of missions. */
+class List {
+  readonly page = resource<Missions>();
+  readonly missions = signal<readonly Mission[]>([]);
+  readonly next = signal<string | null>(null);
+  readonly withdrawn = signal(false);
+
+  async show(before: string | null = null): Promise<void> {
+    const found = await this.page.ask(this.question(before));
+    if (found) [this.missions.value, this.next.value] = [before ? [...this.missions.value, ...found.missions] : found.missions, found.next];
+  }
+
+  /** What others did comes by itself; who asks for something meanwhile goes first. */
+  async again(): Promise<void> {
+    const { busy } = this.page;
+    const of = this.withdrawn.value;
+    if (document.hidden || busy.value) return;
+    const found = await getJson<Missions>(this.question(null), AbortSignal.timeout(PATIENCE_MS)).catch(() => undefined);
+    if (!found || this.withdrawn.value !== of || busy.value) return;
+    const all = withNewestMissions(this.missions.value, found);
+    if (all.length === found.missions.length) this.next.value = found.next;
+    this.missions.value = all;
+  }
+
+  private question(before: string | null): string {
+    const query = new URLSearchParams({ ...(this.withdrawn.value ? { withdrawn: "true" } : {}), ...(before ? { before } : {}) });
+    return `/api/v1/missions?${query}`;
+  }
+}
+
+async function create(draft: MissionDraft): Promise<Wrong | undefined> {
+  try {
+    const made = await postJson<Mission>("/api/v1/missions", PATIENCE_MS, missionAsk(draft));
+    location.assign(`/missions/${made.id}`);
+    return undefined;
+  } catch (error) {
+    return fieldOf(reason(error));
+  }
+}
+
+function Table({ missions, called }: { readonly missions: readonly Mission[]; called(address: number): string }) {
+  return (
+    <div class="wide" tabIndex={0} role="region" aria-label={t("Missions")}>
       <table class="compact">
-        <thead><tr>{["Mission", "From (UTC)", "To (UTC)", "Vessels", "People", "Purpose"].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
+        <thead><tr>{[t("Mission"), t("From (UTC)"), t("To (UTC)"), t("Vessels"), t("People"), t("Purpose")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
         <tbody>
-          {missions.value.map(({ id, mission, withdrawn }) => (
+          {missions.map(({ id, mission, withdrawn }) => (
             <tr key={id}>
-              <th scope="row"><a href={`/missions/${id}`}>{mission.name}</a>{withdrawn && " (withdrawn)"}</th>
+              <th scope="row"><a href={`/missions/${id}`}>{mission.name}</a>{withdrawn && ` ${t("(withdrawn)")}`}</th>
               <td class="num">{utc(mission.from_us)}</td>
-              <td class="num">{mission.to_us === null ? "goes on" : utc(mission.to_us)}</td>
+              <td class="num">{mission.to_us === null ? t("goes on") : utc(mission.to_us)}</td>
               <td>{mission.vessels.map(called).join(", ")}</td>
               <td>{mission.people}</td>
               <td>{mission.purpose}</td>
@@ -62,21 +83,30 @@ export function startMissions(root: HTMLElement): void {
       </table>
     </div>
   );
+}
+
+export function startMissions(root: HTMLElement): void {
+  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
+  const writes = root.dataset["writes"] ?? "";
+  const called = (address: number): string => names[String(address)] ?? hexAddress(address);
+  const [list, recorded, writing] = [new List(), resource<Recorded[]>(), signal(false)];
+  const { page, missions, next, withdrawn } = list;
   const Page = () => (
     <>
       {writes && (writing.value ? (
-        <section><h2>New mission</h2><MissionForm draft={newDraft(Date.now())} vessels={choosable(names, writes, recorded.value.value ?? [])} label="New mission" send={create} cancel={() => (writing.value = false)} /></section>
-      ) : <p><button type="button" class="main" onClick={() => (writing.value = true)}>New mission</button></p>)}
-      {page.trouble.value && <p class="bad-text" role="alert">{page.trouble.value} <button type="button" onClick={() => void show()}>Try again</button></p>}
-      {missions.value.length > 0 && <Table />}
-      {missions.value.length === 0 && page.value.value && <p>{writes ? "No mission is written down yet. Make one by New mission: its replay, files, notes and summary are then in one place." : "No mission is written down yet. Operators do that."}</p>}
-      {next.value && <button type="button" onClick={() => void show(next.value)}>Older missions</button>}
-      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void show(); }} />Withdrawn too</label></p>
+        <section><h2>{t("New mission")}</h2><MissionForm draft={newDraft(Date.now())} vessels={choosable(names, writes, recorded.value.value ?? [])} label={t("New mission")} send={create} cancel={() => (writing.value = false)} /></section>
+      ) : <p><button type="button" class="main" onClick={() => (writing.value = true)}>{t("New mission")}</button></p>)}
+      {page.trouble.value && <p class="bad-text" role="alert">{page.trouble.value} <button type="button" onClick={() => void list.show()}>{t("Try again")}</button></p>}
+      {missions.value.length > 0 && <Table missions={missions.value} called={called} />}
+      {missions.value.length === 0 && page.value.value && <p>{writes ? t("No missions yet. Press New mission to add one: its replay, files, notes and summary are then in one place.") : t("No missions yet. Operators add them.")}</p>}
+      {next.value && <button type="button" onClick={() => void list.show(next.value)}>{t("Older missions")}</button>}
+      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Withdrawn too")}</label></p>
     </>
   );
   root.replaceChildren();
   render(<Page />, root);
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
-  void show();
+  void list.show();
+  window.setInterval(() => void list.again(), AGAIN_MS);
   if (writes) void recorded.ask("/api/v1/recorded");
 }

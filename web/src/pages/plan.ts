@@ -7,6 +7,7 @@ import type { LiveFrame, PlanCheck, PlanDocument, StoredPlan, System } from "../
 import { DrawBar } from "../components/drawbar";
 import { createMount } from "../components/mount";
 import { PlanBar } from "../components/planbar";
+import { createRefused } from "../map/danger";
 import { createMap, type FleetMap } from "../map/map";
 import { createAboard } from "../plan/aboard";
 import { createCanvas, type PlanCanvas } from "../plan/canvas";
@@ -17,6 +18,7 @@ import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers }
 import { keepingText, offerConflict, offerLeft } from "../plan/offers";
 import { createProfile } from "../plan/profile";
 import { SeaRouteTool } from "../plan/searoute";
+import { SpeedView } from "../plan/speeds";
 import { createSteps } from "../plan/steps";
 import { createToolBar, mapKeys, pageKeys } from "../plan/toolbar";
 import { createVerdict } from "../plan/verdict";
@@ -27,9 +29,10 @@ import { type Judgement, type LeastDepth, type Spot, verdictOf } from "../state/
 import { type Chrome, createChrome } from "../ui/chrome";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
+import { t } from "../words/words";
 
 const PATIENCE_MS = 10_000;
-/** Vessels are drawn anew at least so often, for they grow old, ms. */
+/** Vessels are redrawn at least so often, for they grow old, ms. */
 const VESSELS_MS = 500;
 /** The depth beside the plan is looked at this far, m. */
 const BESIDE_M = 5;
@@ -46,28 +49,28 @@ export function startPlan(root: HTMLElement): void {
     (stored) => void new PlanPage(root, stored, path, names),
     (error: unknown) => {
       createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
-      root.append(make("p", { class: "note bad", role: "alert" }, reason(error), " ", make("a", { href: "/plans" }, "All plans")));
+      root.append(make("p", { class: "note bad", role: "alert" }, reason(error), " ", make("a", { href: "/plans" }, t("All plans"))));
     },
   );
 }
 
 /** Where things stand on the page. */
 function boxesOf(root: HTMLElement, writable: boolean) {
-  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten, and with Ctrl its whole maneuver; without one they move the map. D copies the maneuver, R reverses its way, Shift and R the whole plan. Delete takes the place away, Escape lets go. The list of maneuvers does the same." });
-  const tools = make("div", { class: "tools", role: "toolbar", "aria-label": "Tools" });
-  const drawing = make("div", { class: "drawing", role: "group", "aria-label": "The area that you draw", hidden: "" });
-  const head = make("section", { class: "plan-head", "aria-label": "Plan" });
+  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": t("Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten, and with Ctrl its whole maneuver; without one they move the map. D copies the maneuver, R reverses its way, Shift and R the whole plan. Delete takes the place away, Escape lets go. The list of maneuvers does the same.") });
+  const tools = make("div", { class: "tools", role: "toolbar", "aria-label": t("Tools") });
+  const drawing = make("div", { class: "drawing", role: "group", "aria-label": t("The area that you draw"), hidden: "" });
+  const head = make("section", { class: "plan-head", "aria-label": t("Plan") });
   const status = make("p", { class: "keeping", role: "status" });
   const offers = make("div", { class: "offers" });
   const route = make("div");
-  const totals = make("p", { class: "totals num", role: "status", "aria-label": "What the plan takes" });
+  const totals = make("p", { class: "totals num", role: "status", "aria-label": t("What the plan takes") });
   const troubles = make("div", { class: "troubles", role: "status" });
   const depths = make("section", { class: "plan-profile plot", "aria-labelledby": "profile-title", hidden: "" });
-  const list = make("section", { class: "plan-list", "aria-label": "List of maneuvers" });
+  const list = make("section", { class: "plan-list", "aria-label": t("List of maneuvers") });
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
   const side = make("div", { class: "plan-side" }, route, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
-  const bar = make("section", { class: "plan-bar", "aria-label": "Plan, verdict, and what to do with it" });
+  const bar = make("section", { class: "plan-bar", "aria-label": t("Plan, verdict, and what to do with it") });
   // What gets the focus is scrolled to beside it.
   new ResizeObserver(() => document.documentElement.style.setProperty("--plan-bar-height", `${Math.ceil(bar.getBoundingClientRect().height)}px`)).observe(bar);
   root.append(bar, make("div", { class: "plan-body" }, make("div", { class: "plan-main" }, tools, drawing, make("div", { class: "map-box" }, map)), side));
@@ -94,6 +97,7 @@ class PlanPage {
   /** The plan as it was saved last, and under which revision. */
   private saved: StoredPlan | undefined;
   private minutes = localStorage.getItem(MINUTES_KEY) === "yes";
+  private readonly speeds = new SpeedView(() => this.draw());
   private fleet: FleetState = EMPTY;
   private linked = true;
   /** All parts are made. */
@@ -145,7 +149,8 @@ class PlanPage {
     const [left] = this.editing.writable ? leftovers(first.id) : [];
     if (left && !same(left.plan, first.plan)) this.offer(left);
     else if (left) forget(left);
-    setText(this.boxes.status, `${first.draft ? "Draft" : "Saved"} by ${first.author}, ${utc(first.updated_us)}, revision ${first.revision}`);
+    const by = { author: first.author, time: utc(first.updated_us), revision: first.revision };
+    setText(this.boxes.status, first.draft ? t("Draft by {author}, {time}, revision {revision}", by) : t("Saved by {author}, {time}, revision {revision}", by));
     this.boxes.status.dataset["state"] = first.draft ? "kept" : "saved";
     this.judge.show(first.check);
     this.draw();
@@ -249,7 +254,7 @@ class PlanPage {
     let judgedWith: string | null | undefined;
     map.chart.onChart((chart) => {
       profile.limits(chart.set === null ? undefined : chart);
-      // What was judged without a chart, or with another one, is judged anew.
+      // What was judged without a chart, or with another one, is judged again.
       if (judgedWith !== undefined && judgedWith !== chart.set) judge.ask();
       judgedWith = chart.set;
     });
@@ -259,7 +264,7 @@ class PlanPage {
   private makeSteps() {
     const { editing, boxes } = this;
     const change = (next: PlanDocument): void => editing.change(next);
-    const steps = createSteps(boxes.list, boxes.form, {
+    const steps = createSteps(boxes.list, boxes.form, this.speeds, {
       select: (vertex) => editing.select(vertex),
       name: (step, id) => change(withName(editing.plan, step, id)),
       speed: (step, speed) => change(withSpeed(editing.plan, speed, step)),
@@ -287,6 +292,7 @@ class PlanPage {
       editing: this.editing,
       names: this.names,
       path: this.path,
+      speeds: this.speeds,
       minutes: () => this.minutes,
       setMinutes: (whether) => {
         this.minutes = whether;
@@ -305,8 +311,9 @@ class PlanPage {
       saved: () => {
         const { saved } = this;
         const digest = saved?.check.digest;
-        return saved && digest && same(saved.plan, editing.plan) ? { name: saved.plan.name, revision: saved.revision, digest } : undefined;
+        return saved && digest && same(saved.plan, editing.plan) ? { name: saved.plan.name, revision: saved.revision, digest, plan: saved.plan } : undefined;
       },
+      refusedOnMap: createRefused(map),
       pick: (told) => map.overlays.pick(told),
       mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
       told: () => this.drawBar(),
@@ -325,7 +332,10 @@ class PlanPage {
       // Saving tells by itself why the server does not answer.
     }
     if (!problems.length) return this.keeper?.save(editing.plan);
-    setText(boxes.status, "Not saved: the plan has problems. It is kept as a draft.");
+    await this.keeper?.keepDraft();
+    // Why it could not be kept is said already.
+    if (this.keeper && !this.keeper.done) return;
+    setText(boxes.status, t("Not saved: the plan has problems. It is kept as a draft."));
     boxes.status.dataset["state"] = "failed";
   }
 
@@ -346,7 +356,7 @@ class PlanPage {
           keeper?.rebase(newer);
           location.assign(`/plans/${made.id}`);
         } catch (error) {
-          setText(boxes.status, `Not kept: ${reason(error)} Yours is still in this browser.`);
+          setText(boxes.status, t("Not kept: {reason} Yours is still in this browser.", { reason: reason(error) }));
         }
         // The question stands until the other page is there, or for another try.
         return false;
@@ -447,8 +457,8 @@ class PlanPage {
     const chosen = aboard?.chosen() ?? (vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
     this.chrome.stop?.target(chosen);
     const now = aboard?.now();
-    const acts = aboard && now ? { ...now, save: () => void this.save(), upload: aboard.upload, start: aboard.start, choose: aboard.focus } : undefined;
-    const vesselText = chosen ? `For ${chosen.name}` : acts ? "Choose a vessel" : "For any vessel";
+    const acts = aboard && now ? { ...now, save: () => void this.save(), upload: () => aboard.upload(), start: () => aboard.start(), choose: () => aboard.focus() } : undefined;
+    const vesselText = chosen ? t("For {name}", { name: chosen.name }) : acts ? t("Choose a vessel") : t("For any vessel");
     const judged = verdictOf(editing.shown, this.judgement, this.least);
     const verdict = { ...judged, text: tame(judged.text, MOST_LETTERS) };
     this.drawn(h(PlanBar, { name: tame(editing.plan.name, MOST_LETTERS), vessel: vesselText, aboard: now?.text ?? "", verdict, acts, said: now?.said ?? "", go: (spot) => this.go(spot) }));

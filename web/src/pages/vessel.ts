@@ -15,6 +15,7 @@ import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { controlLine, partOf } from "../state/control";
 import { asSeen, type FleetState } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
+import { readiness } from "../state/readiness";
 import { guardOf } from "../state/teleop";
 import { placeAt } from "../state/track";
 import { entities, type Labels, type Values, vitals, withHeard } from "../state/vitals";
@@ -24,13 +25,14 @@ import { setAttribute, setText } from "../ui/dom";
 import { position, utc } from "../ui/format";
 import { createTabs, type Tabs } from "../ui/tabs";
 import { createTiles, type Tiles } from "../ui/tiles";
-import { type Boxes, createBoxes, type Tab, TIMED } from "../vessel/boxes";
+import { type Boxes, createBoxes, type Tab, TAB_WORDS, TIMED } from "../vessel/boxes";
 import { PageHistory } from "../vessel/history";
 import { createPanels, type Panels, type Rights } from "../vessel/panels";
 import { PagePresent } from "../vessel/present";
 import { PageTime, SPAN_US } from "../vessel/time";
+import { t } from "../words/words";
 
-/** Instruments, tables and plots are drawn anew so often, ms. */
+/** Instruments, tables and plots are redrawn so often, ms. */
 const TABLES_MS = 250;
 /** Whoever drags has the address changed only in the end, ms. */
 const SETTLE_MS = 200;
@@ -86,7 +88,7 @@ class VesselPage {
     this.boxes = createBoxes(root, address, this.present.given);
     this.time = this.makeTime();
     this.history = this.makeHistory(address);
-    // What is looked at stays; the page begins anew with those who are in its address.
+    // What is looked at stays; the page starts over with those who are in its address.
     this.beside = createBeside(this.boxes.beside, address, JSON.parse(dataset["names"] ?? "{}") as Record<string, string>, this.query, (addresses) => this.goWith(addresses));
     this.map = createMap(this.boxes.map, { vessel: address, first: this.beside.colours });
     this.tiles = createTiles(this.boxes.tiles, this.boxes.head);
@@ -96,7 +98,7 @@ class VesselPage {
     this.timeBar = this.makeTimeBar();
     this.panels = this.makePanels();
     this.underWay = createUnderWay(this.boxes.mapFrame, this.map, address);
-    this.tabs = createTabs(this.boxes.side, "Of this vessel", Object.entries(this.boxes.panels), (name) => this.opened(name));
+    this.tabs = createTabs(this.boxes.side, t("Of this vessel"), Object.entries(this.boxes.panels), TAB_WORDS, (name) => this.opened(name));
     this.tabs.open(Object.keys(this.boxes.panels).find((name) => name === this.query.get("tab")) ?? "Plots");
     this.listen();
     this.chrome = createChrome({ systems: [address, ...this.beside.addresses], events: true, every_ms: 100 }, {
@@ -402,8 +404,13 @@ class VesselPage {
       panels.plots.draw(now);
       if (time.hoverUs === null) panels.plots.cursor(us);
     }
-    if (this.shows("Values")) panels.values.update(us === null ? "Latest values" : `Values as of ${utc(asOf)}`, [...values.values()], labels, asOf);
-    if (this.shows("Entities")) panels.parts.update(entities(values, labels, asOf));
+    if (this.shows("Values")) panels.values.update(us === null ? t("Latest values") : t("Values as of {time}", { time: utc(asOf) }), [...values.values()], labels, asOf);
+    if (this.shows("Entities")) {
+      const parts = entities(values, labels, asOf);
+      // It is a question of the present.
+      panels.readiness(us === null ? readiness(parts, this.history.link) : null);
+      panels.parts.update(parts);
+    }
     if (this.shows("Log book")) panels.logBook.cursor(us);
     if (this.shows("Tags")) panels.tags.cursor(us);
   }
@@ -427,7 +434,7 @@ class VesselPage {
     const place = us === null ? undefined : placeAt(this.history.track, us, this.history.silences);
     // Where the replayed vessel itself is drawn, a mark would only hide it.
     this.map.overlays.cursor(us === this.time.play?.atUs ? null : (place ?? null));
-    setText(this.boxes.here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
+    setText(this.boxes.here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : `  ${t("no place known then")}`}`);
   }
 
   /** The vessel on the map: where it was then, or where it is. */

@@ -1,11 +1,10 @@
 // Parameters of a vessel as a person changes them: pure functions from what the vessel told and what was typed.
 
-import type { EntityTold, ParameterAbout, ParameterTold, VesselParameters } from "../api/types.gen";
+import type { EntityReport, ParameterAbout, ParameterReport, VesselParameters } from "../api/types.gen";
+import { isSame, limitShown, shownAs, toShown, toWire } from "../state/units";
+import { t } from "../words/words";
 
-/** How near two numbers are that are one: vessels round what they tell to nine decimals. */
-const NEAR = 1e-9;
-
-/** What was typed and is not written yet, by entity and name. */
+/** What was typed and is not written yet, by entity and name, in the units that are shown. */
 export type Edits = ReadonlyMap<string, string>;
 
 /** What became of a value that was written. */
@@ -14,13 +13,19 @@ export interface Outcome {
   readonly text: string;
 }
 
+/** The same in words. */
+export const OUTCOMES: Readonly<Record<Outcome["kind"], string>> = { confirmed: t("confirmed"), pending: t("pending"), refused: t("refused"), "timed out": t("timed out") };
+
 /** Which rows are shown. */
 export type Show = "all" | "edited" | "unsaved" | "changed";
 
 export interface Row {
   readonly key: string;
   readonly entity: string;
-  readonly told: ParameterTold;
+  /** In the units of the vessel. */
+  readonly told: ParameterReport;
+  /** Its value in the units that are shown, and so what is saved and the default. */
+  readonly shown: ShownParameter;
   /** What was typed; undefined for nothing. */
   readonly edit: string | undefined;
   /** What is wrong with that; empty for nothing. */
@@ -28,6 +33,16 @@ export interface Row {
   /** Null where it cannot be told. */
   readonly unsaved: boolean | null;
   readonly changed: boolean | null;
+}
+
+/** A parameter as a person reads and types it. */
+export interface ShownParameter {
+  readonly value: string;
+  readonly saved: string | null;
+  readonly default: string;
+  readonly unit: string;
+  /** What is allowed, without the unit; empty where all is. */
+  readonly range: string;
 }
 
 export function keyOf(entity: string, name: string): string {
@@ -43,7 +58,7 @@ export function same(one: string, other: string): boolean {
 function sameItem(one: string, other: string): boolean {
   const [a, b] = [numberOf(one), numberOf(other)];
   if (a === null || b === null) return one.toLowerCase() === other.toLowerCase();
-  return Math.abs(a - b) <= NEAR * Math.max(1, Math.abs(a));
+  return isSame(a, b);
 }
 
 function items(text: string): string[] {
@@ -55,35 +70,68 @@ function numberOf(text: string): number | null {
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text) && Number.isFinite(Number(text)) ? Number(text) : null;
 }
 
+/** A value of a vessel in the unit that is shown; a text, and numbers of other units, as they are. */
+export function shownText(text: string, about: Pick<ParameterAbout, "unit"> | null): string {
+  return converted(text, about, (value, unit) => toShown(value, unit));
+}
+
+/** What was typed, as the vessel takes it; what was not changed stays as the vessel told it, to its last digit. */
+export function wireText(typed: string, { told }: Pick<Row, "told">): string {
+  if (typed.trim() === shownText(told.value, told.about)) return told.value;
+  return converted(typed.trim(), told.about, (value, unit) => String(toWire(value, unit)));
+}
+
+function converted(text: string, about: Pick<ParameterAbout, "unit"> | null, each: (value: number, unit: string) => string): string {
+  if (!about || shownAs(about.unit).factor === 1) return text;
+  const values = items(text).map(numberOf);
+  return values.every((value) => value !== null) ? values.map((value) => each(value, about.unit)).join(", ") : text;
+}
+
+function shownParameter({ value, saved, about }: ParameterReport): ShownParameter {
+  return {
+    value: shownText(value, about),
+    saved: saved === null ? null : shownText(saved, about),
+    default: about ? shownText(about.default, about) : "",
+    unit: about ? shownAs(about.unit).unit : "",
+    range: about ? rangeText(about, "") : "",
+  };
+}
+
 /** What is wrong with a text as this parameter's value, and what is allowed; empty for nothing. */
 export function problemOf(text: string, about: ParameterAbout | null): string {
-  if (!text.trim()) return "A value is missing.";
-  if (/[\p{Cc}]/u.test(text)) return "Line ends and other control characters are no part of a value.";
-  if (text.length > 1_000) return "A value has 1000 letters at most.";
+  if (!text.trim()) return t("A value is missing.");
+  if (/[\p{Cc}]/u.test(text)) return t("A value must not contain line breaks or other control characters.");
+  if (text.length > 1_000) return t("A value has at most 1000 characters.");
   if (!about || about.items === null) return "";
   const given = items(text);
   if (given.length !== about.items) {
-    return about.items === 1 ? "One number is needed, with a point before its decimals." : `${about.items} numbers are needed, with commas between; these are ${given.length}.`;
+    return about.items === 1 ? t("One number is needed, with a point before its decimals.") : t("{n} numbers are needed, with commas between; these are {given}.", { n: about.items, given: given.length });
   }
   for (const item of given) {
     const value = numberOf(item);
-    if (value === null) return `“${item}” is no number.`;
-    if ((about.min !== null && value < about.min) || (about.max !== null && value > about.max)) return `${item} is not within ${rangeOf(about)}.`;
+    if (value === null) return t("“{item}” is not a number.", { item });
+    const wire = toWire(value, about.unit);
+    const [tooLittle, tooMuch] = [about.min !== null && wire < about.min && !isSame(wire, about.min), about.max !== null && wire > about.max && !isSame(wire, about.max)];
+    if (tooLittle || tooMuch) return t("{item} is not within {range}.", { item, range: rangeOf(about) });
   }
   return "";
 }
 
-/** What is allowed, in words; empty where all is. */
-export function rangeOf({ min, max, unit }: Pick<ParameterAbout, "min" | "max" | "unit">): string {
-  const of = unit ? ` ${unit}` : "";
-  if (min === null && max === null) return "";
-  if (min === null) return `up to ${max}${of}`;
-  return max === null ? `${min}${of} and more` : `${min} to ${max}${of}`;
+/** What is allowed, in words and in the unit that is shown; empty where all is. */
+export function rangeOf(about: Pick<ParameterAbout, "min" | "max" | "unit">): string {
+  const { unit } = shownAs(about.unit);
+  return rangeText(about, unit ? ` ${unit}` : "");
+}
+
+function rangeText({ min, max, unit }: Pick<ParameterAbout, "min" | "max" | "unit">, of: string): string {
+  const [least, most] = [min === null ? "" : limitShown(min, unit, "least"), max === null ? "" : limitShown(max, unit, "most")];
+  if (min === null) return max === null ? "" : t("up to {most}", { most: `${most}${of}` });
+  return max === null ? t("{least} and more", { least: `${least}${of}` }) : t("{least} to {most}", { least, most: `${most}${of}` });
 }
 
 /** All parameters with what was typed. */
 export function rowsOf(told: VesselParameters, edits: Edits): Row[] {
-  return told.entities.flatMap(({ entity, parameters }: EntityTold) =>
+  return told.entities.flatMap(({ entity, parameters }: EntityReport) =>
     parameters.map((one) => {
       const key = keyOf(entity, one.name);
       const edit = edits.get(key);
@@ -91,6 +139,7 @@ export function rowsOf(told: VesselParameters, edits: Edits): Row[] {
         key,
         entity,
         told: one,
+        shown: shownParameter(one),
         edit,
         problem: edit === undefined ? "" : problemOf(edit, one.about),
         unsaved: one.saved === null ? null : !same(one.saved, one.value),
@@ -125,16 +174,17 @@ export function changesOf(rows: readonly Row[]): Map<string, Row[]> {
 }
 
 /** A change in words. */
-export function changeText({ told, edit }: Row): string {
-  const unit = told.about?.unit ? ` ${told.about.unit}` : "";
-  return `${told.name}: ${told.value} → ${edit ?? told.value}${unit}`;
+export function changeText({ told, shown, edit }: Row): string {
+  const unit = shown.unit ? ` ${shown.unit}` : "";
+  return `${told.name}: ${shown.value} → ${edit?.trim() ?? shown.value}${unit}`;
 }
 
-/** What became of one written value, by the order's end and by what the vessel tells afterwards. */
-export function outcomeOf(wanted: string, readBack: ParameterTold | undefined, stage: string, words: string): Outcome {
-  if (readBack && same(readBack.value, wanted)) return { kind: "confirmed", text: `The vessel reports ${readBack.value}.` };
-  const now = readBack ? ` The vessel reports ${readBack.value}.` : " The vessel did not report its value afterwards.";
+/** What became of one written value, in the vessel's units, by the order's end and by what the vessel tells afterwards. */
+export function outcomeOf(wanted: string, readBack: ParameterReport | undefined, stage: string, words: string): Outcome {
+  const reports = readBack ? t("The vessel reports {value}.", { value: shownText(readBack.value, readBack.about) }) : "";
+  if (readBack && same(readBack.value, wanted)) return { kind: "confirmed", text: reports };
+  const now = readBack ? ` ${reports}` : ` ${t("The vessel did not report its value afterwards.")}`;
   if (stage === "refused") return { kind: "refused", text: `${words}${now}` };
-  if (stage === "effect seen") return { kind: readBack ? "refused" : "timed out", text: `It was accepted, but the value did not change.${now}` };
+  if (stage === "effect seen") return { kind: readBack ? "refused" : "timed out", text: `${t("It was accepted, but the value did not change.")}${now}` };
   return { kind: "timed out", text: `${words || stage}.${now}` };
 }

@@ -1,7 +1,7 @@
 // Asking a vessel to tell its parameters, and waiting until it has.
 
 import { getJson, postJson } from "../api/http";
-import type { VesselAsk, VesselAsked, VesselParameters } from "../api/types.gen";
+import type { VesselQuery, VesselQuerySent, VesselParameters } from "../api/types.gen";
 
 const PATIENCE_MS = 8_000;
 /** How often is looked whether the answers are there, ms. */
@@ -19,19 +19,26 @@ export interface Reading {
   readonly reached: boolean;
 }
 
-export function createReader(path: string): { known(): Promise<VesselParameters>; read(entities?: readonly string[]): Promise<Reading> } {
+export interface Reader {
+  /** What the server knows already. */
+  known(): Promise<VesselParameters>;
+  /** Asks the vessel for these entities, or for all. */
+  read(entities?: readonly string[]): Promise<Reading>;
+}
+
+export function createReader(path: string): Reader {
   const known = (): Promise<VesselParameters> => getJson<VesselParameters>(`${path}/parameters`);
   const wait = (ms: number): Promise<void> => new Promise((done) => setTimeout(done, ms));
   return {
     known,
     async read(entities = []) {
-      const ask: VesselAsk = { about: "parameters", entities: [...entities] };
+      const ask: VesselQuery = { about: "parameters", entities: [...entities] };
       const began = performance.now();
-      let asked = await postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, ask);
+      let asked = await postJson<VesselQuerySent>(`${path}/ask`, PATIENCE_MS, ask);
       // The same question goes out once in two seconds. What is read back must be asked for after it was written.
       while (entities.length && asked.packets < asked.entities.length && performance.now() - began < ANSWER_MS) {
         await wait(LOOK_MS);
-        asked = await postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, ask);
+        asked = await postJson<VesselQuerySent>(`${path}/ask`, PATIENCE_MS, ask);
       }
       let [told, before, changed] = [await known(), -1, performance.now()];
       const sinceUs = asked.time_us - (entities.length ? 0 : ONCE_US);

@@ -1,7 +1,7 @@
 // A plan while it is edited: what is drawn, which vertex is chosen, which tool is in hand, and the way back. No page in it.
 
 import type { PlanDocument, PlanPlace, PlanSpeed } from "../api/types.gen";
-import { displaced, History, middle, placeAt, placesOf, type TaskKind, type Vertex, vertices, withBetween, withNew, withNewTask, withOrder, withoutStep, withoutVertex, withPlace, withPoint } from "../state/plan";
+import { displaced, FIRST_SPEED, History, middle, placeAt, placesOf, type TaskKind, type Vertex, vertices, withBetween, withNew, withNewTask, withOrder, withoutStep, withoutVertex, withPlace, withPoint } from "../state/plan";
 import { rowsTo, rowsTurned, turnBetween } from "../state/rows";
 import { type Grip, withAllBack, withBack, withCopy, withMoved, withMovedBy, withRows } from "../state/wholes";
 import { isSketch, type SketchKind, Sketching } from "./sketching";
@@ -56,7 +56,7 @@ export class PlanEditing {
 
   /** The speed of what is added: that of the last maneuver. */
   get speed(): PlanSpeed {
-    return this.plan.maneuvers.at(-1)?.speed ?? { value: 1.5, unit: "mps" };
+    return this.plan.maneuvers.at(-1)?.speed ?? FIRST_SPEED;
   }
 
   /** `what`: changes of one name that follow each other closely are undone as one. */
@@ -128,7 +128,7 @@ export class PlanEditing {
     const drawn = kind && this.sketch.made(kind);
     if (!drawn) return false;
     if (typeof drawn === "string") {
-      // The last corner of a rectangle that is none was a slip.
+      // The last corner of a rectangle that is not valid was a slip.
       if (kind === "rows_rectangle") this.sketch.drop();
       this.on.draw();
       return false;

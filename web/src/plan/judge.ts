@@ -5,6 +5,7 @@ import type { GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from ".
 import { wayOfAll } from "../state/plan";
 import type { Judgement } from "../state/planverdict";
 import { make, setText } from "../ui/dom";
+import { t, tn } from "../words/words";
 import { rebuilt } from "./fields";
 import type { Profile } from "./profile";
 import { durationText, energyText, lengthText } from "./steps";
@@ -54,14 +55,14 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
       if (number === asked) show({ ...answer, maneuvers: answer.maneuvers.length ? answer.maneuvers : check.maneuvers });
     } catch (error) {
       if (number !== asked) return;
-      setText(totals, "Length, time and energy are not known");
-      rebuilt(troubles, make("p", { class: "note warn" }, error instanceof Refusal ? error.message : "The server cannot be reached: the plan is not judged."));
-      needs.told({ kind: "failed", text: error instanceof Refusal ? error.message : "no server" });
+      setText(totals, t("Length, time and energy are not known"));
+      rebuilt(troubles, make("p", { class: "note warn" }, error instanceof Refusal ? error.message : t("The server cannot be reached: the plan is not judged.")));
+      needs.told({ kind: "failed", text: error instanceof Refusal ? error.message : t("no server") });
     }
   };
   const empty = (): void => {
     // That there is nothing yet is no problem to shout about.
-    setText(totals, "Nothing is drawn yet");
+    setText(totals, t("Nothing is drawn yet"));
     totals.removeAttribute("data-bad");
     troubles.replaceChildren();
     verdict.update(plan(), [], null);
@@ -74,7 +75,7 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
     const { guard, problems, warnings, maneuvers } = answer;
     setText(totals, totalText(answer, plan().repeat));
     totals.toggleAttribute("data-bad", problems.length > 0 || guard?.outcome === "refused");
-    rebuilt(troubles, ...box("bad", "Problems", problems), ...verdict.list(guard, needs.go, needs.around), ...box("warn", "To know", warnings));
+    rebuilt(troubles, ...box("bad", t("Problems"), problems), ...verdict.list(plan(), guard, needs.go, needs.around), ...box("warn", t("To know"), warnings));
     verdict.update(plan(), maneuvers, guard);
     profile.update(wayOfAll(plan(), maneuvers));
     needs.judged(answer);
@@ -93,8 +94,9 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
 
 /** What it takes in a line, or how many problems it has. */
 export function totalText({ total: { length_m, duration_s, energy_j }, problems, guard }: Pick<PlanCheck, "total" | "problems" | "guard">, repeats: boolean): string {
-  if (problems.length) return `${problems.length === 1 ? "1 problem" : `${problems.length} problems`}: cannot be sailed as it is`;
-  return `${repeats ? "A round: " : ""}${lengthText(length_m)} · ${durationText(duration_s)} · ${energyText(energy_j)} (estimate)${guard?.outcome === "refused" ? ": refused by the chart" : ""}`;
+  if (problems.length) return tn(problems.length, "1 problem: cannot be sailed as it is", "{n} problems: cannot be sailed as it is");
+  const takes = t("{length} · {duration} · {energy} (estimate)", { length: lengthText(length_m), duration: durationText(duration_s), energy: energyText(energy_j) });
+  return `${repeats ? `${t("Per lap:")} ` : ""}${takes}${guard?.outcome === "refused" ? `: ${t("refused by the chart")}` : ""}`;
 }
 
 function box(kind: string, title: string, all: readonly { readonly maneuver: string | null; readonly text: string }[]): HTMLElement[] {

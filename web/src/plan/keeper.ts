@@ -31,6 +31,8 @@ export interface Keeper {
   changed(plan: PlanDocument): void;
   /** Saves for good; resolves when that is done or has failed. */
   save(plan: PlanDocument): Promise<void>;
+  /** Keeps what waits as a draft now; resolves when that is done or has failed. */
+  keepDraft(): Promise<void>;
   /** Goes on from another revision: of somebody else, or after a conflict. */
   rebase(stored: StoredPlan): void;
   /** Whether all that was drawn is on the server. */
@@ -59,105 +61,132 @@ export function forget(left: Left): void {
 }
 
 export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void): Keeper {
-  const key = `${PREFIX}${first.id}.${windowKey()}`;
-  let revision = first.revision;
-  let waiting: PlanDocument | undefined;
-  let underWay: Promise<boolean> | undefined;
-  let timer: number | undefined;
-  let wait = FIRST_WAIT_MS;
-  let conflict = false;
-  /** What was sent from this revision without an answer: the server may have taken one of them all the same. */
-  let unanswered: PlanDocument[] = [];
+  const keeper = new OfPlan(first, told);
+  window.addEventListener("beforeunload", (event) => {
+    // Only where the browser itself could not keep it would something be lost.
+    if (!keeper.done && !keeper.keptHere()) event.preventDefault();
+  });
+  return keeper;
+}
 
-  const local = (plan: PlanDocument): boolean => {
+class OfPlan implements Keeper {
+  private readonly id: number;
+  private readonly key: string;
+  private revision: number;
+  private waiting: PlanDocument | undefined;
+  private underWay: Promise<boolean> | undefined;
+  private timer: number | undefined;
+  private wait = FIRST_WAIT_MS;
+  private conflict = false;
+  /** What was sent from this revision without an answer: the server may have taken one of them all the same. */
+  private unanswered: readonly PlanDocument[] = [];
+
+  constructor({ id, revision }: StoredPlan, private readonly told: (keeping: Keeping) => void) {
+    [this.id, this.key, this.revision] = [id, `${PREFIX}${id}.${windowKey()}`, revision];
+  }
+
+  changed(plan: PlanDocument): void {
+    this.waiting = plan;
+    this.keepHere(plan);
+    if (this.conflict) return;
+    this.told({ state: "changed" });
+    this.later(SETTLE_MS);
+  }
+
+  async save(plan: PlanDocument): Promise<void> {
+    while (this.underWay) await this.underWay;
+    this.waiting = plan;
+    this.keepHere(plan);
+    await this.keep(false);
+  }
+
+  async keepDraft(): Promise<void> {
+    while (this.underWay) await this.underWay;
+    await this.keep(true);
+  }
+
+  rebase({ revision }: StoredPlan): void {
+    this.revision = revision;
+    this.conflict = false;
+    this.waiting = undefined;
+    localStorage.removeItem(this.key);
+  }
+
+  get done(): boolean {
+    return this.waiting === undefined;
+  }
+
+  /** Whether this browser has it. */
+  keptHere(): boolean {
+    return localStorage.getItem(this.key) !== null;
+  }
+
+  private keepHere(plan: PlanDocument): void {
     try {
-      localStorage.setItem(key, JSON.stringify({ revision, savedMs: Date.now(), plan }));
-      return true;
+      localStorage.setItem(this.key, JSON.stringify({ revision: this.revision, savedMs: Date.now(), plan }));
     } catch {
-      return false;
+      // Whoever leaves the page then is asked first.
     }
-  };
-  const later = (ms: number): void => {
-    window.clearTimeout(timer);
-    timer = window.setTimeout(() => void keep(true), ms);
-  };
+  }
+
+  private later(ms: number): void {
+    window.clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => void this.keep(true), ms);
+  }
+
   /** Whether the server took it. One at a time, so that a revision is never used twice. */
-  const keep = async (draft: boolean): Promise<boolean> => {
-    window.clearTimeout(timer);
-    while (underWay) await underWay;
-    const plan = waiting;
-    if (!plan || conflict) return false;
-    told({ state: "keeping" });
-    underWay = send(plan, draft);
-    const good = await underWay;
-    underWay = undefined;
-    if (good && waiting) later(SETTLE_MS);
+  private async keep(draft: boolean): Promise<boolean> {
+    window.clearTimeout(this.timer);
+    while (this.underWay) await this.underWay;
+    const plan = this.waiting;
+    if (!plan || this.conflict) return false;
+    this.told({ state: "keeping" });
+    this.underWay = this.send(plan, draft);
+    const good = await this.underWay;
+    this.underWay = undefined;
+    if (good && this.waiting) this.later(SETTLE_MS);
     return good;
-  };
-  const send = async (plan: PlanDocument, draft: boolean): Promise<boolean> => {
-    const change: PlanChange = { revision, draft, plan };
+  }
+
+  private async send(plan: PlanDocument, draft: boolean): Promise<boolean> {
+    const change: PlanChange = { revision: this.revision, draft, plan };
     try {
-      const stored = await putJson<StoredPlan>(`/api/v1/plans/${first.id}`, change, PATIENCE_MS);
-      revision = stored.revision;
-      wait = FIRST_WAIT_MS;
-      unanswered = [];
-      if (waiting === plan) {
-        waiting = undefined;
-        localStorage.removeItem(key);
-        told({ state: draft ? "kept" : "saved", stored });
-      } else if (waiting) local(waiting);
+      this.taken(plan, draft, await putJson<StoredPlan>(`/api/v1/plans/${this.id}`, change, PATIENCE_MS));
       return true;
     } catch (error) {
       const newer = error instanceof Refusal ? (error.answer as { newer?: StoredPlan } | undefined)?.newer : undefined;
-      if (newer && unanswered.some((one) => same(newer.plan, one))) {
+      if (newer && this.unanswered.some((one) => same(newer.plan, one))) {
         // It is our own change whose answer was lost.
-        unanswered = [];
-        revision = newer.revision;
-        return await send(plan, draft);
+        this.unanswered = [];
+        this.revision = newer.revision;
+        return await this.send(plan, draft);
       }
       if (newer) {
-        conflict = true;
-        told({ state: "conflict", newer });
-        return false;
-      }
-      // What the server refuses it refuses again; what did not reach it is sent again.
-      if (!(error instanceof Refusal)) unanswered = [...unanswered.slice(1 - UNANSWERED), plan];
-      const again = !(error instanceof Refusal) || error.status >= 500 || error.status === 429;
-      told({ state: "failed", text: reason(error), again, local: localStorage.getItem(key) !== null });
-      if (again) {
-        later(wait);
-        wait = Math.min(wait * 2, LONGEST_WAIT_MS);
-      }
+        this.conflict = true;
+        this.told({ state: "conflict", newer });
+      } else this.failed(plan, error);
       return false;
     }
-  };
-  window.addEventListener("beforeunload", (event) => {
-    // Only where the browser itself could not keep it would something be lost.
-    if (waiting && localStorage.getItem(key) === null) event.preventDefault();
-  });
+  }
 
-  return {
-    changed(plan) {
-      waiting = plan;
-      local(plan);
-      if (conflict) return;
-      told({ state: "changed" });
-      later(SETTLE_MS);
-    },
-    async save(plan) {
-      while (underWay) await underWay;
-      waiting = plan;
-      local(plan);
-      await keep(false);
-    },
-    rebase(stored) {
-      revision = stored.revision;
-      conflict = false;
-      waiting = undefined;
-      localStorage.removeItem(key);
-    },
-    get done() {
-      return waiting === undefined;
-    },
-  };
+  private taken(plan: PlanDocument, draft: boolean, stored: StoredPlan): void {
+    this.revision = stored.revision;
+    this.wait = FIRST_WAIT_MS;
+    this.unanswered = [];
+    if (this.waiting === plan) {
+      this.waiting = undefined;
+      localStorage.removeItem(this.key);
+      this.told({ state: draft ? "kept" : "saved", stored });
+    } else if (this.waiting) this.keepHere(this.waiting);
+  }
+
+  /** What the server refuses it refuses again; what did not reach it is sent again. */
+  private failed(plan: PlanDocument, error: unknown): void {
+    if (!(error instanceof Refusal)) this.unanswered = [...this.unanswered.slice(1 - UNANSWERED), plan];
+    const again = !(error instanceof Refusal) || error.status >= 500 || error.status === 429;
+    this.told({ state: "failed", text: reason(error), again, local: this.keptHere() });
+    if (!again) return;
+    this.later(this.wait);
+    this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
+  }
 }

@@ -3,6 +3,7 @@
 import type { StoredPlan } from "../api/types.gen";
 import { make } from "../ui/dom";
 import { utc } from "../ui/format";
+import { t } from "../words/words";
 import type { Keeping, Left } from "./keeper";
 
 /** A question with its answers; each takes it away, unless it answers false. */
@@ -26,33 +27,33 @@ export interface ConflictAnswers {
 
 /** Somebody else changed the plan meanwhile. */
 export function offerConflict(root: HTMLElement, newer: StoredPlan, answers: ConflictAnswers): void {
-  const text = `${newer.author} changed this plan at ${utc(newer.updated_us, false)} (revision ${newer.revision}, ${newer.plan.maneuvers.length} maneuvers) while you did. Nothing is lost: theirs is on the server, yours is here.`;
+  const text = t("{author} changed this plan at {time} (revision {revision}, {n} maneuvers) while you did. Nothing is lost: theirs is on the server, yours is here.", { author: newer.author, time: utc(newer.updated_us, false), revision: newer.revision, n: newer.plan.maneuvers.length });
   ask(root, "bad", text, [
-    ["Keep mine as a plan of its own", () => answers.apart()],
-    ["Go on with theirs", () => answers.theirs()],
-    ["Put mine over theirs", () => answers.mine()],
+    [t("Keep mine as a separate plan"), () => answers.apart()],
+    [t("Use theirs"), () => answers.theirs()],
+    [t("Replace theirs with mine"), () => answers.mine()],
   ]);
 }
 
 /** This browser holds a state that did not reach the server; `revision` is that of the server now. */
 export function offerLeft(root: HTMLElement, left: Left, revision: number, take: () => void, drop: () => void): void {
-  const other = left.revision === revision ? "" : ` Meanwhile the plan on the server went on from revision ${left.revision} to ${revision}.`;
-  ask(root, "warn", `This browser holds a state of the plan from ${utc(left.savedMs * 1_000)} that did not reach the server.${other}`, [["Go on with it", take, "main"], ["Forget it", drop]]);
+  const other = left.revision === revision ? "" : ` ${t("Meanwhile the plan on the server changed from revision {from} to {to}.", { from: left.revision, to: revision })}`;
+  ask(root, "warn", `${t("This browser has changes to the plan from {time} that did not reach the server.", { time: utc(left.savedMs * 1_000) })}${other}`, [[t("Go on with it"), take, "main"], [t("Forget it"), drop]]);
 }
 
 /** How it is kept, in words. */
 export function keepingText(now: Keeping): string {
   switch (now.state) {
     case "kept":
-      return `Kept as draft ${utc(now.stored.updated_us, false)}, revision ${now.stored.revision}`;
+      return t("Kept as draft {time}, revision {revision}", { time: utc(now.stored.updated_us, false), revision: now.stored.revision });
     case "saved":
-      return `Saved ${utc(now.stored.updated_us, false)}, revision ${now.stored.revision}${now.stored.check.guard?.outcome === "refused" ? "; the chart refuses it as it is" : ""}`;
+      return `${t("Saved {time}, revision {revision}", { time: utc(now.stored.updated_us, false), revision: now.stored.revision })}${now.stored.check.guard?.outcome === "refused" ? `; ${t("the chart refuses it as it is")}` : ""}`;
     case "changed":
     case "keeping":
-      return "Keeping …";
+      return t("Keeping …");
     case "failed":
-      return `Not on the server: ${now.text} ${now.local ? "It is kept in this browser" : "THIS BROWSER COULD NOT KEEP IT EITHER: do not close the page"}${now.again ? "; trying again …" : "."}`;
+      return `${t("Not on the server: {text}", { text: now.text })} ${now.local ? t("It is kept in this browser") : t("THIS BROWSER COULD NOT KEEP IT EITHER: do not close the page")}${now.again ? `; ${t("trying again …")}` : "."}`;
     case "conflict":
-      return "Not on the server: somebody else changed the plan. Yours is kept in this browser.";
+      return t("Not on the server: somebody else changed the plan. Yours is kept in this browser.");
   }
 }

@@ -4,7 +4,7 @@
 import { signal } from "@preact/signals";
 import { h } from "preact";
 import { postJson, reason } from "../api/http";
-import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRouteAnswer, SeaRouteAsk } from "../api/types.gen";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRouteAnswer, SeaRouteRequest } from "../api/types.gen";
 import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
@@ -73,7 +73,7 @@ export class SeaRouteTool {
 
   /** Looks for a way around a refused leg. */
   goAround({ maneuver, part, number, from, to }: GuardReason): void {
-    this.begin([from, to], { maneuver, part, number }, maneuver);
+    if (from && to) this.begin([from, to], { maneuver, part, number }, maneuver);
   }
 
   /** A click on the map beside everything; whether it was meant for the route. */
@@ -126,13 +126,14 @@ export class SeaRouteTool {
     return stretch + 1;
   }
 
-  private question(explain: boolean): SeaRouteAsk {
+  private question(explain: boolean): SeaRouteRequest {
     const { editing } = this.needs;
     return {
       points: this.chosen.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]),
       vessel: editing.plan.vessel,
       least_depth_m: this.model.depth.value,
       clearance_m: this.model.clearance.value,
+      turn_radius_m: null,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       explain,
     };

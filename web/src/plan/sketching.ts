@@ -4,10 +4,11 @@ import type { PlanPlace, PlanTask } from "../api/types.gen";
 import { fresh, rounded, type Task } from "../state/plan";
 import { rowsBetween, rowsCount, rowsCorners, rowsWay } from "../state/rows";
 import { linesInPolygon } from "../state/sweep";
+import { t } from "../words/words";
 
 export const SKETCHES = [
-  ["rows_rectangle", "Rows in rectangle"],
-  ["lines_polygon", "Lines in polygon"],
+  ["rows_rectangle", t("Rows in rectangle")],
+  ["lines_polygon", t("Lines in polygon")],
 ] as const;
 export type SketchKind = (typeof SKETCHES)[number][0];
 
@@ -87,9 +88,9 @@ export class Sketching {
   }
 
   private rows([from, to]: readonly PlanPlace[]): Drawn | string {
-    if (!from || !to) return "a rectangle has two corners";
+    if (!from || !to) return t("a rectangle has two corners");
     const task = rowsBetween(from, to, { ...(fresh("rows", from) as Task<"rows">), step_m: this.spacing_m }, this.bearing_deg);
-    return task ? { name: "Rows", task: { ...task, at: rounded(task.at) } } : "it is too narrow";
+    return task ? { name: "Rows", task: { ...task, at: rounded(task.at) } } : t("it is too narrow");
   }
 
   private lines(corners: readonly PlanPlace[]): Drawn | string {
@@ -104,18 +105,18 @@ export class Sketching {
     if (typeof drawn === "string") return { corners: this.corners, edge: corners, way: [], told: this.hint(kind, drawn), whole };
     const { task } = drawn;
     if (task.kind === "rows") {
-      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: `${rowsCount(task)} rows of ${Math.round(task.length_m)} m, ${Math.round(task.width_m)} m wide; turns go ${task.curve_offset_m} m beyond.`, whole };
+      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: t("{n} rows of {length} m, {width} m wide; turns go {overrun} m beyond.", { n: rowsCount(task), length: Math.round(task.length_m), width: Math.round(task.width_m), overrun: task.curve_offset_m }), whole };
     }
     const points = task.kind === "follow_path" ? task.points : [];
-    return { corners: this.corners, edge: [...corners, ...corners.slice(0, 1)], way: points, told: `${points.length / 2} lines. ${FINISH}`, whole };
+    return { corners: this.corners, edge: [...corners, ...corners.slice(0, 1)], way: points, told: `${t("{n} lines.", { n: points.length / 2 })} ${FINISH}`, whole };
   }
 
   private hint(kind: SketchKind, wrong: string): string {
     const count = this.corners.length;
-    if (kind === "rows_rectangle") return count ? (this.hand ? `Not yet: ${wrong}.` : "Click the opposite corner.") : "Drag from one corner to the opposite one, or click both. Enter takes the middle of the map.";
-    if (count >= 3) return `Not possible: ${wrong}.`;
-    return count ? `${count} of 3 corners or more.` : "Click the corners. Enter takes the middle of the map, Backspace drops the last corner.";
+    if (kind === "rows_rectangle") return count ? (this.hand ? t("Not yet: {wrong}.", { wrong }) : t("Click the opposite corner.")) : t("Drag from one corner to the opposite one, or click both. Enter takes the middle of the map.");
+    if (count >= 3) return t("Not possible: {wrong}.", { wrong });
+    return count ? t("{n} of 3 corners or more.", { n: count }) : t("Click the corners. Enter takes the middle of the map, Backspace drops the last corner.");
   }
 }
 
-const FINISH = "Click the first corner or Finish.";
+const FINISH = t("Click the first corner or Finish.");

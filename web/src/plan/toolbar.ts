@@ -1,8 +1,9 @@
 // The tools of the plan editor: what a click on the map does, back and forth, adding by keyboard, and the keys for it.
 
 import type { PlanPlace } from "../api/types.gen";
-import { KINDS, type TaskKind } from "../state/plan";
+import { KIND_WORDS, KINDS, type TaskKind } from "../state/plan";
 import { make, setAttribute } from "../ui/dom";
+import { t } from "../words/words";
 import type { PlanEditing, Tool } from "./editing";
 import { SKETCHES } from "./sketching";
 
@@ -25,7 +26,7 @@ export interface ToolBarHandlers {
 
 export function createToolBar(root: HTMLElement, editing: PlanEditing, { added, draws, route }: ToolBarHandlers): ToolBar {
   if (!editing.writable) {
-    root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
+    root.append(make("p", { class: "dim" }, t("You may look at this plan, not change it.")));
     return { update: () => undefined };
   }
   const tool = (kind: Tool | undefined, label: string): HTMLButtonElement => {
@@ -36,23 +37,23 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, { added, 
     });
     return made;
   };
-  const places = [tool(undefined, "Choose"), ...KINDS.map(([kind, label]) => tool(kind, label))];
+  const places = [tool(undefined, t("Choose")), ...KINDS.map(([kind]) => tool(kind, KIND_WORDS[kind]))];
   const areas = SKETCHES.map(([kind, label]) => tool(kind, label));
   const tools = [...places, ...areas];
-  const way = make("button", { type: "button", "data-tool": "route", "aria-pressed": "false", title: "The shortest way that the chart calls safe" }, "Route …");
+  const way = make("button", { type: "button", "data-tool": "route", "aria-pressed": "false", title: t("The shortest way that the chart calls safe") }, t("Route …"));
   way.addEventListener("click", () => route.toggle());
-  const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl and Z" }, "Undo");
-  const redo = make("button", { type: "button", "aria-keyshortcuts": "Control+Y", title: "Ctrl and Y" }, "Redo");
+  const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: t("Ctrl and Z") }, t("Undo"));
+  const redo = make("button", { type: "button", "aria-keyshortcuts": "Control+Y", title: t("Ctrl and Y") }, t("Redo"));
   undo.addEventListener("click", () => editing.travel(true));
   redo.addEventListener("click", () => editing.travel(false));
-  const kind = make("select", { "aria-label": "What to add" }, ...KINDS.map(([name, label]) => make("option", { value: name }, label)));
-  const add = make("button", { type: "button", title: "After the chosen maneuver, in the middle of the map" }, "Add");
+  const kind = make("select", { "aria-label": t("What to add") }, ...KINDS.map(([name]) => make("option", { value: name }, KIND_WORDS[name])));
+  const add = make("button", { type: "button", title: t("After the chosen maneuver, in the middle of the map") }, t("Add"));
   add.addEventListener("click", () => added(kind.value as TaskKind));
   root.append(
-    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...places, way),
-    make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
-    make("span", { class: "buttons", role: "group", "aria-label": "Draw an area" }, ...areas),
-    make("span", { class: "buttons adding", role: "group", "aria-label": "Add by keyboard" }, kind, add),
+    make("span", { class: "buttons", role: "group", "aria-label": t("What a click on the map does") }, ...places, way),
+    make("span", { class: "buttons", role: "group", "aria-label": t("Back and forth") }, undo, redo),
+    make("span", { class: "buttons", role: "group", "aria-label": t("Draw an area") }, ...areas),
+    make("span", { class: "buttons adding", role: "group", "aria-label": t("Add by keyboard") }, kind, add),
   );
   return {
     update() {
@@ -88,14 +89,14 @@ export interface MapPlaces {
 }
 
 /** Keys of the map: move what is chosen, take it away, let go; corners of an area. Before the map's own. */
-export function mapKeys(map: HTMLElement, editing: PlanEditing, { centre, apart }: MapPlaces): void {
+export function mapKeys(map: HTMLElement, editing: PlanEditing, places: MapPlaces): void {
   map.addEventListener("keydown", (event) => {
     if (event.key === "Escape") editing.letGo();
-    else if (editing.sketching && event.key === "Enter") editing.corner(centre());
+    else if (editing.sketching && event.key === "Enter") editing.corner(places.centre());
     else if (editing.sketching && event.key === "Backspace") editing.travel(true);
     else if (editing.sketching) return;
     else if (event.key === "Delete" && editing.selected && editing.writable) editing.remove(editing.selected, false);
-    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, apart()))) return;
+    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, places.apart()))) return;
     event.preventDefault();
     event.stopPropagation();
   }, { capture: true });

@@ -1,11 +1,12 @@
 // The plan that the vessel of a page sails: drawn where it is known ashore, whoever started it, and else said.
 
 import { getJson, postJson } from "../api/http";
-import type { PlanUnderWay, RouteLeg, VesselAsk, VesselAsked } from "../api/types.gen";
+import type { PlanUnderWay, RouteLeg, VesselQuery, VesselQuerySent } from "../api/types.gen";
 import type { FleetMap } from "../map/map";
 import { createRoute } from "../map/route";
 import type { Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "../ui/dom";
+import { t } from "../words/words";
 
 const PATIENCE_MS = 8_000;
 /** A plan that is not known yet is looked for again so often, ms: the vessel is asked, and may answer. */
@@ -41,7 +42,7 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
       if (known?.source) return;
       if (known && asks < ASKS) {
         asks++;
-        await postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, { about: "plan", plan_id: plan } satisfies VesselAsk);
+        await postJson<VesselQuerySent>(`${path}/ask`, PATIENCE_MS, { about: "plan", plan_id: plan } satisfies VesselQuery);
       }
     } catch {
       // The next look tells; meanwhile nothing is drawn that is not known.
@@ -67,9 +68,9 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
       drawn = state;
       route.draw(shown?.source ? shown : null, maneuver);
       const at = shown?.legs.findIndex((leg) => leg.id === maneuver) ?? -1;
-      const where = shown?.legs.length ? (at >= 0 ? `maneuver ${at + 1} of ${shown.legs.length}, ${maneuver}` : `${shown.legs.length} maneuvers`) : "";
-      const from = shown?.source === "shore" ? " (as kept ashore: the vessel's digest is the same)" : "";
-      const sailed = plan.old ? "When last heard it sailed" : "Sails";
+      const where = shown?.legs.length ? (at >= 0 ? t("maneuver {at} of {all}, {maneuver}", { at: at + 1, all: shown.legs.length, maneuver }) : t("{n} maneuvers", { n: shown.legs.length })) : "";
+      const from = shown?.source === "shore" ? ` ${t("(as kept ashore: the vessel's digest is the same)")}` : "";
+      const sailed = plan.old ? t("When last heard it sailed") : t("Sails");
       const text = !shown ? "" : shown.trouble ? `${sailed} ${plan.note}. ${shown.trouble}` : `${sailed} ${plan.note}: ${where}${from}`;
       setText(line, text);
       setAttribute(line, "hidden", text ? null : "");

@@ -1,6 +1,7 @@
 // What plots are made of: sources, the stretch of time, and lines joined from history and what is live. Pure.
 
 import type { Buckets, Series, Update } from "../api/types.gen";
+import { shownAs } from "../state/units";
 
 /** A field of a message of an entity. */
 export interface Source {
@@ -24,7 +25,6 @@ export type Range = { readonly spanUs: number } | { readonly fromUs: number; rea
 export const SHORTEST_US = 1_000_000;
 /** Live values that are kept until the history is asked again. */
 const TAIL = 4_000;
-const DEG = 180 / Math.PI;
 
 export function isLive(range: Range): range is { readonly spanUs: number } {
   return "spanUs" in range;
@@ -77,9 +77,8 @@ export function likewise(source: Source, label: string, series: readonly Series[
 
 /** The unit that is shown, and by what to multiply. */
 export function shownUnit(unit: string): { unit: string; factor: number } {
-  if (unit === "rad") return { unit: "°", factor: DEG };
-  if (unit === "rad/s") return { unit: "°/s", factor: DEG };
-  return { unit, factor: 1 };
+  // Fields of messages are components of speeds as often as speeds: they keep the unit that files and catalogue have.
+  return unit === "m/s" ? { unit, factor: 1 } : shownAs(unit);
 }
 
 /** A table for uPlot: seconds, then greatest, least and mean values. */

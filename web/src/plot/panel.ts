@@ -4,14 +4,18 @@ import { getJson, reason } from "../api/http";
 import type { Buckets, Gap, Series, Update } from "../api/types.gen";
 import { readPalette } from "../map/palette";
 import { freshForS } from "../state/fleet";
+import { quantity } from "../state/quantities";
 import { make, setAttribute, setText } from "../ui/dom";
 import { type Chart, createChart, type LineLook } from "./chart";
-import { type Choice, createChooser } from "./chooser";
-import { type Companion, ends, exports, isLive, likewise, Line, parsed, type Range, shownUnit, type Source, written } from "./model";
+import { createChooser } from "./chooser";
+import { drawExports } from "./exportlinks";
+import { Fields } from "./fields";
+import { type Companion, ends, isLive, likewise, Line, parsed, type Range, shownUnit, type Source, written } from "./model";
+import { t } from "../words/words";
 
 /** Most lines at once. */
 const LINES = 16;
-/** While the present is followed, the history is asked anew so often, ms. */
+/** While the present is followed, the history is asked again so often, ms. */
 const AGAIN_MS = 15_000;
 /** A question waits so long for the next change of the time, ms. */
 const SETTLE_MS = 150;
@@ -50,55 +54,123 @@ interface Plot {
 }
 
 export function createPlots(root: HTMLElement, vessel: number, researcher: boolean, first: string, entity: (number: number) => string, handlers: PlotHandlers): PlotPanel {
-  let range: Range = { spanUs: 900_000_000 };
-  let nowUs = 0;
-  let series = new Map<string, Series>();
-  let gaps: readonly Gap[] = [];
-  const heard = new Map<string, { unit: string; period_s: number | null }>();
-  let plots: Plot[] = [];
-  let companions: readonly Companion[] = [];
-  let asked: AbortController | undefined;
-  let timer: number | undefined;
-  const problem = make("p", { class: "note bad", role: "alert", hidden: "" });
-  const empty = make("p", { class: "empty dim" }, "No field is plotted. Add one here, or by its button among the values.");
-  const list = make("div", { class: "plots" });
+  return new Plots(root, vessel, researcher, first, entity, handlers);
+}
 
-  const unitOf = (source: Source): string =>
-    series.get(`${source.message}.${source.entity}`)?.fields.find((field) => field.name === source.field)?.unit ?? heard.get(written(source))?.unit ?? "";
-  const periodUs = (source: Source): number =>
-    (heard.get(written(source))?.period_s ?? series.get(`${source.message}.${source.entity}`)?.period_s ?? 10) * 1e6;
-  const drawn = ({ lines, beside }: Plot): Line[] => [...lines, ...beside.map(({ line }) => line)];
-  const all = (): Source[] => plots.flatMap(({ lines }) => lines.map(({ source }) => source));
-  const choices = (): Choice[] => {
-    const found = new Map<string, Choice>();
-    const put = (source: Source, unit: string): void => {
-      found.set(written(source), { source, label: `${source.message} ${entity(source.entity)} ${source.field}`, unit: shownUnit(unit).unit });
-    };
-    for (const [key, { unit }] of heard) {
-      const source = parsed(key);
-      if (source) put(source, unit);
-    }
-    for (const one of series.values()) {
-      for (const field of one.fields) {
-        if (!["text", "raw", "nested"].includes(field.kind)) put({ message: one.message, entity: one.entity, field: field.name }, field.unit);
+class Plots implements PlotPanel {
+  private stretch: Range = { spanUs: 900_000_000 };
+  private nowUs = 0;
+  private gaps: readonly Gap[] = [];
+  private plots: Plot[] = [];
+  private companions: readonly Companion[] = [];
+  private asked: AbortController | undefined;
+  private timer: number | undefined;
+  /** Sources of the page's address, until it is known what was recorded. */
+  private waiting: Source[];
+  private readonly fields: Fields;
+  private readonly problem = make("p", { class: "note bad", role: "alert", hidden: "" });
+  private readonly empty = make("p", { class: "empty dim" }, t("No field is plotted. Add one here, or by its button among the values."));
+  private readonly list = make("div", { class: "plots" });
+
+  constructor(
+    root: HTMLElement,
+    private readonly vessel: number,
+    private readonly researcher: boolean,
+    first: string,
+    private readonly entity: (number: number) => string,
+    private readonly handlers: PlotHandlers,
+  ) {
+    this.fields = new Fields(entity);
+    const repaint = (): void => this.plots.forEach((plot) => this.rebuild(plot));
+    new MutationObserver(repaint).observe(document.documentElement, { attributeFilter: ["data-palette"] });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+    root.append(createChooser(() => this.fields.choices(), (source) => this.add(source)), this.problem, this.empty, this.list);
+    this.waiting = first.split(",").map(parsed).filter((source) => source !== undefined);
+  }
+
+  range(next: Range): void {
+    this.stretch = next;
+    this.ask();
+  }
+
+  live(values: readonly Update[]): void {
+    for (const update of values) {
+      for (const field of update.fields) {
+        if (typeof field.value === "number" && update.system === this.vessel) this.fields.hear(update, field.name, field.unit);
       }
+      for (const line of this.plots.flatMap(drawn)) if (line.vessel === update.system && line.source.message === update.abbrev && line.source.entity === update.entity) line.add(update);
     }
-    return [...found.values()].sort((one, other) => one.label.localeCompare(other.label));
-  };
+  }
 
-  const ask = (): void => {
-    window.clearTimeout(timer);
-    timer = window.setTimeout(() => void fetchAll(), SETTLE_MS);
-  };
-  const fetchAll = async (): Promise<void> => {
-    asked?.abort();
+  draw(nowUs: number): void {
+    this.nowUs = nowUs;
+    const { fromUs, toUs } = ends(this.stretch, nowUs);
+    for (const plot of this.plots) {
+      if (!plot.chart) continue;
+      this.drawLines(plot, plot.chart, fromUs, toUs);
+      if (this.researcher) drawExports(plot.csv, { vessel: this.vessel, lines: plot.lines, beside: plot.beside }, this.companions, fromUs, toUs);
+    }
+  }
+
+  cursor(us: number | null): void {
+    for (const { chart } of this.plots) chart?.cursor(us);
+  }
+
+  add(source: Source): void {
+    const all = this.sources();
+    if (all.some((one) => written(one) === written(source))) return;
+    if (all.length >= LINES) {
+      this.complain(t("{n} fields plotted (the maximum). Remove one first.", { n: LINES }));
+      return;
+    }
+    const key = `${source.message}/${this.fields.unit(source)}`;
+    let plot = this.plots.find((one) => one.key === key);
+    if (!plot) {
+      plot = { key, lines: [], beside: [], chart: undefined, csv: make("span") };
+      this.plots.push(plot);
+    }
+    plot.lines.push(new Line(source, this.vessel));
+    this.rebuild(plot);
+    this.changed();
+  }
+
+  catalogue(series: readonly Series[], gaps: readonly Gap[]): void {
+    this.fields.recorded(series);
+    this.gaps = gaps;
+    for (const source of this.waiting) this.add(source);
+    this.waiting = [];
+  }
+
+  beside(companions: readonly Companion[]): void {
+    this.companions = companions;
+    this.plots.forEach((plot) => this.rebuild(plot));
+    this.ask();
+  }
+
+  private sources(): Source[] {
+    return this.plots.flatMap(({ lines }) => lines.map(({ source }) => source));
+  }
+
+  /** Says what went wrong; empty for nothing. */
+  private complain(text: string): void {
+    setAttribute(this.problem, "hidden", text ? null : "");
+    setText(this.problem, text);
+  }
+
+  private ask(): void {
+    window.clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => void this.fetchAll(), SETTLE_MS);
+  }
+
+  private async fetchAll(): Promise<void> {
+    this.asked?.abort();
     const mine = new AbortController();
-    asked = mine;
-    const { fromUs, toUs } = ends(range, nowUs || Date.now() * 1_000);
-    const pixels = Math.max(100, Math.min(2_000, Math.round(list.clientWidth || 800)));
+    this.asked = mine;
+    const { fromUs, toUs } = ends(this.stretch, this.nowUs || Date.now() * 1_000);
+    const pixels = Math.max(100, Math.min(2_000, Math.round(this.list.clientWidth || 800)));
     let told = "";
     await Promise.all(
-      plots.flatMap(drawn).map(async (line) => {
+      this.plots.flatMap(drawn).map(async (line) => {
         const { message, entity, field } = line.source;
         const query = new URLSearchParams({ message, entity: String(entity), field, from_us: String(Math.round(fromUs)), to_us: String(Math.round(toUs) + 1), pixels: String(pixels) });
         try {
@@ -109,153 +181,89 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
       }),
     );
     if (mine.signal.aborted) return;
-    setAttribute(problem, "hidden", told ? null : "");
-    setText(problem, told);
-    draw(nowUs);
-    window.clearTimeout(timer);
-    if (isLive(range)) timer = window.setTimeout(() => void fetchAll(), AGAIN_MS);
-  };
+    this.complain(told);
+    this.draw(this.nowUs);
+    window.clearTimeout(this.timer);
+    if (isLive(this.stretch)) this.timer = window.setTimeout(() => void this.fetchAll(), AGAIN_MS);
+  }
 
-  const label = (source: Source): string => `${entity(source.entity)} ${source.field}`.trim();
   /** Alone, a vessel's lines have a colour each; of several, each vessel has one. */
-  const looks = ({ lines, beside }: Plot): LineLook[] => {
+  private looks({ lines, beside }: Plot): LineLook[] {
+    const { companions } = this;
     const colours = readPalette().series.length;
+    const label = (source: Source): string => `${this.entity(source.entity)} ${shownField(source)}`.trim();
     if (!companions.length) return lines.map(({ source }, index) => ({ label: label(source), colour: index, dashes: Math.floor(index / colours), removable: true }));
     return [
       ...lines.map(({ source }, index) => ({ label: label(source), colour: 0, dashes: index, removable: true })),
-      ...beside.map(({ line, like, companion }) => ({ label: `${companion.name} ${companion.labels.get(line.source.entity) ?? line.source.entity} ${line.source.field}`, colour: companions.indexOf(companion) + 1, dashes: lines.indexOf(like), removable: false })),
+      ...beside.map(({ line, like, companion }) => ({ label: `${companion.name} ${companion.labels.get(line.source.entity) ?? line.source.entity} ${shownField(line.source)}`, colour: companions.indexOf(companion) + 1, dashes: lines.indexOf(like), removable: false })),
     ];
-  };
-  const rebuild = (plot: Plot): void => {
+  }
+
+  /** The lines of other vessels that go with those of `plot`; lines that are there already keep their values. */
+  private besides(plot: Plot): Plot["beside"] {
     const before = new Map(plot.beside.map(({ line }) => [`${line.vessel} ${written(line.source)}`, line]));
-    plot.beside = plot.lines.flatMap((like) =>
-      companions.flatMap((companion) => {
-        const source = likewise(like.source, entity(like.source.entity), companion.series, companion.labels);
+    return plot.lines.flatMap((like) =>
+      this.companions.flatMap((companion) => {
+        const source = likewise(like.source, this.entity(like.source.entity), companion.series, companion.labels);
         const line = source && (before.get(`${companion.address} ${written(source)}`) ?? new Line(source, companion.address));
         return line ? [{ line, like, companion }] : [];
       }),
     );
+  }
+
+  /** Makes the chart of `plot` again: its lines, or the colours, are others. */
+  private rebuild(plot: Plot): void {
+    plot.beside = this.besides(plot);
     plot.chart?.dispose();
     plot.chart = undefined;
-    if (!plot.lines.length) return;
     const source = plot.lines[0]?.source;
     if (!source) return;
-    const { unit } = shownUnit(unitOf(source));
+    const { unit } = shownUnit(this.fields.unit(source));
     plot.csv = make("span", { class: "buttons" });
-    plot.chart = createChart(`${source.message}${unit ? `, ${unit}` : ""}`, unit, looks(plot), {
-      ...handlers,
-      cursor(us) {
-        for (const { chart } of plots) if (chart !== plot.chart) chart?.cursor(us);
-        handlers.cursor(us);
+    plot.chart = createChart(`${source.message}${unit ? `, ${unit}` : ""}`, unit, this.looks(plot), {
+      ...this.handlers,
+      cursor: (us) => {
+        for (const { chart } of this.plots) if (chart !== plot.chart) chart?.cursor(us);
+        this.handlers.cursor(us);
       },
-      remove(index) {
+      remove: (index) => {
         plot.lines.splice(index, 1);
-        rebuild(plot);
-        plots = plots.filter(({ lines }) => lines.length);
-        changed();
+        this.rebuild(plot);
+        this.plots = this.plots.filter(({ lines }) => lines.length);
+        this.changed();
       },
     }, plot.csv);
-    const next = plots[plots.indexOf(plot) + 1]?.chart?.root ?? null;
-    list.insertBefore(plot.chart.root, next);
-  };
-  const changed = (): void => {
-    setAttribute(empty, "hidden", plots.length ? "" : null);
-    handlers.changed(all());
-    ask();
-  };
-  const add = (source: Source): void => {
-    if (all().some((one) => written(one) === written(source))) return;
-    if (all().length >= LINES) {
-      setAttribute(problem, "hidden", null);
-      setText(problem, `${LINES} fields are plotted, which is the most. Remove one first.`);
-      return;
-    }
-    const key = `${source.message}/${unitOf(source)}`;
-    let plot = plots.find((one) => one.key === key);
-    if (!plot) {
-      plot = { key, lines: [], beside: [], chart: undefined, csv: make("span") };
-      plots.push(plot);
-    }
-    plot.lines.push(new Line(source, vessel));
-    rebuild(plot);
-    changed();
-  };
+    const next = this.plots[this.plots.indexOf(plot) + 1]?.chart?.root ?? null;
+    this.list.insertBefore(plot.chart.root, next);
+  }
 
-  const draw = (now: number): void => {
-    nowUs = now;
-    const { fromUs, toUs } = ends(range, nowUs);
-    for (const plot of plots) {
-      const { chart, lines, beside, csv } = plot;
-      if (!chart) continue;
-      const told = looks(plot);
-      const like = [...lines, ...beside.map(({ like }) => like)].map(({ source }) => source);
-      chart.update(
-        drawn(plot).map((line, index) => {
-          const source = like[index] ?? line.source;
-          const period = periodUs(source);
-          return {
-            label: told[index]?.label ?? "",
-            table: line.table(shownUnit(unitOf(source)).factor, GAP_PERIODS * period),
-            freshS: isLive(range) ? freshForS({ period_s: period / 1e6 }) : undefined,
-          };
-        }),
-        fromUs,
-        toUs,
-        gaps,
-      );
-      if (!researcher) continue;
-      const links = exports(vessel, lines.map(({ source }) => source), fromUs, toUs);
-      for (const companion of companions) {
-        const theirs = beside.filter((one) => one.companion === companion).map(({ line }) => line.source);
-        links.push(...exports(companion.address, theirs, fromUs, toUs).map(({ name, href }) => ({ name: `${companion.name} ${name}`, href })));
-      }
-      while (csv.children.length > links.length) csv.lastElementChild?.remove();
-      links.forEach(({ name, href }, index) => {
-        const link = csv.children[index] ?? csv.appendChild(make("a", { class: "button", download: "" }));
-        const text = links.length > 1 ? `CSV ${index + 1}` : "CSV";
-        setText(link, text);
-        setAttribute(link, "href", href);
-        // What is read aloud begins with what is seen.
-        setAttribute(link, "aria-label", `${links.length > 1 ? `${text}: ` : ""}Download CSV of ${name} as shown`);
-      });
-    }
-  };
+  private changed(): void {
+    setAttribute(this.empty, "hidden", this.plots.length ? "" : null);
+    this.handlers.changed(this.sources());
+    this.ask();
+  }
 
-  const repaint = (): void => plots.forEach(rebuild);
-  new MutationObserver(repaint).observe(document.documentElement, { attributeFilter: ["data-palette"] });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
-  root.append(createChooser(choices, add), problem, empty, list);
-  let waiting = first.split(",").map(parsed).filter((source) => source !== undefined);
+  private drawLines(plot: Plot, chart: Chart, fromUs: number, toUs: number): void {
+    const told = this.looks(plot);
+    const like = [...plot.lines, ...plot.beside.map(({ like }) => like)].map(({ source }) => source);
+    const lines = drawn(plot).map((line, index) => {
+      const source = like[index] ?? line.source;
+      const period = this.fields.periodUs(source);
+      return {
+        label: told[index]?.label ?? "",
+        table: line.table(shownUnit(this.fields.unit(source)).factor, GAP_PERIODS * period),
+        freshS: isLive(this.stretch) ? freshForS({ period_s: period / 1e6 }) : undefined,
+      };
+    });
+    chart.update(lines, fromUs, toUs, this.gaps);
+  }
+}
 
-  return {
-    range(next) {
-      range = next;
-      ask();
-    },
-    live(values) {
-      for (const update of values) {
-        for (const field of update.fields) {
-          if (typeof field.value !== "number") continue;
-          if (update.system === vessel) heard.set(written({ message: update.abbrev, entity: update.entity, field: field.name }), { unit: field.unit, period_s: update.period_s });
-        }
-        for (const line of plots.flatMap(drawn)) if (line.vessel === update.system && line.source.message === update.abbrev && line.source.entity === update.entity) line.add(update);
-      }
-    },
-    draw,
-    cursor(us) {
-      for (const { chart } of plots) chart?.cursor(us);
-    },
-    add,
-    catalogue(known, declared) {
-      series = new Map(known.map((one) => [`${one.message}.${one.entity}`, one]));
-      gaps = declared;
-      for (const source of waiting) add(source);
-      waiting = [];
-    },
-    beside(others) {
-      companions = others;
-      plots.forEach(rebuild);
-      ask();
-    },
-  };
+/** All lines of a plot: the vessel's own, then those beside. */
+function drawn({ lines, beside }: Plot): Line[] {
+  return [...lines, ...beside.map(({ line }) => line)];
+}
+
+function shownField({ message, field }: Source): string {
+  return quantity(message, field) || field;
 }

@@ -2,6 +2,7 @@
 
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
+import { t } from "../words/words";
 import { ends, isLive, type Range } from "./model";
 
 const MINUTE_US = 60_000_000;
@@ -28,10 +29,10 @@ export interface TimeBar {
 
 /** Shows the time in `root`. */
 export function createTimeBar(root: HTMLElement, handlers: TimeBarHandlers): TimeBar {
-  const preset = make("select", { "aria-label": "Stretch of time" });
-  preset.append(make("option", { value: "" }, "chosen time"));
-  for (const [name, span] of PRESETS) preset.append(make("option", { value: String(span) }, `last ${name}`));
-  preset.append(make("option", { value: "all" }, "all recorded"));
+  const preset = make("select", { "aria-label": t("Stretch of time") });
+  preset.append(make("option", { value: "" }, t("chosen time")));
+  for (const [name, span] of PRESETS) preset.append(make("option", { value: String(span) }, t("last {span}", { span: name })));
+  preset.append(make("option", { value: "all" }, t("all recorded")));
   preset.addEventListener("change", () => {
     if (preset.value === "all") handlers.all();
     else if (preset.value) handlers.choose({ spanUs: Number(preset.value) });
@@ -41,20 +42,20 @@ export function createTimeBar(root: HTMLElement, handlers: TimeBarHandlers): Tim
     made.addEventListener("click", act);
     return made;
   };
-  const [from, to] = [make("input", { class: "time", "aria-label": "From, UTC", autocomplete: "off" }), make("input", { class: "time", "aria-label": "To, UTC", autocomplete: "off" })];
+  const [from, to] = [make("input", { class: "time", "aria-label": t("From, UTC"), autocomplete: "off" }), make("input", { class: "time", "aria-label": t("To, UTC"), autocomplete: "off" })];
   const problem = make("span", { class: "bad-text", role: "alert" });
-  const form = make("form", { class: "row times" }, from, make("span", {}, "to"), to, make("button", {}, "Show"), problem);
+  const form = make("form", { class: "row times" }, from, make("span", {}, t("to")), to, make("button", {}, t("Show")), problem);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const [start, end] = [read(from.value), read(to.value)];
     const right = start !== undefined && end !== undefined && start < end;
-    setText(problem, right ? "" : "Give two times as 2026-06-01 12:00:00, the first before the second.");
+    setText(problem, right ? "" : t("Give two times as 2026-06-01 12:00:00, the first before the second."));
     if (right) handlers.choose({ fromUs: start, toUs: end });
   });
   const live = make("span", { class: "tag" });
   root.append(
     preset,
-    make("span", { class: "buttons" }, button("◀", "Earlier", () => handlers.pan(-0.5)), button("▶", "Later", () => handlers.pan(0.5)), button("+", "Zoom in", () => handlers.scale(0.5)), button("−", "Zoom out", () => handlers.scale(2))),
+    make("span", { class: "buttons" }, button("◀", t("Earlier"), () => handlers.pan(-0.5)), button("▶", t("Later"), () => handlers.pan(0.5)), button("+", t("Zoom in"), () => handlers.scale(0.5)), button("−", t("Zoom out"), () => handlers.scale(2))),
     form,
     live,
   );
@@ -69,7 +70,7 @@ export function createTimeBar(root: HTMLElement, handlers: TimeBarHandlers): Tim
       }
       const known = isLive(range) ? PRESETS.find(([, span]) => span === range.spanUs) : undefined;
       if (document.activeElement !== preset) preset.value = known ? String(known[1]) : "";
-      setText(live, isLive(range) ? "follows the present" : "stands still");
+      setText(live, isLive(range) ? t("follows the present") : t("stands still"));
       setAttribute(root, "data-live", isLive(range) ? "" : null);
     },
   };

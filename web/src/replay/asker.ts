@@ -2,6 +2,7 @@
 
 import { getJson, reason } from "../api/http";
 import type { At } from "../api/types.gen";
+import { t } from "../words/words";
 
 /** Between two questions at least, ms. */
 const APART_MS = 150;
@@ -28,7 +29,7 @@ export function createAsker(vessel: number, told: () => void): Asker {
     let wait = APART_MS;
     try {
       const answer = await getJson<At>(`/api/v1/vessels/${vessel}/at?time_us=${us}`);
-      trouble = answer.cut ? "There are more series than are shown." : "";
+      trouble = answer.cut ? t("There are more series than are shown.") : "";
       if (wanted !== null) at = answer;
     } catch (error) {
       trouble = reason(error);

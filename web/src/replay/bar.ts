@@ -2,6 +2,7 @@
 
 import type { Range } from "../plot/model";
 import { make, setAttribute, setText } from "../ui/dom";
+import { t } from "../words/words";
 import { FAR_US, type Playback, SPEEDS, STEP_US } from "./clock";
 
 /** The scrub bar has so many places. */
@@ -35,18 +36,18 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
     made.addEventListener("click", act);
     return made;
   };
-  const play = button("▶", "Play", handlers.toggle);
-  const scrub = make("input", { type: "range", class: "scrub", min: "0", max: String(PLACES), step: "1", "aria-label": "Time. Left and right step by a second, with Shift by ten; space plays." });
-  const speed = make("select", { "aria-label": "Speed" }, ...SPEEDS.map((one) => make("option", { value: String(one) }, `${one}×`)));
-  const past = make("span", { class: "transport", role: "group", "aria-label": "Replay" },
-    button("−1 s", "−1 s, step back", () => handlers.step(-STEP_US)),
+  const play = button("▶", t("Play"), handlers.toggle);
+  const scrub = make("input", { type: "range", class: "scrub", min: "0", max: String(PLACES), step: "1", "aria-label": t("Time. Left and right step by a second, with Shift by ten; space plays.") });
+  const speed = make("select", { "aria-label": t("Speed") }, ...SPEEDS.map((one) => make("option", { value: String(one) }, `${one}×`)));
+  const past = make("span", { class: "transport", role: "group", "aria-label": t("Replay") },
+    button("−1 s", t("−1 s, step back"), () => handlers.step(-STEP_US)),
     play,
-    button("+1 s", "+1 s, step forward", () => handlers.step(STEP_US)),
+    button("+1 s", t("+1 s, step forward"), () => handlers.step(STEP_US)),
     speed,
     scrub,
   );
-  const enter = button("Replay", "Replay what is shown", handlers.enter);
-  const live = button("Back to live", "Back to live", handlers.live);
+  const enter = button(t("Replay"), t("Replay what is shown"), handlers.enter);
+  const live = button(t("Back to live"), t("Back to live"), handlers.live);
   live.className = "back";
   root.append(make("div", { class: "replaybar" }, badge, clock, note, past, enter, live));
 
@@ -66,7 +67,7 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
     update(range, playback, hoverUs, nowUs, fresh, trouble) {
       const shown = playback?.playing ? playback.atUs : (hoverUs ?? playback?.atUs ?? nowUs);
       setAttribute(root, "data-time", playback ? "replay" : hoverUs !== null ? "cursor" : fresh ? "live" : "now");
-      setText(badge, playback ? "REPLAY" : hoverUs !== null ? "AS OF" : fresh ? "LIVE" : "NOW");
+      setText(badge, playback ? t("REPLAY") : hoverUs !== null ? t("AS OF") : fresh ? t("LIVE") : t("NOW"));
       const [date = "", ofDay = ""] = fine(shown, playback !== null && playback.speed < 1).split(" ");
       setText(day, `${date} `);
       setText(time, ofDay);
@@ -77,8 +78,8 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
       if (!playback || !("fromUs" in range)) return;
       ends = range;
       setText(play, playback.playing ? "❚❚" : "▶");
-      setAttribute(play, "aria-label", playback.playing ? "Pause" : "Play");
-      setAttribute(play, "title", playback.playing ? "Pause" : "Play");
+      setAttribute(play, "aria-label", playback.playing ? t("Pause") : t("Play"));
+      setAttribute(play, "title", playback.playing ? t("Pause") : t("Play"));
       scrub.value = String(Math.round(((playback.atUs - ends.fromUs) / Math.max(1, ends.toUs - ends.fromUs)) * PLACES));
       setAttribute(scrub, "aria-valuetext", fine(playback.atUs, false));
       if (document.activeElement !== speed) speed.value = String(playback.speed);

@@ -33,7 +33,7 @@ export function advanced(play: Playback, ms: number, toUs: number): Playback {
   return atUs >= toUs ? { ...play, atUs: toUs, playing: false } : { ...play, atUs };
 }
 
-/** Plays, or pauses; from the end it begins anew. */
+/** Plays, or pauses; from the end it starts over. */
 export function toggled(play: Playback, range: Range): Playback {
   const { fromUs, toUs } = ends(range, play.atUs);
   return { ...play, playing: !play.playing, atUs: !play.playing && play.atUs >= toUs ? fromUs : play.atUs };

@@ -41,7 +41,7 @@ export function systemThen(address: number, name: string | null, values: Values,
     kind: null,
     liveness: us - heard < FRESH_S * 1e6 ? "live" : "stale",
     heard_us: heard,
-    doors: [],
+    transports: [],
     fix: where
       ? { ...where, heading_rad: fresh ? fix.heading_rad : null, course_rad: fresh ? fix.course_rad : null, speed_mps: fresh ? fix.speed_mps : null }
       : null,

@@ -2,6 +2,8 @@
 
 import type { Alarm, LiveFrame } from "../api/types.gen";
 import { utc } from "../ui/format";
+import { alarmText } from "./alarmwords";
+import { t } from "../words/words";
 
 export type Alarms = ReadonlyMap<number, Alarm>;
 
@@ -10,6 +12,9 @@ export const NO_ALARMS: Alarms = new Map();
 /** The most urgent first. */
 export const PRIORITIES = ["emergency", "alarm", "warning", "caution"] as const;
 export type Priority = (typeof PRIORITIES)[number];
+
+/** A priority in words. */
+export const PRIORITY_WORDS: Readonly<Record<Priority, string>> = { emergency: t("emergency"), alarm: t("alarm"), warning: t("warning"), caution: t("caution") };
 
 /** Shape beside the colour: diamond, triangle, circle, square. */
 export const SHAPES: Readonly<Record<Priority, string>> = { emergency: "◆", alarm: "▲", warning: "●", caution: "■" };
@@ -44,7 +49,7 @@ export function counts(shown: readonly Alarm[]): Readonly<Record<Priority, numbe
   return all;
 }
 
-/** The most urgent priority that is to be heard now: what sounded anew since `before`. */
+/** The most urgent priority that is to be heard now: what sounded again since `before`. */
 export function newlySounding(before: Alarms, now: Alarms): Priority | undefined {
   const louder = [...now.values()].filter((one) => one.wants_acknowledgement && one.state === "unacknowledged" && one.sounded > (before.get(one.id)?.sounded ?? 0));
   const worst = louder.sort((one, other) => rank(one) - rank(other))[0];
@@ -58,22 +63,28 @@ export const DEAF_AGAIN_MS = 30_000;
 
 /** What the bar says. `deafUs`: when the server was heard last, if it is not heard any more; null for never. */
 export function barText(top: Alarm | undefined, shelved: number, deafUs?: number | null): string {
-  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}${top.state === "returned" ? `; over${top.over_us === null ? "" : ` since ${utc(top.over_us, false)}`}, not acknowledged` : ""}` : shelved ? `No alarms; ${shelved} shelved` : "No alarms";
+  const known = top ? `${top.vessel_name ?? t("Server")}: ${alarmText(top)}${returned(top)}` : shelved ? t("No alarms; {shelved} shelved", { shelved }) : t("No alarms");
   if (deafUs === undefined) return known;
-  if (deafUs === null) return "Alarms are not known: the server is not heard";
-  return `Alarms are not known since ${utc(deafUs, false)}: the server is not heard. Then: ${known}`;
+  if (deafUs === null) return t("Alarms unknown: the server is not reached");
+  return t("Alarms unknown since {time}: the server is not reached. Last known: {known}", { time: utc(deafUs, false), known });
+}
+
+/** What is said of an alarm that is over and that nobody acknowledged. */
+function returned({ state, over_us }: Alarm): string {
+  if (state !== "returned") return "";
+  return `; ${over_us === null ? t("over, not acknowledged") : t("over since {time}, not acknowledged", { time: utc(over_us, false) })}`;
 }
 
 /** From when to when it was wrong, or since when it is. */
 export function whenText({ since_us, over_us }: Pick<Alarm, "since_us" | "over_us">): string {
-  return over_us === null ? `since ${utc(since_us)}` : `from ${utc(since_us)} to ${utc(over_us, false)}`;
+  return over_us === null ? t("since {time}", { time: utc(since_us) }) : t("from {since} to {over}", { since: utc(since_us), over: utc(over_us, false) });
 }
 
 /** The words for where an alarm is. */
 export function stateText(alarm: Alarm): string {
-  if (alarm.shelved) return `shelved by ${alarm.shelved.by}: ${alarm.shelved.reason}`;
-  if (alarm.collapsed) return "part of another alarm";
-  if (alarm.priority === "caution") return alarm.state === "returned" ? "over" : "stands; needs nobody";
-  if (alarm.state === "acknowledged") return alarm.acknowledged ? `acknowledged by ${alarm.acknowledged.by}` : "acknowledged";
-  return alarm.state === "returned" ? "over, NOT ACKNOWLEDGED" : "NOT ACKNOWLEDGED";
+  if (alarm.shelved) return t("shelved by {by}: {reason}", { by: alarm.shelved.by, reason: alarm.shelved.reason });
+  if (alarm.collapsed) return t("part of another alarm");
+  if (alarm.priority === "caution") return alarm.state === "returned" ? t("over") : t("active; no acknowledgement needed");
+  if (alarm.state === "acknowledged") return alarm.acknowledged ? t("acknowledged by {by}", { by: alarm.acknowledged.by }) : t("acknowledged");
+  return alarm.state === "returned" ? t("over, NOT ACKNOWLEDGED") : t("NOT ACKNOWLEDGED");
 }

@@ -2,7 +2,9 @@
 
 import type { Liveness } from "../api/types.gen";
 import { age, bearing, knots, position, systemName } from "../ui/format";
-import { type Priority, SHAPES } from "./alarms";
+import { t } from "../words/words";
+import { type Priority, PRIORITY_WORDS, SHAPES } from "./alarms";
+import { alarmText } from "./alarmwords";
 import { doing, progressText, runs } from "./doing";
 import { tame } from "./foreign";
 import type { Listed } from "./order";
@@ -16,14 +18,14 @@ const SERIES = 4;
 const LOW = 20;
 
 /** What stands where a vessel has said nothing. */
-export const NOT_REPORTED = "not reported";
+export const NOT_REPORTED = t("not reported");
 
 /** Text and shape, as colour alone tells nobody in night colours. */
 export const LIVENESS: Readonly<Record<Liveness, string>> = {
-  live: "● live",
-  late: "◐ late",
-  stale: "○ stale",
-  lost: "✕ lost",
+  live: t("● live"),
+  late: t("◐ late"),
+  stale: t("○ stale"),
+  lost: t("✕ lost"),
 };
 
 /** A text, and whether it is older than its contract. */
@@ -61,7 +63,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
   const of = (reading: Reading, text: string): Told => told(reading.ageS === null ? NOT_REPORTED : text, reading.ageS !== null && (reading.old || !linked));
   const old = placeIsOld || system.liveness === "stale" || system.liveness === "lost";
   const here = (text: string | undefined): Told => told(text ?? "—", fix !== null && (old || !linked));
-  const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
+  const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${PRIORITY_WORDS[alarm.priority as Priority] ?? alarm.priority}: ${alarmText(alarm)}` : "";
   const heardS = Math.max(0, (nowUs - system.heard_us) / 1e6);
   const never = !system.heard_us;
   return {
@@ -70,15 +72,15 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     title: tame(system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system), MOST),
     series: (system.address % SERIES) + 1,
     liveness: linked ? system.liveness : "lost",
-    link: !linked ? "? not known" : never ? "○ not heard" : LIVENESS[system.liveness],
-    heard: never ? "not heard since the server started" : tame(`heard ${age(heardS)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`, MOST),
+    link: !linked ? t("? not known") : never ? t("○ not heard") : LIVENESS[system.liveness],
+    heard: never ? t("not heard since the server started") : tame(system.transports.length ? t("heard {age} ago by {ways}", { age: age(heardS), ways: system.transports.join(", ") }) : t("heard {age} ago", { age: age(heardS) }), MOST),
     doing: told(doing(mode, plan), mode.ageS !== null && (mode.old || !linked)),
     plan: told(runs(plan) ? plan.note : "", plan.old || !linked),
     progress: told(progressText(plan, progress, legs), plan.old || !linked),
     speed: here(fix ? knots(fix.speed_mps) : undefined),
     heading: here(fix ? bearing(fix.heading_rad) : undefined),
     battery: { ...of(battery, battery.value === null ? "—" : `${battery.value.toFixed(0)} %`), low: battery.value !== null && battery.value < LOW },
-    place: here(fix ? `${position(fix)}${old ? " (old)" : ""}` : "no position"),
+    place: here(fix ? `${position(fix)}${old ? ` ${t("(old)")}` : ""}` : t("no position")),
     placeAge: here(fix && placeS !== null ? age(placeS) : undefined),
     worst: { text: tame(said || `${parts.bad ? "▲ " : ""}${parts.text}`, MOST), quiet: !said && !parts.bad },
   };

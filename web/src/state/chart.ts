@@ -1,6 +1,7 @@
 // What a chart shows, decided without drawing: shades, soundings, scales, colours, and which leg a verdict is about.
 
 import type { VesselParameters } from "../api/types.gen";
+import { t } from "../words/words";
 import { GUARD_ENTITY } from "./teleop";
 
 /** Depths below chart datum that part the shades, m. */
@@ -36,7 +37,7 @@ export function shadeOf(depth_m: number | undefined, limits: DepthLimits): Shade
   return depth_m < Math.max(DEEP_M, 2 * limits.autonomous_m) ? "safe" : "deep";
 }
 
-/** What a vessel's own guard goes by, as it told its parameters; undefined where it has not told them. */
+/** What a vessel's own guard goes by, as it told its parameters; undefined where it has not reported them. */
 export function ownLimits({ entities }: VesselParameters): DepthLimits | undefined {
   const guard = entities.find(({ entity }) => entity === GUARD_ENTITY);
   const depth = (name: string): number => {
@@ -114,8 +115,8 @@ export function buoyShape(text: unknown): number {
 
 /** A depth with its unit, for people. */
 export function depthText(depth_m: number | null | undefined): string {
-  if (depth_m === null || depth_m === undefined) return "depth unknown";
-  return depth_m < 0 ? `dries ${(-depth_m).toFixed(1)} m` : `${depth_m.toFixed(1)} m`;
+  if (depth_m === null || depth_m === undefined) return t("depth unknown");
+  return depth_m < 0 ? t("dries {depth} m", { depth: (-depth_m).toFixed(1) }) : `${depth_m.toFixed(1)} m`;
 }
 
 type Place = { readonly lat_deg: number; readonly lon_deg: number };
@@ -139,10 +140,10 @@ export function nearestStretch(line: readonly Place[], place: Place): number | u
 
 /** What one may leave out of the chart; its base not. */
 export const SWITCHES = [
-  ["soundings", "Soundings"],
-  ["aids", "Buoys, beacons, lights"],
-  ["areas", "Restricted and other areas"],
-  ["names", "Names"],
+  ["soundings", t("Soundings")],
+  ["aids", t("Buoys, beacons, lights")],
+  ["areas", t("Restricted and other areas")],
+  ["names", t("Names")],
 ] as const;
 export type Switch = (typeof SWITCHES)[number][0];
 

@@ -1,6 +1,20 @@
 // Who commands a vessel and what became of orders, as the browser knows it: pure functions from frames to state.
 
 import type { Command, Lease, LiveFrame } from "../api/types.gen";
+import { t } from "../words/words";
+
+/** What happened to control last, by the server's words. */
+const CHANGES: Readonly<Record<string, string>> = {
+  granted: t("granted"),
+  requested: t("requested"),
+  "handed over": t("handed over"),
+  "granted without an answer": t("granted without an answer"),
+  declined: t("declined"),
+  withdrawn: t("withdrawn"),
+  released: t("released"),
+  expired: t("expired"),
+  "taken over": t("taken over"),
+};
 
 /** Commands that are shown. */
 const SHOWN = 30;
@@ -46,12 +60,12 @@ export function partOf(lease: Lease | undefined, name: string, key: string): Par
 /** Who has control, in words that change only when that does. */
 export function whoHas(lease: Lease | undefined, part: Part): string {
   const { holder, last } = lease ?? {};
-  if (part === "here") return "You have control of this vessel.";
-  if (part === "elsewhere") return "You have control in another window.";
-  const ended = last && !holder && last.change !== "granted" ? ` Last: ${last.change} (${last.who}).` : "";
-  if (!holder) return `Nobody has control of this vessel.${ended}`;
-  const told = last?.change === "taken over" && last.from ? ` Taken over from ${last.from}: ${last.reason}.` : "";
-  return `${holder.name} has control.${told}`;
+  if (part === "here") return t("You have control of this vessel.");
+  if (part === "elsewhere") return t("You have control in another window.");
+  const ended = last && !holder && last.change !== "granted" ? ` ${t("Last: {change} ({who}).", { change: CHANGES[last.change] ?? last.change, who: last.who })}` : "";
+  if (!holder) return `${t("Nobody has control of this vessel.")}${ended}`;
+  const told = last?.change === "taken over" && last.from ? ` ${t("Taken over from {from}: {reason}.", { from: last.from, reason: last.reason })}` : "";
+  return `${t("{name} has control.", { name: holder.name })}${told}`;
 }
 
 /** Control that ends within this is told, s: it lasts a minute and is renewed each ten seconds. */
@@ -66,10 +80,10 @@ export function endsSoon_s(lease: Lease | undefined, nowUs: number): number | un
 
 /** Who has control, in a few words. */
 export function controlLine(lease: Lease | undefined, part: Part, linked: boolean): string {
-  if (!linked) return "In control: not known";
-  if (part === "here") return "In control: you";
-  if (part === "elsewhere") return "In control: you, in another window";
-  return `In control: ${lease?.holder?.name ?? "nobody"}`;
+  if (!linked) return t("In control: not known");
+  if (part === "here") return t("In control: you");
+  if (part === "elsewhere") return t("In control: you, in another window");
+  return t("In control: {name}", { name: lease?.holder?.name ?? t("nobody") });
 }
 
 /** Distance (m) and bearing (rad) on a sphere, for what a person reads before they confirm. */

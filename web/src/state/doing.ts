@@ -1,5 +1,6 @@
 // What a vessel does, in words: pure.
 
+import { t } from "../words/words";
 import type { Reading } from "./vitals";
 
 /** A maneuver of the plan that runs. */
@@ -8,11 +9,11 @@ interface Leg {
 }
 
 const MODES: Readonly<Record<string, string>> = {
-  SERVICE: "Ready",
-  CALIBRATION: "Calibrating",
-  ERROR: "Error",
-  EXTERNAL: "External control",
-  BOOT: "Starting",
+  SERVICE: t("Ready"),
+  CALIBRATION: t("Calibrating"),
+  ERROR: t("Error"),
+  EXTERNAL: t("External control"),
+  BOOT: t("Starting"),
 };
 
 /** Whether a plan runs. */
@@ -22,15 +23,15 @@ export function runs(plan: Pick<Reading, "word">): boolean {
 
 /** What the vessel says that it does. */
 export function doing(mode: Pick<Reading, "word" | "ageS">, plan: Pick<Reading, "word">): string {
-  if (mode.ageS === null) return "State not reported";
+  if (mode.ageS === null) return t("State not reported");
   if (mode.word.toUpperCase() !== "MANEUVER") return MODES[mode.word.toUpperCase()] ?? mode.word;
-  return runs(plan) ? "Executing plan" : "Executing maneuver";
+  return runs(plan) ? t("Executing plan") : t("Executing maneuver");
 }
 
 /** How far the plan is: the maneuver and how many there are, else its share; empty while none runs. */
 export function progressText(plan: Pick<Reading, "word">, progress: Pick<Reading, "value" | "note">, legs: readonly Leg[] | undefined): string {
   if (!runs(plan)) return "";
   const at = legs?.findIndex(({ id }) => id === progress.note) ?? -1;
-  if (legs && at >= 0) return `${at + 1} of ${legs.length}`;
-  return progress.value === null ? "not reported" : `${progress.value.toFixed(0)} %`;
+  if (legs && at >= 0) return t("{at} of {all}", { at: at + 1, all: legs.length });
+  return progress.value === null ? t("not reported") : `${progress.value.toFixed(0)} %`;
 }

@@ -76,7 +76,7 @@ export function ageS(update: Update, nowUs: number): number {
 /** What tells where a system is, the best first. */
 const PLACES = ["EstimatedState", "GpsFix", "Announce"];
 
-/** Whether the place of a system is not told any more; not known where nothing of it was heard here. */
+/** Whether the place of a system is no longer reported; not known where nothing of it was heard here. */
 export function placeIsOld(values: ReadonlyMap<string, Update> | undefined, nowUs: number): boolean {
   const all = [...(values?.values() ?? [])];
   for (const abbrev of PLACES) {
@@ -93,7 +93,7 @@ export function placeCameUs(values: ReadonlyMap<string, Update>): number | null 
   return told ? Math.max(...told.map(({ received_us }) => received_us)) : null;
 }
 
-/** A system as it may be drawn: without the server nothing is known, and a place that is not told any more is old. */
+/** A system as it may be drawn: without the server nothing is known, and a place that is no longer reported is old. */
 export function asSeen(system: System, values: ReadonlyMap<string, Update> | undefined, nowUs: number, linked: boolean): System {
   if (!linked) return { ...system, liveness: "lost" };
   const heard = system.liveness === "live" || system.liveness === "late";

@@ -1,6 +1,8 @@
 // Missions: what somebody types, as the server takes it, and the ways to what belongs to one. Pure.
 
-import type { MissionAsk } from "../api/types.gen";
+import type { Mission, MissionRequest, Missions } from "../api/types.gen";
+import { t } from "../words/words";
+import { toldAgain } from "./newest";
 import type { Wrong } from "./notes";
 import { fileOf, type Kind, picked, pickedUs } from "./takeout";
 
@@ -23,37 +25,42 @@ export function newDraft(nowMs: number): MissionDraft {
 }
 
 export function missionWrong({ name, vessels, from, to }: MissionDraft): Wrong | undefined {
-  if (!name.trim()) return { field: "name", text: "Give it a name." };
-  if (!vessels.length) return { field: "vessels", text: "Choose a vessel." };
-  if (!from) return { field: "from_us", text: "Say when it begins." };
-  if (to && pickedUs(to) <= pickedUs(from)) return { field: "to_us", text: "The end is not after the beginning." };
+  if (!name.trim()) return { field: "name", text: t("Give it a name.") };
+  if (!vessels.length) return { field: "vessels", text: t("Choose a vessel.") };
+  if (!from) return { field: "from_us", text: t("Enter when it begins.") };
+  if (to && pickedUs(to) <= pickedUs(from)) return { field: "to_us", text: t("The end is not after the beginning.") };
   return undefined;
 }
 
 /** A draft without anything wrong, as the server takes it. */
-export function missionAsk({ name, people, purpose, notes, vessels, from, to }: MissionDraft): MissionAsk {
+export function missionAsk({ name, people, purpose, notes, vessels, from, to }: MissionDraft): MissionRequest {
   return { name: name.trim(), people: people.trim(), purpose: purpose.trim(), notes: notes.trim(), vessels: [...vessels], from_us: pickedUs(from), to_us: to ? pickedUs(to) : null };
 }
 
-export function missionDraft({ name, people, purpose, notes, vessels, from_us, to_us }: MissionAsk): MissionDraft {
+export function missionDraft({ name, people, purpose, notes, vessels, from_us, to_us }: MissionRequest): MissionDraft {
   return { name, people, purpose, notes, vessels, from: picked(from_us), to: to_us === null ? "" : picked(to_us) };
 }
 
 /** The vessel's page over the time of the mission, with the other vessels beside. */
-export function replayOf({ vessels, from_us }: Pick<MissionAsk, "vessels" | "from_us">, vessel: number, toUs: number): string {
+export function replayOf({ vessels, from_us }: Pick<MissionRequest, "vessels" | "from_us">, vessel: number, toUs: number): string {
   const others = vessels.filter((one) => one !== vessel);
   const beside = others.length ? `&with=${others.join(",")}` : "";
   return `/vessels/${vessel}?tab=Plots&from=${from_us}&to=${Math.max(toUs, from_us + 1_000_000)}${beside}`;
 }
 
 /** A file of the mission's vessels and time, in whole seconds around it. */
-export function missionFile(kind: Kind, { vessels, from_us }: Pick<MissionAsk, "vessels" | "from_us">, toUs: number): string {
+export function missionFile(kind: Kind, { vessels, from_us }: Pick<MissionRequest, "vessels" | "from_us">, toUs: number): string {
   return fileOf({ kind, message: "", vessel: vessels.join(","), from: picked(from_us), to: picked(toUs + 999_999), angles: "deg", every_s: "", gzip: false });
 }
 
 /** The question for the notes of a mission: on its vessels and on none, of its time. */
-export function notesOf({ vessels, from_us }: Pick<MissionAsk, "vessels" | "from_us">, toUs: number): string {
+export function notesOf({ vessels, from_us }: Pick<MissionRequest, "vessels" | "from_us">, toUs: number): string {
   return `vessel=${vessels.join(",")}&general=true&from_us=${from_us}&to_us=${toUs}`;
+}
+
+/** The newest missions as they are told again, and of those that were known the older ones. */
+export function withNewestMissions(before: readonly Mission[], { missions, next }: Missions): readonly Mission[] {
+  return toldAgain(before, missions, next !== null, ({ mission }) => mission.from_us);
 }
 
 /** Hours and minutes. */

@@ -107,3 +107,19 @@ export function question(stretch: Stretch, limit: number, next: Next | null): st
   const { from_us, to_us, skip } = next ?? { from_us: stretch.fromUs, to_us: endUs(stretch), skip: 0 };
   return `order=newest&limit=${limit}&skip=${skip}&from_us=${from_us}&to_us=${to_us}`;
 }
+
+/**
+ * A list, the newest first, with its newest told again: of what was known the older ones stay, where `more` follow. What did
+ * not change stays the same object.
+ */
+export function toldAgain<T extends { readonly id: number }>(before: readonly T[], fresh: readonly T[], more: boolean, timeUs: (one: T) => number): readonly T[] {
+  const known = new Map(before.map((one) => [one.id, one]));
+  const newest = fresh.map((one) => {
+    const same = known.get(one.id);
+    return same && JSON.stringify(same) === JSON.stringify(one) ? same : one;
+  });
+  const last = fresh.at(-1);
+  if (!more || !last) return newest;
+  const lastUs = timeUs(last);
+  return [...newest, ...before.filter((one) => timeUs(one) < lastUs || (timeUs(one) === lastUs && one.id < last.id))];
+}

@@ -1,8 +1,10 @@
 // Notes of the log book: what somebody types, as the server takes it, and which notes are asked for. Pure.
 
-import type { LogBookEntry, LogNote, LogNoteAsk, LogNotes } from "../api/types.gen";
-import type { Part } from "./newest";
+import type { LogBookEntry, LogNote, LogNoteRequest, LogNotes } from "../api/types.gen";
+import { t } from "../words/words";
+import { type Part, toldAgain } from "./newest";
 import { picked, pickedUs } from "./takeout";
+import { readAngle } from "./units";
 
 /** Letters of a note. */
 export const LETTERS = 4_000;
@@ -33,33 +35,24 @@ export interface Wrong {
 /** What is wrong with a draft, before it is sent. */
 export function wrongOf({ text, time, lat, lon }: Draft): Wrong | undefined {
   const letters = [...text.trim()].length;
-  if (!letters) return { field: "text", text: "Write something." };
-  if (letters > LETTERS) return { field: "text", text: `${letters} characters; at most ${LETTERS}.` };
-  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: "Not a valid time." };
-  if (lat && !within(lat, 90)) return { field: "lat_deg", text: "Degrees from -90 to 90, like 63.4405." };
-  if (lon && !within(lon, 180)) return { field: "lon_deg", text: "Degrees from -180 to 180, like 10.3521." };
-  if (lat && !lon) return { field: "lon_deg", text: "Give the longitude too." };
-  if (lon && !lat) return { field: "lat_deg", text: "Give the latitude too." };
+  if (!letters) return { field: "text", text: t("Write something.") };
+  if (letters > LETTERS) return { field: "text", text: t("{letters} characters; at most {most}.", { letters, most: LETTERS }) };
+  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: t("Not a valid time.") };
+  if (lat && readAngle(lat, "lat") === undefined) return { field: "lat_deg", text: t("Latitude from -90° to 90°, like 63.4405 or 63° 26.43′ N.") };
+  if (lon && readAngle(lon, "lon") === undefined) return { field: "lon_deg", text: t("Longitude from -180° to 180°, like 10.3521 or 10° 21.13′ E.") };
+  if (lat && !lon) return { field: "lon_deg", text: t("Give the longitude too.") };
+  if (lon && !lat) return { field: "lat_deg", text: t("Give the latitude too.") };
   return undefined;
 }
 
-function within(text: string, most: number): boolean {
-  return text.trim() !== "" && Math.abs(degrees(text)) <= most;
-}
-
-/** Degrees with a point or a comma. */
-function degrees(text: string): number {
-  return Number(text.trim().replace(",", "."));
-}
-
 /** A draft without anything wrong, as the server takes it. */
-export function askOf({ text, vessel, time, lat, lon }: Draft): LogNoteAsk {
+export function askOf({ text, vessel, time, lat, lon }: Draft): LogNoteRequest {
   return {
     text: text.trim(),
     vessel: vessel ? Number(vessel) : null,
     time_us: time ? pickedUs(time) : null,
-    lat_deg: lat ? degrees(lat) : null,
-    lon_deg: lon ? degrees(lon) : null,
+    lat_deg: lat ? (readAngle(lat, "lat") ?? null) : null,
+    lon_deg: lon ? (readAngle(lon, "lon") ?? null) : null,
   };
 }
 
@@ -72,8 +65,27 @@ export function isSame(one: Draft, other: Draft): boolean {
   return (Object.keys(one) as (keyof Draft)[]).every((field) => one[field] === other[field]);
 }
 
+/**
+ * Keys of notes on their way. What is sent again as it was has the key of before, so that the server writes it once; what was
+ * changed meanwhile, and what comes after an answer, is another note.
+ */
+export class NoteKeys {
+  private last: { readonly draft: Draft; readonly key: string } | undefined;
+
+  constructor(private readonly make: () => string) {}
+
+  of(draft: Draft): string {
+    if (!this.last || !isSame(this.last.draft, draft)) this.last = { draft, key: this.make() };
+    return this.last.key;
+  }
+
+  answered(): void {
+    this.last = undefined;
+  }
+}
+
 /** A correction whose time was not touched leaves the note's own, which may be finer than a picker. */
-export function correctionOf(note: LogNote, draft: Draft): LogNoteAsk {
+export function correctionOf(note: LogNote, draft: Draft): LogNoteRequest {
   const ask = askOf(draft);
   return draft.time === picked(note.time_us) ? { ...ask, time_us: note.time_us } : ask;
 }
@@ -129,17 +141,9 @@ export function filterFrom(query: URLSearchParams): Filter {
   return { vessel: of("vessel"), from: of("from"), to: of("to"), text: of("text"), withdrawn: query.has("withdrawn") };
 }
 
-/** The newest notes as they are told again, and of those that were known the older ones; a note that did not change stays the
- * same object. */
+/** The newest notes as they are told again, and of those that were known the older ones. */
 export function withNewest(before: readonly LogNote[], { notes, next }: LogNotes): readonly LogNote[] {
-  const known = new Map(before.map((note) => [note.id, note]));
-  const newest = notes.map((note) => {
-    const same = known.get(note.id);
-    return same && JSON.stringify(same) === JSON.stringify(note) ? same : note;
-  });
-  const last = notes.at(-1);
-  if (!next || !last) return newest;
-  return [...newest, ...before.filter(({ time_us, id }) => time_us < last.time_us || (time_us === last.time_us && id < last.id))];
+  return toldAgain(before, notes, next !== null, ({ time_us }) => time_us);
 }
 
 /** Days with their notes, in the order of the notes. */
@@ -162,12 +166,14 @@ export function fieldOf(words: string): Wrong {
 
 /** The kind of what people wrote, among the entries of a vessel's own log book. */
 export const NOTE = -1;
+/** What is before the name of whoever wrote a note, in its context; files have it as it is. */
+export const NOTE_BY = "note by ";
 /** The entity of nobody. */
 const NOBODY = 255;
 
 /** A note as an entry of a vessel's log book. */
 export function asEntry({ time_us, written_us, by, text }: LogNote): LogBookEntry {
-  return { entity: NOBODY, time_us, written_us, kind: NOTE, kind_name: "note", context: `note by ${by}`, text };
+  return { entity: NOBODY, time_us, written_us, kind: NOTE, kind_name: "note", context: `${NOTE_BY}${by}`, text };
 }
 
 /**

@@ -2,18 +2,19 @@
 
 import type { Alarm, Liveness, RouteLeg, System } from "../api/types.gen";
 import { systemName } from "../ui/format";
+import { t } from "../words/words";
 import { PRIORITIES } from "./alarms";
 import type { EntityReading, Vitals } from "./vitals";
 
 export type Order = "name" | "worst" | "heard" | "battery" | "mode" | "plan";
 
 export const ORDERS: readonly (readonly [Order, string])[] = [
-  ["name", "name"],
-  ["worst", "worst state first"],
-  ["heard", "longest silence first"],
-  ["battery", "lowest battery first"],
-  ["mode", "mode"],
-  ["plan", "plan"],
+  ["name", t("name")],
+  ["worst", t("worst state first")],
+  ["heard", t("longest silence first")],
+  ["battery", t("lowest battery first")],
+  ["mode", t("mode")],
+  ["plan", t("plan")],
 ];
 const LIVENESS: readonly Liveness[] = ["lost", "stale", "late", "live"];
 const STATES = ["FAILURE", "ERROR", "FAULT", "BOOT", "NORMAL"];
@@ -21,7 +22,7 @@ const STATES = ["FAILURE", "ERROR", "FAULT", "BOOT", "NORMAL"];
 /** A system and what is known of how it does. */
 export interface Listed {
   readonly system: System;
-  /** Whether its place is not told any more. */
+  /** Whether its place is no longer reported. */
   readonly placeIsOld: boolean;
   /** How long ago its place came, s; null where none was heard here. */
   readonly placeS: number | null;
@@ -40,7 +41,7 @@ export interface Listed {
 
 /** A vessel that has a name and that nobody has heard since the server started. */
 export function unheard(address: number, name: string): System {
-  return { address, name, kind: null, liveness: "lost", heard_us: 0, doors: [], fix: null, entities: {} };
+  return { address, name, kind: null, liveness: "lost", heard_us: 0, transports: [], fix: null, entities: {} };
 }
 
 /** Sorted; what is not known comes after what is, and equal ones go by name. */

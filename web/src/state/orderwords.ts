@@ -1,22 +1,24 @@
 // Orders and what becomes of them, as people say it: pure.
 
+import { t } from "../words/words";
+
 const ORDERS: Readonly<Record<string, string>> = {
-  "vessel.abort": "STOP",
-  "plan.start": "Start plan",
-  "plan.stop": "Stop plan",
-  "goto": "Go to",
-  "teleop.begin": "Steer by hand",
-  "teleop.end": "End steering by hand",
-  "plan.upload": "Upload plan",
-  "plan.delete": "Delete plan aboard",
-  "plan.list": "List plans aboard",
-  "plan.get": "Fetch plan",
-  "parameters.query": "Read parameters",
-  "parameters.set": "Set parameters",
-  "parameters.save": "Save parameters",
+  "vessel.abort": t("STOP"),
+  "plan.start": t("Start plan"),
+  "plan.stop": t("Stop plan"),
+  "goto": t("Go to"),
+  "teleop.begin": t("Steer by hand"),
+  "teleop.end": t("End steering by hand"),
+  "plan.upload": t("Upload plan"),
+  "plan.delete": t("Delete plan aboard"),
+  "plan.list": t("List plans aboard"),
+  "plan.get": t("Fetch plan"),
+  "parameters.query": t("Read parameters"),
+  "parameters.set": t("Set parameters"),
+  "parameters.save": t("Save parameters"),
 };
 
-const STAGES: Readonly<Record<string, string>> = { "effect seen": "done", "received": "received by the vessel", "timed out": "timed out without an effect" };
+const STAGES: Readonly<Record<string, string>> = { "effect seen": t("done"), "asked": t("asked"), "accepted": t("accepted"), "waiting": t("waiting"), "sent": t("sent"), "executing": t("executing"), "refused": t("refused"), "expired": t("expired"), "received": t("received by the vessel"), "timed out": t("timed out without an effect") };
 
 /** An order by its code. */
 export function orderText(code: string): string {

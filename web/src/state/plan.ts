@@ -1,7 +1,9 @@
 // A plan under the hands of its author: pure steps from one document to the next, with undo.
 
 import type { PlanDocument, PlanLeg, PlanPlace, PlanSpeed, PlanStep, PlanTask } from "../api/types.gen";
+import { t } from "../words/words";
 import { rowsWay } from "./rows";
+import { toWire } from "./units";
 
 export type TaskKind = PlanTask["kind"];
 export type Task<K extends TaskKind> = Extract<PlanTask, { kind: K }>;
@@ -14,8 +16,12 @@ export const KINDS: readonly (readonly [TaskKind, string])[] = [
   ["loiter", "Loiter"],
   ["rows", "Rows"],
 ];
+/** The same in the page's language; what plans hold keeps its name everywhere. */
+export const KIND_WORDS: Readonly<Record<TaskKind, string>> = { goto: t("Goto"), follow_path: t("Path"), station_keeping: t("Station"), loiter: t("Loiter"), rows: t("Rows") };
 /** Decimals of a degree that are kept: a centimetre. */
 const PER_DEGREE = 1e7;
+/** Of the first maneuver of a plan: 3 kn. */
+export const FIRST_SPEED: PlanSpeed = { value: toWire(3, "m/s"), unit: "mps" };
 /** Two ways to lay out rows agree to this: some centimetres. */
 const SAME_DEG = 1e-6;
 const STEPS_KEPT = 200;
@@ -152,7 +158,7 @@ export function withBetween(plan: PlanDocument, after: Vertex, place: PlanPlace)
     const vertex = { step: after.step, point: after.point + 1 };
     return { plan: withPoint(plan, vertex, place), vertex };
   }
-  const speed = step?.speed ?? { value: 1.5, unit: "mps" };
+  const speed = step?.speed ?? FIRST_SPEED;
   return { plan: withNew(plan, "goto", place, speed, after.step + 1), vertex: { step: after.step + 1, point: 0 } };
 }
 
@@ -164,38 +170,6 @@ export function displaced(place: PlanPlace, northM: number, eastM: number): Plan
 
 export function middle(one: PlanPlace, other: PlanPlace): PlanPlace {
   return rounded({ lat_deg: (one.lat_deg + other.lat_deg) / 2, lon_deg: (one.lon_deg + other.lon_deg) / 2 });
-}
-
-/** Reads an angle as people type it: decimal degrees, or degrees, minutes and seconds, with sign or hemisphere. */
-export function readAngle(text: string, axis: "lat" | "lon"): number | undefined {
-  const [positive, negative, most] = axis === "lat" ? ["N", "S", 90] as const : ["E", "W", 180] as const;
-  let rest = text.trim().toUpperCase().replace(/[−–]/g, "-").replace(/(\d),(\d)/g, "$1.$2");
-  let sign = 1;
-  const letter = /^[NSEW]|[NSEW]$/.exec(rest)?.[0];
-  if (letter) {
-    if (letter !== positive && letter !== negative) return undefined;
-    sign = letter === negative ? -1 : 1;
-    rest = (rest.startsWith(letter) ? rest.slice(1) : rest.slice(0, -1)).trim();
-    if (rest.startsWith("-")) return undefined;
-  }
-  if (rest.startsWith("-")) [sign, rest] = [-1, rest.slice(1)];
-  const parts = rest.replace(/[°º'′’"″:]/g, " ").trim().split(/\s+/);
-  if (parts.length > 3 || !parts.every((part) => /^\d+(\.\d*)?$/.test(part))) return undefined;
-  const [degrees = NaN, minutes = 0, seconds = 0] = parts.map(Number);
-  const whole = parts.slice(0, -1).every((part) => /^\d+$/.test(part));
-  const deg = degrees + minutes / 60 + seconds / 3_600;
-  if (!whole || minutes >= 60 || seconds >= 60 || !(deg <= most)) return undefined;
-  return sign * Math.round(deg * PER_DEGREE) / PER_DEGREE;
-}
-
-/** Writes an angle: decimal degrees, or degrees and minutes to a fifth of a metre. */
-export function writeAngle(deg: number, axis: "lat" | "lon", minutes: boolean): string {
-  if (!minutes) return deg.toFixed(7);
-  const parts = Math.round(Math.abs(deg) * 600_000);
-  const whole = String(Math.floor(parts / 600_000)).padStart(axis === "lat" ? 2 : 3, "0");
-  const rest = ((parts % 600_000) / 10_000).toFixed(4).padStart(7, "0");
-  const hemisphere = axis === "lat" ? (deg < 0 ? "S" : "N") : deg < 0 ? "W" : "E";
-  return `${whole}° ${rest}′ ${hemisphere}`;
 }
 
 /** Whether two things of JSON say the same, in whatever order their fields stand. */

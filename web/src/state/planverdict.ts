@@ -1,6 +1,7 @@
 // What the chart says of a plan, in a few words, and where the worst of it is. Pure.
 
-import type { Guard, GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import type { Guard, GuardReason, GuardWarning, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import { t, tn } from "../words/words";
 import { depthText, nearestStretch } from "./chart";
 import { placesOf, same, type Vertex, wayOf } from "./plan";
 
@@ -26,56 +27,60 @@ export interface Spot {
   readonly place: PlanPlace | undefined;
 }
 
+/** Why a verdict refuses where no leg is the reason. */
+const CAUSES: Readonly<Record<string, string>> = {
+  "too-large": t("the plan is too large to be checked against the chart; split it"),
+  "chart-unreadable": t("the chart cannot be read, so nothing is known to be deep enough"),
+};
 /** From the worst; of one code, the shallowest is the worst. */
-const WORST: readonly string[] = ["land", "obstacle", "too-shallow", "too-low", "unknown-depth", "no-data", "too-shallow-alone"];
+const WORST: readonly string[] = ["land", "obstacle", "too-shallow", "too-low", "unknown-depth", "no-data", "too-shallow-alone", "entry-prohibited", "entry-restricted"];
 const SAYS: Readonly<Record<string, string>> = {
-  land: "crosses land",
-  obstacle: "meets an obstacle",
-  "too-shallow": "is too shallow",
-  "too-low": "passes under something too low",
-  "unknown-depth": "has unknown depth",
-  "no-data": "has no chart",
-  "too-shallow-alone": "is too shallow",
+  land: t("crosses land"),
+  obstacle: t("meets an obstacle"),
+  "too-shallow": t("is too shallow"),
+  "too-low": t("passes under something too low"),
+  "unknown-depth": t("has unknown depth"),
+  "no-data": t("has no chart"),
+  "too-shallow-alone": t("is too shallow"),
+  "entry-prohibited": t("enters an area where entry is prohibited"),
+  "entry-restricted": t("enters an area where entry is restricted"),
 };
 
 export function verdictOf(plan: PlanDocument, now: Judgement, least: LeastDepth | undefined): Verdict {
-  if (!plan.maneuvers.length) return { state: "open", text: "Nothing is drawn yet" };
-  if (now.kind === "asked") return { state: "checking", text: "Checking…" };
-  if (now.kind === "failed") return { state: "open", text: `Not checked: ${now.text}` };
+  if (!plan.maneuvers.length) return { state: "open", text: t("Nothing is drawn yet") };
+  if (now.kind === "asked") return { state: "checking", text: t("Checking…") };
+  if (now.kind === "failed") return { state: "open", text: t("Not checked: {text}", { text: now.text }) };
   const { problems, guard, maneuvers } = now.check;
   if (problems.length) return ofProblems(plan, problems);
-  if (!guard) return { state: "open", text: "Not checked: no chart" };
+  if (!guard) return { state: "open", text: t("Not checked: no chart") };
   if (guard.outcome === "refused") return ofRefusal(plan, guard);
   return ofPassing(plan, guard, maneuvers, least);
 }
 
 function ofProblems(plan: PlanDocument, problems: PlanCheck["problems"]): Verdict {
   const [first] = problems;
-  const count = problems.length === 1 ? "1 problem" : `${problems.length} problems`;
+  const count = tn(problems.length, "1 problem", "{n} problems");
   const step = plan.maneuvers.findIndex(({ id }) => id === first?.maneuver);
-  if (step < 0) return { state: "problem", text: `Cannot be sailed: ${count}` };
-  return { state: "problem", text: `Cannot be sailed: ${count}, first in ${first?.maneuver}`, spot: { vertex: { step, point: 0 }, place: undefined } };
+  if (step < 0) return { state: "problem", text: t("Cannot be sailed: {count}", { count }) };
+  return { state: "problem", text: t("Cannot be sailed: {count}, first in {maneuver}", { count, maneuver: first?.maneuver ?? "" }), spot: { vertex: { step, point: 0 }, place: undefined } };
 }
 
 function ofRefusal(plan: PlanDocument, guard: Guard): Verdict {
   const worst = worstOf(guard.reasons);
-  if (!worst) return { state: "unsafe", text: `Not safe: ${guard.text}` };
-  const others = guard.reasons.length - 1;
-  const more = others > 0 ? `, and ${others} more ${others === 1 ? "leg" : "legs"}` : "";
-  return { state: "unsafe", text: `Not safe: ${legWords(plan, worst)}${depthOf(worst)}${more}`, spot: spotOf(plan, worst) };
+  return { state: "unsafe", text: t("Not safe: {text}", { text: refusedText(plan, guard) }), ...(worst ? { spot: spotOf(plan, worst) } : {}) };
 }
 
 function ofPassing(plan: PlanDocument, guard: Guard, legs: readonly PlanLeg[], least: LeastDepth | undefined): Verdict {
-  const depth = least?.depth_m == null ? "" : `: least depth ${depthText(least.depth_m).replace(" m", "\u00a0m")}`;
+  const depth = least?.depth_m == null ? "" : `: ${t("least depth {depth}", { depth: depthText(least.depth_m).replace(" m", "\u00a0m") })}`;
   const spot = least ? { spot: { vertex: nearestVertex(plan, legs, least.place), place: least.place } } : {};
   // The way from the vessel to the first place is judged when the plan is brought aboard and started.
   const warnings = guard.warnings.filter(({ code }) => code !== "start-unknown");
-  if (!warnings.length) return { state: "safe", text: `Safe from ${plan.maneuvers[0]?.id} on${depth}`, ...spot };
+  if (!warnings.length) return { state: "safe", text: `${t("Safe from {id} on", { id: plan.maneuvers[0]?.id ?? "" })}${depth}`, ...spot };
   const partly = warnings.some(({ code }) => code === "unchecked");
-  const count = warnings.length === 1 ? "1 warning" : `${warnings.length} warnings`;
+  const count = tn(warnings.length, "1 warning", "{n} warnings");
   const step = plan.maneuvers.findIndex(({ id }) => id === warnings[0]?.maneuver);
   const about = step < 0 ? spot : { spot: { vertex: { step, point: 0 }, place: undefined } };
-  return { state: "open", text: `${partly ? "Partly checked" : "Safe, but look"}: ${count}${depth.replace(":", ",")}`, ...about };
+  return { state: "open", text: `${partly ? t("Partly checked") : t("Safe, with warnings")}: ${count}${depth.replace(":", ",")}`, ...about };
 }
 
 /** The reason that counts most. */
@@ -84,19 +89,53 @@ export function worstOf(reasons: readonly GuardReason[]): GuardReason | undefine
   return [...reasons].sort((one, other) => rank(one) - rank(other) || (one.depth_m ?? 0) - (other.depth_m ?? 0))[0];
 }
 
+const PARTS: Readonly<Record<string, string>> = { circle: t("circle"), station: t("station"), drift: t("drift") };
+
+/** Which leg does what, and in how little water. Without the plan, a track is taken to have numbered legs. */
+export function reasonWords(plan: PlanDocument | undefined, reason: GuardReason): string {
+  return `${legWords(plan, reason)}${depthOf(reason)}`;
+}
+
+/** The same with what is needed, the area and the chart: for lists, where there is room. */
+export function reasonInFull(plan: PlanDocument | undefined, reason: GuardReason): string {
+  const { depth_m, margin_m, area, cell } = reason;
+  const needs = depth_m === null || margin_m === null || margin_m >= 0 ? "" : `; ${t("needs {depth} m", { depth: (depth_m - margin_m).toFixed(1) })}`;
+  const chart = [area, cell].filter(Boolean).join(", ");
+  return `${reasonWords(plan, reason)}${needs}${chart ? ` (${chart})` : ""}`;
+}
+
+/** Why the guard refuses, in a line: the worst leg and how many more there are. */
+export function refusedText(plan: PlanDocument | undefined, guard: Guard): string {
+  const worst = worstOf(guard.reasons);
+  if (!worst) return (guard.cause && CAUSES[guard.cause]) || guard.text;
+  const others = guard.reasons.length - 1;
+  return `${reasonWords(plan, worst)}${others > 0 ? `, ${tn(others, "and {n} more leg", "and {n} more legs")}` : ""}`;
+}
+
+/** What was not checked, or not well. */
+export function warningWords({ code, about, text }: GuardWarning): string {
+  if (code === "start-unknown") return t("where the vessel comes from is not known; that way is not checked");
+  if (code === "unchecked") return t("nobody knows beforehand where a {kind} leads; it is not checked", { kind: about ?? "" });
+  if (code === "drifts-on") return t("the vessel drifts for a time that is not known; it is not checked");
+  if (code === "poor-chart") return t("deep enough by a survey of poor or unknown quality ({chart})", { chart: about ?? t("the chart") });
+  const enters = SAYS[code];
+  return enters ? `${enters}${about ? `: ${about}` : ""}` : text;
+}
+
 function depthOf({ code, depth_m }: GuardReason): string {
   return depth_m === null || !code.startsWith("too-shallow") ? "" : `, ${depthText(depth_m)}`;
 }
 
 /** Which leg does what. */
-function legWords(plan: PlanDocument, { maneuver, part, number, code, from, to }: GuardReason): string {
+function legWords(plan: PlanDocument | undefined, { maneuver, part, number, code, from, to }: GuardReason): string {
   const says = SAYS[code] ?? code;
+  if (part === "place") return `${maneuver} ${says}`;
   // The way to the first place is left out, and that place is judged alone.
-  if (part === "transit" && same(from, to)) return code === "land" ? `${maneuver} is on land` : `the place of ${maneuver} ${says}`;
-  if (part === "transit") return `the way to ${maneuver} ${says}`;
-  const kind = plan.maneuvers.find(({ id }) => id === maneuver)?.task.kind;
-  if (part === "track" && (kind === "follow_path" || kind === "rows")) return `leg ${number + 1} of ${maneuver} ${says}`;
-  return part === "track" ? `${maneuver} ${says}` : `the ${part} of ${maneuver} ${says}`;
+  if (part === "transit" && from && to && same(from, to)) return code === "land" ? t("{maneuver} is on land", { maneuver }) : t("the place of {maneuver} {says}", { maneuver, says });
+  if (part === "transit") return t("the way to {maneuver} {says}", { maneuver, says });
+  const kind = plan?.maneuvers.find(({ id }) => id === maneuver)?.task.kind ?? "follow_path";
+  if (part === "track" && (kind === "follow_path" || kind === "rows")) return t("leg {number} of {maneuver} {says}", { number: number + 1, maneuver, says });
+  return part === "track" ? `${maneuver} ${says}` : t("the {part} of {maneuver} {says}", { part: PARTS[part] ?? part, maneuver, says });
 }
 
 function spotOf(plan: PlanDocument, reason: GuardReason): Spot {

@@ -2,6 +2,7 @@
 // made, turned, widened and sailed backwards. Pure.
 
 import type { PlanPlace } from "../api/types.gen";
+import { t } from "../words/words";
 import { bearingTo, groundAt, type Metres, turned, turnedBack, within360 } from "./ground";
 import type { Task } from "./plan";
 
@@ -125,9 +126,9 @@ export function rowsBetween(from: PlanPlace, to: PlanPlace, like: Omit<Rows, "at
 /** Why rows cannot be sailed backwards along exactly the same lines; undefined where they can. */
 export function whyNotBack(rows: Rows): string | undefined {
   const count = rowsCount(rows);
-  if (count === 0) return "these rows cannot be laid out";
-  if (count > 1 && !rows.square_curve && rows.curve_offset_m > 0) return "diagonal turns lie elsewhere on the way back";
-  if (count > 1 && count % 2 === 1 && rows.alternation_percent !== 100) return "an odd number of rows with uneven turns has no way back";
+  if (count === 0) return t("these rows cannot be laid out");
+  if (count > 1 && !rows.square_curve && rows.curve_offset_m > 0) return t("diagonal turns lie elsewhere on the way back");
+  if (count > 1 && count % 2 === 1 && rows.alternation_percent !== 100) return t("an odd number of rows with uneven turns has no way back");
   return undefined;
 }
 

@@ -2,6 +2,7 @@
 // becomes part of a plan. No page in it.
 
 import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer } from "../api/types.gen";
+import { t } from "../words/words";
 import { KINDS } from "./plan";
 
 /** What a way around something is for. */
@@ -14,7 +15,7 @@ export interface Around {
 
 /** Whether a refused leg can be sailed around: where it leads from one place to another. */
 export function canGoAround(reason: GuardReason): boolean {
-  return reason.part === "transit" || reason.part === "track";
+  return !!reason.from && !!reason.to && (reason.part === "transit" || reason.part === "track");
 }
 
 export function placesOfRoute(route: SeaRoute): PlanPlace[] {
@@ -23,8 +24,8 @@ export function placesOfRoute(route: SeaRoute): PlanPlace[] {
 
 /** Length, time, and what there is around it, in a line. */
 export function routeText(route: SeaRoute): string {
-  const depth = route.least_depth_m === null ? "" : ` · least depth ${route.least_depth_m.toFixed(1)} m`;
-  const clear = ` · clear by ${route.least_clearance_m === null ? "more than 5 km" : `${Math.floor(route.least_clearance_m)} m`}`;
+  const depth = route.least_depth_m === null ? "" : ` · ${t("least depth {depth} m", { depth: route.least_depth_m.toFixed(1) })}`;
+  const clear = ` · ${route.least_clearance_m === null ? t("clear by more than 5 km") : t("clear by {distance} m", { distance: Math.floor(route.least_clearance_m) })}`;
   const minutes = Math.max(1, Math.round(route.duration_s / 60));
   const time = minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
   return `${lengthOf(route.length_m)} · ${time}${depth}${clear}`;
@@ -38,7 +39,7 @@ export function lengthOf(metres: number): string {
 export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refusal">): string[] {
   if (refusal) return [refusal.text];
   if (!route) return [];
-  const guard = route.guarded ? [] : [`The guard would refuse it: ${route.guard_text ?? "it asks for more water"}`];
+  const guard = route.guarded ? [] : [t("The guard would refuse it: {text}", { text: route.guard_text ?? t("it asks for more water") })];
   return [...route.moved.map(({ text }) => text), ...guard];
 }
 

@@ -1,6 +1,7 @@
 // Lines to and fro over a polygon, as one path: parallel, at a spacing, cut at its edges. Pure.
 
 import type { PlanPlace } from "../api/types.gen";
+import { t } from "../words/words";
 import { bearingTo, groundAt, type Metres, turned, turnedBack, within360 } from "./ground";
 
 /** A path has no more points. */
@@ -33,7 +34,7 @@ export interface Sweep {
  */
 export function linesInPolygon(corners: readonly PlanPlace[], spacing_m: number, bearing_deg?: number): Sweep | string {
   const [first] = corners;
-  if (!first || corners.length < 3) return "a polygon has three corners or more";
+  if (!first || corners.length < 3) return t("a polygon has three corners or more");
   const ground = groundAt(first);
   const shape = corners.map((corner) => ground.metres(corner));
   const bearing = within360(bearing_deg ?? bestBearing(shape));
@@ -45,7 +46,7 @@ export function linesInPolygon(corners: readonly PlanPlace[], spacing_m: number,
 }
 
 function tooMany(): string {
-  return `these are more lines than a path holds (${MOST_POINTS / 2}): choose a wider spacing`;
+  return t("more lines than a path can have ({most}): choose a wider spacing", { most: MOST_POINTS / 2 });
 }
 
 /** The direction across which a shape is narrowest: that of one of its hull's edges. */
@@ -68,7 +69,7 @@ function bestBearing(shape: readonly Metres[]): number {
 function chainsOf(shape: readonly Metres[], spacing_m: number): Piece[][] | string {
   const across = shape.map(([, right]) => right);
   const [least, width] = [Math.min(...across), Math.max(...across) - Math.min(...across)];
-  if (!(spacing_m > 0) || width < LEAST_M) return "it is too narrow";
+  if (!(spacing_m > 0) || width < LEAST_M) return t("it is too narrow");
   const count = Math.max(1, Math.ceil(width / spacing_m - SLACK));
   if (count > MOST_POINTS / 2) return tooMany();
   const begin = least + (width - (count - 1) * spacing_m) / 2;
@@ -86,7 +87,7 @@ function chainsOf(shape: readonly Metres[], spacing_m: number): Piece[][] | stri
     }
     before = pieces;
   }
-  return chains.length ? chains : "it is too narrow";
+  return chains.length ? chains : t("it is too narrow");
 }
 
 function beside(one: Piece, other: Piece): boolean {

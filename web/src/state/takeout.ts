@@ -1,13 +1,14 @@
 // What somebody takes away from the history: the question in the address of a file. Pure.
 
 import type { RecordedDay } from "../api/types.gen";
+import { t } from "../words/words";
 
 /** Ways to take data away, from the most wanted. */
 export const KINDS = [
-  ["positions", "Positions, one a second", "Where each vessel was, its heading and speed over ground: true_lat_deg and true_lon_deg. CSV."],
-  ["detections", "Detections", "Each tag that was heard: time by the receiver's own clock in milliseconds, tag, receiver, place of the vessel. CSV."],
-  ["log", "Everything, as a log", "All packets byte for byte as they came: IMC LSF, for Neptus and other readers of logs."],
-  ["messages", "Messages of one kind", "Any IMC message with all its fields. CSV."],
+  ["positions", t("Positions, one a second"), t("Where each vessel was, its heading and speed over ground: true_lat_deg and true_lon_deg. CSV.")],
+  ["detections", t("Detections"), t("Each tag that was heard: time by the receiver's own clock in milliseconds, tag, receiver, place of the vessel. CSV.")],
+  ["log", t("Everything, as a log"), t("All packets byte for byte as they came: IMC LSF, for Neptus and other readers of logs.")],
+  ["messages", t("Messages of one kind"), t("Any IMC message with all its fields. CSV.")],
 ] as const;
 
 export type Kind = (typeof KINDS)[number][0];
@@ -88,9 +89,9 @@ export function logBytes(days: readonly RecordedDay[], { vessel, from, to }: Wan
 
 /** What is wrong, and at which field: before anything is asked. */
 export function wrongOf({ kind, message, from, to, every_s }: Wanted): { readonly field: string; readonly text: string } | undefined {
-  if (kind === "messages" && !message.trim()) return { field: "message", text: "Name a message, like EstimatedState." };
-  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to", text: "The end is not after the beginning." };
-  if (every_s && !(Number(every_s) >= 0.001 && Number(every_s) <= 86_400)) return { field: "every_s", text: "From 0.001 to 86400 seconds." };
+  if (kind === "messages" && !message.trim()) return { field: "message", text: t("Name a message, like EstimatedState.") };
+  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to", text: t("The end is not after the beginning.") };
+  if (every_s && !(Number(every_s) >= 0.001 && Number(every_s) <= 86_400)) return { field: "every_s", text: t("From 0.001 to 86400 seconds.") };
   return undefined;
 }
 

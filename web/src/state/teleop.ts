@@ -1,6 +1,7 @@
 // Steering by hand, decided without a screen: what a person's hands say, and the words for how it stands.
 
-import type { TeleopTold } from "../api/types.gen";
+import type { TeleopStatus } from "../api/types.gen";
+import { t } from "../words/words";
 import { partValues } from "./partvalues";
 import { entities, type Labels, type Values } from "./vitals";
 
@@ -58,8 +59,8 @@ export class Vigil {
 
 /** What the person is asked for before the hands count as gone. */
 export function vigilText(device: "keys" | "touch"): string {
-  const act = device === "keys" ? "Press or let go any key" : "Move your finger a little";
-  return `Still there? ${act}: without a change the motors stop ${VIGIL_MS / 1_000} s after the last one.`;
+  const act = device === "keys" ? t("Press or let go any key") : t("Move your finger a little");
+  return t("Still there? {act}: without a change the motors stop {seconds} s after the last one.", { act, seconds: VIGIL_MS / 1_000 });
 }
 
 /** The dead-man of a gamepad: either trigger or shoulder button in the standard layout. */
@@ -82,25 +83,25 @@ export function ofTouch(dx: number, dy: number, radius: number, tick: number): H
 }
 
 /** The sticks that steer, as people call them. */
-const AXES = ["port and starboard", "ahead and astern"];
-const STUCK = "Let go of it. If it stays there it is worn or calibrated wrongly: calibrate it in the settings of this computer, or leave the gamepad out and steer with keys or touch.";
+const AXES = [t("port and starboard"), t("ahead and astern")];
+const STUCK = t("Let go of it. If it stays there it is worn or calibrated wrongly: calibrate it in the settings of this computer, or leave the gamepad out and steer with keys or touch.");
 
 /** Axes that are not in neutral, in words that do not change with each tremor; empty for none. */
 export function offNeutral(pad: Pad): string {
   const off = AXES.filter((_, index) => Math.abs(unit(pad.axes[index] ?? 0)) > NEUTRAL);
-  return off.length ? `The gamepad's stick for ${off.join(" and for ")} is not in neutral, so nothing moves. ${STUCK}` : "";
+  return off.length ? t("The gamepad's stick for {axes} is not in neutral, so nothing moves. {remedy}", { axes: off.join(` ${t("and for")} `), remedy: STUCK }) : "";
 }
 
 /** What is taken from a gamepad, and what it says now. */
 export function padText(pad: Pad): string {
-  const axes = AXES.map((name, index) => `axis ${index} (${name}) ${unit(pad.axes[index] ?? 0).toFixed(2)}`).join(", ");
-  const now = `Now: ${axes}; up to ${NEUTRAL} counts as neutral.`;
+  const axes = AXES.map((name, index) => t("axis {index} ({name}) {unit}", { index, name, unit: unit(pad.axes[index] ?? 0).toFixed(2) })).join(", ");
+  const now = t("Now: {axes}; up to {neutral} counts as neutral.", { axes, neutral: NEUTRAL });
   if (pad.mapping === "standard") {
-    return `Gamepad: ${pad.id}. Hold a trigger or shoulder button, steer with the left stick and keep it moving a little: one that shows no change counts as hung. ${now}`;
+    return t("Gamepad: {id}. Hold a trigger or shoulder button, steer with the left stick and keep it moving a little: one that shows no change counts as hung. {now}", { id: pad.id, now });
   }
   const pressed = pad.buttons.flatMap((button, index) => (button.pressed ? [index] : []));
   const last = TRIGGERS.at(-1);
-  return `Gamepad: ${pad.id}. This browser does not know the order of its buttons: numbers ${TRIGGERS[0]} to ${last} are taken for the dead-man, axes 0 and 1 for the stick. Try it before you hold one: pressed now: ${pressed.join(", ") || "none"}. ${now} If that is not what your hands do, leave it out and steer with keys or touch.`;
+  return t("Gamepad: {id}. This browser does not know the order of its buttons: numbers {first} to {last} are taken for the dead-man, axes 0 and 1 for the stick. Try it before you hold one: pressed now: {pressed}. {now} If that is not what your hands do, leave it out and steer with keys or touch.", { id: pad.id, first: TRIGGERS[0] ?? "?", last: last ?? "?", pressed: pressed.join(", ") || t("none"), now });
 }
 
 /** Whether a gamepad lives, by what it says: some browsers stamp it with the present at each look, though it hangs. */
@@ -144,40 +145,40 @@ export interface Standing {
   readonly remedy: string;
 }
 
-const STATES: Readonly<Record<TeleopTold["phase"], string>> = {
-  idle: "Connecting …",
-  starting: "Asking the vessel …",
-  locked: "STOPPED. Let go of everything.",
-  ready: "READY. Motors stand still.",
-  steering: "STEERING. Let go to stop.",
+const STATES: Readonly<Record<TeleopStatus["phase"], string>> = {
+  idle: t("Connecting …"),
+  starting: t("Asking the vessel …"),
+  locked: t("STOPPED. Let go of everything."),
+  ready: t("READY. Motors stand still."),
+  steering: t("STEERING. Let go to stop."),
 };
 /** The dead-man is held, and the motors stand still all the same. */
-const HELD = "HELD IN NEUTRAL. Motors stand still until you steer.";
-const PASS_NEUTRAL = "Release the dead-man and let the sticks go to neutral.";
-const HOLD = "Hold the dead-man first, then steer.";
+const HELD = t("HELD IN NEUTRAL. Motors stand still until you steer.");
+const PASS_NEUTRAL = t("Release the dead-man and let the sticks go to neutral.");
+const HOLD = t("Hold the dead-man first, then steer.");
 
 /**
  * `told` is what the server said last, undefined when that is too long ago; `heard` whether it said anything yet;
  * `neutral` whether the hands ask for no thrust, and `stuck` which sticks are not let go, in words.
  */
-export function standing(told: TeleopTold | undefined, heard: boolean, neutral: boolean, stuck: string): Standing {
+export function standing(told: TeleopStatus | undefined, heard: boolean, neutral: boolean, stuck: string): Standing {
   if (!told && !heard) return { state: STATES.idle, why: "", remedy: "" };
   if (!told) {
-    return { state: "STOPPED. The server is not heard.", why: "Nothing you do here reaches the vessel: its motors stop by themselves.", remedy: "Wait until it is heard, or stop the vessel by other means." };
+    return { state: t("STOPPED. The server is not heard."), why: t("Nothing you do here reaches the vessel: its motors stop by themselves."), remedy: t("Wait until it is heard, or stop the vessel by other means.") };
   }
   const { phase } = told;
   const next = phase === "locked" ? stuck || PASS_NEUTRAL : phase === "ready" ? stuck || HOLD : "";
-  return { state: phase === "steering" && neutral ? HELD : STATES[phase], why: told.why && phase !== "steering" ? `It stopped: ${told.why}.` : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
+  return { state: phase === "steering" && neutral ? HELD : STATES[phase], why: told.why && phase !== "steering" ? t("It stopped: {why}.", { why: told.why }) : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
 }
 
 /** The round trip in words. */
-export function tripText(told: TeleopTold | undefined): string {
+export function tripText(told: TeleopStatus | undefined): string {
   const ms = told?.round_trip_ms;
-  if (!told || ms === null || ms === undefined) return "Round trip: not known";
-  const way = told.with_vessel ? "to the vessel and back" : "to the server and back; the vessel's part is not known: should its link fail, it stops by its own time limit";
-  const slow = told.slow ? ". SLOW: steer with care." : "";
-  const cap = told.cap < 1 ? ` Thrust is limited to ${Math.round(told.cap * 100)} %.` : "";
-  return `Round trip ${Math.round(ms)} ms ${way}${slow}${cap}`;
+  if (!told || ms === null || ms === undefined) return t("Round trip: unknown");
+  const way = told.with_vessel ? t("to the vessel and back") : t("to the server and back; the vessel's part is not known: should its link fail, it stops by its own time limit");
+  const slow = told.slow ? `. ${t("SLOW: steer with care.")}` : "";
+  const cap = told.cap < 1 ? ` ${t("Thrust is limited to {cap} %.", { cap: Math.round(told.cap * 100) })}` : "";
+  return `${t("Round trip {ms} ms {way}", { ms: Math.round(ms), way })}${slow}${cap}`;
 }
 
 /** What the vessel's grounding supervisor says; undefined where it says nothing or has no chart. */

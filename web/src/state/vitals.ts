@@ -2,6 +2,7 @@
 // of its usual intervals.
 
 import type { Detection, Field, Update } from "../api/types.gen";
+import { t } from "../words/words";
 import { ageS, freshForS } from "./fleet";
 
 export type Values = ReadonlyMap<string, Update>;
@@ -63,7 +64,9 @@ export function vitals(values: Values, labels: Labels, nowUs: number): Vitals {
   const port = named("Rpm", /port|left/i) ?? of("Rpm").find((update) => update.entity === least(of("Rpm")));
   const starboard = named("Rpm", /star|right/i) ?? newest(of("Rpm").filter((update) => update !== port));
   const fuel = named("FuelLevel", /fuel/i) ?? lowest(of("FuelLevel"));
-  const volts = lowest(of("Voltage").filter((update) => /batt/i.test(label(update)))) ?? lowest(of("Voltage"));
+  // A power rail of 5 V is not a battery that is flat.
+  const sources = of("Voltage").filter((update) => !/\brail\b/i.test(label(update)));
+  const volts = lowest(sources.filter((update) => /batt/i.test(label(update)))) ?? lowest(sources);
   const mode = newest(of("VehicleState"));
   const plan = newest(of("PlanControlState"));
   const progress = number(plan, "plan_progress");
@@ -141,17 +144,17 @@ export function worst(all: readonly EntityReading[]): EntityReading | undefined 
 export function partsInWords(all: readonly EntityReading[]): { text: string; bad: boolean } {
   const spoke = all.filter(({ state }) => state);
   const found = worst(spoke);
-  if (!found) return { text: "state of its parts unknown", bad: false };
+  if (!found) return { text: t("state of its parts unknown"), bad: false };
   const silent = spoke.filter(({ old }) => old);
-  const called = ({ label, entity }: EntityReading): string => label || `entity ${entity}`;
-  const names = silent.slice(0, 2).map(called).join(", ") + (silent.length > 2 ? ` and ${silent.length - 2} more` : "");
-  const some = silent.length > 0 && silent.length < spoke.length ? `${silent.length} of ${spoke.length} parts silent: ${names}` : "";
+  const called = ({ label, entity }: EntityReading): string => label || t("entity {entity}", { entity });
+  const names = silent.slice(0, 2).map(called).join(", ") + (silent.length > 2 ? ` ${t("and {n} more", { n: silent.length - 2 })}` : "");
+  const some = silent.length > 0 && silent.length < spoke.length ? t("{n} of {all} parts silent: {names}", { n: silent.length, all: spoke.length, names }) : "";
   if (found.state !== "NORMAL") {
-    const said = `${called(found)}: ${[found.state, found.description].filter(Boolean).join(", ")}${found.old ? " (old)" : ""}`;
+    const said = `${called(found)}: ${[found.state, found.description].filter(Boolean).join(", ")}${found.old ? ` ${t("(old)")}` : ""}`;
     return { text: [said, some].filter(Boolean).join(" · "), bad: true };
   }
   if (some) return { text: some, bad: true };
-  return silent.length ? { text: `all ${spoke.length} parts silent, normal before (old)`, bad: false } : { text: "all parts normal", bad: false };
+  return silent.length ? { text: t("all {n} parts silent, normal before (old)", { n: spoke.length }), bad: false } : { text: t("all parts normal"), bad: false };
 }
 
 function newest(updates: readonly Update[]): Update | undefined {

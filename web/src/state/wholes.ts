@@ -1,6 +1,7 @@
 // Whole maneuvers: moved with all their points, copied, sailed backwards; and a whole plan backwards. Pure.
 
 import type { PlanDocument, PlanPlace, PlanStep, PlanTask } from "../api/types.gen";
+import { t } from "../words/words";
 import { groundAt, type Metres } from "./ground";
 import { freeId, placesOf, rounded, type Task } from "./plan";
 import { rowsBack, rowsCentre, rowsCorners, rowsHead, whyNotBack } from "./rows";
@@ -47,9 +48,9 @@ export function whyNotReversed(task: PlanTask): string | undefined {
   switch (task.kind) {
     case "goto":
     case "station_keeping":
-      return "it is one place";
+      return t("it is one place");
     case "follow_path":
-      return task.points.length < 2 ? "it is one place" : undefined;
+      return task.points.length < 2 ? t("it is one place") : undefined;
     case "loiter":
       return undefined;
     case "rows":

@@ -6,7 +6,7 @@ const HARMLESS = /^ResizeObserver loop/;
 export interface Boundary {
   /** Draws a part that is drawn whole each time. One that fails is known as failed until it is drawn well again. */
   draw(part: string, work: () => void): void;
-  /** Takes in what is told once only. Where that fails, the page stays failed until it is loaded anew. */
+  /** Takes in what is told once only. Where that fails, the page stays failed until it is loaded again. */
   take(part: string, work: () => void): void;
   /** Whether what is shown cannot be relied on. */
   failed(): boolean;

@@ -8,6 +8,7 @@ import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
 import { unheard } from "../state/order";
 import { windowKey } from "../state/window";
+import { t } from "../words/words";
 import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
@@ -64,9 +65,9 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     if (heard === undefined && !failed) return;
     setAttribute(document.body, "data-link", heard && !failed ? "up" : "down");
     if (!link) return;
-    if (failed) setText(link, "This page failed: what you see may be old. STOP works. Reload the page.");
-    else if (heard) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
-    else setText(link, "No link to the server: what you see is old. Trying again …");
+    if (failed) setText(link, t("This page failed: what you see may be old. STOP works. Reload the page."));
+    else if (heard) setText(link, state.eventsMissed ? t("Live · {n} events only in the history", { n: state.eventsMissed }) : t("Live"));
+    else setText(link, t("No link to the server: what you see is old. Trying again …"));
   };
   palette();
   createMenu();
@@ -90,7 +91,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
       boundary.take("trouble", () => {
         if (!trouble) return;
         setAttribute(trouble, "hidden", state.recording ? null : "");
-        setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
+        setText(trouble, state.recording ? t("Recording: {recording}", { recording: state.recording }) : "");
       });
       boundary.take("requests", () => {
         requests?.frame(frame, (address) => called(state, names, address));

@@ -1,6 +1,7 @@
 // All parts of a vessel with how they say they are.
 
 import type { EntityReading } from "../state/vitals";
+import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 import { age } from "./format";
 
@@ -14,10 +15,10 @@ const SHAPES: Readonly<Record<string, string>> = { NORMAL: "●", BOOT: "◔", F
 /** Lists entities in `root`. */
 export function createEntities(root: HTMLElement): EntityTable {
   const head = make("tr");
-  for (const name of ["Number", "Entity", "State", "Says", "Age"]) head.append(make("th", { scope: "col" }, name));
+  for (const name of [t("Number"), t("Entity"), t("State"), t("Says"), t("Age")]) head.append(make("th", { scope: "col" }, name));
   const body = make("tbody");
   const table = make("table", { class: "compact" }, make("thead", {}, head), body);
-  root.append(make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": "Entities" }, table));
+  root.append(make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": t("Entities") }, table));
   const rows = new Map<number, HTMLElement[]>();
   return {
     update(entities) {
@@ -31,7 +32,7 @@ export function createEntities(root: HTMLElement): EntityTable {
           body.insertBefore(row, after ?? null);
         }
         const shape = SHAPES[one.state] ?? "";
-        const texts = [String(one.entity), one.label || "without a label", one.state ? `${shape} ${one.state}` : "— says nothing", one.description, one.ageS === null ? "" : age(one.ageS)];
+        const texts = [String(one.entity), one.label || t("without a label"), one.state ? `${shape} ${one.state}` : t("— says nothing"), one.description, one.ageS === null ? "" : age(one.ageS)];
         texts.forEach((text, column) => cells[column] && setText(cells[column], text));
         const row = cells[0]?.parentElement;
         if (row) setAttribute(row, "class", one.old && one.state ? "stale" : null);

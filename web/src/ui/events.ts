@@ -2,7 +2,9 @@
 
 import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
 import { completed, type Part, type Stretch } from "../state/newest";
-import { NOTE } from "../state/notes";
+import { NOTE, NOTE_BY } from "../state/notes";
+import { tagSeries } from "../state/tags";
+import { t } from "../words/words";
 import { make, setAttribute } from "./dom";
 import { type EventHandlers, type EventTable, eventTable, type Kind } from "./eventtable";
 import { position, tagName, utc } from "./format";
@@ -23,6 +25,8 @@ export interface TagTable extends EventTable<Detection> {
 type Ask<T> = (query: string, signal: AbortSignal) => Promise<Part<T>>;
 
 const SEVERITY: readonly string[] = ["info", "warning", "error", "critical", "debug"];
+/** The same as people read it; files keep the words of the protocol. */
+const SEVERITY_WORDS: Readonly<Record<string, string>> = { info: t("info"), warning: t("warning"), error: t("error"), critical: t("critical"), debug: t("debug"), note: t("note") };
 const SHAPE: readonly string[] = ["●", "▲", "◆", "✕", "·"];
 /** So many at first. */
 const ENTRIES = 2_000;
@@ -32,12 +36,14 @@ const TAGS = 5_000;
 const OLD_S = 2;
 /** The log book in `root`, with the notes that people wrote; `write` gives the way to a new note, where somebody may write one. */
 export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers, write?: () => string): LogTable {
-  const least = make("select", {}, ...["everything", "information and worse", "warnings and worse", "errors and worse"].map((text, index) => make("option", { value: String(index - 1) }, text)));
+  const least = make("select", {}, ...[t("everything"), t("information and worse"), t("warnings and worse"), t("errors and worse")].map((text, index) => make("option", { value: String(index - 1) }, text)));
   least.value = "0";
   const severity = ({ kind }: LogBookEntry): string => (kind === NOTE ? "note" : (SEVERITY[kind] ?? String(kind)));
+  const source = (one: LogBookEntry): string => (one.kind === NOTE ? t("note by {by}", { by: one.context.slice(NOTE_BY.length) }) : one.context || entity(one.entity));
   const kind: Kind<LogBookEntry> = {
-    label: "Log book",
-    names: ["Time, UTC", "Severity", "From", "Text"],
+    label: t("Log book"),
+    fileLabel: "log book",
+    names: [t("Time, UTC"), t("Severity"), t("From"), t("Text")],
     file: {
       columns: ["time [UTC]", "severity", "entity", "from", "text"],
       record: (one) => [exact(one.time_us), severity(one), entity(one.entity), one.context, one.text],
@@ -46,14 +52,14 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
     ask,
     key: (one) => `${one.time_us}/${one.entity}/${entity(one.entity)}/${one.kind}/${one.context}/${one.text}`,
     merged: (before) => before,
-    cells: (one) => [utc(one.time_us), `${one.kind === NOTE ? "✎" : (SHAPE[one.kind] ?? "?")} ${severity(one)}`, one.context || entity(one.entity), one.text],
+    cells: (one) => [utc(one.time_us), `${one.kind === NOTE ? "✎" : (SHAPE[one.kind] ?? "?")} ${SEVERITY_WORDS[severity(one)] ?? severity(one)}`, source(one), one.text],
     marks: (one) => (SEVERITY[one.kind] ? { "data-severity": severity(one) } : {}),
     // What people wrote is for people, however little of the rest they want.
     wanted: (one) => one.kind === NOTE || (one.kind === 4 ? -1 : one.kind) >= Number(least.value),
-    note: (shown, all, cut) => `${cut} ${shown ? "" : all ? `Nothing so serious ${cut ? "among them" : "in this time"}.` : "The log book has no entry in this time."}`.trim(),
+    note: (shown, all, cut) => `${cut} ${shown ? "" : all ? cut ? t("No entry of this severity among them.") : t("No entry of this severity in this time.") : t("The log book has no entry in this time.")}`.trim(),
     changed: () => undefined,
   };
-  const table = eventTable(root, kind, handlers, make("label", { class: "inline" }, "Show ", least), ...(write ? [noteLink(write)] : []));
+  const table = eventTable(root, kind, handlers, make("label", { class: "inline" }, `${t("Show")} `, least), ...(write ? [noteLink(write)] : []));
   least.addEventListener("change", table.draw);
   return {
     ...table,
@@ -66,7 +72,7 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
 
 /** Leads to the form with what is known at the moment it is pressed. */
 function noteLink(write: () => string): HTMLElement {
-  const link = make("a", { class: "button", href: write() }, "Write a note");
+  const link = make("a", { class: "button", href: write() }, t("Write a note"));
   for (const event of ["pointerdown", "focus", "click"]) link.addEventListener(event, () => setAttribute(link, "href", write()));
   return link;
 }
@@ -86,21 +92,29 @@ function written({ entity, time_us, fields }: Update): LogBookEntry {
   };
 }
 
-/** Tags heard in `root`; `file` is the address of the file of a stretch, `changed` is told of all that are in hand. */
-export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (stretch: Stretch) => string, handlers: EventHandlers, changed: (known: Part<Detection>) => void): TagTable {
-  const whole = make("button", { type: "button", hidden: "" }, "Show all tags");
+export interface TagNeeds {
+  /** Whether the legend shows it. */
+  shows(one: Detection): boolean;
+  /** Told of all that are in hand. */
+  changed(known: Part<Detection>): void;
+}
+
+/** Tags heard in `root`; `file` is the address of the file of a stretch. */
+export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (stretch: Stretch) => string, handlers: EventHandlers, { shows, changed }: TagNeeds): TagTable {
+  const whole = make("button", { type: "button", hidden: "" }, t("Show all tags"));
   let chosen: ReadonlySet<string> | undefined;
   const key = (one: Detection): string => one.id;
   const kind: Kind<Detection> = {
-    label: "Tags heard",
-    names: ["Time, UTC", "Tag", "Data", "SNR, dB", "kHz", "Receiver", "Place of the vessel"],
+    label: t("Tags heard"),
+    fileLabel: "tags heard",
+    names: [t("Time, UTC"), t("Tag"), t("Data"), t("SNR, dB"), "kHz", t("Receiver"), t("Place of the vessel")],
     file,
     page: TAGS,
     ask,
     key,
     merged: completed,
     cells: (one) => [
-      one.heard_us === null ? `${utc(one.time_us)}, time of arrival: the receiver's clock is not set` : utc(one.heard_us),
+      one.heard_us === null ? t("{time}, time of arrival: the receiver's clock is not set or was lost", { time: utc(one.time_us) }) : utc(one.heard_us),
       tagName(one),
       String(one.data ?? ""),
       String(one.snr_db),
@@ -109,9 +123,13 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
       placeOf(one),
     ],
     marks: () => ({}),
-    tag: (one) => String(one.tag_id % 4),
-    wanted: (one) => !chosen || chosen.has(key(one)),
-    note: (shown, all, cut) => `${chosen ? `${shown} of ${all} tags: those at the place on the map. ${cut}` : cut || (all ? "" : "No tag was heard in this time.")}`.trim(),
+    tag: (one) => String(tagSeries(one.tag_id)),
+    wanted: (one) => (!chosen || chosen.has(key(one))) && shows(one),
+    note(shown, all, cut) {
+      if (chosen) return `${t("{shown} of {all} detections: those at the chosen place on the map.", { shown, all })} ${cut}`.trim();
+      if (!all) return `${cut} ${t("No tag was heard in this time.")}`.trim();
+      return `${shown < all ? t("{shown} of {all} detections; the legend on the map hides the others.", { shown, all }) : ""} ${cut}`.trim();
+    },
     changed,
   };
   const table = eventTable(root, kind, handlers, whole);
@@ -145,8 +163,8 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
 
 /** Where the vessel was, and how old that was where it was old. */
 function placeOf({ lat_deg, lon_deg, pose_age_s }: Detection): string {
-  if (lat_deg === null || lon_deg === null) return "not known";
-  const old = pose_age_s !== null && pose_age_s >= OLD_S ? `, ${pose_age_s.toFixed(0)} s from a measured one` : "";
+  if (lat_deg === null || lon_deg === null) return t("not known");
+  const old = pose_age_s !== null && pose_age_s >= OLD_S ? `, ${t("{seconds} s from a measured one", { seconds: pose_age_s.toFixed(0) })}` : "";
   return `${position({ lat_deg, lon_deg })}${old}`;
 }
 

@@ -2,8 +2,10 @@
 
 import { reason } from "../api/http";
 import { type Event, HELD, type Identity, joined, type Known, lengthened, type Part, question, refreshed, type Stretch, within } from "../state/newest";
+import { t } from "../words/words";
 import { csv, save } from "./csv";
 import { make, setAttribute, setText } from "./dom";
+import { EventRows, type RowKind } from "./eventrows";
 import { utc } from "./format";
 
 /** Events that are asked for at once to be written into a file, which is the most. */
@@ -35,7 +37,7 @@ export interface EventTable<T> {
   missed(sinceUs: number, stretch: Stretch): void;
   /** Marks the last row at or before a time; null for none. */
   cursor(us: number | null): void;
-  /** Draws anew, after what is wanted of the events has changed. */
+  /** Redraws, after what is wanted of the events has changed. */
   draw(): void;
   /** Those that are in hand, and whether there are older ones. */
   readonly known: () => Part<T>;
@@ -49,9 +51,11 @@ export interface PageFile<T> {
 }
 
 /** What a table is about. */
-export interface Kind<T extends Event> extends Identity<T> {
+export interface Kind<T extends Event> extends Identity<T>, RowKind<T> {
   /** As in "the newest 2 of 3 …", and in the names of files. */
   readonly label: string;
+  /** The same in the names of files, in no language but English. */
+  readonly fileLabel: string;
   /** Heads of the columns. */
   readonly names: readonly string[];
   /** How all of a stretch is taken away: the address of the server's file, or a file that the page writes. */
@@ -59,11 +63,6 @@ export interface Kind<T extends Event> extends Identity<T> {
   /** How many are shown at first, and more with each asking. */
   readonly page: number;
   ask(query: string, signal: AbortSignal): Promise<Part<T>>;
-  cells(one: T): readonly string[];
-  /** Further marks of its row. */
-  marks(one: T): Readonly<Record<string, string>>;
-  /** Of the second cell. */
-  tag?(one: T): string;
   /** Whether somebody wants to see it. */
   wanted(one: T): boolean;
   /** What to say of those that are shown; `cut` tells which part of the time they are of. */
@@ -72,203 +71,202 @@ export interface Kind<T extends Event> extends Identity<T> {
   changed(known: Part<T>): void;
 }
 
-export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { at, pick, vessel, may }: EventHandlers, ...extra: readonly HTMLElement[]): EventTable<T> {
-  const { label, names } = kind;
-  const note = make("p", { class: "dim", role: "status" });
-  const { file } = kind;
-  const whole = `Download CSV of ${label.toLowerCase()}`;
-  const take =
-    typeof file === "function"
-      ? make("a", { class: "button", hidden: "", download: "", "aria-label": `${whole}, all of this time` }, "CSV")
-      : make("button", { type: "button", hidden: "", "aria-label": `${whole} as shown, of all of this time` }, "CSV");
-  const older = make("button", { type: "button", class: "older", hidden: "" }, "Older ones");
-  const head = make("tr");
-  for (const name of names) head.append(make("th", { scope: "col" }, name));
-  const body = make("tbody");
-  const box = make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": label }, make("table", { class: "compact" }, make("thead", {}, head), body), older);
-  root.append(make("div", { class: "row" }, ...extra, take, note), box);
-  listen(body, box, at, pick);
+export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, handlers: EventHandlers, ...extra: readonly HTMLElement[]): EventTable<T> {
+  const events = new Events(root, kind, handlers, extra);
+  return {
+    show: (stretch, goesOn, signal) => events.show(stretch, goesOn, signal),
+    follow: (stretch, signal) => events.follow(stretch, signal),
+    live: (some, stretch) => events.live(some, stretch),
+    missed: (sinceUs, stretch) => events.missed(sinceUs, stretch),
+    cursor: (us) => events.rows.cursor(us),
+    draw: () => events.draw(),
+    known: () => events.inHand(),
+  };
+}
 
-  let known: Known<T> | undefined;
+class Events<T extends Event> {
+  readonly rows: EventRows<T>;
+  private readonly note = make("p", { class: "dim", role: "status" });
+  private readonly older = make("button", { type: "button", class: "older", hidden: "" }, t("Older ones"));
+  private readonly take: HTMLElement;
+  private known: Known<T> | undefined;
   /** What is in hand of the stretch that is asked for, while that is not known. */
-  let meanwhile: readonly T[] = [];
-  let trouble = "";
-  let doing = "";
-  let stop = new AbortController();
-  let shown: readonly T[] = [];
-  let drawn: readonly T[] | undefined;
-  let latest: readonly T[] = [];
+  private meanwhile: readonly T[] = [];
+  private trouble = "";
+  private doing = "";
+  private stop = new AbortController();
+  private latest: readonly T[] = [];
   /** Since when something may be missing; null where nothing is. */
-  let missingUs: number | null = null;
+  private missingUs: number | null = null;
   /** The same, of what was missed while a question for it is under way; undefined while none is. */
-  let meanwhileUs: number | null | undefined;
-  let cursorUs: number | null = null;
+  private meanwhileUs: number | null | undefined;
 
-  const mark = (): void => {
-    // The newest comes first.
-    const index = cursorUs === null ? -1 : shown.findIndex(({ time_us }) => time_us <= (cursorUs ?? 0));
-    [...body.children].forEach((row, number) => setAttribute(row, "aria-current", number === index ? "time" : null));
-  };
-  /** Rows that stay are not touched: one of them may have the focus, or be read. */
-  let rows = new Map<string, { readonly one: T; readonly element: HTMLElement }>();
-  const fill = (wanted: readonly T[]): void => {
-    const rowOf = (one: T): { readonly one: T; readonly element: HTMLElement } => {
-      const before = rows.get(kind.key(one));
-      return before?.one === one ? before : { one, element: row(one, kind) };
-    };
-    const next = new Map(wanted.map((one) => [kind.key(one), rowOf(one)]));
-    for (const [key, { element }] of rows) if (next.get(key)?.element !== element) element.remove();
-    let at = body.firstElementChild;
-    for (const { element } of next.values()) {
-      if (element === at) at = at.nextElementSibling;
-      else body.insertBefore(element, at);
+  constructor(root: HTMLElement, private readonly kind: Kind<T>, private readonly on: EventHandlers, extra: readonly HTMLElement[]) {
+    const { label, names } = kind;
+    this.rows = new EventRows(kind, label, names, this.older, (us) => on.at(us), (us) => on.pick(us));
+    this.take = this.makeTake();
+    root.append(make("div", { class: "row" }, ...extra, this.take, this.note), this.rows.box);
+    this.older.addEventListener("click", () => void this.work(t("Fetching older ones …"), (of, signal) => this.lengthen(of, signal)));
+  }
+
+  inHand(): Part<T> {
+    return this.known ?? { items: this.meanwhile, next: null };
+  }
+
+  async show(stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void> {
+    const anew = !goesOn || !this.known;
+    if (anew) this.begin(stretch);
+    try {
+      const part = await this.kind.ask(question(stretch, this.kind.page, null), signal);
+      if (signal.aborted) return;
+      this.known = refreshed(this.known, part, stretch, this.kind);
+      [this.trouble, this.missingUs] = ["", null];
+      this.join(this.latest, stretch);
+    } catch (error) {
+      if (signal.aborted) return;
+      this.trouble = `${this.known ? t("Not brought up to date") : t("Not known")}: ${reason(error)}`;
     }
-    rows = next;
-  };
-  const draw = (): void => {
-    const all = known?.items ?? meanwhile;
-    shown = all.filter(kind.wanted);
+    if (anew) this.doing = "";
+    this.changed();
+  }
+
+  async follow(stretch: Stretch, signal: AbortSignal): Promise<void> {
+    if (!this.known) return this.show(stretch, false, signal);
+    if (this.join([], stretch)) this.changed();
+    await this.catchUp(signal);
+  }
+
+  live(some: readonly T[], stretch: Stretch): void {
+    this.latest = [...this.latest, ...some].slice(-LATEST);
+    if (this.join(some, stretch)) this.changed();
+  }
+
+  missed(sinceUs: number, stretch: Stretch): void {
+    this.join([], stretch);
+    this.missingUs = Math.min(this.missingUs ?? sinceUs, sinceUs);
+    if (this.meanwhileUs !== undefined) this.meanwhileUs = Math.min(this.meanwhileUs ?? sinceUs, sinceUs);
+    void this.catchUp(this.stop.signal);
+  }
+
+  draw(): void {
+    const { known, kind, trouble, older, take, note, rows } = this;
+    const all = known?.items ?? this.meanwhile;
+    const shown = all.filter(kind.wanted);
     const last = known?.next ? all.at(-1) : undefined;
-    const cut = last ? `The newest ${all.length} of this time, since ${utc(last.time_us)}.` : "";
-    setText(note, [trouble || doing, known ? kind.note(shown.length, all.length, cut) : ""].filter(Boolean).join(" "));
+    const cut = last ? t("The newest {n} of this time, since {time}.", { n: all.length, time: utc(last.time_us) }) : "";
+    setText(note, [trouble || this.doing, known ? kind.note(shown.length, all.length, cut) : ""].filter(Boolean).join(" "));
     setAttribute(note, "class", trouble ? "bad-text" : "dim");
     setAttribute(older, "hidden", known?.next ? null : "");
     // Older ones may be wanted where none of these is.
-    setAttribute(box, "hidden", shown.length || known?.next ? null : "");
-    setAttribute(take, "hidden", may && known && !trouble && all.length ? null : "");
-    if (typeof file === "function" && known) setAttribute(take, "href", file(known.stretch));
-    const before = drawn;
-    if (before?.length !== shown.length || shown.some((one, at) => one !== before[at])) {
-      drawn = shown;
-      fill(shown);
-    }
-    mark();
-  };
-  const changed = (): void => {
-    draw();
-    kind.changed(known ?? { items: meanwhile, next: null });
-  };
+    setAttribute(rows.box, "hidden", shown.length || known?.next ? null : "");
+    setAttribute(take, "hidden", this.on.may && known && !trouble && all.length ? null : "");
+    if (typeof kind.file === "function" && known) setAttribute(take, "href", kind.file(known.stretch));
+    rows.fill(shown);
+  }
+
+  private changed(): void {
+    this.draw();
+    this.kind.changed(this.inHand());
+  }
+
+  /** How all of this time is taken away. */
+  private makeTake(): HTMLElement {
+    const { label, file } = this.kind;
+    const whole = t("Download CSV of {label}", { label: label.toLowerCase() });
+    if (typeof file === "function") return make("a", { class: "button", hidden: "", download: "", "aria-label": `${whole}, ${t("all of this time")}` }, "CSV");
+    const button = make("button", { type: "button", hidden: "", "aria-label": `${whole} ${t("as shown, of all of this time")}` }, "CSV");
+    button.addEventListener("click", () => void this.work(t("Fetching all of this time …"), (of, signal) => this.write(file, of, signal)));
+    return button;
+  }
+
+  /** Another stretch is asked for: only what is known of that one stays until the answer. */
+  private begin(stretch: Stretch): void {
+    this.stop.abort();
+    this.stop = new AbortController();
+    this.meanwhile = within(this.known?.items ?? this.meanwhile, stretch);
+    [this.known, this.trouble, this.doing] = [undefined, "", t("Fetching …")];
+    this.changed();
+  }
+
   /** Takes what lies in a stretch of what came by itself; whether that changed anything. */
-  const join = (some: readonly T[], stretch: Stretch): boolean => {
+  private join(some: readonly T[], stretch: Stretch): boolean {
+    const { known, meanwhile, kind } = this;
     const before = known?.items ?? meanwhile;
     const next = joined(known ?? { items: meanwhile, next: null, stretch }, some, stretch, Math.max(HELD, before.length), kind);
-    const cut = known?.next !== next.next;
-    if (known) known = next;
-    else meanwhile = next.items;
-    return next.items !== before || (known !== undefined && cut);
-  };
+    if (known) this.known = next;
+    else this.meanwhile = next.items;
+    return next.items !== before || (known !== undefined && known.next !== next.next);
+  }
+
   /** Asks for what came ashore while nothing came by itself. */
-  const catchUp = async (signal: AbortSignal): Promise<void> => {
-    const [of, sinceUs] = [known, missingUs];
+  private async catchUp(signal: AbortSignal): Promise<void> {
     // One question at a time; what is missing then still is asked for with the next turn.
-    if (!of || sinceUs === null || meanwhileUs !== undefined) return;
-    meanwhileUs = null;
+    if (!this.known || this.missingUs === null || this.meanwhileUs !== undefined) return;
+    this.meanwhileUs = null;
     try {
-      const part = await kind.ask(`${question(of.stretch, kind.page, null)}&came_from_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
-      if (signal.aborted || !known) return;
-      // More came than one answer holds: begin again with the newest.
-      const anew = part.next ? await kind.ask(question(known.stretch, kind.page, null), signal) : undefined;
-      if (signal.aborted) return;
-      if (anew) known = refreshed(undefined, anew, known.stretch, kind);
-      missingUs = meanwhileUs ?? null;
-      [trouble, latest] = ["", [...latest, ...part.items].slice(-LATEST)];
-      join(part.items, known.stretch);
-      join(latest, known.stretch);
+      if (!(await this.askMissed(this.known, this.missingUs, signal))) return;
     } catch (error) {
       if (signal.aborted) return;
-      trouble = `Not brought up to date: ${reason(error)}`;
+      this.trouble = t("Not brought up to date: {reason}", { reason: reason(error) });
     } finally {
-      meanwhileUs = undefined;
+      this.meanwhileUs = undefined;
     }
-    changed();
-  };
+    this.changed();
+  }
+
+  /** Whether the answer is still wanted. */
+  private async askMissed({ stretch }: Known<T>, sinceUs: number, signal: AbortSignal): Promise<boolean> {
+    const { kind } = this;
+    const part = await kind.ask(`${question(stretch, kind.page, null)}&received_since_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
+    if (signal.aborted || !this.known) return false;
+    // More came than one answer holds: begin again with the newest.
+    const anew = part.next ? await kind.ask(question(this.known.stretch, kind.page, null), signal) : undefined;
+    if (signal.aborted || !this.known) return false;
+    if (anew) this.known = refreshed(undefined, anew, this.known.stretch, kind);
+    this.missingUs = this.meanwhileUs ?? null;
+    [this.trouble, this.latest] = ["", [...this.latest, ...part.items].slice(-LATEST)];
+    this.join(part.items, this.known.stretch);
+    this.join(this.latest, this.known.stretch);
+    return true;
+  }
+
   /** One thing at a time: whoever asks for another stretch wants neither older ones nor a file of this one. */
-  const work = async (words: string, act: (of: Known<T>, signal: AbortSignal) => Promise<void>): Promise<void> => {
-    if (!known || doing) return;
-    const { signal } = stop;
-    [doing, trouble] = [words, ""];
-    draw();
+  private async work(words: string, act: (of: Known<T>, signal: AbortSignal) => Promise<void>): Promise<void> {
+    if (!this.known || this.doing) return;
+    const { signal } = this.stop;
+    [this.doing, this.trouble] = [words, ""];
+    this.draw();
     let wrong = "";
     try {
-      await act(known, signal);
+      await act(this.known, signal);
     } catch (error) {
       wrong = reason(error);
     }
     if (signal.aborted) return;
-    doing = "";
-    if (wrong) setText(note, `That did not come: ${wrong}`);
-    else draw();
-  };
+    this.doing = "";
+    if (wrong) setText(this.note, t("Not loaded: {wrong}", { wrong }));
+    else this.draw();
+  }
 
-  const write = async ({ columns, record }: PageFile<T>, of: Known<T>, signal: AbortSignal): Promise<void> => {
-    const all = await everything(kind, of.stretch, signal, (count) => setText(note, `Fetching all of this time: ${count} so far …`));
+  private async lengthen(of: Known<T>, signal: AbortSignal): Promise<void> {
+    const { kind, older } = this;
+    const part = await kind.ask(question(of.stretch, kind.page, of.next), signal);
+    if (signal.aborted || !this.known) return;
+    const held = document.activeElement === older;
+    const longer = lengthened(of, part, kind);
+    // Newer ones may have come meanwhile.
+    this.known = this.known === of ? longer : refreshed(longer, this.known, this.known.stretch, kind);
+    this.changed();
+    if (held && !this.known.next) this.rows.box.focus();
+  }
+
+  private async write({ columns, record }: PageFile<T>, of: Known<T>, signal: AbortSignal): Promise<void> {
+    const all = await everything(this.kind, of.stretch, signal, (count) => setText(this.note, t("Fetching all of this time: {count} so far …", { count })));
     if (signal.aborted) return;
-    const name = vessel();
+    const name = this.on.vessel();
     const text = csv(["vessel", ...columns], all.map((one) => [name, ...record(one)]));
-    save(`${name} ${utc(of.stretch.fromUs)} to ${utc(of.stretch.toUs)} ${label.toLowerCase()}.csv`.replaceAll(":", "").replaceAll(" ", "_"), text);
-  };
-
-  older.addEventListener("click", () =>
-    void work("Fetching older ones …", async (of, signal) => {
-      const part = await kind.ask(question(of.stretch, kind.page, of.next), signal);
-      if (signal.aborted || !known) return;
-      const held = document.activeElement === older;
-      const longer = lengthened(of, part, kind);
-      // Newer ones may have come meanwhile.
-      known = known === of ? longer : refreshed(longer, known, known.stretch, kind);
-      changed();
-      if (held && !known.next) box.focus();
-    }),
-  );
-  if (typeof file !== "function") take.addEventListener("click", () => void work("Fetching all of this time …", (of, signal) => write(file, of, signal)));
-  const show = async (stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void> => {
-    const anew = !goesOn || !known;
-    if (anew) {
-      stop.abort();
-      stop = new AbortController();
-      meanwhile = within(known?.items ?? meanwhile, stretch);
-      [known, trouble, doing] = [undefined, "", "Fetching …"];
-      changed();
-    }
-    try {
-      const part = await kind.ask(question(stretch, kind.page, null), signal);
-      if (signal.aborted) return;
-      known = refreshed(known, part, stretch, kind);
-      [trouble, missingUs] = ["", null];
-      join(latest, stretch);
-    } catch (error) {
-      if (signal.aborted) return;
-      trouble = `${known ? "Not brought up to date" : "Not known"}: ${reason(error)}`;
-    }
-    if (anew) doing = "";
-    changed();
-  };
-
-  return {
-    show,
-    async follow(stretch, signal) {
-      if (!known) return show(stretch, false, signal);
-      if (join([], stretch)) changed();
-      await catchUp(signal);
-    },
-    live(some, stretch) {
-      latest = [...latest, ...some].slice(-LATEST);
-      if (join(some, stretch)) changed();
-    },
-    missed(sinceUs, stretch) {
-      join([], stretch);
-      missingUs = Math.min(missingUs ?? sinceUs, sinceUs);
-      if (meanwhileUs !== undefined) meanwhileUs = Math.min(meanwhileUs ?? sinceUs, sinceUs);
-      void catchUp(stop.signal);
-    },
-    cursor(us) {
-      if (us === cursorUs) return;
-      cursorUs = us;
-      mark();
-    },
-    draw,
-    known: () => known ?? { items: meanwhile, next: null },
-  };
+    save(`${name} ${utc(of.stretch.fromUs)} to ${utc(of.stretch.toUs)} ${this.kind.fileLabel}.csv`.replaceAll(":", "").replaceAll(" ", "_"), text);
+  }
 }
 
 /** Everything of a stretch that is wanted, page by page. */
@@ -280,31 +278,4 @@ async function everything<T extends Event>(kind: Kind<T>, stretch: Stretch, sign
     told(all.length);
     part = await kind.ask(question(stretch, FILE_PAGE, part.next), signal);
   }
-}
-
-function row<T extends Event>(one: T, kind: Kind<T>): HTMLElement {
-  const made = make("tr", { "data-us": String(one.time_us), ...kind.marks(one) });
-  const tag = kind.tag?.(one);
-  kind.cells(one).forEach((text, index) => {
-    const inside = index === 0 ? make("button", { type: "button", class: "plain" }, text) : text;
-    made.append(make("td", { ...(index === 0 ? { class: "num" } : {}), ...(index === 1 && tag !== undefined ? { "data-tag": tag } : {}) }, inside));
-  });
-  return made;
-}
-
-/** Tells of rows that are pointed to and chosen, by pointer and by keys. */
-function listen(body: HTMLElement, box: HTMLElement, at: (us: number | null) => void, pick: (us: number) => void): void {
-  const rowOf = (event: globalThis.Event): HTMLElement | null => (event.target instanceof Element ? event.target.closest<HTMLElement>("tr[data-us]") : null);
-  const point = (event: globalThis.Event): void => {
-    const row = rowOf(event);
-    at(row ? Number(row.dataset["us"]) : null);
-  };
-  body.addEventListener("pointerover", point);
-  body.addEventListener("focusin", point);
-  box.addEventListener("pointerleave", () => at(null));
-  body.addEventListener("focusout", () => at(null));
-  body.addEventListener("click", (event) => {
-    const row = rowOf(event);
-    if (row) pick(Number(row.dataset["us"]));
-  });
 }

@@ -2,9 +2,8 @@
 
 import type { Field, Fix } from "../api/types.gen";
 import { named } from "../state/foreign";
-
-const DEG = 180 / Math.PI;
-const KNOTS = 3_600 / 1_852;
+import { DEG, KNOT_MPS } from "../state/units";
+import { t } from "../words/words";
 
 /** A heading or course: three digits and T for true. */
 export function bearing(rad: number | null): string {
@@ -15,7 +14,7 @@ export function bearing(rad: number | null): string {
 
 /** A speed in knots. */
 export function knots(mps: number | null): string {
-  return mps === null ? "—" : `${(mps * KNOTS).toFixed(1)} kn`;
+  return mps === null ? "—" : `${(mps / KNOT_MPS).toFixed(1)} kn`;
 }
 
 /** A distance in metres and nautical miles. */
@@ -64,7 +63,7 @@ export function age(seconds: number): string {
 export function field(field: Field): { text: string; unit: string } {
   const { value, unit, meaning } = field;
   if (meaning !== null) return { text: meaning, unit: "" };
-  if (value === null) return { text: "no number", unit };
+  if (value === null) return { text: t("no number"), unit };
   if (typeof value === "string") return { text: short(value), unit };
   if (typeof value !== "number") return { text: short(JSON.stringify(value)), unit };
   if (unit === "rad") return { text: number(value * DEG, isPosition(field.name) ? 6 : 1), unit: "°" };
@@ -93,8 +92,8 @@ export function utc(us: number, day = true): string {
 }
 
 /** Whether this is no vessel but the server itself, which tells about its links under an address of its own. */
-export function isShore(system: { doors: readonly string[] }): boolean {
-  return system.doors.length > 0 && system.doors.every((door) => door === "shore");
+export function isShore(system: { transports: readonly string[] }): boolean {
+  return system.transports.length > 0 && system.transports.every((transport) => transport === "shore");
 }
 
 /** An IMC address as people write it. */
@@ -104,7 +103,7 @@ export function hexAddress(address: number): string {
 
 /** A system's name, or its address where nobody has named it. */
 export function systemName(system: { address: number; name: string | null }): string {
-  return named(system.name ?? "") || `unknown ${hexAddress(system.address)}`;
+  return named(system.name ?? "") || t("unknown {address}", { address: hexAddress(system.address) });
 }
 
 /**

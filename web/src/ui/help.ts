@@ -1,13 +1,14 @@
 // Help: keys of the page and words of the field, opened by `?` or from the top bar.
 
 import { GLOSSARY, KEYS } from "../state/helpwords";
+import { t } from "../words/words";
 import { make } from "./dom";
 
 /** `?` opens it, on every page; Escape closes it, as of any dialog. */
 export function createHelp(): void {
   const place = document.querySelector(".own");
   if (!place) return;
-  const button = make("button", { type: "button", class: "help-button", "aria-label": "Help", title: "Help: keys and words. ?" }, "?");
+  const button = make("button", { type: "button", class: "help-button", "aria-label": t("Help"), title: t("Help: keys and words. ?") }, "?");
   place.prepend(button);
   let dialog: HTMLDialogElement | undefined;
   const open = (): void => {
@@ -25,22 +26,24 @@ export function createHelp(): void {
 }
 
 function build(): HTMLDialogElement {
-  const search = make("input", { type: "text", "aria-label": "Search in help", placeholder: "Search" });
-  const terms = GLOSSARY.map(([term, meaning]) => ({ text: `${term} ${meaning}`.toLowerCase(), row: make("div", {}, make("dt", {}, term), make("dd", {}, meaning)) }));
+  const search = make("input", { type: "text", "aria-label": t("Search in help"), placeholder: t("Search") });
+  // In the order of the page's language, whose last letters are æ, ø and å.
+  const sorted = [...GLOSSARY].sort(([one], [other]) => one.localeCompare(other, document.documentElement.lang));
+  const terms = sorted.map(([term, meaning]) => ({ text: `${term} ${meaning}`.toLowerCase(), row: make("div", {}, make("dt", {}, term), make("dd", {}, meaning)) }));
   const here = KEYS.filter(({ where }) => where === "" || document.querySelector(where));
   const keys = here.map(({ keys, does }) => ({ text: `${keys} ${does}`.toLowerCase(), row: make("div", {}, make("dt", {}, ...keys.split(" ").map((key) => make("kbd", {}, key))), make("dd", {}, does)) }));
-  const none = make("p", { hidden: "" }, "Nothing of this is in the help.");
+  const none = make("p", { hidden: "" }, t("No matching help topics."));
   search.addEventListener("input", () => {
     const wanted = search.value.trim().toLowerCase();
     for (const { text, row } of [...terms, ...keys]) row.hidden = !text.includes(wanted);
     none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
   });
-  const close = make("button", { type: "button" }, "Close");
+  const close = make("button", { type: "button" }, t("Close"));
   const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
-    make("div", { class: "row" }, make("h2", { id: "help-title" }, "Help"), search, close),
+    make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
     none,
-    make("h3", {}, "Keys on this page"), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
-    make("h3", {}, "Words"), make("dl", {}, ...terms.map(({ row }) => row)));
+    make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
+    make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));
   close.addEventListener("click", () => dialog.close());
   return dialog;
 }

@@ -9,6 +9,7 @@ const PATHS = {
   person: "M12 3a4 4 0 1 0 0 8a4 4 0 0 0 0-8M4 21c0-5 4-7 8-7s8 2 8 7",
   query: "M12 3a9 9 0 1 0 0 18a9 9 0 0 0 0-18M12 11v6M12 7v.5",
   rings: "M12 2a10 10 0 1 0 0 20a10 10 0 0 0 0-20M12 7a5 5 0 1 0 0 10a5 5 0 0 0 0-10M12 11.500v1",
+  tags: "M3 4h8l10 10-7 7L3 12ZM7.500 8v.5",
 } as const;
 
 export type Icon = keyof typeof PATHS;

@@ -6,6 +6,7 @@ import type { LiveFrame } from "../api/types.gen";
 import { createOrders } from "../control/orders";
 import { type ControlState, endsSoon_s, partOf, withControls } from "../state/control";
 import { windowKey } from "../state/window";
+import { t } from "../words/words";
 import { make, setText } from "./dom";
 
 /** Control lasts a minute; it is renewed this often, ms. */
@@ -34,7 +35,7 @@ export function createKeepControl(root: HTMLElement, me: string): KeepControl {
   };
   const row = (vessel: number): { root: HTMLElement; text: HTMLElement; failed: HTMLElement } => {
     const [text, failed] = [make("span", { "aria-live": "off" }), make("span", { class: "bad-text", role: "alert" })];
-    const keep = make("button", { type: "button", "aria-label": `Keep control of ${nameOf(vessel)}` }, "Keep control");
+    const keep = make("button", { type: "button", "aria-label": t("Keep control of {name}", { name: nameOf(vessel) }) }, t("Keep control"));
     keep.addEventListener("click", () => void renew(vessel));
     const made = { root: make("div", { class: "order", "data-stage": "asked" }, make("span", { class: "what" }, text, " ", failed), keep), text, failed };
     root.append(made.root);
@@ -47,7 +48,7 @@ export function createKeepControl(root: HTMLElement, me: string): KeepControl {
     for (const vessel of here) {
       const left_s = endsSoon_s(controls.get(vessel)?.lease, nowUs);
       if (left_s === undefined) here.delete(vessel);
-      else setText((rows.get(vessel) ?? row(vessel)).text, left_s > 0 ? `Your control of ${nameOf(vessel)} ends in ${left_s} s: it was not renewed.` : `Your control of ${nameOf(vessel)} has ended by now: it was not renewed.`);
+      else setText((rows.get(vessel) ?? row(vessel)).text, left_s > 0 ? t("Your control of {name} ends in {left} s: it was not renewed.", { name: nameOf(vessel), left: left_s }) : t("Your control of {name} has ended by now: it was not renewed.", { name: nameOf(vessel) }));
     }
     for (const [vessel, { root: gone }] of rows) {
       if (here.has(vessel)) continue;

@@ -3,6 +3,7 @@
 import { putJson, reason } from "../api/http";
 import type { LogNote } from "../api/types.gen";
 import { fieldOf, PHOTO_BYTES, type Wrong } from "../state/notes";
+import { t } from "../words/words";
 
 /** A photo that has more bytes is made smaller. */
 const LARGE_BYTES = 1_500_000;
@@ -29,7 +30,7 @@ async function smaller(file: File): Promise<Blob> {
   if (file.size <= LARGE_BYTES) return file;
   const small = await drawn(file).catch(() => null);
   const best = small && small.size < file.size ? small : file;
-  if (best.size > PHOTO_BYTES) throw new TooLarge("This photo has more than 4 MB and cannot be made smaller here. Choose a smaller one.");
+  if (best.size > PHOTO_BYTES) throw new TooLarge(t("This photo has more than 4 MB and cannot be made smaller here. Choose a smaller one."));
   return best;
 }
 

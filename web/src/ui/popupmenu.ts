@@ -1,5 +1,6 @@
 // A menu that opens from a button: what can be done with one thing, by pointer and by keyboard.
 
+import { t } from "../words/words";
 import { make } from "./dom";
 
 export interface MenuItem {
@@ -42,7 +43,7 @@ export function createPopupMenu(after: () => HTMLElement | null): PopupMenu {
   window.addEventListener("resize", () => root.hidePopover());
   document.addEventListener("wheel", ({ target }) => void (root.contains(target as Node) || root.hidePopover()), { capture: true, passive: true });
   const entryOf = (item: MenuItem): HTMLElement => {
-    const text = item.whyNot ? `${item.text}: not possible, ${item.whyNot}` : item.text;
+    const text = item.whyNot ? t("{text}: not possible, {why}", { text: item.text, why: item.whyNot }) : item.text;
     const entry = make("button", { type: "button", role: "menuitem", tabindex: "-1", ...(item.whyNot ? { "aria-disabled": "true" } : {}) }, text, ...(item.keys ? [make("kbd", { "aria-hidden": "true" }, item.keys)] : []));
     entry.addEventListener("click", () => {
       if (item.whyNot) return;

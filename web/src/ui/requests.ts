@@ -5,6 +5,7 @@ import type { LeaseAction, LiveFrame } from "../api/types.gen";
 import { createOrders } from "../control/orders";
 import { type ControlState, withControls } from "../state/control";
 import { windowKey } from "../state/window";
+import { t } from "../words/words";
 import { make, setText } from "./dom";
 
 interface Row {
@@ -32,7 +33,7 @@ export function createRequests(root: HTMLElement, me: string): Requests {
       });
       return made;
     };
-    const made = make("div", { class: "order", "data-stage": "asked" }, make("span", { class: "what" }, `${by} asks for control of ${name}${why ? `: ${why}` : ""}.`, " ", left, " ", failed), answer("Grant", "grant"), answer("Decline", "decline"));
+    const made = make("div", { class: "order", "data-stage": "asked" }, make("span", { class: "what" }, `${t("{by} asks for control of {name}", { by, name })}${why ? `: ${why}` : ""}.`, " ", left, " ", failed), answer(t("Grant"), "grant"), answer(t("Decline"), "decline"));
     root.append(made);
     return { root: made, left };
   };
@@ -48,7 +49,7 @@ export function createRequests(root: HTMLElement, me: string): Requests {
         here.add(key);
         const shown = rows.get(key) ?? row(vessel, waiting.name, nameOf(vessel), waiting.reason);
         rows.set(key, shown);
-        setText(shown.left, `Granted in ${Math.max(0, Math.round((waiting.granted_us - frame.now_us) / 1e6))} s unless you answer.`);
+        setText(shown.left, t("Granted in {seconds} s unless you answer.", { seconds: Math.max(0, Math.round((waiting.granted_us - frame.now_us) / 1e6)) }));
       }
       for (const [key, { root: gone }] of rows) {
         if (here.has(key)) continue;

@@ -25,7 +25,7 @@ export interface Sound {
 /** Remembers for this window that somebody turned it on. */
 const WANTED = "lutra-sound";
 
-/** `changed` is told when it is armed anew by itself. */
+/** `changed` is told when it is armed again by itself. */
 export function createSound(changed: () => void): Sound {
   let context: AudioContext | undefined;
   let armed = false;

@@ -1,6 +1,7 @@
 // STOP ALL: asked back once, in the same place, with the names of all whom it stops.
 
 import { OFFERED_MS, press } from "../state/stopall";
+import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 
 export interface Target {
@@ -20,8 +21,8 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
   const button = make("button", { type: "button", class: "halt" }, text);
   const count = make("p", { class: "count" });
   const names = make("ul");
-  const cancel = make("button", { type: "button" }, "Cancel");
-  const question = make("div", { class: "question", role: "alertdialog", "aria-label": "Stop all vessels", hidden: "" }, count, names, cancel);
+  const cancel = make("button", { type: "button" }, t("Cancel"));
+  const question = make("div", { class: "question", role: "alertdialog", "aria-label": t("Stop all vessels"), hidden: "" }, count, names, cancel);
   const root = make("div", { class: "all", hidden: "" }, button, question);
   let targets: readonly Target[] = [];
   /** Whom the question names, while it stands. */
@@ -30,7 +31,7 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
   const draw = (): void => {
     const about = asked?.targets ?? targets;
     setAttribute(root, "hidden", about.length > 1 ? null : "");
-    setText(text, asked ? `CONFIRM STOP ${about.length}` : "STOP ALL");
+    setText(text, asked ? t("CONFIRM STOP {n}", { n: about.length }) : t("STOP ALL"));
     setAttribute(button, "data-asked", asked ? "" : null);
     setAttribute(question, "hidden", asked ? null : "");
   };
@@ -42,7 +43,7 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
   const ask = (): void => {
     window.clearTimeout(asked?.timer);
     asked = { targets, ms: performance.now(), timer: window.setTimeout(end, OFFERED_MS) };
-    setText(count, `This stops ${targets.length} vessels. Press again within ${OFFERED_MS / 1_000} s.`);
+    setText(count, t("This stops {n} vessels. Press again within {seconds} s.", { n: targets.length, seconds: OFFERED_MS / 1_000 }));
     names.replaceChildren(...targets.map(({ name }) => make("li", {}, name)));
     draw();
   };

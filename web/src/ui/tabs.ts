@@ -8,8 +8,8 @@ export interface Tabs {
   open(name: string): void;
 }
 
-/** Puts panels under tabs in `root`; `changed` is told when another is shown. */
-export function createTabs(root: HTMLElement, label: string, panels: readonly (readonly [string, HTMLElement])[], changed: (name: string) => void): Tabs {
+/** Puts panels under tabs in `root`, each with its words; `changed` is told when another is shown. */
+export function createTabs(root: HTMLElement, label: string, panels: readonly (readonly [string, HTMLElement])[], words: Readonly<Record<string, string>>, changed: (name: string) => void): Tabs {
   const bar = make("div", { role: "tablist", "aria-label": label, class: "tabs" });
   let shown = panels[0]?.[0] ?? "";
   const tabs = new Map<string, HTMLButtonElement>();
@@ -27,7 +27,7 @@ export function createTabs(root: HTMLElement, label: string, panels: readonly (r
   };
   panels.forEach(([name, panel], index) => {
     const id = `tab-${index}`;
-    const tab = make("button", { type: "button", role: "tab", id, "aria-controls": `panel-${index}` }, name);
+    const tab = make("button", { type: "button", role: "tab", id, "aria-controls": `panel-${index}` }, words[name] ?? name);
     tab.addEventListener("click", () => open(name));
     tab.addEventListener("keydown", (event) => {
       const by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;

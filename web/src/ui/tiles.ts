@@ -4,6 +4,7 @@ import type { System } from "../api/types.gen";
 import type { LinkStatus, RouteLeg } from "../api/types.gen";
 import { doing, progressText, runs } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
+import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 import { age, bearing, knots } from "./format";
 import { createDial } from "./dial";
@@ -25,44 +26,44 @@ export interface Tiles {
 type Name = "link" | "chart" | keyof Vitals;
 /** What is read at each look. */
 const FIRST: readonly (readonly [Name, string])[] = [
-  ["mode", "State"],
-  ["plan", "Plan"],
-  ["progress", "Progress"],
-  ["speed_mps", "Speed over ground"],
-  ["heading_rad", "Heading"],
-  ["battery", "Battery"],
-  ["link", "Link"],
+  ["mode", t("State")],
+  ["plan", t("Plan")],
+  ["progress", t("Progress")],
+  ["speed_mps", t("Speed over ground")],
+  ["heading_rad", t("Heading")],
+  ["battery", t("Battery")],
+  ["link", t("Link")],
 ];
 /** What is there for who wants more. */
 const FURTHER: readonly (readonly [Name, string])[] = [
-  ["chart", "Sea chart aboard"],
-  ["course_rad", "Course over ground"],
-  ["port_rpm", "Motor port"],
-  ["starboard_rpm", "Motor starboard"],
-  ["voltage", "Lowest voltage"],
-  ["snr", "Last tag"],
+  ["chart", t("Sea chart aboard")],
+  ["course_rad", t("Course over ground")],
+  ["port_rpm", t("Motor port")],
+  ["starboard_rpm", t("Motor starboard")],
+  ["voltage", t("Lowest voltage")],
+  ["snr", t("Last tag")],
 ];
 /** Where the browser keeps whether somebody wants more. */
 const KEPT = "lutra-instruments";
 
 /** What each means, where its name does not say it all. */
 const MEANS: Readonly<Partial<Record<Name, string>>> = {
-  mode: "What the vessel says that it does",
-  progress: "Which maneuver of the plan is sailed, and how many there are",
-  speed_mps: "How fast it moves over the bottom",
-  heading_rad: "Where the bow points, true",
-  course_rad: "Where it moves over the bottom, true",
-  battery: "Charge as the vessel reports it",
-  link: "How long ago it was heard, by which way, and how long a message takes there and back",
-  chart: "Whether the vessel holds the chart that the server has",
-  voltage: "The lowest of its batteries",
-  snr: "How far the last tag's signal was above the noise, dB",
+  mode: t("Mode reported by the vessel"),
+  progress: t("Which maneuver of the plan is sailed, and how many there are"),
+  speed_mps: t("Speed over the bottom"),
+  heading_rad: t("Direction of the bow, true"),
+  course_rad: t("Direction of movement over the bottom, true"),
+  battery: t("Charge as the vessel reports it"),
+  link: t("How long ago it was heard, by which way, and how long a message takes there and back"),
+  chart: t("Whether the vessel holds the chart that the server has"),
+  voltage: t("The lowest of its batteries"),
+  snr: t("Signal of the last tag above the noise, dB"),
 };
 
 /** A reading with more letters than this takes more than one line; with fewer where words beside it must be read too. */
 const LONG = 16;
 const LONG_BESIDE = 9;
-const CHART: Readonly<Record<string, string>> = { same: "up to date", waiting: "waits", failed: "not taken", declined: "its own", other: "another", none: "none" };
+const CHART: Readonly<Record<string, string>> = { same: t("up to date"), waiting: t("waits"), failed: t("not taken"), declined: t("its own"), other: t("another"), none: t("none") };
 
 /** Of a time in the past, the newest value older than this is an old one, s. */
 const PAST_FRESH_S = 10;
@@ -95,9 +96,9 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
     setAttribute(tile.value, "data-long", told.length > (name === "plan" && note ? LONG_BESIDE : LONG) ? "" : null);
     setAttribute(tile.value, "title", told.length > LONG ? told : null);
     setText(tile.unit, reading.ageS === null ? "" : unit);
-    setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "not reported") : note);
+    setText(tile.note, reading.ageS === null ? (recorded ? t("nothing recorded") : t("not reported")) : note);
     setAttribute(tile.note, "title", note || null);
-    setText(tile.age, reading.ageS === null ? "" : `${reading.old || !linked ? "old: " : ""}${age(reading.ageS)}`);
+    setText(tile.age, reading.ageS === null ? "" : `${reading.old || !linked ? `${t("old:")} ` : ""}${age(reading.ageS)}`);
     setAttribute(tile.root, "data-old", reading.old || !linked ? "" : null);
     setAttribute(tile.root, "data-alert", alert || null);
   };
@@ -109,20 +110,20 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       const silence = system ? Math.max(0, (nowUs - system.heard_us) / 1e6) : null;
       const live = system?.liveness === "live" || system?.liveness === "late";
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
-      const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
-      const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
+      const waiting = link?.backlog_records ? ` · ${t("{n} records wait aboard", { n: link.backlog_records })}` : "";
+      const by = system?.transports.length ? t("by {ways}", { ways: system.transports.join(", ") }) : "";
       if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
-      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      else show("link", system ? (linked ? LIVENESS[system.liveness] : t("? not known")) : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       const held = chart(link);
       const told = link?.chart.told_us ?? null;
       const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
       show("mode", doing(mode, plan), "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
-      show("plan", plan.note || "none", "", plan.word.toLowerCase(), plan, linked);
+      show("plan", plan.note || t("none"), "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
-      show("progress", progressText(plan, progress, legs) || "no plan runs", "", runs(plan) ? progress.note : "", progress, linked);
+      show("progress", progressText(plan, progress, legs) || t("no plan runs"), "", runs(plan) ? progress.note : "", progress, linked);
       show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);
-      show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? "not moving" : "", course_rad, linked);
+      show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? t("not moving") : "", course_rad, linked);
       show("heading_rad", bearing(heading_rad.value), "", "", heading_rad, linked);
       dial.turn(heading_rad.value);
       show("port_rpm", whole(port_rpm.value), "rpm", "", port_rpm, linked);
@@ -136,12 +137,12 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
 
 /** Shows and hides what is further, but for what needs somebody; the browser keeps which. */
 function more(further: HTMLElement): HTMLButtonElement {
-  const button = make("button", { type: "button", class: "more-instruments", "aria-controls": "further" }, "More");
+  const button = make("button", { type: "button", class: "more-instruments", "aria-controls": "further" }, t("More"));
   const show = (whether: boolean): void => {
     setAttribute(button, "aria-expanded", String(whether));
     setAttribute(further, "data-more", whether ? "" : null);
   };
-  button.setAttribute("aria-label", "More instruments");
+  button.setAttribute("aria-label", t("More instruments"));
   button.addEventListener("click", () => {
     const whether = button.getAttribute("aria-expanded") !== "true";
     localStorage.setItem(KEPT, whether ? "all" : "first");
@@ -156,7 +157,7 @@ function chart(link: LinkStatus | undefined): { word: string; note: string; aler
   if (!link) return { word: "", note: "", alert: "" };
   const { state, text, edition, percent } = link.chart;
   const word = state === "fetching" ? `${Math.floor(percent ?? 0)} %` : (CHART[state] ?? state);
-  const holds = edition ? `holds ${edition}` : "";
+  const holds = edition ? t("holds {edition}", { edition }) : "";
   const note = state === "same" ? (edition ?? "") : [text, holds].filter(Boolean).join("; ");
   return { word, note, alert: state === "failed" ? "bad" : state === "other" || state === "waiting" ? "warn" : "" };
 }

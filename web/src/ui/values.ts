@@ -2,6 +2,8 @@
 
 import type { Field, Update } from "../api/types.gen";
 import { ageS, freshForS, seriesKey } from "../state/fleet";
+import { quantity } from "../state/quantities";
+import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
 import { age, field } from "./format";
 
@@ -30,19 +32,19 @@ export interface ValueTable {
 
 /** Shows values in `root`. With `plot` each number has a button that calls it. */
 export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): ValueTable {
-  const title = make("h2", { id: "values-title" }, "Latest values");
-  const filter = make("input", { type: "search", id: "values-filter", placeholder: "message, entity or field" });
+  const title = make("h2", { id: "values-title" }, t("Latest values"));
+  const filter = make("input", { type: "search", id: "values-filter", placeholder: t("speed, heading, voltage, ...") });
   const count = make("span", { class: "dim" });
   const body = make("tbody");
   const [above, below] = [make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6)), make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6))];
   const head = make("tr");
-  const names = ["Message", "Entity", "Field", "Value", "Unit", "Age"];
+  const names = [t("Message"), t("Entity"), t("Field"), t("Value"), t("Unit"), t("Age")];
   for (const name of names) head.append(make("th", { scope: "col" }, name));
-  if (plot) head.append(make("th", { scope: "col" }, make("span", { class: "hidden" }, "Plot")));
+  if (plot) head.append(make("th", { scope: "col" }, make("span", { class: "hidden" }, t("Plot"))));
   const table = make("table", { class: "values" }, make("thead", {}, head), above, body, below);
-  const box = make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": "Latest values" }, table);
+  const box = make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": t("Latest values") }, table);
   root.append(
-    make("div", { class: "values-head" }, title, count, make("label", { for: "values-filter" }, "Filter "), filter),
+    make("div", { class: "values-head" }, title, count, make("label", { for: "values-filter" }, `${t("Filter")} `), filter),
     box,
   );
   const rows: Row[] = [];
@@ -51,7 +53,7 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
 
   const add = (): void => {
     const made = names.map((_, index) => make("td", index === 3 ? { class: "num value" } : index === 5 ? { class: "num" } : {}));
-    const button = plot ? make("button", { type: "button", class: "small" }, "Plot") : undefined;
+    const button = plot ? make("button", { type: "button", class: "small" }, t("Plot")) : undefined;
     const row: Row = { root: make("tr", {}, ...made, ...(button ? [make("td", {}, button)] : [])), cells: made, plot: button, cell: undefined };
     button?.addEventListener("click", () => row.cell && plot?.(row.cell));
     rows.push(row);
@@ -96,12 +98,12 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
         const entity = update.instance === null ? label : `${label} ${update.instance}`;
         for (const one of update.fields) {
           all += 1;
-          const text = `${update.abbrev} ${entity} ${one.name}`.toLowerCase();
+          const text = `${update.abbrev} ${entity} ${one.name} ${quantity(update.abbrev, one.name)}`.toLowerCase();
           if (words.every((word) => text.includes(word))) found.push({ update, field: one, entity });
         }
       }
       cells = found;
-      setText(count, found.length === all ? `${all} fields` : `${found.length} of ${all} fields`);
+      setText(count, found.length === all ? t("{n} fields", { n: all }) : t("{n} of {all} fields", { n: found.length, all }));
       draw();
     },
   };
@@ -110,16 +112,18 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
 function fill(row: Row, cell: Cell, index: number, nowUs: number): void {
   const { text, unit } = field(cell.field);
   const old = ageS(cell.update, nowUs);
-  const texts = [cell.update.abbrev, cell.entity, cell.field.name, text, unit, age(old)];
+  const measured = quantity(cell.update.abbrev, cell.field.name);
+  const texts = [cell.update.abbrev, cell.entity, measured ? `${cell.field.name} · ${measured}` : cell.field.name, text, unit, age(old)];
   texts.forEach((one, at) => row.cells[at] && setText(row.cells[at], one));
   row.cells[1]?.setAttribute("title", cell.entity);
+  row.cells[2]?.setAttribute("title", measured);
   row.cells[3]?.setAttribute("title", text);
   setAttribute(row.root, "class", old > freshForS(cell.update) ? "stale" : null);
   setAttribute(row.root, "aria-rowindex", String(index + 2));
   if (!row.plot) return;
   const numeric = typeof cell.field.value === "number";
   setAttribute(row.plot, "hidden", numeric ? null : "");
-  setAttribute(row.plot, "aria-label", `Plot ${cell.update.abbrev} ${cell.entity} ${cell.field.name}`);
+  setAttribute(row.plot, "aria-label", t("Plot {abbrev} {entity} {name}", { abbrev: cell.update.abbrev, entity: cell.entity, name: cell.field.name }));
 }
 
 function spacer(columns: number): HTMLTableRowElement {

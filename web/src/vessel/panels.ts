@@ -1,24 +1,31 @@
 // What stands behind the tabs of a vessel's page, each made once.
 
+import { h } from "preact";
 import { getJson } from "../api/http";
 import type { Detections, LogBook, LogNotes } from "../api/types.gen";
+import { createMount } from "../components/mount";
+import { ReadinessList } from "../components/readiness";
 import { createControl } from "../control/panel";
+import { createRefused } from "../map/danger";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
 import { createParameters } from "../params/panel";
 import { createPlots, type PlotHandlers } from "../plot/panel";
 import type { Source } from "../plot/model";
 import { wayToWrite, withNotes } from "../state/notes";
+import type { Readiness } from "../state/readiness";
 import { placeAt } from "../state/track";
-import { createDetections, createLogBook } from "../ui/events";
+import { createDetections, createLogBook, type TagTable } from "../ui/events";
 import { createEntities } from "../ui/entities";
 import { setText } from "../ui/dom";
 import { utc } from "../ui/format";
 import { createLinkLoss } from "../ui/linkloss";
 import { createValues } from "../ui/values";
+import { t } from "../words/words";
 import type { Boxes } from "./boxes";
 import type { PageHistory } from "./history";
 import type { PagePresent } from "./present";
+import { TagsOnMap } from "./tagsonmap";
 import type { PageTime } from "./time";
 
 /** Who looks, and what they may. */
@@ -61,13 +68,17 @@ export function createPanels(needs: PanelNeeds) {
     const { entries, next } = await history.heeded(getJson<LogBook>(`${path}/logbook?${query}`, signal));
     return withNotes({ items: entries, next }, address, query, (question) => getJson<LogNotes>(`/api/v1/logbook?${question}`, signal));
   }, entity, events, rights.operator ? () => wayToWrite(address, time.atUs, placeNow(needs)) : undefined);
-  const tags = createDetections(boxes.panels.Tags, async (query, signal) => {
+  const tagsOnMap = new TagsOnMap(map, () => tags.draw());
+  const tags: TagTable = createDetections(boxes.panels.Tags, async (query, signal) => {
     const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
     return { items: detections, next };
-  }, ({ fromUs, toUs, open }) => `/api/v1/detections.csv?vessel=${address}&from_us=${fromUs}${open ? "" : `&to_us=${toUs}`}`, events, ({ items, next }) => {
-    map.overlays.detections(items);
-    const last = next ? items.at(-1) : undefined;
-    setText(boxes.tagsCut, last ? `Tags on the map: the newest ${items.length}, since ${utc(last.time_us)}. Older ones: under Tags.` : "");
+  }, ({ fromUs, toUs, open }) => `/api/v1/detections.csv?vessel=${address}&from_us=${fromUs}${open ? "" : `&to_us=${toUs}`}`, events, {
+    shows: (one) => tagsOnMap.shows(one),
+    changed({ items, next }) {
+      tagsOnMap.update(items);
+      const last = next ? items.at(-1) : undefined;
+      setText(boxes.tagsCut, last ? t("Tags on the map: the newest {n}, since {time}. For older ones, see Tags.", { n: items.length, time: utc(last.time_us) }) : "");
+    },
   });
   const route = createSeaRoute(map);
   const control = createControl(boxes.control, {
@@ -79,10 +90,12 @@ export function createPanels(needs: PanelNeeds) {
     name,
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+    refusedOnMap: createRefused(map),
     drawRoute: (places) => (places ? route.update([], places) : route.clear()),
   });
   const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
-  return { plots, values, parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
+  const readiness = createMount(boxes.panels.Entities);
+  return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
 }
 
 /** Where the vessel is or was at the time that is told of; null where that is not known. */

@@ -1,7 +1,7 @@
 //! Whatever goes wrong, the set is as it was.
 
 use crate::support::{contents, import, options, put};
-use chartdb::{ChartDb, ImportReport, Outcome, load_index};
+use chartdb::{ChartDb, ImportReport, Outcome, Snapshot, load_index};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -303,4 +303,26 @@ fn a_killed_import_leaves_the_old_set_whole() {
     }
     assert!(import(&db, std::slice::from_ref(&cells)).applied);
     assert_eq!(ChartDb::open(&db).unwrap().charts().unwrap().len(), 4);
+}
+
+/// QGIS added a field and left a write-ahead log, and a server has the set open for what it draws.
+#[test]
+fn what_qgis_left_hinders_no_import_while_somebody_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((db, cells)) = start(folder.path()) else { return };
+    let edit = rusqlite::Connection::open(&db).unwrap();
+    edit.execute_batch("PRAGMA journal_mode = WAL; ALTER TABLE coverage ADD COLUMN mine TEXT").unwrap();
+    drop(edit);
+    let mut open = Snapshot::open(&db).unwrap();
+    let before = open.digest();
+    let second = put(&cells, "GB5X01SE", 0).unwrap();
+    assert!(import(&db, &[second]).applied);
+    assert_eq!(names(&db), ["GB5X01SE", "GB5X02SE"]);
+    assert!(open.read(ChartDb::charts).unwrap().is_none(), "who reads is told that it is another set");
+    // A copy is of one state, and whole by itself.
+    let copy = folder.path().join("copy.gpkg");
+    chartdb::copy(&db, &copy).unwrap();
+    let digest = ChartDb::open(&db).unwrap().digest().unwrap();
+    assert!(digest != before && ChartDb::open(&copy).unwrap().digest().unwrap() == digest);
+    assert!(load_index(&copy).unwrap().sealed.digest == digest);
 }

@@ -148,7 +148,7 @@ fn updates_a_re_issue_and_a_newer_edition_replace_what_was_there() {
     shelf.put(3, updates[2].to_bytes().unwrap());
     shelf.accepted();
     assert_eq!((shelf.held(), shelf.water().least_m()), (vec![edition("1", "3")], Some(2.0)));
-    // The next edition begins anew, and nothing of the last one is left.
+    // The next edition starts over, and nothing of the last one is left.
     shelf.take(3);
     shelf.put(0, square(2, "9").0.to_bytes().unwrap());
     assert_eq!(shelf.accepted(), Outcome::Replaced { before: "edition 1, update 3".to_owned() });

@@ -1,7 +1,7 @@
 //! The body of the fuzz target `lakes` over its committed seeds, cut and with bits flipped, and over everything it
 //! ever found.
 //!
-//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written anew.
+//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written again.
 
 #[path = "../../../../fuzz/bodies/lakes.rs"]
 mod bodies;

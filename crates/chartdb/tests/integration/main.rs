@@ -7,5 +7,6 @@ mod editions;
 mod fuzz_seeds;
 mod geopackage;
 mod lakes;
+mod one_by_one;
 mod real_cells;
 mod support;

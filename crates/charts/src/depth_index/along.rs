@@ -3,9 +3,10 @@
 use super::coords::{Frame, Spot, TURN, unwrap_near};
 use super::demand::{Demand, ZoneError};
 use super::index::DepthIndex;
-use super::object::{Stored, Water};
+use super::object::{State, Stored, Water};
 use super::piece::Kind;
 use super::plane::{Across, Strip};
+use super::restricted::{EntryRule, Restricted, Restriction};
 use super::tree::{Node, Run};
 use std::cell::Cell;
 use units::{Geodetic, LatLon};
@@ -39,10 +40,23 @@ pub struct DepthAnswer {
     pub depth_error_m: f64,
     /// What is left of the depth (m): negative = too shallow; `None` where it is no water of known depth.
     pub margin_m: Option<f64>,
-    /// Whether the vessel may be there. False for everything that is not known to be deep enough.
+    /// Whether the vessel may be there. False for everything that is not known to be deep enough, and in an area that it
+    /// may not enter.
     pub navigable: bool,
+    /// Of the areas whose entry is prohibited or restricted the one that counts most; `None` of those that the demand
+    /// ignores.
+    pub area: Option<Restricted>,
     /// The half width that was looked at, with all allowances (m).
     pub half_width_m: f64,
+}
+
+impl DepthAnswer {
+    /// With an area beside the water.
+    #[must_use]
+    pub fn within(self, area: Option<Restricted>) -> Self {
+        let open = !area.is_some_and(|area| area.is_refused());
+        Self { area, navigable: self.navigable && open, ..self }
+    }
 }
 
 /// Something found in one piece of a leg.
@@ -55,28 +69,33 @@ struct Hit {
     off_m: f64,
 }
 
-/// What a run stands for: its object's number in answers, its meaning and its zone of confidence.
+/// What a run stands for: its object's number in answers, its meaning, its zone of confidence and its restriction.
 #[derive(Debug, Clone, Copy)]
-struct Told {
-    object: Option<u32>,
+pub(super) struct RunMeaning {
+    pub(super) object: Option<u32>,
     stored: Stored,
     zone: Option<u8>,
+    pub(super) restriction: Option<Restriction>,
 }
 
 /// A piece of a leg and what the chart's errors are there.
-struct Piece {
-    from: Spot,
-    strip: Strip,
+pub(super) struct Piece {
+    pub(super) from: Spot,
+    /// What there is where it begins.
+    pub(super) state: State,
+    pub(super) strip: Strip,
     zone: Option<u8>,
     error: Option<ZoneError>,
-    before_m: f64,
+    /// What lies before it of the leg (m).
+    pub(super) before_m: f64,
 }
 
 impl DepthIndex {
-    /// What the chart says at a point: the area that holds it, and dangers with an extent. Single dangers have
-    /// none; ask [`Self::shallowest_within`] for a vessel that has a size or an uncertain position.
+    /// What the chart says at a point: the area that holds it, on a border the shallower of those that meet there, and
+    /// dangers with an extent. Single dangers have none; ask [`Self::shallowest_within`] for a vessel that has a size or
+    /// an uncertain position.
     pub fn depth_at(&self, place: LatLon, demand: &Demand) -> DepthAnswer {
-        let state = self.state_at(Spot::of(place));
+        let state = self.worst_at(Spot::of(place));
         let mut water = state.stored.water();
         let mut object = state.object;
         if let Some((stored, id)) = state.overhead.filter(|_| demand.air_draught_m.is_some()) {
@@ -97,8 +116,10 @@ impl DepthIndex {
             depth_error_m: Demand::depth_error_m(error, water.least_m().unwrap_or(0.0)),
             margin_m,
             navigable,
+            area: None,
             half_width_m: 0.0,
         }
+        .within(state.restricted(place, demand))
     }
 
     /// The worst within a circle.
@@ -108,21 +129,28 @@ impl DepthIndex {
 
     /// The worst in the corridor of a leg: all places within `half_width_m` of it, its round ends included.
     pub fn shallowest_along(&self, leg: Leg, half_width_m: f64, demand: &Demand) -> DepthAnswer {
+        let mut area = None;
         let answers = self.pieces(leg, half_width_m, demand).map(|piece| {
+            area = Restricted::worse(area, self.restricted_in(&piece, demand, EntryRule::Warn));
             let hit = self.worst_of(&piece, demand);
             (Self::answer(&piece, hit, demand), hit.at)
         });
         let worst = answers.reduce(|worst, one| if order(&worst.0) <= order(&one.0) { worst } else { one });
         // A leg always has a piece.
-        worst.map_or_else(|| self.depth_at(leg.from, demand), |(answer, at)| self.with_zone(answer, at))
+        let Some((answer, at)) = worst else { return self.depth_at(leg.from, demand) };
+        self.with_zone(answer, at).within(area)
     }
 
     /// The first danger on a leg: where a disc of the half width, moving along, first touches something that is
     /// not navigable. `along_m` is where the disc's centre is then.
     pub fn first_danger_along(&self, leg: Leg, half_width_m: f64, demand: &Demand) -> Option<DepthAnswer> {
         self.pieces(leg, half_width_m, demand).find_map(|piece| {
-            let hit = self.first_of(&piece, demand)?;
-            Some(self.with_zone(Self::answer(&piece, hit, demand), hit.at))
+            let area = self.restricted_in(&piece, demand, EntryRule::Refuse);
+            let hit = self.first_of(&piece, demand);
+            let entered =
+                area.filter(|area| hit.is_none_or(|hit| area.along_m < piece.before_m + hit.along_m));
+            let hit = entered.map(|area| self.hit_in(&piece, &area)).or(hit)?;
+            Some(self.with_zone(Self::answer(&piece, hit, demand).within(entered), hit.at))
         })
     }
 
@@ -130,6 +158,15 @@ impl DepthIndex {
     /// what is answered alone, as it takes longer than the rest.
     fn with_zone(&self, answer: DepthAnswer, at: Spot) -> DepthAnswer {
         DepthAnswer { zone: answer.zone.or_else(|| self.state_at(at).zone), ..answer }
+    }
+
+    /// What there is where an area is entered.
+    fn hit_in(&self, piece: &Piece, area: &Restricted) -> Hit {
+        let (at, along_m) = (Spot::of(area.at), area.along_m - piece.before_m);
+        let state = self.state_at(at);
+        let to = piece.strip.spot(Across { u: along_m, v: 0.0 });
+        let off_m = super::coords::distance_m(to, at);
+        Hit { stored: state.stored, object: state.object, at, along_m, off_m }
     }
 
     fn answer(piece: &Piece, hit: Hit, demand: &Demand) -> DepthAnswer {
@@ -145,6 +182,7 @@ impl DepthIndex {
             depth_error_m: Demand::depth_error_m(piece.error, water.least_m().unwrap_or(0.0)),
             margin_m,
             navigable,
+            area: None,
             half_width_m: piece.strip.reach_m,
         }
     }
@@ -155,14 +193,15 @@ impl DepthIndex {
         half_width_m: f64,
         demand: &'a Demand,
     ) -> impl Iterator<Item = Piece> + 'a {
-        // A width that is no number must find everything dangerous: nothing is within NaN of anything.
+        // A width that is not a number must find everything dangerous: nothing is within NaN of anything.
         let half_width_m = half_width_m + demand.position_m;
         let half_width_m = if half_width_m.is_nan() { 1e6 } else { half_width_m.clamp(0.0, 1e6) };
         let mut before_m = 0.0;
         divide(leg).map(move |(from, to)| {
-            let (zone, error, wider_m) = self.chart_error(from, to, half_width_m, demand);
+            let state = self.state_at(from);
+            let (zone, error, wider_m) = self.chart_error((from, state.zone), to, half_width_m, demand);
             let strip = Strip::new(from, to, half_width_m + wider_m);
-            let piece = Piece { from, strip, zone, error, before_m };
+            let piece = Piece { from, state, strip, zone, error, before_m };
             before_m += strip.length_m;
             piece
         })
@@ -171,7 +210,7 @@ impl DepthIndex {
     /// The worst zone of confidence that matters to a piece, its errors, and by how much it widens the piece.
     fn chart_error(
         &self,
-        from: Spot,
+        (from, zone): (Spot, Option<u8>),
         to: Spot,
         half_width_m: f64,
         demand: &Demand,
@@ -180,7 +219,7 @@ impl DepthIndex {
         let widening = |zone: u8| if widen { errors[zone_index(Some(zone))].horizontal_m } else { 0.0 };
         let widest_m = (1..=6).map(widening).fold(0.0, f64::max);
         let strip = Strip::new(from, to, half_width_m + widest_m);
-        let mut zone = self.state_at(from).zone.unwrap_or(6);
+        let mut zone = zone.unwrap_or(6);
         self.each_segment(
             Kind::Quality,
             &strip,
@@ -213,22 +252,23 @@ impl DepthIndex {
     }
 
     /// Calls for every segment (or point) of the runs that a strip may touch.
-    fn each_segment(
+    pub(super) fn each_segment(
         &self,
         kind: Kind,
         strip: &Strip,
         wanted: impl Fn(i32) -> bool,
-        mut each: impl FnMut(&Strip, Told, Across, Across),
+        mut each: impl FnMut(&Strip, RunMeaning, Across, Across),
     ) {
         for chart in self.charts_touched(strip) {
             let piece = self.piece(chart);
             for strip in turns(strip) {
                 let visit = |run: &Run| {
                     let object = piece.object(run.object);
-                    let told = Told {
+                    let told = RunMeaning {
                         object: object.map(|_| self.number(chart, run.object)),
                         stored: piece.stored(run.object),
                         zone: object.and_then(|one| one.zone),
+                        restriction: object.and_then(super::ChartObject::restriction),
                     };
                     let vertices = piece.vertices(run);
                     let mut a = strip.across(vertices[0]);
@@ -247,8 +287,8 @@ impl DepthIndex {
     }
 
     /// What holds the start of a piece, if anything does.
-    fn start_of(&self, piece: &Piece, demand: &Demand) -> Hit {
-        let state = self.state_at(piece.from);
+    fn start_of(piece: &Piece, demand: &Demand) -> Hit {
+        let state = piece.state;
         let mut hit =
             Hit { stored: state.stored, object: state.object, at: piece.from, along_m: 0.0, off_m: 0.0 };
         let low = |(stored, _): &(Stored, u32)| !demand.fits_under(stored.clearance_m());
@@ -261,10 +301,10 @@ impl DepthIndex {
     }
 
     fn worst_of(&self, piece: &Piece, demand: &Demand) -> Hit {
-        let start = self.start_of(piece, demand);
+        let start = Self::start_of(piece, demand);
         let (worst, hit) = (Cell::new(start.stored.least_mm()), Cell::new(start));
-        let consider = |strip: &Strip, told: Told, a: Across, b: Across| {
-            let Told { stored, object, .. } = told;
+        let consider = |strip: &Strip, told: RunMeaning, a: Across, b: Across| {
+            let RunMeaning { stored, object, .. } = told;
             if stored.least_mm() >= worst.get() {
                 return;
             }
@@ -275,7 +315,7 @@ impl DepthIndex {
         };
         self.each_segment(Kind::Danger, &piece.strip, |least| least < worst.get(), consider);
         if demand.air_draught_m.is_some() {
-            let too_low = |strip: &Strip, told: Told, a: Across, b: Across| {
+            let too_low = |strip: &Strip, told: RunMeaning, a: Across, b: Across| {
                 if !demand.fits_under(told.stored.clearance_m()) {
                     consider(strip, told, a, b);
                 }
@@ -286,15 +326,15 @@ impl DepthIndex {
     }
 
     fn first_of(&self, piece: &Piece, demand: &Demand) -> Option<Hit> {
-        let start = self.start_of(piece, demand);
+        let start = Self::start_of(piece, demand);
         let dangerous = |stored: Stored| !demand.judge(stored.water(), piece.error).0;
         if dangerous(start.stored) {
             return Some(start);
         }
         let enough_mm = demand.enough_mm(piece.error);
         let first: Cell<Option<Hit>> = Cell::new(None);
-        let consider = |strip: &Strip, told: Told, a: Across, b: Across| {
-            let Told { stored, object, .. } = told;
+        let consider = |strip: &Strip, told: RunMeaning, a: Across, b: Across| {
+            let RunMeaning { stored, object, .. } = told;
             if !dangerous(stored) {
                 return;
             }
@@ -309,7 +349,7 @@ impl DepthIndex {
         };
         self.each_segment(Kind::Danger, &piece.strip, |least| least <= enough_mm, consider);
         if demand.air_draught_m.is_some() {
-            let too_low = |strip: &Strip, told: Told, a: Across, b: Across| {
+            let too_low = |strip: &Strip, told: RunMeaning, a: Across, b: Across| {
                 if !demand.fits_under(told.stored.clearance_m()) {
                     consider(strip, told, a, b);
                 }

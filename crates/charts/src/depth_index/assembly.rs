@@ -2,7 +2,10 @@
 //! index before what no change can have touched.
 //!
 //! A chart whose mark is the one that it had keeps its own part; one that meets no chart that came, changed or went
-//! ([`seams::meet`]) keeps its seams as well, byte for byte. So the bytes are the same as if all were made anew.
+//! ([`seams::meet`]) keeps its seams as well, byte for byte. So the bytes are the same as if all were rebuilt.
+//!
+//! [`assemble_after`] leaves the index before where it is, and gives only what differs with a new directory: a small
+//! change of a large set writes little.
 
 use super::build::{BuildError, IndexBuilder};
 use super::codec::{self, Span};
@@ -44,11 +47,40 @@ impl ChartToIndex {
 /// # Errors
 /// Those of `features` and `put`, and when a chart makes no index.
 pub fn assemble<E: From<BuildError>>(
-    mut charts: Vec<ChartToIndex>,
+    charts: Vec<ChartToIndex>,
     before: Option<&DepthIndex>,
     features: impl Fn(&Source) -> Result<Vec<Feature>, E>,
     mut put: impl FnMut(&[u8]) -> Result<(), E>,
 ) -> Result<(), E> {
+    let head = codec::head();
+    put(&head)?;
+    join(charts, before, (head.len() as u64, 0), features, put).map(|_| ())
+}
+
+/// Gives the bytes that make an index of these charts where they follow the first `base_bytes` of the index before. Of
+/// those the pieces stay in use that no change touched. Returns the bytes of pieces that are in use, old and new.
+///
+/// # Errors
+/// As those of [`assemble`].
+pub fn assemble_after<E: From<BuildError>>(
+    charts: Vec<ChartToIndex>,
+    before: &DepthIndex,
+    base_bytes: u64,
+    features: impl Fn(&Source) -> Result<Vec<Feature>, E>,
+    put: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<u64, E> {
+    join(charts, Some(before), (base_bytes, base_bytes), features, put)
+}
+
+/// The pieces and the directory, from an offset on; pieces that lie before `base_bytes` stay there. Returns the bytes of
+/// all pieces.
+fn join<E: From<BuildError>>(
+    mut charts: Vec<ChartToIndex>,
+    before: Option<&DepthIndex>,
+    (mut offset, base_bytes): (u64, u64),
+    features: impl Fn(&Source) -> Result<Vec<Feature>, E>,
+    mut put: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<u64, E> {
     charts.sort_by_cached_key(|chart| chart.source.rank());
     let boxes: Vec<Bounds> = charts.iter().map(ChartToIndex::bounds).collect();
     let kept = Kept::of(&charts, &boxes, before);
@@ -66,11 +98,12 @@ pub fn assemble<E: From<BuildError>>(
         Ok(Arc::new(piece))
     };
     let around = Around::new(boxes.clone(), MOST_BYTES, load);
-    let head = codec::head();
-    let mut offset = head.len() as u64;
-    put(&head)?;
     let mut made: BTreeMap<usize, (Entry, Span)> = BTreeMap::new();
     for at in codec::file_order(&boxes) {
+        if let Some(stays) = kept.in_place(at, base_bytes) {
+            made.insert(at, stays);
+            continue;
+        }
         let (entry, bytes, checksum) = if let Some(kept) = kept.whole(at) {
             kept
         } else {
@@ -87,7 +120,8 @@ pub fn assemble<E: From<BuildError>>(
     }
     let sources: Vec<Source> = charts.iter().map(|chart| chart.source.clone()).collect();
     let (entries, spans): (Vec<Entry>, Vec<Span>) = made.into_values().unzip();
-    put(&codec::end(&sources, &entries, &spans))
+    put(&codec::end(&sources, &entries, &spans))?;
+    Ok(spans.iter().map(|span| u64::from(span.length)).sum())
 }
 
 /// What the index before has of the charts.
@@ -132,6 +166,14 @@ impl<'a> Kept<'a> {
     fn own(&self, at: usize) -> Option<Piece> {
         let piece = self.before?.sound_piece(self.same[at]?)?;
         Some(Piece::clone(&piece).own())
+    }
+
+    /// Where a chart with its seams lies; `None` where it changed, or lies beyond the first `base_bytes`.
+    fn in_place(&self, at: usize, base_bytes: u64) -> Option<(Entry, Span)> {
+        let (before, there) = (self.before?, self.same[at].filter(|_| self.untouched[at])?);
+        let span = before.span(there)?;
+        let within = span.offset + u64::from(span.length) <= base_bytes;
+        within.then(|| (before.directory.entries[there].clone(), span))
     }
 
     /// A chart with its seams, as it lies there, and the checksum of it; `None` where it changed or cannot be read.

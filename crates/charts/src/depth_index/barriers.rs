@@ -2,8 +2,9 @@
 
 use super::demand::{Demand, ZoneError};
 use super::index::DepthIndex;
-use super::object::{Role, Stored};
+use super::object::{ChartObject, Role, Stored};
 use super::piece::{Kind, Piece};
+use super::restricted::EntryRule;
 use super::seams;
 use super::tree::Run;
 use crate::grid::{Bounds, PER_DEGREE, Vertex};
@@ -95,11 +96,33 @@ impl DepthIndex {
                 let too_low = |stored: Stored| !demand.fits_under(stored.clearance_m());
                 runs.extend(wanted.runs(&piece, Kind::Overhead, too_low));
             }
+            runs.extend(wanted.refused_entry(&piece));
             for chain in chains(runs) {
                 outer_parts(piece.vertices(&chain), &inner, &mut lines);
             }
         }
         Barriers { lines, wider_m }
+    }
+
+    /// The needed depths (m) at which more comes to be closed within a box, all below what is demanded: up to each of
+    /// them, what has it as its charted depth is still open. In order, each once; with water level and errors reckoned as
+    /// for [`Self::barriers`].
+    pub fn closing_depths_m(&self, demand: &Demand, within: &GeoBox) -> Vec<f64> {
+        let (error, _) = self.worst_error(demand);
+        let wanted = Wanted { demand, error, within: within.bounds() };
+        let needing_nothing = Demand { draught_m: 0.0, squat_m: 0.0, reserve_m: 0.0, ..*demand };
+        let mut found = Vec::new();
+        for chart in self.charts_in(|node| wanted.meets(&node.bounds)) {
+            let piece = self.piece(chart);
+            let closed = wanted.runs(&piece, Kind::Danger, |stored| wanted.closed(stored));
+            let margins = closed
+                .iter()
+                .filter_map(|run| needing_nothing.judge(piece.stored(run.object).water(), error).1);
+            found.extend(margins);
+            found.sort_by(f64::total_cmp);
+            found.dedup();
+        }
+        found
     }
 
     /// The errors of the worst zone of confidence that there is, and by how much they widen a corridor (m).
@@ -131,6 +154,21 @@ impl Wanted<'_> {
             |node| node.least_mm <= enough_mm && self.meets(&node.bounds),
             |run| {
                 if closed(piece.stored(run.object)) {
+                    runs.push(*run);
+                }
+            },
+        );
+        runs
+    }
+
+    /// Borders of areas that the vessel may not enter.
+    fn refused_entry(&self, piece: &Piece) -> Vec<Run> {
+        let refused = |restriction| self.demand.entry.of(restriction) == EntryRule::Refuse;
+        let mut runs = Vec::new();
+        piece.tree(Kind::Restricted).search(
+            |node| self.demand.entry.refuse_any() && self.meets(&node.bounds),
+            |run| {
+                if piece.object(run.object).and_then(ChartObject::restriction).is_some_and(refused) {
                     runs.push(*run);
                 }
             },

@@ -295,8 +295,7 @@ fn shapes(geometry: &Geometry) -> Option<Vec<Shape>> {
             if vertices.is_empty() {
                 return Some(Vec::new());
             }
-            let bounds = crate::grid::Bounds::of(&vertices);
-            let ([x0, y0], [x1, y1]) = (bounds.min, bounds.max);
+            let Bounds { min: [x0, y0], max: [x1, y1] } = Bounds::of(&vertices);
             vec![Shape::Area(vec![vec![[x0, y0], [x0, y1], [x1, y1], [x1, y0], [x0, y0]]])]
         }
     })

@@ -7,25 +7,22 @@
 //! of where their charts lie ([`file_order`]), so that neighbours are read together.
 
 use super::index::{DepthIndex, Directory, Entry, Pieces, tree_of_boxes};
-use super::object::{ChartObject, Role, Stored};
-use super::piece::{Line, Piece};
-use super::places::{AreaEntry, Areas, Places, Quad, WHOLE};
-use super::ring::Ring;
-use super::shelf::{IndexBytes, Shelf};
-use super::tree::{NO_DATA, Node, Run, Tree};
+use super::piece::Piece;
+use super::piece_cache::{IndexBytes, PieceCache};
+use super::rows::{Reader, Writer};
+use super::sound::is_sound;
 use crate::coverage::Source;
-use crate::grid::{Bounds, Vertex};
-use crate::s57::{ObjectClass, ObjectId};
+use crate::grid::Bounds;
 use std::sync::Arc;
 
 const MAGIC: &[u8; 8] = b"LUTRADIX";
 /// Raised whenever the layout changes, or the rules by which an index is made of charts: one by older rules may call
 /// safe what is not, so it is made again.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEAD_BYTES: usize = 12;
 /// What follows the directory.
 const END_BYTES: usize = 8;
-/// A directory longer than this is none: a chart takes some 200 bytes.
+/// A directory longer than this is refused: a chart takes some 200 bytes.
 const MOST_DIRECTORY: usize = 64 << 20;
 
 /// Where a piece lies, and its checksum.
@@ -162,12 +159,9 @@ impl DepthIndex {
     /// # Errors
     /// When there is no index, one of another version, or its directory is damaged.
     pub fn open(bytes: Arc<dyn IndexBytes>, from: u64, most_bytes: usize) -> Result<Self, IndexError> {
-        let (directory, mut spans) = read_directory(&*bytes, from)?;
-        for span in &mut spans {
-            span.offset += from;
-        }
-        let shelf = Shelf::new(bytes, spans, most_bytes);
-        Ok(Self { directory: Arc::new(directory), pieces: Pieces::Kept(Arc::new(shelf)) })
+        let (directory, spans) = read_directory(&*bytes, from)?;
+        let piece_cache = PieceCache::new(bytes, from, spans, most_bytes);
+        Ok(Self { directory: Arc::new(directory), pieces: Pieces::Kept(Arc::new(piece_cache)) })
     }
 }
 
@@ -230,316 +224,6 @@ fn read_directory(bytes: &dyn IndexBytes, from: u64) -> Result<(Directory, Vec<S
     let rows = reader.list(100, row).filter(|_| reader.at == size).ok_or(damaged)?;
     let (charts, spans) = rows.into_iter().unzip();
     Ok((Directory::new(charts), spans))
-}
-
-/// Whether everything that points points into its table.
-fn is_sound(piece: &Piece) -> bool {
-    let within = |first: u32, count: u32, length: usize| {
-        first.checked_add(count).is_some_and(|end| end as usize <= length)
-    };
-    let areas = &piece.areas;
-    let vertices = areas.vertices.len();
-    let own = piece.own_vertices as usize;
-    let rings_sound = areas.rings.iter().all(|ring| {
-        let boxes = Ring::box_count(ring.segments()) as u32;
-        ring.count >= 2 && within(ring.first, ring.count, own) && within(ring.boxes, boxes, areas.boxes.len())
-    });
-    let areas_sound = areas.list.iter().all(|area| {
-        within(area.first_ring, area.rings, areas.rings.len()) && area.object < piece.own_objects
-    });
-    let lines_sound =
-        piece.lines.iter().all(|line| within(line.first, line.count, own) && line.object < piece.own_objects);
-    let trees_sound = piece.trees.iter().all(|tree| {
-        tree.runs.iter().all(|run| {
-            let known = (run.object as usize) < piece.objects.len();
-            run.count >= 1 && within(run.first, run.count, vertices) && (known || run.object == NO_DATA)
-        })
-    });
-    // Only the trees of dangers and of quality may hold the border of what is charted or assessed.
-    let named = piece.trees[2..].iter().all(|tree| tree.runs.iter().all(|run| run.object != NO_DATA));
-    let sourced = piece.objects.iter().all(|object| (object.source as usize) < piece.charts.len());
-    let owned = piece.own_objects as usize <= piece.objects.len() && own <= vertices;
-    owned
-        && rings_sound
-        && areas_sound
-        && lines_sound
-        && trees_sound
-        && named
-        && sourced
-        && places_sound(piece)
-}
-
-fn places_sound(piece: &Piece) -> bool {
-    let Places { side, nodes, entries, .. } = &piece.places;
-    if nodes.is_empty() {
-        return entries.is_empty();
-    }
-    let sided = *side > 0 && *side <= 1 << 33 && (*side as u64).is_power_of_two();
-    // Children come after their parents, so that no walk goes in circles.
-    let noded = nodes.iter().enumerate().all(|(at, node)| {
-        if node.is_inner() {
-            node.first as usize > at && (node.first as usize).saturating_add(4) <= nodes.len()
-        } else {
-            (node.first as usize).saturating_add(node.count as usize) <= entries.len()
-        }
-    });
-    sided && noded && entries.iter().all(|entry| ((entry & !WHOLE) as usize) < piece.areas.list.len())
-}
-
-struct Writer(Vec<u8>);
-
-impl Writer {
-    fn list<T>(&mut self, items: &[T], mut write: impl FnMut(&mut Self, &T)) {
-        // Tables are indexed by u32.
-        self.u32s(&[items.len() as u32]);
-        for item in items {
-            write(self, item);
-        }
-    }
-
-    fn u32s(&mut self, values: &[u32]) {
-        for value in values {
-            self.0.extend(value.to_le_bytes());
-        }
-    }
-
-    fn i32(&mut self, value: i32) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    fn vertex(&mut self, vertex: Vertex) {
-        for value in vertex {
-            self.i32(value);
-        }
-    }
-
-    fn bounds(&mut self, bounds: &Bounds) {
-        self.vertex(bounds.min);
-        self.vertex(bounds.max);
-    }
-
-    fn text(&mut self, text: &str) {
-        self.list(text.as_bytes(), |out, byte| out.0.push(*byte));
-    }
-
-    fn piece(&mut self, piece: &Piece) {
-        self.list(&piece.charts, |out, name| out.text(name));
-        self.list(&piece.objects, Self::object);
-        self.u32s(&[piece.own_objects, piece.own_vertices]);
-        self.list(&piece.lines, |out, line| out.u32s(&[line.object, line.first, line.count]));
-        self.list(&piece.areas.vertices, |out, vertex| out.vertex(*vertex));
-        self.list(&piece.areas.rings, |out, ring| out.u32s(&[ring.first, ring.count, ring.boxes]));
-        self.list(&piece.areas.boxes, Self::bounds);
-        self.list(&piece.areas.list, |out, area| out.u32s(&[area.object, area.first_ring, area.rings]));
-        self.vertex(piece.places.corner);
-        self.0.extend(piece.places.side.to_le_bytes());
-        self.list(&piece.places.nodes, |out, node| out.u32s(&[node.first, node.count]));
-        self.list(&piece.places.entries, |out, entry| out.u32s(&[*entry]));
-        for tree in &piece.trees {
-            self.list(&tree.runs, |out, run| out.u32s(&[run.first, run.count, run.object]));
-            self.list(&tree.nodes, |out, node| {
-                out.bounds(&node.bounds);
-                out.i32(node.least_mm);
-            });
-        }
-    }
-
-    fn entry(&mut self, entry: &Entry) {
-        self.0.extend(entry.mark);
-        self.bounds(&entry.bounds);
-        self.bounds(&entry.danger);
-        self.bounds(&entry.unassessed.unwrap_or(Bounds::EMPTY));
-        self.0.extend([u8::from(entry.unassessed.is_some()), entry.worst_zone.unwrap_or(0)]);
-        self.u32s(&[entry.objects, entry.vertices]);
-    }
-
-    fn source(&mut self, source: &Source) {
-        for text in [&source.name, &source.edition, &source.update, &source.issue_date] {
-            self.text(text);
-        }
-        self.u32s(&[source.scale]);
-        self.0.extend([source.band, source.sounding_datum, u8::from(source.supplement)]);
-    }
-
-    fn object(&mut self, object: &ChartObject) {
-        let ObjectId { agency, number, subdivision } = object.id;
-        self.u32s(&[object.record, object.source, number]);
-        for value in [object.class.0, agency, subdivision] {
-            self.0.extend(value.to_le_bytes());
-        }
-        let interest = u8::from(object.interest);
-        self.0.extend([object.role as u8, interest, object.zone.unwrap_or(0)]);
-        let (kind, first, second) = match object.stored {
-            Stored::Land => (0, None, None),
-            Stored::Obstacle => (1, None, None),
-            Stored::Unknown => (2, None, None),
-            Stored::NoData => (3, None, None),
-            Stored::Overhead(clearance) => (4, clearance, None),
-            Stored::Depth(least, greatest) => (5, Some(least), greatest),
-        };
-        self.0.push(kind);
-        self.i32(first.unwrap_or(i32::MIN));
-        self.i32(second.unwrap_or(i32::MIN));
-        self.0.push(u8::from(object.name.is_some()));
-        self.text(object.name.as_deref().unwrap_or_default());
-    }
-}
-
-struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl Reader<'_> {
-    fn piece(&mut self) -> Option<Piece> {
-        let charts = self.list(4, Self::text)?;
-        let objects = self.list(35, Self::object)?;
-        let (own_objects, own_vertices) = (self.u32()?, self.u32()?);
-        let line = |reader: &mut Self| {
-            Some(Line { object: reader.u32()?, first: reader.u32()?, count: reader.u32()? })
-        };
-        let lines = self.list(12, line)?;
-        let areas = self.areas()?;
-        let corner = self.vertex()?;
-        let side = i64::from_le_bytes(self.array()?);
-        let nodes = self.list(8, |reader| Some(Quad { first: reader.u32()?, count: reader.u32()? }))?;
-        let entries = self.list(4, Self::u32)?;
-        let places = Places { corner, side, nodes, entries };
-        let trees = [self.tree()?, self.tree()?, self.tree()?, self.tree()?];
-        let supplement = false;
-        Some(Piece { supplement, charts, objects, areas, lines, places, own_objects, own_vertices, trees })
-    }
-
-    fn areas(&mut self) -> Option<Areas> {
-        let vertices = self.list(8, Self::vertex)?;
-        let ring = |reader: &mut Self| {
-            Some(Ring { first: reader.u32()?, count: reader.u32()?, boxes: reader.u32()? })
-        };
-        let rings = self.list(12, ring)?;
-        let boxes = self.list(16, Self::bounds)?;
-        let area = |reader: &mut Self| {
-            Some(AreaEntry { object: reader.u32()?, first_ring: reader.u32()?, rings: reader.u32()? })
-        };
-        Some(Areas { vertices, rings, boxes, list: self.list(12, area)? })
-    }
-
-    fn entry(&mut self) -> Option<Entry> {
-        let mark = self.array()?;
-        let (bounds, danger, unassessed) = (self.bounds()?, self.bounds()?, self.bounds()?);
-        let (bare, zone) = (self.u8()? != 0, self.u8()?);
-        let (objects, vertices) = (self.u32()?, self.u32()?);
-        let unassessed = bare.then_some(unassessed);
-        let worst_zone = (zone > 0).then_some(zone);
-        Some(Entry { mark, bounds, danger, unassessed, worst_zone, objects, vertices })
-    }
-
-    fn tree(&mut self) -> Option<Tree> {
-        let run = |reader: &mut Self| {
-            Some(Run { first: reader.u32()?, count: reader.u32()?, object: reader.u32()? })
-        };
-        let runs = self.list(12, run)?;
-        let node = |reader: &mut Self| Some(Node { bounds: reader.bounds()?, least_mm: reader.i32()? });
-        Tree::from_parts(runs, self.list(20, node)?)
-    }
-
-    /// A table; its length must fit what is left, so that nothing is allocated for rows that cannot be there.
-    fn list<T>(&mut self, row_bytes: usize, mut read: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
-        let count = self.u32()? as usize;
-        if count > (self.bytes.len() - self.at) / row_bytes {
-            return None;
-        }
-        let mut rows = Vec::with_capacity(count);
-        for _ in 0..count {
-            rows.push(read(self)?);
-        }
-        Some(rows)
-    }
-
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let bytes = self.bytes.get(self.at..self.at + N)?;
-        self.at += N;
-        bytes.try_into().ok()
-    }
-
-    fn u8(&mut self) -> Option<u8> {
-        self.array().map(|[byte]| byte)
-    }
-
-    fn u16(&mut self) -> Option<u16> {
-        self.array().map(u16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.array().map(u32::from_le_bytes)
-    }
-
-    fn i32(&mut self) -> Option<i32> {
-        self.array().map(i32::from_le_bytes)
-    }
-
-    fn vertex(&mut self) -> Option<Vertex> {
-        Some([self.i32()?, self.i32()?])
-    }
-
-    fn bounds(&mut self) -> Option<Bounds> {
-        Some(Bounds { min: self.vertex()?, max: self.vertex()? })
-    }
-
-    fn text(&mut self) -> Option<String> {
-        String::from_utf8(self.list(1, Self::u8)?).ok()
-    }
-
-    fn source(&mut self) -> Option<Source> {
-        Some(Source {
-            name: self.text()?,
-            edition: self.text()?,
-            update: self.text()?,
-            issue_date: self.text()?,
-            scale: self.u32()?,
-            band: self.u8()?,
-            sounding_datum: self.u8()?,
-            supplement: self.u8()? != 0,
-        })
-    }
-
-    fn object(&mut self) -> Option<ChartObject> {
-        let (record, source, number) = (self.u32()?, self.u32()?, self.u32()?);
-        let (class, agency, subdivision) = (self.u16()?, self.u16()?, self.u16()?);
-        let role = match self.u8()? {
-            0 => Role::Coverage,
-            1 => Role::Skin,
-            2 => Role::Danger,
-            3 => Role::Quality,
-            4 => Role::Overhead,
-            5 => Role::Interest,
-            _ => return None,
-        };
-        let (interest, zone, kind) = (self.u8()? != 0, self.u8()?, self.u8()?);
-        let (first, second) = (self.i32()?, self.i32()?);
-        let given = |value: i32| (value != i32::MIN).then_some(value);
-        let stored = match kind {
-            0 => Stored::Land,
-            1 => Stored::Obstacle,
-            2 => Stored::Unknown,
-            3 => Stored::NoData,
-            4 => Stored::Overhead(given(first)),
-            // A depth that could pass for no depth is none.
-            5 if first > i32::MIN + 16 => Stored::Depth(first, given(second)),
-            _ => return None,
-        };
-        let (named, name) = (self.u8()? != 0, self.text()?);
-        Some(ChartObject {
-            class: ObjectClass(class),
-            id: ObjectId { agency, number, subdivision },
-            record,
-            source,
-            name: named.then_some(name),
-            zone: (zone > 0).then_some(zone),
-            stored,
-            role,
-            interest,
-        })
-    }
 }
 
 #[cfg(test)]

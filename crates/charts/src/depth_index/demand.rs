@@ -4,6 +4,7 @@
 //! under the keel. The margin is their difference. None of this is baked into an index.
 
 use super::object::Water;
+use super::restricted::EntryRules;
 
 /// Errors of a zone of confidence: positions within `horizontal_m`, depths within `fixed_m + share · depth`,
 /// both at 95 % (S-57 appendix A, attribute CATZOC).
@@ -72,10 +73,12 @@ pub struct Demand {
     pub position_m: f64,
     /// How far the chart is believed.
     pub trust: ChartTrust,
+    /// What it makes of areas whose entry is prohibited or restricted.
+    pub entry: EntryRules,
 }
 
 impl Demand {
-    /// A least depth and nothing else, such as 5 m for autonomous operation.
+    /// A least depth and nothing else but the usual rules of entry, such as 5 m for autonomous operation.
     pub fn least_depth(depth_m: f64) -> Self {
         Self { draught_m: depth_m, ..Self::default() }
     }

@@ -1,10 +1,11 @@
-//! The index itself: a directory of charts, and their pieces, in memory or on a [`Shelf`].
+//! The index itself: a directory of charts, and their pieces, in memory or on a [`PieceCache`].
 
-use super::codec;
+use super::codec::{self, Span};
 use super::coords::Spot;
 use super::object::{ChartObject, Role, State, Stored};
 use super::piece::{Kind, Piece};
-use super::shelf::Shelf;
+use super::piece_cache::PieceCache;
+use super::restricted::Restriction;
 use super::tree::{Node, Run, Tree};
 use crate::coverage::{ChartCoverage, Coverage, Source};
 use crate::grid::{Bounds, Vertex};
@@ -63,7 +64,7 @@ impl Entry {
 #[derive(Debug, Clone)]
 pub(super) enum Pieces {
     Held(Vec<Arc<Piece>>),
-    Kept(Arc<Shelf>),
+    Kept(Arc<PieceCache>),
 }
 
 impl Default for Pieces {
@@ -177,14 +178,14 @@ impl DepthIndex {
     pub fn unreadable(&self) -> Vec<String> {
         match &self.pieces {
             Pieces::Held(_) => Vec::new(),
-            Pieces::Kept(shelf) => shelf.unreadable(),
+            Pieces::Kept(piece_cache) => piece_cache.unreadable(),
         }
     }
 
     pub(super) fn piece(&self, at: usize) -> Arc<Piece> {
         match &self.pieces {
             Pieces::Held(pieces) => Arc::clone(&pieces[at]),
-            Pieces::Kept(shelf) => shelf.piece(&self.directory, at),
+            Pieces::Kept(piece_cache) => piece_cache.piece(&self.directory, at),
         }
     }
 
@@ -192,7 +193,15 @@ impl DepthIndex {
     pub(super) fn sound_piece(&self, at: usize) -> Option<Arc<Piece>> {
         match &self.pieces {
             Pieces::Held(pieces) => Some(Arc::clone(&pieces[at])),
-            Pieces::Kept(shelf) => shelf.read(&self.directory, at).ok().map(Arc::new),
+            Pieces::Kept(piece_cache) => piece_cache.read(&self.directory, at).ok().map(Arc::new),
+        }
+    }
+
+    /// Where a piece lies from the index's beginning on; `None` where it lies in no file.
+    pub(super) fn span(&self, at: usize) -> Option<Span> {
+        match &self.pieces {
+            Pieces::Held(_) => None,
+            Pieces::Kept(piece_cache) => Some(piece_cache.span(at)),
         }
     }
 
@@ -204,7 +213,7 @@ impl DepthIndex {
                 let checksum = crc32fast::hash(&bytes);
                 Some((bytes, checksum))
             }
-            Pieces::Kept(shelf) => shelf.bytes(at),
+            Pieces::Kept(piece_cache) => piece_cache.bytes(at),
         }
     }
 
@@ -233,9 +242,28 @@ impl DepthIndex {
         }
     }
 
+    /// What decides at a point and, where a border may run through it, just beside it.
+    ///
+    /// Vertices are whole units, so only places with a whole number of units can lie on a border other than by chance of
+    /// the last bit; half a unit (6 mm) to each side is on both sides of any border through them.
+    pub(super) fn worst_at(&self, at: Spot) -> State {
+        let beside =
+            |value: f64| if (value - value.round()).abs() < 1e-3 { &[-0.5, 0.5][..] } else { &[0.0][..] };
+        let (xs, ys) = (beside(at.x), beside(at.y));
+        let mut state = self.state_at(at);
+        if xs.len() * ys.len() == 1 {
+            return state;
+        }
+        for (dx, dy) in xs.iter().flat_map(|dx| ys.iter().map(move |dy| (dx, dy))) {
+            state.meet(&self.state_at(Spot { x: at.x + dx, y: at.y + dy }));
+        }
+        state
+    }
+
     /// What decides at a point, with its object, and the worst zone of confidence there.
     pub(super) fn state_at(&self, at: Spot) -> State {
-        let mut state = State { stored: Stored::NoData, object: None, zone: None, overhead: None };
+        let mut state =
+            State { stored: Stored::NoData, object: None, zone: None, overhead: None, areas: [None; 2] };
         let mut skin = false;
         let mut worst = i32::MAX;
         self.visit_at(at, |id, object| match object.role {
@@ -248,14 +276,10 @@ impl DepthIndex {
                 }
             }
             Role::Quality => state.zone = state.zone.max(object.zone),
-            // One whose height nobody knows is the lowest.
-            Role::Overhead => {
-                let lower = |(held, _): (Stored, u32)| object.stored.clearance_m() < held.clearance_m();
-                if state.overhead.is_none_or(lower) {
-                    state.overhead = Some((object.stored, id));
-                }
-            }
+            Role::Overhead => state.pass_under(object.stored, id),
             Role::Coverage | Role::Interest => {}
+            Role::Prohibited => state.enter(Restriction::EntryProhibited, id),
+            Role::Restricted => state.enter(Restriction::EntryRestricted, id),
         });
         // A place that is covered, but by no depth area, is not charted, unless something worse is there.
         if !skin && worst > Stored::NoData.least_mm() {

@@ -3,9 +3,10 @@
 //! S-57 appendix A, chapters 1 and 2; what is not known to be deep is not
 //! deep. A danger without a depth blocks, unless the chart says that its depth lies within
 //! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms, structures and fish farms block
-//! always.
+//! always. Areas that may not be entered are no danger and stand beside the depth.
 
 use super::object::{Role, Stored, millimetres};
+use super::restricted::{Restriction, restriction};
 use crate::coverage::{is_coverage, is_skin};
 use crate::s57::{AttributeCode as Attr, Feature, ObjectClass as Class};
 
@@ -36,12 +37,21 @@ pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
         }
         class if is_obstacle(class) => Some((Role::Danger, Stored::Obstacle)),
         class if class == Class::LIGHTS || class == Class::DAYMAR => Some((Role::Interest, Stored::NoData)),
-        _ => None,
+        _ => entry(feature),
     }
 }
 
+/// The role of an area that is closed to vessels, whatever its depth.
+fn entry(feature: &Feature) -> Option<(Role, Stored)> {
+    let role = match restriction(feature)? {
+        Restriction::EntryProhibited => Role::Prohibited,
+        Restriction::EntryRestricted => Role::Restricted,
+    };
+    Some((role, Stored::NoData))
+}
+
 /// What stands or floats in the way.
-const OBSTACLES: [Class; 24] = [
+const OBSTACLES: [Class; 28] = [
     Class::BCNCAR,
     Class::BCNISD,
     Class::BCNLAT,
@@ -55,17 +65,21 @@ const OBSTACLES: [Class; 24] = [
     Class::BOYSPP,
     Class::FSHFAC,
     Class::GATCON,
+    Class::GRIDRN,
     Class::ICEARE,
     Class::LITFLT,
     Class::LITVES,
     Class::LOGPON,
     Class::MARCUL,
     Class::MORFAC,
+    Class::NEWOBJ,
     Class::OFSPLF,
     Class::OILBAR,
     Class::PILPNT,
     Class::PYLONS,
     Class::DISMAR,
+    Class::RAPIDS,
+    Class::WATFAL,
 ];
 
 /// What stands on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
@@ -74,6 +88,16 @@ const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Cla
 /// Whether a vessel may have to keep off such a feature.
 pub fn is_in_the_way(feature: &Feature) -> bool {
     meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Skin | Role::Danger | Role::Overhead))
+}
+
+/// An object that vessels must keep clear of and that lies nowhere: neither a place that can be read nor one that it had.
+/// A cell with such an object may call safe what is not.
+pub fn lies_nowhere(features: &[Feature]) -> Option<&Feature> {
+    let nowhere = |feature: &&Feature| {
+        let must = meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Danger | Role::Overhead));
+        must && feature.geometry.points().next().is_none()
+    };
+    features.iter().find(nowhere)
 }
 
 /// Whether such an object is in the way whatever the depth.

@@ -9,7 +9,7 @@
 //!
 //! An index is a directory of charts and one piece for each (`piece`), with its seams to the charts that it meets
 //! (`seams`). Pieces are in memory ([`DepthIndex::from_bytes`]) or read when a question touches their box
-//! ([`DepthIndex::open`], `shelf`); the answers are the same.
+//! ([`DepthIndex::open`], `piece_cache`); the answers are the same.
 //!
 //! # Rules
 //! - Where cells overlap, the finest band, then the largest scale, then the newest issue answers, exactly up to
@@ -22,6 +22,8 @@
 //!   called dangerous for something just outside, never safe for something inside.
 //! - A line of the chart is straight in longitude and latitude between its vertices, as all S-57 readers draw
 //!   it.
+//! - Areas whose entry is prohibited or restricted say nothing about the depth: an answer names them beside the water
+//!   ([`Restricted`]), and the demand says whether a vessel may enter.
 //! - A piece that cannot be read counts as a danger of unknown depth over all of its box.
 //! - Depths are kept in millimetres, rounded to the shallower side; positions in 1e-7 degrees.
 
@@ -36,25 +38,31 @@ mod index;
 mod meaning;
 mod nearest;
 mod object;
+mod packed;
 mod piece;
+mod piece_cache;
 mod places;
 mod plane;
 mod profile;
+mod restricted;
 mod ring;
+mod rows;
 mod sealed;
 mod seams;
-mod shelf;
+mod sound;
 mod tree;
 
 pub use along::{DepthAnswer, Leg};
-pub use assembly::{ChartToIndex, assemble};
+pub use assembly::{ChartToIndex, assemble, assemble_after};
 pub use barriers::{Barriers, GeoBox};
 pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
-pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure};
+pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure, lies_nowhere};
 pub use nearest::Nearby;
 pub use object::{ChartObject, Water};
+pub use packed::PackedIndex;
+pub use piece_cache::IndexBytes;
+pub use restricted::{EntryRule, EntryRules, Restricted, Restriction};
 pub use sealed::SealedIndex;
-pub use shelf::IndexBytes;

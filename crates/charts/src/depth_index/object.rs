@@ -1,5 +1,6 @@
 //! What an index knows of a chart object, and of the chart that it is from.
 
+use super::restricted::Restriction;
 use crate::s57::{ObjectClass, ObjectId};
 
 /// What there is at a place, or on the way, in the order in which it decides: the first is the worst.
@@ -93,6 +94,37 @@ pub(super) struct State {
     pub(super) zone: Option<u8>,
     /// The lowest thing above, and its number.
     pub(super) overhead: Option<(Stored, u32)>,
+    /// An area of each [`Restriction`] that holds the point.
+    pub(super) areas: [Option<u32>; 2],
+}
+
+impl State {
+    /// Takes in something above. One whose height nobody knows is the lowest.
+    pub(super) fn pass_under(&mut self, stored: Stored, object: u32) {
+        let lower = |(held, _): (Stored, u32)| stored.clearance_m() < held.clearance_m();
+        if self.overhead.is_none_or(lower) {
+            self.overhead = Some((stored, object));
+        }
+    }
+
+    /// Takes in an area that holds the point; the first of a restriction is told.
+    pub(super) fn enter(&mut self, restriction: Restriction, object: u32) {
+        self.areas[restriction as usize].get_or_insert(object);
+    }
+
+    /// Takes in what there is beside: the worse counts, and the end of the chart is no worse than the chart.
+    pub(super) fn meet(&mut self, beside: &Self) {
+        if beside.stored != Stored::NoData && beside.stored.least_mm() < self.stored.least_mm() {
+            (self.stored, self.object) = (beside.stored, beside.object);
+        }
+        self.zone = self.zone.max(beside.zone);
+        if let Some((stored, object)) = beside.overhead {
+            self.pass_under(stored, object);
+        }
+        for (area, beside) in self.areas.iter_mut().zip(beside.areas) {
+            *area = area.or(beside);
+        }
+    }
 }
 
 /// Depths are kept in millimetres, rounded to the shallower side and within ±2000 km.
@@ -116,6 +148,23 @@ pub(super) enum Role {
     Overhead,
     /// Of interest, but no danger.
     Interest,
+    /// An area whose entry is prohibited.
+    Prohibited,
+    /// An area whose entry is restricted, or that is to be avoided.
+    Restricted,
+}
+
+impl Role {
+    /// What it says about entry, if it does.
+    pub(super) fn restriction(self) -> Option<Restriction> {
+        match self {
+            Self::Prohibited => Some(Restriction::EntryProhibited),
+            Self::Restricted => Some(Restriction::EntryRestricted),
+            Self::Coverage | Self::Skin | Self::Danger | Self::Quality | Self::Overhead | Self::Interest => {
+                None
+            }
+        }
+    }
 }
 
 /// One chart object.
@@ -142,5 +191,10 @@ impl ChartObject {
     /// What it means for a vessel.
     pub fn water(&self) -> Water {
         self.stored.water()
+    }
+
+    /// What it says about entry, if it does.
+    pub fn restriction(&self) -> Option<Restriction> {
+        self.role.restriction()
     }
 }

@@ -29,6 +29,8 @@ pub(super) enum Kind {
     Overhead,
     /// Points of interest.
     Interest,
+    /// Borders of areas whose entry is prohibited or restricted.
+    Restricted,
 }
 
 /// One chart of an index.
@@ -47,7 +49,7 @@ pub(super) struct Piece {
     pub(super) own_objects: u32,
     pub(super) own_vertices: u32,
     /// In the order of [`Kind`].
-    pub(super) trees: [Tree; 4],
+    pub(super) trees: [Tree; 5],
 }
 
 impl Piece {
@@ -116,8 +118,8 @@ impl Piece {
             if object.role == Role::Quality {
                 return None;
             }
-            // A mask of land has no depths that could be wrong.
-            if object.stored != Stored::Land {
+            // A mask of land has no depths that could be wrong, nor has an area that may not be entered.
+            if object.stored != Stored::Land && object.role.restriction().is_none() {
                 for ring in self.areas.rings_of(*area) {
                     bounds.add(Bounds::of(ring.vertices(&self.areas.vertices)));
                 }

@@ -5,7 +5,8 @@
 
 use super::codec::IndexError;
 use super::index::DepthIndex;
-use super::shelf::IndexBytes;
+use super::packed::PackedIndex;
+use super::piece_cache::IndexBytes;
 use std::sync::Arc;
 
 const MAGIC: &[u8; 8] = b"LUTRACHI";
@@ -47,6 +48,29 @@ impl SealedIndex {
         let head = bytes.read(0, HEAD_BYTES).map_err(|_| IndexError::Magic)?;
         let digest = Self::digest_of(&head).ok_or(IndexError::Magic)?;
         Ok(Self { digest, index: DepthIndex::open(bytes, HEAD_BYTES as u64, most_bytes)? })
+    }
+
+    /// The index of a file that something follows which brings it up to date ([`super::assemble_after`]), so that it is
+    /// of the charts of this digest.
+    ///
+    /// # Errors
+    /// As those of [`Self::open`].
+    pub fn open_changed(
+        bytes: Arc<dyn IndexBytes>,
+        digest: [u8; 32],
+        most_bytes: usize,
+    ) -> Result<Self, IndexError> {
+        Ok(Self { digest, index: DepthIndex::open(bytes, HEAD_BYTES as u64, most_bytes)? })
+    }
+
+    /// The bytes of [`Self::to_bytes`], read as they are asked for.
+    pub fn packed(&self) -> PackedIndex {
+        PackedIndex::of(Self::head(self.digest), &self.index)
+    }
+
+    /// Where the bytes of [`DepthIndex::to_bytes`] begin in a file.
+    pub const fn head_bytes() -> u64 {
+        HEAD_BYTES as u64
     }
 
     /// The index of a file, all of it in memory.

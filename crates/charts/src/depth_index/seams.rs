@@ -27,6 +27,7 @@ pub(super) struct Runs {
     pub(super) quality: Vec<Run>,
     pub(super) overhead: Vec<Run>,
     pub(super) interest: Vec<Run>,
+    pub(super) restricted: Vec<Run>,
 }
 
 impl Runs {
@@ -35,6 +36,7 @@ impl Runs {
             Role::Skin | Role::Danger => self.danger.extend(cut(id, first, count)),
             Role::Quality => self.quality.extend(cut(id, first, count)),
             Role::Overhead => self.overhead.extend(cut(id, first, count)),
+            Role::Prohibited | Role::Restricted => self.restricted.extend(cut(id, first, count)),
             Role::Coverage | Role::Interest => {}
         }
         if object.interest {
@@ -172,12 +174,16 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         for line in &piece.lines {
             runs.add(&piece.objects[line.object as usize], line.object, line.first, line.count);
         }
-        let Runs { danger, quality, overhead, interest } = runs;
-        let [mut danger, mut quality, overhead] =
-            [danger, quality, overhead].map(|runs| self.best_scale_only(&mut piece, runs));
-        danger.extend(self.borders(&mut piece));
+        let Runs { danger, quality, overhead, interest, restricted } = runs;
+        let [mut danger, mut quality, overhead, mut restricted] =
+            [danger, quality, overhead, restricted].map(|runs| self.best_scale_only(&mut piece, runs));
+        let borders = self.borders(&mut piece);
+        let closed = |run: &Run| piece.object(run.object).is_some_and(|one| one.restriction().is_some());
+        let (entered, begun) = borders.into_iter().partition::<Vec<Run>, _>(closed);
+        danger.extend(begun);
+        restricted.extend(entered);
         quality.extend(self.unassessed(&mut piece));
-        piece.trees = [danger, quality, overhead, interest]
+        piece.trees = [danger, quality, overhead, interest, restricted]
             .map(|runs| Tree::build(runs, &piece.areas.vertices, |object| piece.stored(object).least_mm()));
         piece
     }
@@ -269,14 +275,17 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         for (a, b) in border_segments(piece, single) {
             // Where its own skin has gaps, a segment may lie by a gap in part only: its middle does not tell.
             let cuts = self.crossings(a, b, |chart, object| {
-                object.role <= Role::Danger && (chart != self.at || doubtful && object.role == Role::Skin)
+                (object.role <= Role::Danger || object.restriction().is_some())
+                    && (chart != self.at || doubtful && object.role == Role::Skin)
             });
             for (a, b) in split(a, b, &cuts) {
                 for at in beside(a, b).into_iter().flatten() {
                     let mut skin = false;
                     self.visit_at(at, |chart, id, object| {
                         skin |= object.role == Role::Skin;
-                        if chart != self.at && matches!(object.role, Role::Skin | Role::Danger) {
+                        let counts = matches!(object.role, Role::Skin | Role::Danger)
+                            || object.restriction().is_some();
+                        if chart != self.at && counts {
                             found.insert((a, b, (chart, id)));
                             foreign.entry((chart, id)).or_insert_with(|| object.clone());
                         }

@@ -74,7 +74,7 @@ pub enum Iso8211Problem {
         label: String,
     },
     /// A subfield that should hold a number does not.
-    #[error("subfield {label} of field {tag} is no number")]
+    #[error("subfield {label} of field {tag} is not a number")]
     Subfield {
         /// The field.
         tag: Tag,

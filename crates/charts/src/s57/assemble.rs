@@ -7,7 +7,7 @@
 use super::error::S57Problem;
 use super::geometry::{Area, EdgeUse, GeoPoint, Geometry, Path, Sounding};
 use super::records::{CONNECTED_NODE, Coordinate, EDGE, ISOLATED_NODE, Name, Pointer};
-use super::store::{Store, StoredFeature};
+use super::store::{Store, StoredFeature, StoredVector};
 use std::collections::BTreeMap;
 
 const REVERSE: u8 = 2;
@@ -42,15 +42,44 @@ impl<'a> Assembler<'a> {
 
     /// The geometry of a feature. What cannot be resolved is told, not left out.
     pub(super) fn geometry(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
-        if feature.pointers.is_empty() {
+        if feature.pointers.is_empty() && feature.last_pointers.is_empty() {
             return Ok(Geometry::None);
         }
-        match feature.primitive {
-            1 => self.points(feature),
-            2 => self.lines(feature),
-            3 => self.area(feature),
-            _ => Ok(Geometry::None),
+        let read = match feature.primitive {
+            _ if feature.pointers.is_empty() => unreadable("an update took its place away".to_owned()),
+            1 => self.points(feature)?,
+            2 => self.lines(feature)?,
+            3 => self.area(feature)?,
+            _ => Geometry::None,
+        };
+        let Geometry::Unreadable { mut paths, reason } = read else { return Ok(read) };
+        paths.extend(self.last_known(feature)?);
+        Ok(Geometry::Unreadable { paths, reason })
+    }
+
+    /// Where an object without readable geometry lay before updates took parts of it away, with its surroundings: all
+    /// that its pointers lead to, or once led to.
+    fn last_known(&mut self, feature: &StoredFeature) -> Result<Option<Path>, S57Problem> {
+        let mut points = Vec::new();
+        for pointer in feature.pointers.iter().chain(&feature.last_pointers) {
+            let Some(vector) = self.known(pointer.name) else { continue };
+            let nodes = vector.pointers.iter().filter_map(|node| self.known(node.name));
+            let coordinates = nodes.chain([vector]).flat_map(|one| &one.coordinates);
+            points.extend(coordinates.map(|one| self.degrees(*one)));
+            self.spend(vector.coordinates.len() + vector.pointers.len())?;
         }
+        if points.is_empty() {
+            return Ok(None);
+        }
+        points.extend(surroundings(&points));
+        Ok(Some(Path { points, edges: Vec::new() }))
+    }
+
+    /// A node or edge as it is, or as it was last.
+    fn known(&self, name: Name) -> Option<&'a StoredVector> {
+        let whole =
+            self.store.vectors.get(&name).filter(|one| !one.coordinates.is_empty() || name.kind == EDGE);
+        whole.or_else(|| self.store.lost.get(&name))
     }
 
     fn spend(&mut self, vertices: usize) -> Result<(), S57Problem> {
@@ -250,6 +279,28 @@ fn is_node(name: Name) -> bool {
 
 fn unreadable(reason: String) -> Geometry {
     Geometry::Unreadable { paths: Vec::new(), reason }
+}
+
+/// An object whose place an update broke may now lie a little beside the last one (m).
+const SURROUNDINGS_M: f64 = 100.0;
+
+/// Two corners of a box that holds points and what lies around them.
+fn surroundings(points: &[GeoPoint]) -> [GeoPoint; 2] {
+    const M_PER_DEGREE: f64 = 1852.0 * 60.0;
+    let margin = SURROUNDINGS_M / M_PER_DEGREE;
+    let farthest = points.iter().fold(0.0_f64, |lat, point| lat.max(point.lat_deg.abs()));
+    let wide = margin / farthest.min(89.0).to_radians().cos();
+    let start = GeoPoint { lon_deg: f64::INFINITY, lat_deg: f64::INFINITY };
+    let low = points.iter().fold(start, |low, point| GeoPoint {
+        lon_deg: low.lon_deg.min(point.lon_deg - wide).max(-180.0),
+        lat_deg: low.lat_deg.min(point.lat_deg - margin).max(-90.0),
+    });
+    let start = GeoPoint { lon_deg: f64::NEG_INFINITY, lat_deg: f64::NEG_INFINITY };
+    let high = points.iter().fold(start, |high, point| GeoPoint {
+        lon_deg: high.lon_deg.max(point.lon_deg + wide).min(180.0),
+        lat_deg: high.lat_deg.max(point.lat_deg + margin).min(90.0),
+    });
+    [low, high]
 }
 
 fn reverse(ring: &mut Path) {

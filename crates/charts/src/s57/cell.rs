@@ -4,7 +4,7 @@ use super::assemble::Assembler;
 use super::codes::ObjectClass;
 use super::error::{S57Error, S57Problem};
 use super::feature::{Feature, FeatureLink};
-use super::geometry::Geometry;
+use super::geometry::{Geometry, Path};
 use super::named_bytes::NamedBytes;
 use super::records::{DatasetId, DatasetParameters, DatasetStructure};
 use super::store::{Notice, Store, StoredFeature};
@@ -68,6 +68,9 @@ impl Cell {
             if feature.geometry.points().any(outside) {
                 return Err(fail(S57Problem::Range { what: "a position" }));
             }
+            if spans_half_the_globe(&feature.geometry) {
+                return Err(fail(S57Problem::Span { class: feature.class, record }));
+            }
             features.push(feature);
         }
         let Store { id, structure, parameters, .. } = store;
@@ -77,6 +80,18 @@ impl Cell {
     /// Features of a class.
     pub fn of_class(&self, class: ObjectClass) -> impl Iterator<Item = &Feature> {
         self.features.iter().filter(move |feature| feature.class == class)
+    }
+}
+
+/// Whether a line leads from one position to the next over more than 180° of longitude: nobody can say which way round
+/// the globe it goes, and the wrong way turns land into water.
+fn spans_half_the_globe(geometry: &Geometry) -> bool {
+    let spans =
+        |path: &Path| path.points.windows(2).any(|pair| (pair[1].lon_deg - pair[0].lon_deg).abs() > 180.0);
+    match geometry {
+        Geometry::Lines(paths) | Geometry::Unreadable { paths, .. } => paths.iter().any(spans),
+        Geometry::Area(area) => area.rings().any(spans),
+        Geometry::None | Geometry::Point(_) | Geometry::Soundings(_) => false,
     }
 }
 

@@ -70,6 +70,14 @@ impl ObjectClass {
     pub const FORSTC: Self = Self(59);
     /// `GATCON`.
     pub const GATCON: Self = Self(61);
+    /// `GRIDRN`.
+    pub const GRIDRN: Self = Self(62);
+    /// `RAPIDS`.
+    pub const RAPIDS: Self = Self(107);
+    /// `WATFAL`.
+    pub const WATFAL: Self = Self(157);
+    /// `NEWOBJ`.
+    pub const NEWOBJ: Self = Self(163);
     /// `HULKES`.
     pub const HULKES: Self = Self(65);
     /// `ICEARE`.
@@ -104,6 +112,8 @@ impl ObjectClass {
     pub const PONTON: Self = Self(95);
     /// `PYLONS`.
     pub const PYLONS: Self = Self(98);
+    /// `RESARE`.
+    pub const RESARE: Self = Self(112);
     /// `SILTNK`.
     pub const SILTNK: Self = Self(125);
     /// `SLCONS`.
@@ -155,6 +165,8 @@ impl AttributeCode {
     pub const CATCOV: Self = Self(18);
     /// `CATOBS`.
     pub const CATOBS: Self = Self(42);
+    /// `CATREA`.
+    pub const CATREA: Self = Self(56);
     /// `CATWRK`.
     pub const CATWRK: Self = Self(71);
     /// `CATZOC`.
@@ -169,6 +181,8 @@ impl AttributeCode {
     pub const OBJNAM: Self = Self(116);
     /// `QUASOU`.
     pub const QUASOU: Self = Self(125);
+    /// `RESTRN`.
+    pub const RESTRN: Self = Self(131);
     /// `VALDCO`.
     pub const VALDCO: Self = Self(174);
     /// `VALSOU`.

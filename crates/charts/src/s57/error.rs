@@ -1,5 +1,6 @@
 //! What can be wrong with a cell, an update or an exchange set, and what to do about it.
 
+use super::codes::ObjectClass;
 use crate::iso8211::Iso8211Error;
 
 /// Where in a file.
@@ -144,6 +145,22 @@ pub enum S57Problem {
         /// Of the bytes.
         found: u32,
     },
+    /// A line that leads the long way round the globe.
+    #[error("{class} {record} has an edge over more than 180 degrees of longitude")]
+    Span {
+        /// The object's class.
+        class: ObjectClass,
+        /// Its record number.
+        record: u32,
+    },
+    /// Something that vessels must keep off has no position, and none is known that it had.
+    #[error("{class} {record} has no position that can be read, and what it is must be kept clear of")]
+    Nowhere {
+        /// The object's class.
+        class: ObjectClass,
+        /// Its record number.
+        record: u32,
+    },
     /// Updates without a base.
     #[error("there are updates but no base cell (.000)")]
     NoBase,
@@ -178,6 +195,8 @@ impl S57Problem {
             Self::Checksum { .. } => {
                 "the file was changed or damaged on its way: fetch the exchange set again"
             }
+            Self::Span { .. } => "ask the producer for a cell that is divided at 180 degrees east",
+            Self::Nowhere { .. } => "ask the producer for a cell and updates that fit together",
             Self::NoBase => "add the base cell to the folder of its updates",
         })
     }

@@ -31,6 +31,8 @@ pub(super) struct StoredFeature {
     pub(super) national: Vec<Attribute>,
     pub(super) links: Vec<Link>,
     pub(super) pointers: Vec<Pointer>,
+    /// Where it lay before an update took its last pointer away.
+    pub(super) last_pointers: Vec<Pointer>,
 }
 
 #[derive(Debug, Clone)]
@@ -50,6 +52,8 @@ pub(super) struct Store {
     pub(super) parameters: DatasetParameters,
     pub(super) features: BTreeMap<u32, StoredFeature>,
     pub(super) vectors: BTreeMap<Name, StoredVector>,
+    /// What updates deleted or emptied, as it was last: an object that still points there lay there.
+    pub(super) lost: BTreeMap<Name, StoredVector>,
     pub(super) notices: Vec<Notice>,
     /// Bytes of the base and its updates: what bounds the geometry that is believed.
     pub(super) bytes: usize,
@@ -96,8 +100,8 @@ impl Store {
         let structure = structure.unwrap_or_default();
         let reissue = id.update.parse().unwrap_or(0);
         let mut store = {
-            let (notices, bytes) = (Vec::new(), bytes.len());
-            Self { id, structure, parameters, features, vectors, notices, bytes, reissue }
+            let (lost, notices, bytes) = (BTreeMap::new(), Vec::new(), bytes.len());
+            Self { id, structure, parameters, features, vectors, lost, notices, bytes, reissue }
         };
         if store.id.edition == "0" {
             return Err(whole(S57Problem::Cancelled));
@@ -182,6 +186,7 @@ impl StoredFeature {
             national: record.national,
             links: whole_list(record.links).ok_or_else(|| fail("given in pieces"))?,
             pointers: whole_list(record.pointers).ok_or_else(|| fail("given in pieces"))?,
+            last_pointers: Vec::new(),
         })
     }
 }

@@ -100,7 +100,12 @@ impl Store {
         merge(&mut target.attributes, record.attributes);
         merge(&mut target.national, record.national);
         edit(&mut target.links, record.links).map_err(fail)?;
-        edit(&mut target.pointers, record.pointers).map_err(fail)
+        let before = target.pointers.clone();
+        edit(&mut target.pointers, record.pointers).map_err(fail)?;
+        if target.pointers.is_empty() && !before.is_empty() {
+            target.last_pointers = before;
+        }
+        Ok(())
     }
 
     fn apply_vector(&mut self, file: &str, record: VectorRecord) -> Result<(), S57Problem> {
@@ -120,11 +125,12 @@ impl Store {
             self.notices.push(Notice { file: file.to_owned(), feature: None, text });
         }
         if record.instruction == Instruction::Delete {
-            self.vectors.remove(&name);
+            self.lost.extend(self.vectors.remove(&name).map(|vector| (name, vector)));
             return Ok(());
         }
         target.version = record.version;
         merge(&mut target.attributes, record.attributes);
+        let before = target.clone();
         edit(&mut target.pointers, record.pointers).map_err(fail)?;
         // An edge that had no vertices between its nodes gets them without a control.
         let plain = matches!(record.coordinates.as_slice(), [(None, _)]);
@@ -141,7 +147,11 @@ impl Store {
             }));
         }
         target.has_depths |= record.has_depths;
-        edit(&mut target.coordinates, record.coordinates).map_err(fail)
+        edit(&mut target.coordinates, record.coordinates).map_err(fail)?;
+        if target.coordinates.is_empty() && !before.coordinates.is_empty() {
+            self.lost.insert(name, before);
+        }
+        Ok(())
     }
 }
 

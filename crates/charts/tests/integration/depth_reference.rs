@@ -3,7 +3,7 @@
 //! The reference is slow and plain: even-odd over all vertices in degrees, distances in a frame at the sample.
 //! A corridor is sampled along its leg every 0.1 m.
 
-use charts::depth_index::{ChartTrust, Demand, DepthIndex, IndexBuilder, Leg, Water};
+use charts::depth_index::{ChartTrust, Demand, DepthIndex, IndexBuilder, Leg, Restriction, Water};
 use charts::s57::{AttributeCode, Cell, Feature, GeoPoint, Geometry, NamedBytes, ObjectClass, SKIN_CLASSES};
 use std::sync::OnceLock;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -148,6 +148,25 @@ impl Charts {
         if skin { worst } else { worst.min(-1000.0) }
     }
 
+    /// The strictest restriction at a point.
+    fn restriction(&self, at: GeoPoint) -> Option<Restriction> {
+        let cell = &self.cells[self.answering(at)?];
+        let here: Vec<&Feature> =
+            cell.features.iter().filter(|one| severity(one).is_none() && holds(one, at)).collect();
+        let all = |code| here.iter().flat_map(move |one| one.list(code));
+        let codes: Vec<u32> = all(AttributeCode::RESTRN).collect();
+        // Offshore safety zones, military areas and minefields that are not restricted in another way.
+        let unsaid = here.iter().filter(|one| one.list(AttributeCode::RESTRN).next().is_none());
+        let areas = unsaid.filter(|one| one.class.acronym() == Some("RESARE"));
+        let kept_out_of =
+            areas.flat_map(|one| one.list(AttributeCode::CATREA)).any(|code| [1, 9, 14].contains(&code));
+        if codes.contains(&7) {
+            return Some(Restriction::EntryProhibited);
+        }
+        (kept_out_of || codes.iter().any(|code| [8, 14].contains(code)))
+            .then_some(Restriction::EntryRestricted)
+    }
+
     /// Objects of a cell near a place, with their severity.
     fn near(&self, cell: usize, at: GeoPoint, reach_m: f64) -> Vec<(&Feature, f64)> {
         let (dlat, dlon) = (reach_m / 111_000.0, reach_m / 111_000.0 / at.lat_deg.to_radians().cos());
@@ -239,6 +258,7 @@ fn within(area: [f64; 4], next: &mut impl FnMut() -> f64) -> LatLon {
 fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
     let Some(charts) = charts() else { return };
     let mut next = numbers(7);
+    let mut closed = 0;
     for at in 0..10_000 {
         let area = if at % 2 == 0 { TACOMA } else { MICKLEFIRTH };
         let place = within(area, &mut next);
@@ -248,7 +268,11 @@ fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
             (of_water(found.water) - expected).abs() < 1e-9,
             "{place:?}: {found:?} instead of {expected}"
         );
+        let area = charts.restriction(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
+        assert_eq!(found.area.map(|area| area.restriction), area, "{place:?}");
+        closed += usize::from(area.is_some());
     }
+    println!("{closed} of 10000 places lie where entry is prohibited or restricted");
 }
 
 #[test]

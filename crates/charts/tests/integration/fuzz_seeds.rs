@@ -1,6 +1,6 @@
 //! The fuzz targets' bodies over their committed seeds and over everything they ever found.
 //!
-//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written anew.
+//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written again.
 
 #[path = "../../../../fuzz/bodies/charts.rs"]
 mod bodies;

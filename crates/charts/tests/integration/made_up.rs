@@ -265,7 +265,7 @@ fn dangers_without_a_depth_block_and_margins_follow_the_demand() {
     let nothing = Demand { draught_m: f64::NAN, ..Demand::default() };
     assert!(
         !index.depth_at(place(63.001, 10.03), &nothing).navigable,
-        "a demand that is no number is not met"
+        "a demand that is not a number is not met"
     );
 }
 

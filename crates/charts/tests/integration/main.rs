@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+mod broken_cells;
 mod depth_reference;
 mod expected;
 mod fuzz_seeds;
@@ -9,5 +10,6 @@ mod made_up;
 mod made_up_updates;
 mod masks_and_soundings;
 mod regional;
+mod restricted;
 mod writer;
 mod written;

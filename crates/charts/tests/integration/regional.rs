@@ -1,5 +1,5 @@
 //! An index whose pieces are read as they are needed answers as one that is held whole, and one that was brought up to
-//! date chart by chart has the same bytes as one made anew.
+//! date chart by chart has the same bytes as one rebuilt.
 
 use charts::coverage::Source;
 use charts::demo;
@@ -149,7 +149,7 @@ fn pieces_read_as_they_are_needed_answer_as_the_whole() {
     let bytes = set.bytes(None);
     let whole = set.held();
     assert!(DepthIndex::from_bytes(&bytes).unwrap() == whole);
-    // So little is kept that nearly each question reads its pieces anew.
+    // So little is kept that nearly each question reads its pieces again.
     let (regional, _) = open(bytes, 1);
     agree(&regional, &whole, 300);
     let (regional, _) = open(set.bytes(None), 64 << 20);

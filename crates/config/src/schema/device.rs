@@ -23,7 +23,7 @@ const OF_EVERY_SERIAL: &[ParamSpec] =
     &[SERIAL_DEVICE.spec, BAUD_RATE.spec, INIT_COMMAND.spec, INIT_REPLY.spec];
 
 pub mod compass {
-    use super::{OF_EVERY_SERIAL, OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, texts};
+    use super::{OF_EVERY_SERIAL, OF_EVERY_TASK, Param, SectionSpec, Unit, flag, float, int, text, texts};
 
     pub const SENTENCES: Param<Vec<String>> =
         texts("Sentence Order", &["GPROT", "GPHDM", "GPGGA", "GPVTG", "GPZDA"])
@@ -37,13 +37,31 @@ pub mod compass {
         .within(1, 65_535)
         .doc("Lutra: port of gpsd, for Sensors.GPSDraw.");
 
+    pub const HEADING_OFFSET: Param<f64> = float("Heading Offset", 0.0, Unit::Degree)
+        .within(-180.0, 180.0)
+        .doc("Lutra: added to the compass' heading, for antennas that do not point forward; to starboard positive.");
+
+    pub const MAGNETIC: Param<bool> = flag("Magnetic Heading", false)
+        .doc("Lutra: whether a magnetic heading (HDM) stands in while the compass gives no true one.");
+    pub const VARIATION: Param<f64> = float("Magnetic Variation", 0.0, Unit::Degree)
+        .within(-180.0, 180.0)
+        .doc("Lutra: added to such a heading; east is positive. The chart tells it.");
+
     pub static COMPASS: SectionSpec =
         SectionSpec::task(&["Sensors.GPS", "Sensors.GPSOtter", "Sensors.GPSDraw"], "GPS", "Hardware")
             .doc("Satellite compass on a serial port, or through gpsd under the name Sensors.GPSDraw.")
             .groups(&[
                 OF_EVERY_TASK,
                 OF_EVERY_SERIAL,
-                &[SENTENCES.spec, INPUT_TIMEOUT.spec, GPSD_HOST.spec, GPSD_PORT.spec],
+                &[
+                    SENTENCES.spec,
+                    INPUT_TIMEOUT.spec,
+                    GPSD_HOST.spec,
+                    GPSD_PORT.spec,
+                    HEADING_OFFSET.spec,
+                    MAGNETIC.spec,
+                    VARIATION.spec,
+                ],
             ]);
 }
 
@@ -63,11 +81,21 @@ pub mod hydrophone {
         .doc("Without pulses, every so many 10 s periods the whole time is sent.");
     pub const TRANSMISSION_TIME: Param<f64> = float("Transmission Time", 3.0, Unit::Second)
         .within(0.0, 60.0)
-        .doc("Duration of a tag's transmission, taken off the time of its detection.");
+        .doc("Duration of a tag's transmission, taken off the time of its detection to find where the vessel was.");
     pub const RAW_FOLDER: Param<String> = text("Rawlogfile folder", "")
         .doc("Where all lines received are written; empty for the agent's log folder.");
     pub const POWER_CHANNEL: Param<String> =
         text("Power Channel - Name", "").doc("Power channel that is switched on first; empty for none.");
+
+    pub const ARM_FORWARD: Param<f64> = float("Lever Arm - Forward", 0.0, Unit::Metre)
+        .within(-20.0, 20.0)
+        .doc("Lutra: how far the hydrophone is before the compass' antenna, along the vessel.");
+    pub const ARM_STARBOARD: Param<f64> = float("Lever Arm - Starboard", 0.0, Unit::Metre)
+        .within(-20.0, 20.0)
+        .doc("Lutra: how far it is to starboard of the antenna.");
+    pub const ARM_DOWN: Param<f64> = float("Lever Arm - Down", 0.0, Unit::Metre)
+        .within(-20.0, 100.0)
+        .doc("Lutra: how far it is below the antenna.");
 
     pub static HYDROPHONE: SectionSpec =
         SectionSpec::task(&["Sensors.ThelmaHydrophone", "Sensors.TBR700RT"], "TBLive", "Hardware")
@@ -83,7 +111,43 @@ pub mod hydrophone {
                     TRANSMISSION_TIME.spec,
                     RAW_FOLDER.spec,
                     POWER_CHANNEL.spec,
+                    ARM_FORWARD.spec,
+                    ARM_STARBOARD.spec,
+                    ARM_DOWN.spec,
                     unused("Entity Label - GPS", "positions come from navigation"),
+                ],
+            ]);
+}
+
+/// Receivers of fish tags that are not Thelma's.
+pub mod line_receiver {
+    use super::hydrophone::{ARM_DOWN, ARM_FORWARD, ARM_STARBOARD, TRANSMISSION_TIME};
+    use super::{OF_EVERY_SERIAL, OF_EVERY_TASK, Param, SectionSpec, Unit, choice, float, text};
+
+    pub const RECEIVER: Param<&str> = choice("Receiver", "VR2C", &["VR2C", "Rx-LIVE", "Pattern"])
+        .doc("Lutra: whose lines they are; Pattern for any that `Line Pattern` declares.");
+    pub const PATTERN: Param<String> = text("Line Pattern", "").doc(
+        "Lutra: a line with its fields in braces, such as {serial},{utc},{protocol},{id}; `lutra-agent sniff --help` \
+         lists the fields.",
+    );
+    pub const LONGEST_SILENCE: Param<f64> = float("Longest Silence", 0.0, Unit::Second)
+        .within(0.0, 86_400.0)
+        .doc("Lutra: without a line for so long the entity is in error; 0 where the receiver may be silent.");
+
+    pub static LINE_RECEIVER: SectionSpec =
+        SectionSpec::task(&["Sensors.LineReceiver"], "Receiver", "Never")
+            .doc("Acoustic receiver for fish tags that only writes lines: Innovasea VR2C, Rx-LIVE, or any by a pattern.")
+            .groups(&[
+                OF_EVERY_TASK,
+                OF_EVERY_SERIAL,
+                &[
+                    RECEIVER.spec,
+                    PATTERN.spec,
+                    LONGEST_SILENCE.spec,
+                    TRANSMISSION_TIME.spec,
+                    ARM_FORWARD.spec,
+                    ARM_STARBOARD.spec,
+                    ARM_DOWN.spec,
                 ],
             ]);
 }
@@ -125,7 +189,9 @@ pub mod sound_speed {
 }
 
 pub mod torqeedo {
-    use super::{DIGITS, OF_EVERY_TASK, Param, SectionSpec, Unit, execution_frequency, float, int, text};
+    use super::{
+        DIGITS, OF_EVERY_TASK, Param, SectionSpec, Unit, execution_frequency, flag, float, int, text,
+    };
 
     pub const CHANNELS: &[&str] = &[
         "H_MOT0", "H_MOT1", "H_AUX0", "H_AUX1", "H_12V0", "H_12V1", "H_12V2", "H_12V3", "H_VR0", "H_VR1",
@@ -133,7 +199,24 @@ pub mod torqeedo {
     ];
 
     pub const FREQUENCY: Param<f64> = execution_frequency(40.0);
-    pub const DEVICE: Param<String> = text("CAN Port - Device", "can0").doc("CAN interface of the card.");
+    pub const DEVICE: Param<String> = text("CAN Port - Device", "can0")
+        .doc("CAN interface of the card, or Lutra: slcan:/dev/... for an adapter on a serial port.");
+    pub const BAUD_RATE: Param<i64> = int("CAN Port - Baud Rate", 115_200, Unit::Baud)
+        .within(300, 4_000_000)
+        .doc("Lutra: speed of the serial port of an slcan adapter; those on USB take any.");
+    pub const BIT_RATE: Param<i64> = int("CAN Port - Bit Rate", 500_000, Unit::Baud)
+        .within(10_000, 1_000_000)
+        .doc("Lutra: speed of the bus, which an slcan adapter is told: 10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s.");
+    pub const PORT_MOTOR: Param<i64> = int("Port Motor - Number", 0, Unit::None)
+        .within(0, 1)
+        .doc("Lutra: which motor of the card is to port; `lutra-agent motors test` finds out.");
+    pub const PORT_REVERSED: Param<bool> = flag("Port Motor - Reversed", false)
+        .doc("Lutra: whether the port motor turns astern where it is told ahead.");
+    pub const STARBOARD_REVERSED: Param<bool> = flag("Starboard Motor - Reversed", false)
+        .doc("Lutra: whether the starboard motor turns astern where it is told ahead.");
+    pub const RAILS: Param<i64> = int("Card Rails", 5, Unit::None)
+        .within(4, 5)
+        .doc("Lutra: 4 for cards of the earlier document, whose 5 V output is on the fourth rail.");
     pub const WRITE_DIVIDER: Param<i64> = int("Motor write divider", 10, Unit::None)
         .within(1, 40)
         .doc("Every so many steps the motors are commanded; the card stops them after 1 s without.");
@@ -164,6 +247,12 @@ pub mod torqeedo {
             &[
                 FREQUENCY.spec,
                 DEVICE.spec,
+                BAUD_RATE.spec,
+                BIT_RATE.spec,
+                PORT_MOTOR.spec,
+                PORT_REVERSED.spec,
+                STARBOARD_REVERSED.spec,
+                RAILS.spec,
                 WRITE_DIVIDER.spec,
                 COMMAND_TIMEOUT.spec,
                 CHANNEL_NAME.spec,
@@ -176,17 +265,22 @@ pub mod torqeedo {
 }
 
 pub mod board {
-    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, execution_frequency, float, ints, texts};
+    use super::{
+        OF_EVERY_TASK, Param, SectionSpec, Unit, choice, execution_frequency, float, ints, text, texts,
+    };
 
     pub const FREQUENCY: Param<f64> = execution_frequency(0.5);
     pub const PULSE: Param<f64> = float("TimeToggled", 0.25, Unit::Second)
         .within(0.01, 1.0)
         .doc("How long each heartbeat pulse lasts.");
 
+    pub const CHIP: Param<String> =
+        text("GPIO Chip", "/dev/gpiochip0").doc("Lutra: the character device of the computer's pins.");
+
     pub static WATCHDOG: SectionSpec =
         SectionSpec::task(&["Safety.StratoPIWatchdog"], "Watchdog", "Hardware")
             .doc("Keeps the board from cutting the computer's power.")
-            .groups(&[OF_EVERY_TASK, &[FREQUENCY.spec, PULSE.spec]]);
+            .groups(&[OF_EVERY_TASK, &[FREQUENCY.spec, PULSE.spec, CHIP.spec]]);
 
     pub const INTERFACE: Param<&str> =
         choice("Interface", "GPIO", &["GPIO"]).doc("How the lights are switched.");
@@ -218,6 +312,7 @@ pub mod board {
                 OF_EVERY_TASK,
                 &[
                     INTERFACE.spec,
+                    CHIP.spec,
                     PINS.spec,
                     CRITICAL.spec,
                     PATTERN_NORMAL.spec,

@@ -19,6 +19,9 @@ pub mod navigation {
     pub const MAXIMUM_HDOP: Param<f64> = float("Maximum HDOP", 5.0, Unit::None)
         .within(0.5, 100.0)
         .doc("Positions of worse quality are rejected.");
+    pub const ASSUMED_HDOP: Param<f64> = float("Assumed HDOP", 2.0, Unit::None)
+        .within(0.5, 100.0)
+        .doc("Lutra: taken for positions whose quality the receiver does not tell.");
     pub const FIX_TIMEOUT: Param<f64> = float("GPS Timeout", 5.0, Unit::Second)
         .within(0.5, 600.0)
         .doc("Without a good position for so long navigation is in error.");
@@ -65,6 +68,7 @@ pub mod navigation {
             GPS_HAS_IMU.spec,
             GPS_HAS_YAW.spec,
             MAXIMUM_HDOP.spec,
+            ASSUMED_HDOP.spec,
             FIX_TIMEOUT.spec,
             ORIGIN_DISTANCE.spec,
             JUMP_SPEED.spec,

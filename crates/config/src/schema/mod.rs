@@ -59,6 +59,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &transport::lutra::LUTRA,
     &device::compass::COMPASS,
     &device::hydrophone::HYDROPHONE,
+    &device::line_receiver::LINE_RECEIVER,
     &device::sound_speed::SOUND_SPEED,
     &device::torqeedo::TORQEEDO,
     &device::board::WATCHDOG,

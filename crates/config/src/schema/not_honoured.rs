@@ -54,6 +54,8 @@ const VECTOR_FIELD: &str = "Control.Path.VectorField";
 const UDP: &str = "Transports.UDP";
 const ANNOUNCE: &str = "Transports.Announce";
 const LOGGING: &str = "Transports.Logging";
+const COMPASS: &str = "Sensors.GPS";
+const HYDROPHONE: &str = "Sensors.ThelmaHydrophone";
 const SIMULATED_CURRENT: &str = "Simulators.StreamVelocity";
 const SIMULATED_GPS: &str = "Simulators.GPS";
 const SIMULATED_HULL: &str = "Simulators.VSIM";
@@ -152,6 +154,27 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, LOGGING, "LSF Volume Size", Some("0"), "a new log begins with every plan only"),
     entry(Warning, LOGGING, "LSF Volume Directories", Some(""), "logs lie in the agent's data folder"),
     entry(Note, LOGGING, "Transports", Some(""), "every message is logged"),
+    entry(
+        Note,
+        COMPASS,
+        "Sentence Order",
+        None,
+        "what comes of one moment is one measurement, in whatever order",
+    ),
+    entry(
+        Warning,
+        COMPASS,
+        "Initialization String {} - Reply",
+        Some(""),
+        "no answer of a compass is awaited; it fails when no sentence of use comes",
+    ),
+    entry(
+        Warning,
+        HYDROPHONE,
+        "Rawlogfile folder",
+        Some(""),
+        "no file of raw lines is written: each line is in the Event of its detection",
+    ),
     entry(Note, SIMULATED_HULL, "Execution Frequency", None, ONE_HULL),
     entry(Note, SIMULATED_HULL, "Entity Label - Stream Velocity Source", None, ONE_HULL),
     entry(Note, SIMULATED_CURRENT, "Execution Frequency", None, ONE_HULL),
@@ -170,13 +193,6 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Warning, CLOCK, "Boot Synchronization Timeout", Some("0"), "nothing waits for the clock"),
     entry(Warning, CLOCK, "Hardware Clock Synchronization Command", Some(""), "no command is run"),
     entry(Note, HOST, "Execution Frequency", Some("1"), "the computer is looked at once a second"),
-    entry(
-        Warning,
-        HOST,
-        "Memory Warning Level",
-        Some("0"),
-        "the agent's own memory is watched, not the free one",
-    ),
 ];
 
 /// Whether nothing obeys this setting, and what is done instead.

@@ -36,6 +36,14 @@ pub static OTTER_VALUES: &[(&str, &str, &str)] = &[
     ("Maneuver.FollowReference.ASV", "Horizontal Tolerance", "30"),
     ("Supervisors.ASV.LostComms", "Plan Name", "lost_comms"),
     ("Sensors.GPS", "Serial Port - Baud Rate", "115200"),
+    // A Hemisphere V104s sends what it is told to: all that the vessel needs, five times a second.
+    ("Sensors.GPS", "Initialization String 0 - Command", r"$JASC,GPGGA,5\r\n"),
+    ("Sensors.GPS", "Initialization String 1 - Command", r"$JASC,GPVTG,5\r\n"),
+    ("Sensors.GPS", "Initialization String 2 - Command", r"$JASC,GPZDA,5\r\n"),
+    ("Sensors.GPS", "Initialization String 3 - Command", r"$JATT,NMEAHE,0\r\n"),
+    ("Sensors.GPS", "Initialization String 4 - Command", r"$JASC,GPROT,5\r\n"),
+    ("Sensors.GPS", "Initialization String 5 - Command", r"$JASC,GPHDT,5\r\n"),
+    ("Sensors.GPS", "Initialization String 6 - Command", r"$JASC,GPHDM,5\r\n"),
     ("Sensors.ThelmaHydrophone", "Serial Port - Device", "/dev/ttyAMA0"),
     ("Sensors.ThelmaHydrophone", "Serial Port - Baud Rate", "115200"),
 ];

@@ -245,7 +245,7 @@ pub mod lutra {
     use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, texts};
 
     pub const URL: Param<String> = text("URL", "ws://127.0.0.1:8080/link")
-        .doc("Lutra: where the server's door for vessels is; wss:// needs a certificate authority.");
+        .doc("Lutra: where the server's transport for vessels is; wss:// needs a certificate authority.");
     pub const TOKEN_FILE: Param<String> = text("Token File", "lutra.token")
         .doc("Lutra: file with the vessel's token, beside this one unless it has a path of its own.");
     pub const AUTHORITY: Param<String> = text("Certificate Authority", "")

@@ -201,6 +201,15 @@ pub mod grounding {
         choice("Chart Trust", "as charted", &["as charted", "depth errors", "all errors"]).doc(
             "Whether the errors of the zones of confidence are taken off depths, and added to widths too.",
         );
+    pub const ENTRY: Param<&str> = choice(
+        "Restricted Areas",
+        "refuse prohibited",
+        &["refuse prohibited", "refuse all", "warn", "ignore"],
+    )
+    .doc(
+        "What becomes of plans into areas where the chart prohibits or restricts entry; `refuse prohibited` warns of \
+         those that are restricted or to be avoided.",
+    );
     pub const POSITION: Param<f64> = float("Position Uncertainty", 3.0, Unit::Metre)
         .within(0.0, 1000.0)
         .doc("How far off the position may be at best; more where navigation says so.");
@@ -258,6 +267,7 @@ pub mod grounding {
             AIR_DRAUGHT.spec,
             WATER_LEVEL.spec,
             TRUST.spec,
+            ENTRY.spec,
             POSITION.spec,
             CROSS_TRACK.spec,
             DRIFT.spec,
@@ -283,6 +293,17 @@ pub mod clock {
     pub const MAXIMUM_OFFSET: Param<f64> = float("Maximum Clock Offset", 4.0, Unit::Second)
         .within(0.0, 86_400.0)
         .doc("A clock farther off than this is reported.");
+    pub const MAXIMUM_PULSE_OFFSET: Param<f64> = float("Maximum Pulse Offset", 0.001, Unit::Second)
+        .within(0.000_001, 1.0)
+        .doc("Lutra: the same where the receiver's pulse says how far it is off.");
+    pub const PULSE_DEVICE: Param<String> = text("Pulse Device", "").doc(
+        "Lutra: the kernel's source of the receiver's pulse per second, such as /dev/pps0; empty without the wire. Its \
+         silence is reported.",
+    );
+    pub const CHRONY_SOCKET: Param<String> = text("Chrony Socket", "").doc(
+        "Lutra: the socket of chrony's SOCK source that gets the time of the receiver's messages, such as \
+         /run/chrony/lutra.sock; empty for none.",
+    );
     pub const BOOT_TIMEOUT: Param<f64> = float("Boot Synchronization Timeout", 30.0, Unit::Second)
         .within(0.0, 86_400.0)
         .doc("After this time the vessel goes on with the clock as it is.");
@@ -296,6 +317,9 @@ pub mod clock {
             &[
                 MINIMUM_FIXES.spec,
                 MAXIMUM_OFFSET.spec,
+                MAXIMUM_PULSE_OFFSET.spec,
+                PULSE_DEVICE.spec,
+                CHRONY_SOCKET.spec,
                 BOOT_TIMEOUT.spec,
                 COMMAND.spec,
                 unused("Change Log", "Lutra's log goes on over a step of the clock"),

@@ -126,7 +126,7 @@ pub struct OutputConfig {
     pub ramp_per_s: Option<f64>,
     /// Time over which the motors move from where they are at enabling to what the loops want (s), 0 to 10.
     pub fade_s: f64,
-    /// A longer pause between two updates starts the loops anew from stopped motors (s), 0.1 to 10.
+    /// A longer pause between two updates starts the loops again from stopped motors (s), 0.1 to 10.
     pub max_gap_s: f64,
 }
 

@@ -3,8 +3,8 @@
 use super::config::{Drive, FeedForward, Governor, SpeedConfig};
 use crate::pid::{Pid, PidTerms, Saturation};
 use crate::ramp;
-use crate::speed_table::SpeedTarget;
 use crate::thrust::EffortLimits;
+use units::Speed;
 
 /// Memory of the speed and rpm loops.
 #[derive(Debug, Clone)]
@@ -16,7 +16,7 @@ pub(super) struct SpeedLoop {
 
 /// What the loop knows in one step.
 pub(super) struct SpeedInput {
-    pub(super) target: SpeedTarget,
+    pub(super) target: Speed,
     pub(super) surge_mps: f64,
     pub(super) measured_rpm: Option<f64>,
     pub(super) max_actuation: f64,
@@ -73,11 +73,11 @@ impl SpeedLoop {
     pub(super) fn update(&mut self, config: &SpeedConfig, drive: &Drive, input: &SpeedInput) -> SpeedStep {
         let mut step = SpeedStep::default();
         let (wanted, least, most) = match input.target {
-            SpeedTarget::MetresPerSecond(mps) if mps < config.stop_below_mps => {
+            Speed::MetresPerSecond(mps) if mps < config.stop_below_mps => {
                 self.stop();
                 return step;
             }
-            SpeedTarget::MetresPerSecond(mps) => {
+            Speed::MetresPerSecond(mps) => {
                 step.speed_terms = self.pid.update(mps - input.surge_mps, input.dt_s).1;
                 step.speed_terms.feed_forward = match &config.feed_forward {
                     FeedForward::Gain(gain) => gain * mps,
@@ -85,7 +85,7 @@ impl SpeedLoop {
                 };
                 (step.speed_terms.sum(), config.min_demand, config.max_demand)
             }
-            SpeedTarget::Rpm(_) | SpeedTarget::Percent(_) => {
+            Speed::Rpm(_) | Speed::Percent(_) => {
                 self.pid.reset();
                 let demand = demand_at(drive, direct_actuation(drive, input.target));
                 (demand, -config.max_demand, config.max_demand)
@@ -159,12 +159,12 @@ fn demand_at(drive: &Drive, actuation: f64) -> f64 {
     }
 }
 
-fn direct_actuation(drive: &Drive, target: SpeedTarget) -> f64 {
+fn direct_actuation(drive: &Drive, target: Speed) -> f64 {
     let (Drive::Rpm { rpm_at_max_thrust, .. } | Drive::Force { rpm_at_max_thrust, .. }) = drive;
     let actuation = match target {
-        SpeedTarget::Rpm(rpm) => rpm / rpm_at_max_thrust,
-        SpeedTarget::Percent(percent) => percent / 100.0,
-        SpeedTarget::MetresPerSecond(_) => 0.0,
+        Speed::Rpm(rpm) => rpm / rpm_at_max_thrust,
+        Speed::Percent(percent) => percent / 100.0,
+        Speed::MetresPerSecond(_) => 0.0,
     };
     actuation.clamp(-1.0, 1.0)
 }

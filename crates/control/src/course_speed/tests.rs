@@ -12,7 +12,7 @@ fn still(heading_rad: f64) -> Motion {
     Motion { heading_rad, yaw_rate_rad_s: Some(0.0), north_mps: 0.0, east_mps: 0.0 }
 }
 
-fn heading(rad: f64, speed: SpeedTarget) -> Setpoint {
+fn heading(rad: f64, speed: Speed) -> Setpoint {
     Setpoint { yaw: Some(YawTarget::Heading(rad)), speed: Some(speed) }
 }
 
@@ -46,7 +46,7 @@ fn run(control: &mut CourseSpeed, steps: usize, motion: &Motion, setpoint: &Setp
 #[test]
 fn turns_to_starboard_by_pushing_on_the_port_side() {
     for config in all_sets() {
-        let got = run(&mut crisp(config), 3, &still(0.0), &heading(1.0, SpeedTarget::MetresPerSecond(1.0)));
+        let got = run(&mut crisp(config), 3, &still(0.0), &heading(1.0, Speed::MetresPerSecond(1.0)));
         assert!(got.motors.port > 0.0 && got.motors.starboard < 0.0, "{got:?}");
         assert!(!got.ahead, "57 degrees off: first turn, then go");
     }
@@ -60,7 +60,7 @@ fn forward_gate_has_hysteresis() {
         [(33.0, false), (29.0, true), (35.0, true), (37.0, false), (31.0, false), (-29.0, true)]
     {
         t += 0.1;
-        let setpoint = heading(f64::to_radians(error_deg), SpeedTarget::MetresPerSecond(1.0));
+        let setpoint = heading(f64::to_radians(error_deg), Speed::MetresPerSecond(1.0));
         let got = control.update(at(t), &still(0.0), &setpoint, None).unwrap();
         assert_eq!(got.ahead, ahead, "{error_deg} degrees");
     }
@@ -69,17 +69,17 @@ fn forward_gate_has_hysteresis() {
 #[test]
 fn differential_limit_holds_only_while_going_ahead() {
     let mut control = crisp(CourseSpeedConfig::thesis());
-    let slow = control.update(at(0.0), &still(0.0), &heading(0.5, SpeedTarget::Percent(0.0)), None).unwrap();
+    let slow = control.update(at(0.0), &still(0.0), &heading(0.5, Speed::Percent(0.0)), None).unwrap();
     assert!((slow.motors.port - 0.4).abs() < 1e-12, "1.5 x 0.5 rad, cut at 0.4: {slow:?}");
     let mut control = crisp(CourseSpeedConfig::thesis());
-    let spin = control.update(at(0.0), &still(0.0), &heading(0.66, SpeedTarget::Percent(0.0)), None).unwrap();
+    let spin = control.update(at(0.0), &still(0.0), &heading(0.66, Speed::Percent(0.0)), None).unwrap();
     assert!((spin.motors.port - 0.99).abs() < 1e-12, "{spin:?}");
 }
 
 #[test]
 fn desired_speed_below_a_tenth_stops() {
     for config in all_sets() {
-        let got = run(&mut crisp(config), 20, &still(0.0), &heading(0.0, SpeedTarget::MetresPerSecond(0.09)));
+        let got = run(&mut crisp(config), 20, &still(0.0), &heading(0.0, Speed::MetresPerSecond(0.09)));
         assert!(got.motors.common().abs() < 1e-12, "{got:?}");
     }
 }
@@ -88,7 +88,7 @@ fn desired_speed_below_a_tenth_stops() {
 fn demand_is_limited_in_rate_and_range() {
     // Thesis: from rest at most 62 rpm per second, at least 62 rpm; 1100 rpm is full.
     let mut control = crisp(CourseSpeedConfig::thesis());
-    let setpoint = heading(0.0, SpeedTarget::MetresPerSecond(2.0));
+    let setpoint = heading(0.0, Speed::MetresPerSecond(2.0));
     for step in 0..50 {
         let got = control.update(at(f64::from(step) * 0.1), &still(0.0), &setpoint, None).unwrap();
         let rpm = got.motors.port * 1100.0;
@@ -106,7 +106,7 @@ fn thesis_gains_reach_at_most_the_published_rpm() {
         &mut crisp(CourseSpeedConfig::thesis()),
         1000,
         &still(0.0),
-        &heading(0.0, SpeedTarget::MetresPerSecond(2.0)),
+        &heading(0.0, Speed::MetresPerSecond(2.0)),
     );
     assert!((got.motors.port * 1100.0 - 402.0).abs() < 1e-6, "{got:?}");
 }
@@ -116,10 +116,10 @@ fn units_of_speed_are_kept_apart() {
     let full = SpeedTable::FOSSEN_OTTER.rpm_for_percent(100.0);
     for config in [CourseSpeedConfig::fossen_force(), CourseSpeedConfig::fossen_rpm()] {
         for (speed, actuation) in [
-            (SpeedTarget::Percent(40.0), 0.4),
-            (SpeedTarget::Rpm(0.4 * full), 0.4),
-            (SpeedTarget::Percent(-30.0), -0.3),
-            (SpeedTarget::Rpm(1e9), 1.0),
+            (Speed::Percent(40.0), 0.4),
+            (Speed::Rpm(0.4 * full), 0.4),
+            (Speed::Percent(-30.0), -0.3),
+            (Speed::Rpm(1e9), 1.0),
         ] {
             let got = run(&mut crisp(config), 100, &still(0.0), &heading(0.0, speed));
             assert!((got.motors.port - actuation).abs() < 1e-6, "{speed:?}: {got:?}");
@@ -133,7 +133,7 @@ fn software_governor_follows_measured_rpm_and_does_without() {
     config.drive = Drive::Rpm { rpm_at_max_thrust: 1100.0, governor: CourseSpeedConfig::thesis_governor() };
     config.speed.max_demand_rate_per_s = 1e5;
     let mut control = crisp(config);
-    let setpoint = heading(0.0, SpeedTarget::Rpm(500.0));
+    let setpoint = heading(0.0, Speed::Rpm(500.0));
     control.update(at(0.0), &still(0.0), &setpoint, None).unwrap();
     let blind = control.update(at(0.1), &still(0.0), &setpoint, None).unwrap();
     assert!((blind.motors.port - 0.46e-3 * 500.0).abs() < 1e-9, "feed-forward only: {blind:?}");
@@ -148,7 +148,7 @@ fn saturated_force_still_turns_the_right_way() {
     // The published code writes the two forces back swapped when starboard exceeds its limit.
     let mut config = CourseSpeedConfig::ntnu_force();
     config.yaw.max_error_to_thrust_rad = 3.0;
-    let got = run(&mut crisp(config), 100, &still(0.0), &heading(-0.5, SpeedTarget::MetresPerSecond(9.0)));
+    let got = run(&mut crisp(config), 100, &still(0.0), &heading(-0.5, Speed::MetresPerSecond(9.0)));
     assert!(got.motors.starboard > got.motors.port, "a turn to port: {got:?}");
     let map = ThrustMap::NTNU_OTTER;
     let differential_n = (map.force_at(got.motors.port) - map.force_at(got.motors.starboard)) / 2.0;
@@ -161,7 +161,7 @@ fn enabling_starts_from_what_the_motors_do() {
         let mut control = CourseSpeed::new(config).unwrap();
         let before = MotorPair { port: 0.35, starboard: 0.3 };
         control.enable(before);
-        let setpoint = heading(0.2, SpeedTarget::MetresPerSecond(1.5));
+        let setpoint = heading(0.2, Speed::MetresPerSecond(1.5));
         let moving = Motion::from_course(0.0, Some(0.0), 0.0, 0.8);
         let first = control.update(at(5.0), &moving, &setpoint, None).unwrap();
         assert!((first.motors.port - before.port).abs() < 1e-12, "{first:?}");
@@ -177,12 +177,12 @@ fn ramp_limits_growth_by_time_and_never_a_stop() {
     config.output.ramp_per_s = Some(0.5);
     config.speed.max_demand_rate_per_s = 1e5;
     let mut control = crisp(config);
-    let setpoint = heading(0.0, SpeedTarget::Percent(80.0));
+    let setpoint = heading(0.0, Speed::Percent(80.0));
     for (t, actuation) in [(0.0, 0.0), (0.2, 0.1), (0.4, 0.2), (1.4, 0.7), (1.6, 0.8), (1.8, 0.8)] {
         let got = control.update(at(t), &still(0.0), &setpoint, None).unwrap();
         assert!((got.motors.port - actuation).abs() < 1e-9, "{t} s: {got:?}");
     }
-    let stop = control.update(at(2.0), &still(0.0), &heading(0.0, SpeedTarget::Percent(0.0)), None).unwrap();
+    let stop = control.update(at(2.0), &still(0.0), &heading(0.0, Speed::Percent(0.0)), None).unwrap();
     assert!(stop.motors.port.abs() < 1e-12);
 }
 
@@ -190,7 +190,7 @@ fn ramp_limits_growth_by_time_and_never_a_stop() {
 fn a_long_pause_starts_anew_from_stopped_motors() {
     let mut control = CourseSpeed::new(CourseSpeedConfig::default()).unwrap();
     control.enable(MotorPair::STOPPED);
-    let setpoint = heading(0.1, SpeedTarget::MetresPerSecond(1.5));
+    let setpoint = heading(0.1, Speed::MetresPerSecond(1.5));
     run(&mut control, 50, &still(0.0), &setpoint);
     let got = control.update(at(60.0), &still(0.0), &setpoint, None).unwrap();
     assert!(got.restarted);
@@ -203,7 +203,7 @@ fn integral_does_not_grow_while_the_boat_cannot_go_faster() {
     for config in [CourseSpeedConfig::fossen_force(), CourseSpeedConfig::fossen_rpm()] {
         let mut control = crisp(config);
         let fast = Motion::from_course(0.0, Some(0.0), 0.0, 3.0);
-        let got = run(&mut control, 3000, &fast, &heading(0.0, SpeedTarget::MetresPerSecond(9.0)));
+        let got = run(&mut control, 3000, &fast, &heading(0.0, Speed::MetresPerSecond(9.0)));
         assert!(got.speed.integral.abs() < 1e-6, "{got:?}");
     }
 }
@@ -211,11 +211,11 @@ fn integral_does_not_grow_while_the_boat_cannot_go_faster() {
 #[test]
 fn answers_nothing_when_disabled_or_given_no_numbers() {
     let mut control = CourseSpeed::new(CourseSpeedConfig::default()).unwrap();
-    let setpoint = heading(0.0, SpeedTarget::Percent(10.0));
+    let setpoint = heading(0.0, Speed::Percent(10.0));
     assert_eq!(control.update(at(0.0), &still(0.0), &setpoint, None), Err(ControlFault::Disabled));
     control.enable(MotorPair { port: f64::NAN, starboard: 7.0 });
     assert_eq!(control.update(at(0.0), &still(f64::NAN), &setpoint, None), Err(ControlFault::NotFinite));
-    let bad = heading(0.0, SpeedTarget::Percent(f64::INFINITY));
+    let bad = heading(0.0, Speed::Percent(f64::INFINITY));
     assert_eq!(control.update(at(0.0), &still(0.0), &bad, None), Err(ControlFault::NotFinite));
     let got = control.update(at(0.0), &still(0.0), &setpoint, Some(f64::NAN)).unwrap();
     assert!(got.motors.port.abs() < 1e-12 && (got.motors.starboard - 1.0).abs() < 1e-12);
@@ -226,7 +226,7 @@ fn answers_nothing_when_disabled_or_given_no_numbers() {
 #[test]
 fn new_parameters_keep_the_integral_and_bad_ones_are_refused() {
     let mut control = crisp(CourseSpeedConfig::fossen_force());
-    let setpoint = heading(0.0, SpeedTarget::MetresPerSecond(0.5));
+    let setpoint = heading(0.0, Speed::MetresPerSecond(0.5));
     let before = run(&mut control, 30, &still(0.0), &setpoint);
     let mut config = *control.config();
     config.speed.pid.ki *= 2.0;
@@ -258,11 +258,11 @@ fn any_motion() -> impl Strategy<Value = Motion> {
     )
 }
 
-fn any_speed() -> impl Strategy<Value = SpeedTarget> {
+fn any_speed() -> impl Strategy<Value = Speed> {
     prop_oneof![
-        (-1.0..4.0_f64).prop_map(SpeedTarget::MetresPerSecond),
-        (-2000.0..2000.0_f64).prop_map(SpeedTarget::Rpm),
-        (-150.0..150.0_f64).prop_map(SpeedTarget::Percent),
+        (-1.0..4.0_f64).prop_map(Speed::MetresPerSecond),
+        (-2000.0..2000.0_f64).prop_map(Speed::Rpm),
+        (-150.0..150.0_f64).prop_map(Speed::Percent),
     ]
 }
 
@@ -291,7 +291,7 @@ proptest! {
         for ([heading_rad, rate, north_mps, east_mps], yaw, speed, us) in steps {
             now = now + std::time::Duration::from_micros(us);
             let motion = Motion { heading_rad, yaw_rate_rad_s: Some(rate), north_mps, east_mps };
-            let setpoint = heading(yaw, SpeedTarget::MetresPerSecond(speed));
+            let setpoint = heading(yaw, Speed::MetresPerSecond(speed));
             if let Ok(got) = control.update(now, &motion, &setpoint, Some(speed)) {
                 prop_assert!(got.motors.port.abs() <= max_actuation, "{:?}", got);
                 prop_assert!(got.motors.starboard.abs() <= max_actuation, "{:?}", got);

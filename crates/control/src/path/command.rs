@@ -66,7 +66,7 @@ pub enum PathError {
     /// No path is followed.
     #[error("no path is followed")]
     Idle,
-    /// The fix holds a value that is no number.
+    /// The fix holds a value that is not a number.
     #[error("the vessel's motion is not a number")]
     NotFinite,
     /// The leg is longer than allowed.
@@ -77,7 +77,7 @@ pub enum PathError {
         /// What is allowed (m).
         limit_m: f64,
     },
-    /// The loiter radius is no number above 0 and up to 5 km.
+    /// The loiter radius is not a number above 0 and up to 5 km.
     #[error("a loiter radius of {0} m is not possible")]
     Radius(f64),
     /// A path that ends where the vessel is needs a loiter.

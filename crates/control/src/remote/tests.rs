@@ -98,7 +98,7 @@ fn autopilot_holds_the_heading_it_began_with_and_steps_once_per_press() {
         remote.handle(at(ms), &keys(text), 1.0 + f64::from(u32::try_from(ms).unwrap() - 100), true);
         let Some(RemoteCommand::Autopilot(Setpoint {
             yaw: Some(YawTarget::Heading(got_rad)),
-            speed: Some(SpeedTarget::MetresPerSecond(got_mps)),
+            speed: Some(Speed::MetresPerSecond(got_mps)),
         })) = remote.poll(at(ms))
         else {
             panic!("{text}");

@@ -14,7 +14,7 @@ mod system;
 
 pub use system::{Liveness, Series, SeriesKey, System};
 
-use crate::Door;
+use crate::Transport;
 use bytes::Bytes;
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
@@ -110,13 +110,13 @@ pub fn is_event(id: u16) -> bool {
 impl Fleet {
     /// A packet that came, checked to be one. Whether it was new to the fleet's state (and not older than what
     /// is known of its series).
-    pub fn update(&mut self, now: Now, view: &PacketView<'_>, door: Door) -> bool {
+    pub fn update(&mut self, now: Now, view: &PacketView<'_>, transport: Transport) -> bool {
         let source = view.src();
         if !self.systems.contains_key(&source) && self.systems.len() >= SYSTEMS_KEPT {
             self.forget_longest_silent();
         }
         let system = self.systems.entry(source).or_insert_with(|| System::new(source, now));
-        system.heard(now, view, door);
+        system.heard(now, view, transport);
         let key = SeriesKey::of(view);
         let revision = self.revision + 1;
         let before = system.size();

@@ -1,7 +1,7 @@
 //! One system: its name, its entities and the last packet of each of its series.
 
-use crate::Door;
-use imc::catalogue::{self, FieldKind};
+use crate::Transport;
+use imc::catalogue::FieldKind;
 use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _, SystemType};
 use imc::{Address, PacketView};
 use std::collections::BTreeMap;
@@ -72,7 +72,8 @@ pub struct SeriesKey {
 impl SeriesKey {
     /// The series of a packet.
     pub fn of(view: &PacketView<'_>) -> Self {
-        let numbered = catalogue::by_id(view.id())
+        let numbered = view
+            .desc()
             .and_then(|desc| desc.fields.first())
             .is_some_and(|field| field.abbrev == "id" && field.kind == FieldKind::U8);
         let instance = view.payload().first().copied().filter(|_| numbered);
@@ -136,7 +137,7 @@ pub struct System {
     name: Option<String>,
     kind: Option<SystemType>,
     services: String,
-    doors: BTreeMap<Door, MonoTime>,
+    transports: BTreeMap<Transport, MonoTime>,
     first_heard: UtcTime,
     last_heard: MonoTime,
     last_heard_utc: UtcTime,
@@ -153,7 +154,7 @@ impl System {
             name: None,
             kind: None,
             services: String::new(),
-            doors: BTreeMap::new(),
+            transports: BTreeMap::new(),
             first_heard: now.utc,
             last_heard: now.mono,
             last_heard_utc: now.utc,
@@ -189,9 +190,9 @@ impl System {
         &self.services
     }
 
-    /// The doors by which it was heard, and when last.
-    pub fn doors(&self) -> impl Iterator<Item = (Door, MonoTime)> {
-        self.doors.iter().map(|(door, heard)| (*door, *heard))
+    /// The transports by which it was heard, and when last.
+    pub fn transports(&self) -> impl Iterator<Item = (Transport, MonoTime)> {
+        self.transports.iter().map(|(transport, heard)| (*transport, *heard))
     }
 
     /// When it was first heard since the server started.
@@ -251,16 +252,16 @@ impl System {
     }
 
     /// Something came from the system.
-    pub(crate) fn heard(&mut self, now: Now, view: &PacketView<'_>, door: Door) {
+    pub(crate) fn heard(&mut self, now: Now, view: &PacketView<'_>, transport: Transport) {
         self.last_heard = now.mono;
         self.last_heard_utc = now.utc;
-        self.doors.insert(door, now.mono);
+        self.transports.insert(transport, now.mono);
         match view.id() {
             Announce::ID => {
                 let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return };
                 let services = announce.services.to_str_lossy();
                 if uid(&services) != uid(&self.services) && uid(&services).is_some() {
-                    // It started anew: numbers of entities are handed out at start.
+                    // It started again: numbers of entities are handed out at start.
                     self.entities.clear();
                 }
                 self.services = services.chars().take(4_096).collect();
@@ -300,7 +301,7 @@ impl System {
         if let Some(series) = self.series.get_mut(&key) {
             series.count += 1;
             let after = timestamp - series.timestamp;
-            // A time that is no number is neither before nor after, and must not freeze the series.
+            // A time that is not a number is neither before nor after, and must not freeze the series.
             if after < 0.0 && now.mono.since(series.heard) < CLOCK_SET_BACK_AFTER {
                 return None;
             }

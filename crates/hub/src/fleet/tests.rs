@@ -15,7 +15,7 @@ fn at(seconds: f64) -> Now {
 fn give(fleet: &mut Fleet, now: Now, entity: u8, timestamp: f64, message: impl Into<Message>) -> bool {
     let header = Header { timestamp, src: OTTER, src_ent: entity, ..Header::default() };
     let bytes = Packet::new(header, message).encode().unwrap();
-    fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Link)
+    fleet.update(now, &PacketView::new(&bytes).unwrap(), Transport::Link)
 }
 
 fn volts(fleet: &Fleet, entity: u8) -> f32 {
@@ -140,7 +140,7 @@ fn systems_of_one_name_are_told_apart() {
         let header = Header { timestamp: 1.0, src: Address(src), ..Header::default() };
         let announce = messages::Announce { sys_name: "otter-1".into(), ..messages::Announce::default() };
         let bytes = Packet::new(header, announce).encode().unwrap();
-        fleet.update(at(0.0), &PacketView::new(&bytes).unwrap(), Door::Udp);
+        fleet.update(at(0.0), &PacketView::new(&bytes).unwrap(), Transport::Udp);
     };
     announces(&mut fleet, 0x2810);
     assert_eq!(fleet.title(Address(0x2810)), "otter-1");
@@ -177,7 +177,7 @@ fn what_is_kept_is_bounded() {
     for address in 0..SYSTEMS_KEPT as u16 + 50 {
         let header = Header { timestamp: 1.0, src: Address(address), ..Header::default() };
         let bytes = Packet::new(header, messages::Heartbeat).encode().unwrap();
-        fleet.update(at(f64::from(address)), &PacketView::new(&bytes).unwrap(), Door::Udp);
+        fleet.update(at(f64::from(address)), &PacketView::new(&bytes).unwrap(), Transport::Udp);
     }
     assert_eq!(fleet.systems().count(), SYSTEMS_KEPT);
     assert_eq!(fleet.changed.len(), SYSTEMS_KEPT);
@@ -197,7 +197,7 @@ fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
                 Header { timestamp: clock, src: Address(source), src_ent: entity, ..Header::default() };
             let entry = messages::DevDataText { value: text.as_str().into() };
             let bytes = Packet::new(header, entry).encode().unwrap();
-            fleet.update(at(clock), &PacketView::new(&bytes).unwrap(), Door::Udp);
+            fleet.update(at(clock), &PacketView::new(&bytes).unwrap(), Transport::Udp);
             // The operator's boat goes on speaking.
             give(&mut fleet, at(clock), 1, clock, messages::Voltage { value: 12.0 });
             assert!(fleet.bytes <= BYTES_KEPT);

@@ -2,7 +2,7 @@
 
 use crate::support::{CONSOLE, Hub, OTTER, at, hub, join, packet, pass, voltage};
 use bytes::Bytes;
-use hub::{Door, PeerId, Role};
+use hub::{PeerId, Role, Transport};
 use imc::Address;
 use imc::messages::{Abort, Announce, Heartbeat, PlanControl, PlanControlOp, PlanControlType, RemoteActions};
 use proptest::prelude::*;
@@ -16,25 +16,25 @@ fn start(src: Address, time: f64) -> Bytes {
     packet(src, OTTER, time, request)
 }
 
-/// A DUNE that is reached by TCP and UDP, and a console at the IMCProxy door.
+/// A DUNE that is reached by TCP and UDP, and a console at the IMCProxy transport.
 fn dune() -> (Hub, PeerId, PeerId, PeerId) {
     let mut hub = hub(false);
-    let tcp = join(&mut hub, Door::Tcp, Role::Vessel);
-    let udp = join(&mut hub, Door::Udp, Role::Vessel);
-    let console = join(&mut hub, Door::Proxy, Role::Console);
+    let tcp = join(&mut hub, Transport::Tcp, Role::Vessel);
+    let udp = join(&mut hub, Transport::Udp, Role::Vessel);
+    let console = join(&mut hub, Transport::Proxy, Role::Console);
     assert_eq!(pass(&mut hub, at(0.0), tcp, &voltage(OTTER, Address::NULL, 1.0)), [console]);
     assert_eq!(pass(&mut hub, at(0.0), udp, &voltage(OTTER, Address::NULL, 1.0)), []);
     (hub, tcp, udp, console)
 }
 
 #[test]
-fn what_a_vessel_echoes_never_goes_to_it_by_any_door() {
+fn what_a_vessel_echoes_never_goes_to_it_by_any_transport() {
     let (mut hub, tcp, udp, console) = dune();
-    // A console that speaks with DUNE itself: DUNE tells all its clients, and so us by both doors.
-    for (door, time) in [(tcp, 2.0), (udp, 3.0)] {
+    // A console that speaks with DUNE itself: DUNE tells all its clients, and so us by both transports.
+    for (transport, time) in [(tcp, 2.0), (udp, 3.0)] {
         let said = start(NEAR, time);
-        assert_eq!(pass(&mut hub, at(1.0), door, &said), [], "a command that DUNE had already");
-        let other = if door == tcp { udp } else { tcp };
+        assert_eq!(pass(&mut hub, at(1.0), transport, &said), [], "a command that DUNE had already");
+        let other = if transport == tcp { udp } else { tcp };
         assert_eq!(pass(&mut hub, at(1.0), other, &said), [], "and its copy");
     }
     // Nor what is for everyone, which other consoles hear.
@@ -58,9 +58,9 @@ fn a_command_takes_one_way_and_an_abort_all() {
 }
 
 #[test]
-fn a_command_from_the_proxy_door_goes_to_a_vessel_there_and_nowhere_else() {
+fn a_command_from_the_proxy_transport_goes_to_a_vessel_there_and_nowhere_else() {
     let (mut hub, _, _, console) = dune();
-    let relay = join(&mut hub, Door::Proxy, Role::Console);
+    let relay = join(&mut hub, Transport::Proxy, Role::Console);
     pass(&mut hub, at(1.0), relay, &voltage(OTTER, CONSOLE, 1.0));
     assert_eq!(pass(&mut hub, at(1.5), console, &start(CONSOLE, 2.0)), [relay], "that protocol passes all");
     // From the relay behind which the vessel lives too it is an echo.
@@ -107,10 +107,10 @@ fn the_same_bytes_said_again_are_a_command_again() {
 #[test]
 fn a_console_that_comes_by_two_ways_commands_once() {
     let (mut hub, tcp, _, console) = dune();
-    let other = join(&mut hub, Door::Udp, Role::Console);
+    let other = join(&mut hub, Transport::Udp, Role::Console);
     assert_eq!(pass(&mut hub, at(1.0), console, &start(CONSOLE, 2.0)), [tcp]);
     assert_eq!(pass(&mut hub, at(1.1), other, &start(CONSOLE, 2.0)), []);
-    // It lost the first way, connects anew and says it again.
+    // It lost the first way, connects again and says it again.
     hub.leave(console);
     assert_eq!(pass(&mut hub, at(1.2), other, &start(CONSOLE, 2.0)), [tcp]);
 }
@@ -119,7 +119,7 @@ fn a_console_that_comes_by_two_ways_commands_once() {
 #[test]
 fn relays_in_a_circle_do_not_repeat_a_command_for_ever() {
     let (mut hub, tcp, _, one) = dune();
-    let two = join(&mut hub, Door::Proxy, Role::Console);
+    let two = join(&mut hub, Transport::Proxy, Role::Console);
     let begun = start(CONSOLE, 2.0);
     let (mut told, mut waiting) = (0, vec![(0.0, one)]);
     while let Some((time, from)) = waiting.pop().filter(|(time, _)| *time < 60.0) {
@@ -135,17 +135,17 @@ fn relays_in_a_circle_do_not_repeat_a_command_for_ever() {
 }
 
 proptest! {
-    /// Several doors lead to one DUNE, and consoles order by any of them. DUNE gets each order once, and none that came
+    /// Several transports lead to one DUNE, and consoles order by any of them. DUNE gets each order once, and none that came
     /// from it.
     #[test]
     fn an_order_arrives_once(
-        doors in prop::collection::vec(0_usize..3, 1..4),
+        transports in prop::collection::vec(0_usize..3, 1..4),
         orders in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>()), 1..20),
     ) {
         let mut hub = hub(false);
-        let kinds = [Door::Proxy, Door::Tcp, Door::Udp];
-        let ways: Vec<PeerId> = doors.iter().map(|door| join(&mut hub, kinds[*door], Role::Vessel)).collect();
-        let console = join(&mut hub, Door::Proxy, Role::Console);
+        let kinds = [Transport::Proxy, Transport::Tcp, Transport::Udp];
+        let ways: Vec<PeerId> = transports.iter().map(|transport| join(&mut hub, kinds[*transport], Role::Vessel)).collect();
+        let console = join(&mut hub, Transport::Proxy, Role::Console);
         for (order, (way, near)) in orders.into_iter().enumerate() {
             let time = 1.0 + order as f64;
             for (number, way) in ways.iter().enumerate() {

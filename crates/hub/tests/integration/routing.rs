@@ -1,16 +1,16 @@
-//! Who hears what, by every door.
+//! Who hears what, by every transport.
 
 use crate::support::{CONSOLE, OTTER, SERVER, at, drain, hub, join, packet, pass, voltage};
 use bytes::Bytes;
-use hub::{Door, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources};
+use hub::{Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources, Transport};
 use imc::messages::{self, Heartbeat};
 use imc::{Address, Header, Packet, PacketView};
 use proptest::prelude::*;
 
 #[test]
-fn the_proxy_door_passes_everything_to_all_others_and_never_back() {
+fn the_proxy_transport_passes_everything_to_all_others_and_never_back() {
     let mut hub = hub(false);
-    let [a, b, c] = [(); 3].map(|()| join(&mut hub, Door::Proxy, Role::Console));
+    let [a, b, c] = [(); 3].map(|()| join(&mut hub, Transport::Proxy, Role::Console));
     for dst in [Address::NULL, Address::BROADCAST, CONSOLE, SERVER, Address(0x1234)] {
         let telemetry = voltage(OTTER, dst, f64::from(dst.0));
         assert_eq!(pass(&mut hub, at(1.0), a, &telemetry), [b, c], "{dst:?}");
@@ -21,9 +21,9 @@ fn the_proxy_door_passes_everything_to_all_others_and_never_back() {
 #[test]
 fn a_command_goes_to_where_its_vessel_lives() {
     let mut hub = hub(false);
-    let console = join(&mut hub, Door::Proxy, Role::Console);
-    let vessel = join(&mut hub, Door::Link, Role::Vessel);
-    let other = join(&mut hub, Door::Link, Role::Vessel);
+    let console = join(&mut hub, Transport::Proxy, Role::Console);
+    let vessel = join(&mut hub, Transport::Link, Role::Vessel);
+    let other = join(&mut hub, Transport::Link, Role::Vessel);
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address::NULL, 1.0)), [console]);
     assert_eq!(pass(&mut hub, at(0.1), other, &voltage(Address(0x2811), Address::NULL, 1.0)), [console]);
     assert_eq!(pass(&mut hub, at(0.2), console, &packet(CONSOLE, OTTER, 2.0, messages::Abort)), [vessel]);
@@ -44,11 +44,11 @@ fn a_command_goes_to_where_its_vessel_lives() {
 }
 
 #[test]
-fn a_vessel_heard_by_two_doors_is_relayed_once_and_never_to_itself() {
+fn a_vessel_heard_by_two_transports_is_relayed_once_and_never_to_itself() {
     let mut hub = hub(false);
-    let proxy = join(&mut hub, Door::Proxy, Role::Console);
-    let tcp = join(&mut hub, Door::Tcp, Role::Vessel);
-    let console = join(&mut hub, Door::Udp, Role::Console);
+    let proxy = join(&mut hub, Transport::Proxy, Role::Console);
+    let tcp = join(&mut hub, Transport::Tcp, Role::Vessel);
+    let console = join(&mut hub, Transport::Udp, Role::Console);
     let state = voltage(OTTER, Address::NULL, 1.0);
     assert_eq!(pass(&mut hub, at(0.0), proxy, &state), [console]);
     assert_eq!(pass(&mut hub, at(0.1), tcp, &state), [], "it was here before");
@@ -62,8 +62,8 @@ fn a_vessel_heard_by_two_doors_is_relayed_once_and_never_to_itself() {
 #[test]
 fn copies_for_several_consoles_are_relayed_each_and_recorded_once() {
     let mut hub = hub(false);
-    let vessel = join(&mut hub, Door::Proxy, Role::Console);
-    let one = join(&mut hub, Door::Proxy, Role::Console);
+    let vessel = join(&mut hub, Transport::Proxy, Role::Console);
+    let one = join(&mut hub, Transport::Proxy, Role::Console);
     for console in 0x4001..0x4006 {
         assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address(console), 1.0)), [one]);
     }
@@ -74,9 +74,10 @@ fn copies_for_several_consoles_are_relayed_each_and_recorded_once() {
 #[test]
 fn a_token_speaks_for_its_own_vessel_only() {
     let mut hub = hub(false);
-    let listener = join(&mut hub, Door::Proxy, Role::Console);
+    let listener = join(&mut hub, Transport::Proxy, Role::Console);
     let sources = Sources::Only(vec![OTTER]);
-    let vessel = hub.join(at(0.0), Peer { door: Door::Link, role: Role::Vessel, name: "o".into(), sources });
+    let vessel =
+        hub.join(at(0.0), Peer { transport: Transport::Link, role: Role::Vessel, name: "o".into(), sources });
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address::NULL, 1.0)), [listener]);
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(CONSOLE, Address::NULL, 1.0)), []);
     assert_eq!((hub.counters().refused, hub.drain_records().len()), (1, 1));
@@ -91,7 +92,7 @@ fn a_token_speaks_for_its_own_vessel_only() {
 #[test]
 fn rubbish_and_tails_are_nobodys_business() {
     let mut hub = hub(false);
-    let [a, b] = [(); 2].map(|()| join(&mut hub, Door::Proxy, Role::Console));
+    let [a, b] = [(); 2].map(|()| join(&mut hub, Transport::Proxy, Role::Console));
     let good = voltage(OTTER, Address::NULL, 1.0);
     let mut bad_crc = good.to_vec();
     bad_crc[21] ^= 1;
@@ -108,8 +109,8 @@ fn rubbish_and_tails_are_nobodys_business() {
 #[test]
 fn lanes_of_the_link() {
     let mut hub = hub(false);
-    let console = join(&mut hub, Door::Proxy, Role::Console);
-    let vessel = join(&mut hub, Door::Link, Role::Vessel);
+    let console = join(&mut hub, Transport::Proxy, Role::Console);
+    let vessel = join(&mut hub, Transport::Link, Role::Vessel);
     let live = voltage(OTTER, Address::NULL, 100.0);
     let mut give = |packet: &Bytes, seq: Option<u64>, lane| {
         let link = seq.map(|seq| LinkSeq { stream: 7, seq });
@@ -129,8 +130,8 @@ fn lanes_of_the_link() {
 #[test]
 fn a_detection_of_the_past_is_told_once_and_changes_nothing_of_the_present() {
     let mut hub = hub(false);
-    let console = join(&mut hub, Door::Proxy, Role::Console);
-    let vessel = join(&mut hub, Door::Link, Role::Vessel);
+    let console = join(&mut hub, Transport::Proxy, Role::Console);
+    let vessel = join(&mut hub, Transport::Link, Role::Vessel);
     let tag = |trans_id, seconds: f64| -> Bytes {
         let header =
             Header { timestamp: seconds, src: OTTER, src_ent: 9, dst: Address::NULL, ..Header::default() };
@@ -164,8 +165,8 @@ fn a_detection_of_the_past_is_told_once_and_changes_nothing_of_the_present() {
 fn the_server_keeps_vessels_sending() {
     let mut hub = hub(true);
     hub.set_services("imc+udp://127.0.0.1:6001/");
-    let proxy = join(&mut hub, Door::Proxy, Role::Console);
-    let link = join(&mut hub, Door::Link, Role::Vessel);
+    let proxy = join(&mut hub, Transport::Proxy, Role::Console);
+    let link = join(&mut hub, Transport::Link, Role::Vessel);
     for peer in [proxy, link] {
         let first = &drain(&mut hub);
         if let Some(packets) = first.get(&peer) {
@@ -199,15 +200,15 @@ proptest! {
     /// Whatever comes from wherever: never back, each delivery is the original, and the sum is what the counters say.
     #[test]
     fn nothing_comes_back(
-        doors in prop::collection::vec((0_usize..4, any::<bool>()), 2..6),
+        transports in prop::collection::vec((0_usize..4, any::<bool>()), 2..6),
         packets in prop::collection::vec((any::<prop::sample::Index>(), 0_u16..6, 0_u16..8, 0_u32..20), 1..60),
     ) {
         let mut hub = hub(false);
-        let kinds = [Door::Proxy, Door::Link, Door::Tcp, Door::Udp];
-        let peers: Vec<PeerId> = doors
+        let kinds = [Transport::Proxy, Transport::Link, Transport::Tcp, Transport::Udp];
+        let peers: Vec<PeerId> = transports
             .iter()
-            .map(|(door, console)| {
-                join(&mut hub, kinds[*door], if *console { Role::Console } else { Role::Vessel })
+            .map(|(transport, console)| {
+                join(&mut hub, kinds[*transport], if *console { Role::Console } else { Role::Vessel })
             })
             .collect();
         let systems = [0x2810, 0x2811, 0x4001, 0x4002, 0x0801, 0x8001, 0xFFFF, 0xFFF0].map(Address);
@@ -226,8 +227,8 @@ proptest! {
     #[test]
     fn any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..200), cut in 0_usize..40) {
         let mut hub = hub(true);
-        let a = join(&mut hub, Door::Proxy, Role::Console);
-        join(&mut hub, Door::Link, Role::Vessel);
+        let a = join(&mut hub, Transport::Proxy, Role::Console);
+        join(&mut hub, Transport::Link, Role::Vessel);
         let mut nearly = packet(OTTER, CONSOLE, 1.0, messages::Announce::default()).to_vec();
         nearly.truncate(cut);
         nearly.extend(&bytes);

@@ -195,6 +195,31 @@ pub fn by_id(id: u16) -> Option<&'static MessageDesc> {
     tables::by_id(id)
 }
 
+/// The message with this id, if a payload of so many bytes may be one.
+///
+/// LSTS' definitions leave the ids of TBRFishTag (2007) and TBRSensor (2008) free, and newer DUNE says ValidatePlan by 2007.
+/// Which is meant no header tells, but the Otters' messages have fixed sizes: what has another is somebody else's, and
+/// reading it by these fields would make fish of a plan.
+#[inline]
+pub fn by_id_and_size(id: u16, payload_bytes: usize) -> Option<&'static MessageDesc> {
+    let desc = by_id(id)?;
+    let fits = match id {
+        FISH_TAG => payload_bytes == FISH_TAG_BYTES || payload_bytes == FISH_TAG_BYTES_OF_2019,
+        SENSOR => payload_bytes == SENSOR_BYTES,
+        _ => true,
+    };
+    fits.then_some(desc)
+}
+
+/// TBRFishTag.
+const FISH_TAG: u16 = 2007;
+const FISH_TAG_BYTES: usize = 37;
+/// Without a position.
+const FISH_TAG_BYTES_OF_2019: usize = 21;
+/// TBRSensor.
+const SENSOR: u16 = 2008;
+const SENSOR_BYTES: usize = 17;
+
 /// The message with this abbreviation, spelt exactly.
 pub fn by_abbrev(abbrev: &str) -> Option<&'static MessageDesc> {
     let at = tables::BY_ABBREV.binary_search_by_key(&abbrev, |message| message.abbrev).ok()?;
@@ -307,5 +332,14 @@ mod tests {
         let appended: usize =
             tag.fields.iter().filter(|field| field.appended).filter_map(|field| field.kind.width()).sum();
         assert_eq!(appended, 16);
+        let read = |bytes| by_id_and_size(2007, bytes).map(|desc| desc.abbrev);
+        for bytes in 0..100 {
+            let is = [21, 37].contains(&bytes).then_some("TBRFishTag");
+            assert_eq!(read(bytes), is, "{bytes} bytes");
+            assert_eq!(by_id_and_size(2008, bytes).is_some(), bytes == 17, "{bytes} bytes");
+        }
+        assert_eq!(by_id(2007).unwrap().min_bytes(), FISH_TAG_BYTES);
+        assert_eq!(by_id(2008).unwrap().min_bytes(), SENSOR_BYTES);
+        assert_eq!(by_id_and_size(350, 3).unwrap().abbrev, "EstimatedState", "it may be cut");
     }
 }

@@ -311,13 +311,13 @@ impl Payload {
             (FieldKind::List, Some(value)) => self.list(value, &place(), depth)?,
             (FieldKind::F32, Some(value)) => {
                 let single = single(value).ok_or_else(|| {
-                    wrong(&place(), format!("{value} is no number that fits fp32_t (or NaN, Infinity)"))
+                    wrong(&place(), format!("{value} is not a number that fits fp32_t (or NaN, Infinity)"))
                 })?;
                 self.number(single.to_bits().into(), 4);
             }
             (FieldKind::F64, Some(value)) => {
                 let double = double(value)
-                    .ok_or_else(|| wrong(&place(), format!("{value} is no number (or NaN, Infinity)")))?;
+                    .ok_or_else(|| wrong(&place(), format!("{value} is not a number (or NaN, Infinity)")))?;
                 self.number(double.to_bits(), 8);
             }
             (kind, Some(value)) => {

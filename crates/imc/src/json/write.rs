@@ -1,7 +1,7 @@
 //! Packets to JSON.
 
 use super::{MAX_EXACT, QUIET_NAN_F32, QUIET_NAN_F64};
-use crate::catalogue::{self, FieldDesc, MessageDesc};
+use crate::catalogue::{FieldDesc, MessageDesc};
 use crate::header::{Header, PacketView};
 use crate::messages::Message;
 use crate::packet::{EncodeError, Packet, ShortPayload};
@@ -42,7 +42,7 @@ impl WriteError {
 /// # Errors
 /// When the catalogue lacks its id or its fields do not fit its payload.
 pub fn write_packet(out: &mut Vec<u8>, view: &PacketView<'_>, short: ShortPayload) -> Result<(), WriteError> {
-    let desc = catalogue::by_id(view.id()).ok_or(WriteError::UnknownId(view.id()))?;
+    let desc = view.desc().ok_or(WriteError::UnknownId(view.id()))?;
     let start = out.len();
     write!(out, r#"{{"abbrev":"{}","id":{},"header":"#, desc.abbrev, desc.id).ok();
     write_header(out, &view.header());

@@ -42,6 +42,19 @@ fn the_fish_tag_of_2019_has_no_position() {
     assert_eq!(Packet::decode(&bytes).unwrap().get::<TBRFishTag>(), Some(&new));
 }
 
+/// Newer DUNE says ValidatePlan by the same id: its type, and a plan within.
+#[test]
+fn what_has_not_the_size_of_a_tag_is_none_however_it_is_read() {
+    for bytes in [3, 22, 36, 38, 300] {
+        let body = imc::Body::Unknown { id: 2007, payload: vec![0; bytes] };
+        let packet = Packet { body, ..Packet::new(Header::default(), tag()) }.encode().unwrap();
+        let view = PacketView::new(&packet).unwrap();
+        assert_eq!(imc::decode::<TBRFishTag>(&view), Ok(None), "{bytes} bytes");
+        let decoded = Packet::decode(&packet).unwrap();
+        assert_eq!((decoded.get::<TBRFishTag>(), decoded.encode().unwrap()), (None, packet), "{bytes} bytes");
+    }
+}
+
 #[test]
 fn inside_another_message_a_tag_without_position_says_nan() {
     let list = MsgList { msgs: [tag()].into_iter().collect() };
@@ -170,7 +183,7 @@ fn wrong_json_is_refused_by_place() {
         (json!({"abbrev": "Rpm", "fields": {"valu": 4}}), "fields: Rpm has no field `valu`; it has value"),
         (
             json!({"abbrev": "Temperature", "fields": {"value": 1e300}}),
-            "fields.value: 1e+300 is no number that fits fp32_t (or NaN, Infinity)",
+            "fields.value: 1e+300 is not a number that fits fp32_t (or NaN, Infinity)",
         ),
         (
             json!({"abbrev": "Rpm", "header": {"src": "nobody"}}),
@@ -186,7 +199,7 @@ fn wrong_json_is_refused_by_place() {
         ),
         (
             json!({"abbrev": "PlanControl", "fields": {"arg": {"abbrev": "Goto", "fields": {"lat": "x"}}}}),
-            "fields.arg.fields.lat: \"x\" is no number (or NaN, Infinity)",
+            "fields.arg.fields.lat: \"x\" is not a number (or NaN, Infinity)",
         ),
         (
             json!({"abbrev": "EntityParameters", "fields": {"params": [null, {"abbrev": "Nix"}]}}),

@@ -31,7 +31,7 @@ impl ChartOffer {
 
 /// The vessel asks for a part of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ChartAsk {
+pub struct ChartRequest {
     /// Of which chart.
     pub digest: ChartDigest,
     /// From which byte on.
@@ -57,7 +57,7 @@ pub struct ChartPart {
 
 impl ChartPart {
     /// Packs a part, by zstd where the vessel unpacks it and that is shorter.
-    pub fn pack(ask: &ChartAsk, raw: Bytes, zstd: bool) -> Self {
+    pub fn pack(ask: &ChartRequest, raw: Bytes, zstd: bool) -> Self {
         let packed = zstd.then(|| zstd::bulk::compress(&raw, LEVEL).ok()).flatten();
         let packed = packed.filter(|packed| packed.len() < raw.len());
         let (raw_bytes, compressed) = (raw.len() as u32, packed.is_some());
@@ -66,7 +66,7 @@ impl ChartPart {
     }
 
     /// What says that there is no such chart ashore any more.
-    pub fn gone(ask: &ChartAsk) -> Self {
+    pub fn gone(ask: &ChartRequest) -> Self {
         Self::pack(ask, Bytes::new(), false)
     }
 
@@ -147,8 +147,8 @@ pub struct ChartReport {
 mod tests {
     use super::*;
 
-    fn ask() -> ChartAsk {
-        ChartAsk { digest: [7; 32], offset: 9, length: 100 }
+    fn ask() -> ChartRequest {
+        ChartRequest { digest: [7; 32], offset: 9, length: 100 }
     }
 
     #[test]

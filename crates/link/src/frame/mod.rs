@@ -38,7 +38,7 @@ mod read;
 mod write;
 
 pub use crate::batch::Batch;
-pub use chart::{ChartAsk, ChartDigest, ChartOffer, ChartPart, ChartReport, ChartStage, MAX_PART_BYTES};
+pub use chart::{ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest, ChartStage, MAX_PART_BYTES};
 pub use read::{Frames, decode};
 pub use write::{encode, message};
 
@@ -111,7 +111,7 @@ pub enum Frame {
     /// The chart that the shore has.
     Chart(ChartOffer),
     /// The vessel wants a part of it.
-    ChartAsk(ChartAsk),
+    ChartRequest(ChartRequest),
     /// A part of it.
     ChartPart(ChartPart),
     /// What the vessel holds.
@@ -146,7 +146,7 @@ pub struct Hello {
     pub incarnation: u64,
     /// Counts connections of this incarnation.
     pub attempt: u64,
-    /// The stream whose numbers count; another begins when a spool is made anew.
+    /// The stream whose numbers count; another begins when a spool is rebuilt.
     pub stream: u64,
     /// The oldest number that the spool still has.
     pub first: u64,
@@ -269,7 +269,16 @@ pub struct Command {
     pub packet: Bytes,
 }
 
-/// Who commands the vessel. Said again and again while it holds.
+/// Who commands a vessel, as the shore has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Commander {
+    /// Grows with every grant.
+    pub epoch: u64,
+    /// The holder's name; `None` when the lease has ended.
+    pub holder: Option<String>,
+}
+
+/// [`Commander`] as the vessel gets it, with its life. Sent again and again while it holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {
     /// Grows with every grant.

@@ -1,7 +1,7 @@
 //! Bytes to frames.
 
 use super::{
-    Ack, Batch, Bye, ByeCode, Capabilities, ChartAsk, ChartDigest, ChartOffer, ChartPart, ChartReport,
+    Ack, Batch, Bye, ByeCode, Capabilities, ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest,
     ChartStage, Command, Frame, Gap, GapReason, Heartbeat, Hello, Lease, MAX_MESSAGE_BYTES, MAX_TEXT_BYTES,
     Receipt, Stamp, Verdict, Welcome,
 };
@@ -62,7 +62,7 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         10 => Frame::Bye(bye(body)?),
         11 => Frame::Lease(lease(body)?),
         12 => Frame::Chart(chart_offer(body)?),
-        13 => Frame::ChartAsk(chart_ask(body)?),
+        13 => Frame::ChartRequest(chart_ask(body)?),
         14 => Frame::ChartPart(chart_part(body)?),
         15 => Frame::ChartReport(chart_report(body)?),
         _ => return Ok(None),
@@ -204,9 +204,9 @@ fn chart_offer(mut body: Reader) -> Result<ChartOffer, DecodeError> {
     })
 }
 
-fn chart_ask(mut body: Reader) -> Result<ChartAsk, DecodeError> {
+fn chart_ask(mut body: Reader) -> Result<ChartRequest, DecodeError> {
     const WHAT: &str = "the wish for a part of a chart";
-    Ok(ChartAsk { digest: digest(&mut body, WHAT)?, offset: body.u64(WHAT)?, length: body.u32(WHAT)? })
+    Ok(ChartRequest { digest: digest(&mut body, WHAT)?, offset: body.u64(WHAT)?, length: body.u32(WHAT)? })
 }
 
 fn chart_part(mut body: Reader) -> Result<ChartPart, DecodeError> {

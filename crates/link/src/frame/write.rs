@@ -36,7 +36,7 @@ fn number(frame: &Frame) -> u8 {
         Frame::Bye(_) => 10,
         Frame::Lease(_) => 11,
         Frame::Chart(_) => 12,
-        Frame::ChartAsk(_) => 13,
+        Frame::ChartRequest(_) => 13,
         Frame::ChartPart(_) => 14,
         Frame::ChartReport(_) => 15,
     }
@@ -99,7 +99,7 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             put_text(out, &bye.text, MAX_TEXT_BYTES);
         }
         Frame::Chart(offer) => put_offer(out, offer),
-        Frame::ChartAsk(ask) => {
+        Frame::ChartRequest(ask) => {
             put_place(out, &ask.digest, ask.offset);
             out.extend_from_slice(&ask.length.to_le_bytes());
         }

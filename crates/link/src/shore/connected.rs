@@ -52,7 +52,7 @@ impl Connected {
         }
     }
 
-    /// Takes records; those received before are dropped and counted. An error tells of a hole.
+    /// Takes records; those received before are dropped and counted. Fails where there is a gap.
     pub(crate) fn records(
         &mut self,
         now: Now,
@@ -82,7 +82,7 @@ impl Connected {
         Ok(Some(ShoreOutput::Records { stream: self.stream, records }))
     }
 
-    /// Takes a gap, but for what was received before. An error tells of a hole.
+    /// Takes a gap, but for what was received before. Fails where there is a gap.
     pub(crate) fn gap(&mut self, gap: Gap) -> Result<Option<ShoreOutput>, String> {
         self.ack_due = true;
         if gap.from > self.received {

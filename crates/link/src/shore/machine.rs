@@ -5,7 +5,7 @@ use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
-    Bye, ByeCode, Capabilities, ChartAsk, ChartOffer, ChartPart, Command, Frame, Hello, Lease,
+    Bye, ByeCode, Capabilities, ChartOffer, ChartPart, ChartRequest, Command, Commander, Frame, Hello, Lease,
     MAX_PART_BYTES, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome, decode, message,
 };
 use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
@@ -31,11 +31,11 @@ pub struct Shore {
     connected: Option<Connected>,
     latest: Option<Which>,
     commands: Pending,
-    lease: Option<(u64, Option<String>)>,
+    lease: Option<Commander>,
     /// What vessels are to have, once that is known.
     chart: Option<ChartOffer>,
     /// The part that the driver reads, over which connection it goes.
-    reading: Option<(ConnectionId, ChartAsk)>,
+    reading: Option<(ConnectionId, ChartRequest)>,
     /// When the lease is told again.
     next_lease: MonoTime,
     transit: Latency,
@@ -57,7 +57,7 @@ impl Which {
         Self { stream: hello.stream, incarnation: hello.incarnation, attempt: hello.attempt }
     }
 
-    /// Whether this connection is `latest` or an earlier one. A spool that was made anew counts from the beginning.
+    /// Whether this connection is `latest` or an earlier one. A spool that was rebuilt counts from the beginning.
     fn is_no_later_than(self, latest: Self) -> bool {
         self.stream == latest.stream
             && (self.incarnation, self.attempt) <= (latest.incarnation, latest.attempt)
@@ -131,8 +131,8 @@ impl Shore {
                     self.outputs.push_back(ShoreOutput::Outcome(id, Outcome::Refused(text.to_owned())));
                 }
             }
-            ShoreInput::Lease(epoch, holder) => {
-                self.lease = Some((epoch, holder));
+            ShoreInput::Lease(commander) => {
+                self.lease = Some(commander);
                 self.tell_lease(now);
             }
             ShoreInput::Chart(chart) => {
@@ -168,7 +168,7 @@ impl Shore {
         self.connected.as_ref().and_then(|one| one.clocks.estimate(now))
     }
 
-    /// How the link is. Latencies begin anew.
+    /// How the link is. Latencies start over.
     pub fn status(&mut self, now: Now) -> ShoreStatus {
         let connected = self.connected.as_ref();
         ShoreStatus {
@@ -324,7 +324,7 @@ impl Shore {
                     self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
                 }
             }
-            Frame::ChartAsk(ask) => self.chart_ask(ask),
+            Frame::ChartRequest(ask) => self.chart_ask(ask),
             Frame::ChartReport(report) => self.outputs.push_back(ShoreOutput::ChartReport(report)),
             Frame::Bye(bye) => {
                 return Err((ByeCode::Ending, format!("the vessel closes the link: {}", bye.text)));
@@ -351,7 +351,7 @@ impl Shore {
     }
 
     /// Has a part read, if it is of the chart that is offered; one at a time, whatever a vessel asks.
-    fn chart_ask(&mut self, ask: ChartAsk) {
+    fn chart_ask(&mut self, ask: ChartRequest) {
         let Some(id) = self.connected.as_ref().map(|one| one.id) else { return };
         let offered = self.chart.as_ref().filter(|chart| chart.digest == ask.digest);
         let Some(left) =
@@ -362,13 +362,13 @@ impl Shore {
         };
         if self.reading.is_none() {
             let length = u64::from(ask.length).min(MAX_PART_BYTES as u64).min(left) as u32;
-            let ask = ChartAsk { length, ..ask };
+            let ask = ChartRequest { length, ..ask };
             self.reading = Some((id, ask));
             self.outputs.push_back(ShoreOutput::ChartPart(id, ask));
         }
     }
 
-    fn give_part(&mut self, id: ConnectionId, ask: &ChartAsk, bytes: Option<Bytes>) {
+    fn give_part(&mut self, id: ConnectionId, ask: &ChartRequest, bytes: Option<Bytes>) {
         if self.reading.take_if(|reading| *reading == (id, *ask)).is_none() {
             return;
         }
@@ -397,13 +397,15 @@ impl Shore {
 
     /// When the lease is to be told again: while somebody has it and the link stands.
     fn lease_due(&self) -> Option<MonoTime> {
-        let held = matches!(self.lease, Some((_, Some(_))));
+        let held = matches!(self.lease, Some(Commander { holder: Some(_), .. }));
         self.connected.as_ref().filter(|_| held).map(|_| self.next_lease)
     }
 
     fn tell_lease(&mut self, now: Now) {
         self.next_lease = now.mono + LEASE_EVERY;
-        let (Some(connected), Some((epoch, holder))) = (&self.connected, &self.lease) else { return };
+        let (Some(connected), Some(Commander { epoch, holder })) = (&self.connected, &self.lease) else {
+            return;
+        };
         let lasts = if holder.is_some() { LEASE_LASTS } else { Duration::ZERO };
         let frame = Lease {
             epoch: *epoch,

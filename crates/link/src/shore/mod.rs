@@ -6,7 +6,7 @@ mod machine;
 pub use machine::Shore;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::{ByeCode, ChartAsk, ChartOffer, ChartReport, Gap, Hello};
+use crate::frame::{ByeCode, ChartOffer, ChartReport, ChartRequest, Commander, Gap, Hello};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -62,13 +62,13 @@ pub enum ShoreInput {
         /// The packet.
         packet: Bytes,
     },
-    /// Who commands the vessel from now on: the epoch, and the holder's name, or nobody any more. Told to the vessel
-    /// now, on every connection, and again and again while somebody does.
-    Lease(u64, Option<String>),
+    /// Who commands the vessel from now on. Sent to the vessel now, on every connection, and again and again while
+    /// somebody does.
+    Lease(Commander),
     /// The chart that vessels are to have; `None` for none. Offered to the vessel now and on every connection.
     Chart(Option<ChartOffer>),
     /// The answer to [`ShoreOutput::ChartPart`]: the bytes; `None` where the chart is not there any more.
-    ChartPart(ConnectionId, ChartAsk, Option<Bytes>),
+    ChartPart(ConnectionId, ChartRequest, Option<Bytes>),
     /// The program ends.
     Shutdown,
 }
@@ -106,7 +106,7 @@ pub enum ShoreOutput {
     /// What became of a command; given once for each.
     Outcome(u64, Outcome),
     /// The vessel wants a part of the chart that was offered: answer by [`ShoreInput::ChartPart`]. One at a time.
-    ChartPart(ConnectionId, ChartAsk),
+    ChartPart(ConnectionId, ChartRequest),
     /// What the vessel says of its chart.
     ChartReport(ChartReport),
 }

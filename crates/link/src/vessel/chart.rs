@@ -5,7 +5,7 @@
 //! besides, commands and acknowledgements, waits for one part at most and finds three quarters of the link free.
 
 use crate::frame::{
-    ChartAsk, ChartDigest, ChartOffer, ChartPart, ChartReport, ChartStage, Frame, MAX_PART_BYTES,
+    ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest, ChartStage, Frame, MAX_PART_BYTES,
 };
 use crate::wire::DecodeError;
 use bytes::Bytes;
@@ -239,7 +239,7 @@ impl Pull {
             let left = goal.bytes.saturating_sub(self.have).min(u64::from(self.part_bytes));
             let (digest, offset, length) = (goal.digest, self.have, left as u32);
             self.stage = Stage::Asked { at: now, offset, length };
-            wants.push(Want::Send(Frame::ChartAsk(ChartAsk { digest, offset, length })));
+            wants.push(Want::Send(Frame::ChartRequest(ChartRequest { digest, offset, length })));
         }
         wants.extend(self.report(now).map(|report| Want::Send(Frame::ChartReport(report))));
         wants

@@ -1,7 +1,7 @@
 //! The vessel's state machine: when to connect, what to say, what to believe.
 
 use super::chart::{Pull, Want};
-use super::records::Growth;
+use super::records::LagTracker;
 use super::up::{Step, Up};
 use super::{Answer, Entry, Failure, VesselInput, VesselOutput, VesselSettings, VesselStatus};
 use crate::backoff::Backoff;
@@ -33,7 +33,7 @@ pub struct Vessel {
     phase: Phase,
     attempt: u64,
     backoff: Backoff,
-    growth: Growth,
+    growth: LagTracker,
     live: LiveSet,
     pull: Pull,
     seen: Seen,
@@ -89,7 +89,7 @@ impl Vessel {
             phase: Phase::Pausing(now.mono),
             attempt: 0,
             backoff: Backoff::new(settings.seed),
-            growth: Growth::new(now, settings.spool),
+            growth: LagTracker::new(now, settings.spool),
             live: LiveSet::default(),
             pull: Pull::new(now.mono),
             seen: Seen::default(),
@@ -109,7 +109,7 @@ impl Vessel {
                 let renumbered = spool.stream != self.settings.spool.stream;
                 self.settings.spool = spool;
                 if renumbered {
-                    self.growth = Growth::new(now, spool);
+                    self.growth = LagTracker::new(now, spool);
                     self.durable = spool.first;
                     let reason = "the spool began another stream".to_owned();
                     self.end(now, End { code: Some(ByeCode::Ending), reason, refused: false });
@@ -178,7 +178,7 @@ impl Vessel {
         }
     }
 
-    /// How the link is. Latencies begin anew.
+    /// How the link is. Latencies start over.
     pub fn status(&mut self, now: Now) -> VesselStatus {
         let (clocks, cursor) = match &self.phase {
             Phase::Open(open) => (open.clocks.estimate(now), open.up.as_ref().map(|up| up.cursor)),

@@ -109,7 +109,7 @@ pub enum VesselInput {
     Closed(ConnectionId),
     /// What became of a command.
     Answer(u64, Answer),
-    /// The chart aboard, at the start and whenever that is another. Before the first the shore is told that
+    /// The chart aboard, at the start and whenever it changes. Before the first the shore is told that
     /// none is taken.
     ChartAboard(ChartAboard),
     /// So many bytes of this chart are aboard: the next part is wanted.

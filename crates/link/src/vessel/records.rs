@@ -11,14 +11,14 @@ const MARK_EVERY: Duration = Duration::from_millis(125);
 
 /// What the spool's end was lately, so that the age of what waits is known without asking it.
 #[derive(Debug, Clone)]
-pub(crate) struct Growth {
+pub(crate) struct LagTracker {
     /// Times and the number that was next then, oldest first; the front is older than the bound, or the first.
     marks: VecDeque<(MonoTime, u64)>,
     /// The disk does not take the spool: there are no records to wait for.
     refused: bool,
 }
 
-impl Growth {
+impl LagTracker {
     pub(crate) fn new(now: Now, spool: SpoolState) -> Self {
         Self { marks: VecDeque::from([(now.mono, spool.next)]), refused: false }
     }
@@ -42,7 +42,7 @@ impl Growth {
         self.refused
     }
 
-    /// Whether what is to be sent next was there a second ago already, or never comes as a record.
+    /// Whether the next record has waited for a second or more, or the disk refuses records.
     pub(crate) fn lags(&self, now: MonoTime, cursor: u64) -> bool {
         self.refused
             || self.marks.front().is_some_and(|(at, next)| now.since(*at) >= LAGS_AFTER && cursor < *next)
@@ -51,12 +51,12 @@ impl Growth {
 
 /// Bytes of records that were sent and are not durable yet.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Unkept {
+pub(crate) struct InFlight {
     sent: VecDeque<(u64, usize, MonoTime)>,
     bytes: usize,
 }
 
-impl Unkept {
+impl InFlight {
     /// Everything below `to` was sent, the last of it in a message of so many bytes.
     pub(crate) fn sent(&mut self, now: MonoTime, to: u64, bytes: usize) {
         self.bytes += bytes;

@@ -1,6 +1,6 @@
 //! A connection that stands: what is sent over it when, and what comes back.
 
-use super::records::{Growth, Unkept};
+use super::records::{InFlight, LagTracker};
 use super::{Entry, SpoolState};
 use crate::clocks::Clocks;
 use crate::frame::{Ack, Capabilities, Frame, Gap, GapReason, Heartbeat, Welcome, message};
@@ -43,7 +43,7 @@ pub(crate) struct Up {
     asked: Option<u64>,
     not_before: MonoTime,
     pub(crate) durable: u64,
-    unkept: Unkept,
+    unkept: InFlight,
     next_live: MonoTime,
     live_is_first: bool,
     last_kept: Duration,
@@ -55,7 +55,7 @@ pub(crate) struct Step<'a> {
     pub(crate) spool: SpoolState,
     pub(crate) pace: &'a mut Pace,
     pub(crate) clocks: &'a Clocks,
-    pub(crate) growth: &'a Growth,
+    pub(crate) growth: &'a LagTracker,
     pub(crate) live: &'a mut LiveSet,
 }
 
@@ -73,7 +73,7 @@ impl Up {
             asked: None,
             not_before: now,
             durable: welcome.resume,
-            unkept: Unkept::default(),
+            unkept: InFlight::default(),
             next_live: now,
             live_is_first: true,
             last_kept: Duration::ZERO,

@@ -3,8 +3,8 @@
 use bytes::Bytes;
 use link::frame::{self, Frame};
 use link::{
-    Answer, ByeCode, ConnectionId, Entry, Failure, Gap, GapReason, Outcome, Record, Shore, ShoreInput,
-    ShoreOutput, ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
+    Answer, ByeCode, Commander, ConnectionId, Entry, Failure, Gap, GapReason, Outcome, Record, Shore,
+    ShoreInput, ShoreOutput, ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
 };
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
@@ -199,7 +199,7 @@ fn who_commands_is_told_before_commands_again_and_again_and_on_every_connection(
         told.collect()
     };
     // Known before there is a connection, and a command waits as well.
-    pair.shore.handle(at(0), ShoreInput::Lease(7, Some("nils".to_owned())));
+    pair.shore.handle(at(0), ShoreInput::Lease(Commander { epoch: 7, holder: Some("nils".to_owned()) }));
     pair.shore.handle(at(0), command(5, 60_000));
     pair.carry(at(0));
     let order = |one: &VesselOutput| matches!(one, VesselOutput::Lease(_) | VesselOutput::Command { .. });
@@ -215,7 +215,7 @@ fn who_commands_is_told_before_commands_again_and_again_and_on_every_connection(
     pair.shore.handle(at(21_000), ShoreInput::Closed(old));
     pair.carry(at(23_000));
     assert_eq!(told(&mut pair), [lease(30_000, "nils")]);
-    pair.shore.handle(at(23_500), ShoreInput::Lease(7, None));
+    pair.shore.handle(at(23_500), ShoreInput::Lease(Commander { epoch: 7, holder: None }));
     for ms in (23_500..40_000).step_by(500) {
         pair.carry(at(ms));
     }

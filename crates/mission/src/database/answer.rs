@@ -68,17 +68,17 @@ pub struct DatabaseReply {
 /// What was asked, for the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DatabaseOperation {
-    /// [`DatabaseAsk::Set`](super::DatabaseAsk::Set).
+    /// [`DatabaseQuery::Set`](super::DatabaseQuery::Set).
     Set,
-    /// [`DatabaseAsk::Delete`](super::DatabaseAsk::Delete).
+    /// [`DatabaseQuery::Delete`](super::DatabaseQuery::Delete).
     Delete,
-    /// [`DatabaseAsk::Get`](super::DatabaseAsk::Get).
+    /// [`DatabaseQuery::Get`](super::DatabaseQuery::Get).
     Get,
-    /// [`DatabaseAsk::GetInfo`](super::DatabaseAsk::GetInfo).
+    /// [`DatabaseQuery::GetInfo`](super::DatabaseQuery::GetInfo).
     GetInfo,
-    /// [`DatabaseAsk::Clear`](super::DatabaseAsk::Clear).
+    /// [`DatabaseQuery::Clear`](super::DatabaseQuery::Clear).
     Clear,
-    /// [`DatabaseAsk::GetState`](super::DatabaseAsk::GetState).
+    /// [`DatabaseQuery::GetState`](super::DatabaseQuery::GetState).
     GetState,
 }
 

@@ -3,14 +3,14 @@
 use super::*;
 use proptest::prelude::*;
 
-fn request(plan_id: &str, ask: DatabaseAsk) -> DatabaseRequest {
+fn request(plan_id: &str, ask: DatabaseQuery) -> DatabaseRequest {
     let origin = Origin { system: 0x4001, entity: 3, request: 7 };
     DatabaseRequest { origin, name: "console".to_owned(), plan_id: plan_id.to_owned(), ask }
 }
 
 fn set(plan_id: &str, size: usize) -> DatabaseRequest {
     let digest = [size as u8; 16];
-    request(plan_id, DatabaseAsk::Set { bytes: vec![1; size], digest, named: plan_id.to_owned() })
+    request(plan_id, DatabaseQuery::Set { bytes: vec![1; size], digest, named: plan_id.to_owned() })
 }
 
 fn small() -> PlanDatabase {
@@ -49,7 +49,7 @@ fn a_change_is_answered_in_progress_and_then_with_its_result() {
     assert_eq!((info.change.at, info.change.system), (UtcTime::from_micros(5), 0x4001));
     let told = ask(&mut database, set("b", 20), Ok(()));
     assert!(matches!(told[1], Some(Ok(Answer::Stored { replaced: true, .. }))));
-    let told = ask(&mut database, request("b", DatabaseAsk::Delete), Ok(()));
+    let told = ask(&mut database, request("b", DatabaseQuery::Delete), Ok(()));
     assert_eq!(told, [None, Some(Ok(Answer::Removed))]);
     assert!(database.get("b").is_none());
 }
@@ -71,13 +71,13 @@ fn reading_answers_once() {
     let mut database = small();
     ask(&mut database, set("b", 10), Ok(()));
     ask(&mut database, set("a", 20), Ok(()));
-    let told = ask(&mut database, request("b", DatabaseAsk::Get), Ok(()));
+    let told = ask(&mut database, request("b", DatabaseQuery::Get), Ok(()));
     assert!(matches!(&told[..], [Some(Ok(Answer::Plan(record)))] if record.bytes == vec![1; 10]));
-    let told = ask(&mut database, request("a", DatabaseAsk::GetInfo), Ok(()));
+    let told = ask(&mut database, request("a", DatabaseQuery::GetInfo), Ok(()));
     assert!(matches!(&told[..], [Some(Ok(Answer::Info(info)))] if info.bytes == 20));
-    let told = ask(&mut database, request("x", DatabaseAsk::Get), Ok(()));
+    let told = ask(&mut database, request("x", DatabaseQuery::Get), Ok(()));
     assert_eq!(told, [Some(Err(DatabaseError::Undefined))]);
-    let told = ask(&mut database, request("x", DatabaseAsk::GetState), Ok(()));
+    let told = ask(&mut database, request("x", DatabaseQuery::GetState), Ok(()));
     let [Some(Ok(Answer::State(state)))] = &told[..] else { panic!("{told:?}") };
     let names: Vec<&str> = state.plans.iter().map(|info| info.plan_id.as_str()).collect();
     assert_eq!((names, state.bytes), (vec!["a", "b"], 30));
@@ -92,10 +92,10 @@ fn refuses_what_is_over_its_bounds() {
         (set("far too long", 1), DatabaseError::BadName),
         (set("b", 101), DatabaseError::TooLarge { bytes: 101, limit: 100 }),
         (
-            request("b", DatabaseAsk::Set { bytes: vec![], digest: [0; 16], named: "c".to_owned() }),
+            request("b", DatabaseQuery::Set { bytes: vec![], digest: [0; 16], named: "c".to_owned() }),
             DatabaseError::NamesDiffer { named: "c".to_owned() },
         ),
-        (request("b", DatabaseAsk::Delete), DatabaseError::Undefined),
+        (request("b", DatabaseQuery::Delete), DatabaseError::Undefined),
     ];
     for (request, error) in cases {
         assert_eq!(ask(&mut database, request, Ok(())), [None, Some(Err(error))]);
@@ -126,7 +126,7 @@ fn clearing_forgets_all_and_is_the_last_change() {
     let mut database = small();
     ask(&mut database, set("a", 1), Ok(()));
     assert_eq!(
-        ask(&mut database, request("a", DatabaseAsk::Clear), Ok(())),
+        ask(&mut database, request("a", DatabaseQuery::Clear), Ok(())),
         [None, Some(Ok(Answer::Removed))]
     );
     let state = database.state();
@@ -165,8 +165,8 @@ proptest! {
         for (kind, id, size, stores) in asks {
             let request = match kind {
                 0 | 1 => set(&id, size),
-                2 => request(&id, DatabaseAsk::Delete),
-                _ => request(&id, DatabaseAsk::Clear),
+                2 => request(&id, DatabaseQuery::Delete),
+                _ => request(&id, DatabaseQuery::Clear),
             };
             let told = ask(&mut database, request, if stores { Ok(()) } else { Err("broken") });
             prop_assert_eq!(told.len(), 2);

@@ -29,12 +29,12 @@ pub struct Request {
     /// Name of the plan it concerns; may be empty for a stop or get.
     pub plan_id: String,
     /// What is asked.
-    pub ask: Ask,
+    pub ask: RequestKind,
 }
 
 /// What is asked of the plan engine.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ask {
+pub enum RequestKind {
     /// Run a plan, in place of the running one if any.
     Start {
         /// The plan, as found in the request or in the database, or why there is none.
@@ -71,6 +71,9 @@ pub enum NoPlan {
     /// The plan is not possible.
     #[error("parse error: {0}")]
     Problems(#[from] PlanProblems),
+    /// Something that must be good before the motors are armed is not.
+    #[error("the motors are not armed: {0}")]
+    NotArmed(String),
     /// It leads where the chart has no water for it.
     #[error("refused by the sea chart: {0}")]
     Grounding(String),
@@ -82,13 +85,13 @@ pub enum NoPlan {
 /// What was asked, for the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
-    /// [`Ask::Start`].
+    /// [`RequestKind::Start`].
     Start,
-    /// [`Ask::Stop`].
+    /// [`RequestKind::Stop`].
     Stop,
-    /// [`Ask::Load`].
+    /// [`RequestKind::Load`].
     Load,
-    /// [`Ask::Get`].
+    /// [`RequestKind::Get`].
     Get,
 }
 

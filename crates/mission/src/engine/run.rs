@@ -1,8 +1,8 @@
 //! The life of a started plan: begin, maneuver after maneuver, one end.
 
 use super::{
-    ActionPoint, Ask, EndReason, Engine, Failure, ManeuverEnd, Mode, NoPlan, NoteLevel, Operation, Origin,
-    Output, Reply, Request, RunId, StartOptions, Success,
+    ActionPoint, EndReason, Engine, Failure, ManeuverEnd, Mode, NoPlan, NoteLevel, Operation, Origin, Output,
+    Reply, Request, RequestKind, RunId, StartOptions, Success,
 };
 use crate::command::{Command, Drive};
 use crate::maneuver::{Outcome, Running};
@@ -51,25 +51,25 @@ impl Engine {
     pub(super) fn request(&mut self, now: Now, request: Request) {
         let Request { origin, plan_id, ask } = request;
         let (operation, result) = match ask {
-            Ask::Start { plan, options } => {
+            RequestKind::Start { plan, options } => {
                 let result = self.start(now, origin, &plan_id, plan, options);
                 let Err(failure) = result else { return };
                 self.note(NoteLevel::Error, format!("{plan_id}: {failure}"));
                 (Operation::Start, Err(failure))
             }
-            Ask::Stop if self.run.is_some() => {
+            RequestKind::Stop if self.run.is_some() => {
                 self.reply(origin, Operation::Stop, &plan_id, Ok(Success::Stopped));
                 self.end_run(now, EndReason::Stopped);
                 return;
             }
-            Ask::Stop => (Operation::Stop, Err(Failure::NothingToStop)),
-            Ask::Load { .. } if self.run.is_some() => (Operation::Load, Err(Failure::Busy)),
-            Ask::Load { plan: Ok(plan) } => {
+            RequestKind::Stop => (Operation::Stop, Err(Failure::NothingToStop)),
+            RequestKind::Load { .. } if self.run.is_some() => (Operation::Load, Err(Failure::Busy)),
+            RequestKind::Load { plan: Ok(plan) } => {
                 self.warn(&plan_id, &plan);
                 (Operation::Load, Ok(Success::Loaded(Box::new(self.statistics(now, &plan)))))
             }
-            Ask::Load { plan: Err(no_plan) } => (Operation::Load, Err(no_plan.into())),
-            Ask::Get => {
+            RequestKind::Load { plan: Err(no_plan) } => (Operation::Load, Err(no_plan.into())),
+            RequestKind::Get => {
                 let run = self.run.as_ref().map(|run| (run.id, run.plan_id.clone()));
                 let Some((run, running_id)) = run else {
                     self.reply(origin, Operation::Get, &plan_id, Err(Failure::NothingRuns));

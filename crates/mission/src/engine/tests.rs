@@ -33,7 +33,7 @@ impl Bench {
         self.told.extend(std::iter::from_fn(|| self.engine.poll_output()));
     }
 
-    fn ask(&mut self, plan_id: &str, ask: Ask) -> Origin {
+    fn ask(&mut self, plan_id: &str, ask: RequestKind) -> Origin {
         self.requests += 1;
         let origin = Origin { system: 0x4001, entity: 9, request: self.requests };
         self.input(Input::Request(Request { origin, plan_id: plan_id.to_owned(), ask }));
@@ -50,7 +50,7 @@ impl Bench {
         maneuvers: Vec<Maneuver<RawPlace>>,
         options: StartOptions,
     ) -> Origin {
-        self.ask(plan_id, Ask::Start { plan: Ok(Box::new(plan(maneuvers))), options })
+        self.ask(plan_id, RequestKind::Start { plan: Ok(Box::new(plan(maneuvers))), options })
     }
 
     /// The path under way comes near.

@@ -2,8 +2,8 @@
 
 use crate::checks::Checks;
 use crate::place::{Offset, RawPlace};
-use crate::speed::Speed;
 use units::LatLon;
+use units::Speed;
 
 /// Go along points; done at once without any.
 #[derive(Debug, Clone, PartialEq)]

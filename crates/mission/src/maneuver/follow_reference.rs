@@ -14,9 +14,9 @@ use super::reference_state::{ReferencePhase, ReferenceState};
 use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
 use crate::event::{Event, Fix, Reference, Sighting};
-use crate::speed::Speed;
 use std::collections::BTreeMap;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, MonoTime, Now};
 
 /// A vessel announced longer ago is no longer where it was.

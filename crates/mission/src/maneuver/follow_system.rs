@@ -10,8 +10,8 @@ use super::goto::{distance_m, path_to};
 use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Fix, Sighting};
-use crate::speed::Speed;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// Keep beside another system.

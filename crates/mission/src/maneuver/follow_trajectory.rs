@@ -10,7 +10,7 @@ use crate::checks::Checks;
 use crate::event::Event;
 use crate::place::RawPlace;
 use crate::problem::ProblemKind;
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// Go along points by a timetable.

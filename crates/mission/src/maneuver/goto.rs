@@ -5,7 +5,7 @@ use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::Event;
 use crate::place::RawPlace;
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, LocalFrame, Now};
 
 /// Go to a place.

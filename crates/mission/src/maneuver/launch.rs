@@ -5,7 +5,7 @@ use super::goto::{self, Goto};
 use crate::checks::Checks;
 use crate::event::{Event, Medium};
 use crate::place::RawPlace;
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, Now};
 
 /// Wait for the water, then go to a place.

@@ -10,9 +10,9 @@ use crate::checks::Checks;
 use crate::command::{Circle, Path, PathStart};
 use crate::event::{Event, Fix, PathProgress};
 use crate::place::RawPlace;
-use crate::speed::Speed;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now, Turn};
 
 /// Circle a place.

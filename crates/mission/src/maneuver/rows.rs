@@ -9,7 +9,7 @@
 
 use crate::checks::Checks;
 use crate::place::RawPlace;
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, LocalPoint};
 
 /// Least length, width and step (m).

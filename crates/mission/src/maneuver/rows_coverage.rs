@@ -7,8 +7,8 @@
 use super::rows::{LEAST_M, Rows, RowsPoints};
 use crate::checks::Checks;
 use crate::place::RawPlace;
-use crate::speed::Speed;
 use units::LatLon;
+use units::Speed;
 
 /// A step never shrinks below this part of the full one: shallow water must not make the rows endless.
 const LEAST_SCALE: f64 = 0.1;

@@ -10,8 +10,8 @@ use crate::checks::Checks;
 use crate::command::Command;
 use crate::event::Event;
 use crate::place::RawPlace;
-use crate::speed::Speed;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, MonoTime, Now, UtcTime};
 
 /// How often the speed is reckoned again.

@@ -13,8 +13,8 @@ use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Fix, PathProgress};
 use crate::place::RawPlace;
-use crate::speed::Speed;
 use std::time::Duration;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// A path that is near its end, the vessel still under way, is sent again after this.

@@ -29,7 +29,7 @@ impl Behaviour for Machine {
     /// Anyone's word ends an open teleoperation; a reserved one ends by its operator's only.
     fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
         if let Event::TeleoperationDone { from } = event
-            && (self.0.operator == Operator::Anyone || self.0.operator == Operator::System(*from))
+            && self.0.operator.admits(*from)
         {
             cx.done();
         }

@@ -5,7 +5,7 @@ use super::goto::path_to;
 use super::rows_coverage::Swath;
 use super::{FollowPath, Rows, RowsCoverage, RowsPoints};
 use crate::event::Event;
-use crate::speed::Speed;
+use units::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, Now};
 
 #[derive(Debug, Clone)]

@@ -4,9 +4,9 @@ use super::*;
 use crate::kind::ManeuverKind;
 use crate::maneuver::{FollowPath, FollowTrajectory, Loiter, Rows, TimedOffset};
 use crate::place::Offset;
-use crate::speed::Speed;
 use crate::testing::{SPEED, draft, goto, idle, place};
 use guard::Area;
+use units::Speed;
 
 fn problems(draft: &PlanDraft, limits: &PlanLimits) -> Vec<String> {
     match Plan::build(draft, limits) {

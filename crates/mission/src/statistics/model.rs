@@ -1,7 +1,7 @@
 //! What a vessel's speeds mean: percent, rpm, m/s and the power they take.
 
-use crate::speed::Speed;
 use thiserror::Error;
+use units::Speed;
 
 /// One row of a vehicle model.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,8 +22,8 @@ pub enum ModelError {
     /// A model needs two rows.
     #[error("a vehicle model needs at least two rows")]
     TooFewRows,
-    /// A value is no number, below 0 or less than in the row before.
-    #[error("row {0} of the vehicle model falls or is no number")]
+    /// A value is not a number, below 0 or less than in the row before.
+    #[error("row {0} of the vehicle model falls or is not a number")]
     Row(usize),
 }
 

@@ -487,6 +487,7 @@ mod tests {
                 motion: Motion::from_course(0.0, None, 0.0, 1.5),
                 sigma_m: 0.5,
                 age: Duration::ZERO,
+                lag: Duration::ZERO,
                 heading_age: Duration::ZERO,
             };
             let now = MonoTime::from_micros(u64::from(second) * 1_000_000);

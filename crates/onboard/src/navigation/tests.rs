@@ -23,6 +23,7 @@ fn reading(seconds: f64, north_m: f64) -> GnssReading {
         velocity: Some(GroundVelocity { course_rad: 0.0, speed_mps: 2.0 }),
         heading_rad: Some(-0.3),
         yaw_rate_rad_s: Some(0.1),
+        ..GnssReading::default()
     }
 }
 
@@ -146,4 +147,32 @@ fn what_is_too_uncertain_is_no_estimate_before_its_time_is_over() {
     // 1 m, and 1.4 m for each second.
     assert_eq!(navigation.health(at(18.5)), NavigationHealth::Reckoning);
     assert_eq!(navigation.health(at(19.5)), NavigationHealth::NoPosition);
+}
+
+#[test]
+fn a_position_without_a_dilution_is_used_with_the_assumed_one() {
+    let mut navigation = sailing();
+    let mut silent = reading(10.0, 20.0);
+    silent.fix = silent.fix.map(|fix| GnssFix { hdop: f64::NAN, ..fix });
+    navigation.read(at(10.0), &silent).unwrap();
+    let estimate = navigation.estimate(at(10.0)).unwrap();
+    assert!((estimate.sigma_m - 2.0).abs() < 1e-9, "{}", estimate.sigma_m);
+    // One that is too poor by assumption is refused as any other.
+    navigation.reconfigure(NavigationSettings { assumed_hdop: 9.0, ..NavigationSettings::default() });
+    silent.utc = UtcTime::from_seconds(1_700_000_011.0);
+    assert_eq!(navigation.read(at(11.0), &silent), Err(Rejection::Dilution));
+}
+
+#[test]
+fn a_vessel_that_stands_has_no_velocity_of_before() {
+    let mut navigation = sailing();
+    let velocity = |course_rad, speed_mps| Some(GroundVelocity { course_rad, speed_mps });
+    let stands = GnssReading { velocity: velocity(f64::NAN, 0.0), ..reading(10.0, 20.0) };
+    navigation.read(at(10.0), &stands).unwrap();
+    let motion = navigation.estimate(at(10.0)).unwrap().motion;
+    assert_eq!((motion.north_mps, motion.east_mps), (0.0, 0.0));
+    // Faster without a course it is nonsense, and changes nothing.
+    let nonsense = GnssReading { velocity: velocity(f64::NAN, 2.0), ..reading(11.0, 20.0) };
+    navigation.read(at(11.0), &nonsense).unwrap();
+    assert!(navigation.estimate(at(11.0)).unwrap().motion.north_mps.abs() < 1e-9);
 }

@@ -31,7 +31,7 @@ impl ParameterStack {
             entries.push(kept);
             bus.entry(entity, Level::Info, "parameters are kept");
         } else {
-            let text = format!("parameters are not kept: that was done {DEEPEST} times without giving back");
+            let text = format!("parameters are not kept: the stack of {DEEPEST} sets is full");
             bus.entry(entity, Level::Warning, text);
         }
     }
@@ -45,7 +45,7 @@ impl ParameterStack {
     ) -> Option<SetEntityParameters> {
         let entity = settings.labels.find(label)?;
         let Some(kept) = self.0.get_mut(&entity).and_then(Vec::pop) else {
-            bus.entry(entity, Level::Warning, "no parameters were kept that could be given back");
+            bus.entry(entity, Level::Warning, "the stack of parameters is empty: nothing to restore");
             return None;
         };
         let current = values_of(settings, entity);

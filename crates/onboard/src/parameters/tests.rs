@@ -104,6 +104,19 @@ fn what_a_vessel_told_becomes_settings_and_nonsense_changes_nothing() {
     assert_eq!(limits.trust, ChartTrust::AllErrors(ChartTrust::STANDARD));
     assert_eq!(limits.least_loiter_m.to_bits(), 33.0_f64.to_bits(), "the least circle that is sailed counts");
     assert_ne!(settings, usual);
+    assert_eq!(limits.entry, EntryRules::default());
+    for word in ["refuse all", "warn", "ignore", "refuse prohibited"] {
+        assert_eq!(
+            take_told(&mut settings, Entity::Grounding, [("Restricted Areas", word)].into_iter()).len(),
+            1
+        );
+        assert_eq!(named("Restricted Areas").get(&settings).unwrap(), word);
+    }
+    assert_eq!(
+        settings.guard_limits().entry,
+        EntryRules::default(),
+        "the word that is usual is the rule that is usual"
+    );
 }
 
 #[test]

@@ -13,6 +13,7 @@ pub(super) fn navigation() -> Vec<Parameter> {
     let of = |spec, at| share(spec, at, 1.0);
     vec![
         of(gnss::MAXIMUM_HDOP.spec, |s| Some(&mut s.navigation.max_hdop)).file_only(),
+        of(gnss::ASSUMED_HDOP.spec, |s| Some(&mut s.navigation.assumed_hdop)).file_only(),
         of(gnss::DEAD_RECKONING.spec, |s| Some(&mut s.navigation.reckoning_s)).file_only(),
         of(gnss::RECKONING_UNCERTAINTY.spec, |s| Some(&mut s.navigation.most_sigma_m)).file_only(),
         of(gnss::RECKONING_SPEED.spec, |s| Some(&mut s.navigation.reckoning_mps)).file_only(),

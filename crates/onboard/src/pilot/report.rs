@@ -1,9 +1,10 @@
 //! How path control and manual control are doing, as their entities' states.
 
-use super::{Drive, Pilot};
+use super::Pilot;
 use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::states::{Condition, States};
+use mission::Drive;
 
 impl Pilot {
     /// Sets the states of path control and manual control; an operator's messages may be `silence_s` apart.
@@ -18,10 +19,10 @@ impl Pilot {
         };
         states.set(bus, Entity::Path, condition, text);
         let text = match (self.drive(), self.is_connected()) {
-            (Drive::Remote(_), true) => {
+            (Drive::Teleoperation(_), true) => {
                 format!("an operator steers; motors stop {silence_s:.1} s after the last message")
             }
-            (Drive::Remote(_), false) => "waiting for the operator; motors stopped".to_owned(),
+            (Drive::Teleoperation(_), false) => "waiting for the operator; motors stopped".to_owned(),
             (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
         };
         states.set(bus, Entity::Remote, Condition::Normal, text);

@@ -11,7 +11,7 @@ use imc::messages::{
 };
 use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, Nested, PacketView, plan_digest};
 use mission::{
-    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Kept, Origin,
+    Answer, DatabaseLimits, DatabaseQuery, DatabaseReply, DatabaseRequest, DatabaseState, Kept, Origin,
     Outgoing, PlanDatabase, PlanInfo, Ticket,
 };
 use std::collections::BTreeMap;
@@ -63,11 +63,11 @@ impl Database {
         let ask = match (request.op, request.arg.of::<PlanSpecification>()) {
             (PlanDBOp::Set, Some(plan)) => set(&plan),
             (PlanDBOp::Set, _) => Err("no plan specification given".to_owned()),
-            (PlanDBOp::Del, _) => Ok(DatabaseAsk::Delete),
-            (PlanDBOp::Get, _) => Ok(DatabaseAsk::Get),
-            (PlanDBOp::GetInfo, _) => Ok(DatabaseAsk::GetInfo),
-            (PlanDBOp::Clear, _) => Ok(DatabaseAsk::Clear),
-            (PlanDBOp::GetState | PlanDBOp::GetDstate, _) => Ok(DatabaseAsk::GetState),
+            (PlanDBOp::Del, _) => Ok(DatabaseQuery::Delete),
+            (PlanDBOp::Get, _) => Ok(DatabaseQuery::Get),
+            (PlanDBOp::GetInfo, _) => Ok(DatabaseQuery::GetInfo),
+            (PlanDBOp::Clear, _) => Ok(DatabaseQuery::Clear),
+            (PlanDBOp::GetState | PlanDBOp::GetDstate, _) => Ok(DatabaseQuery::GetState),
             (PlanDBOp::Boot | PlanDBOp::Unlisted(_), _) => Err("unknown operation".to_owned()),
         };
         let plan_id = request.plan_id.to_str_lossy().into_owned();
@@ -190,13 +190,13 @@ fn fits(arg: &Message) -> bool {
     imc::encode_into(&mut Vec::new(), &Header::default(), &reply).is_ok()
 }
 
-fn set(plan: &PlanSpecification) -> Result<DatabaseAsk, String> {
-    let named = plan.plan_id.as_str().ok_or("the plan's name is no text")?.to_owned();
+fn set(plan: &PlanSpecification) -> Result<DatabaseQuery, String> {
+    let named = plan.plan_id.as_str().ok_or("the plan's name is not a text")?.to_owned();
     let mut bytes = Vec::new();
     let header = Header { src_ent: ANY_ENTITY, ..Header::default() };
     imc::encode_into(&mut bytes, &header, plan).map_err(|error| error.to_string())?;
     let digest = plan_digest::payload_md5(payload(&bytes));
-    Ok(DatabaseAsk::Set { bytes, digest, named })
+    Ok(DatabaseQuery::Set { bytes, digest, named })
 }
 
 fn answered(answer: &Answer) -> (Option<Message>, &'static str) {

@@ -27,9 +27,8 @@ use imc::messages::{
 };
 use imc::{Address, Nested};
 use mission::{
-    ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
-    PathProgress, PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success,
-    Ticket,
+    ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, PathProgress,
+    PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success, Ticket,
 };
 pub(crate) use requests::reads;
 use std::collections::{BTreeMap, VecDeque};
@@ -89,6 +88,8 @@ pub(crate) struct Plans {
     starts_own: bool,
     /// A plan is being resumed.
     resumes: bool,
+    /// Why nobody else may start anything yet.
+    pub(crate) unready: Option<String>,
     /// Why the last start on the vessel's own account came to nothing.
     own_refusal: Option<String>,
     runs: BTreeMap<RunId, PlanSpecification>,
@@ -124,6 +125,7 @@ impl Plans {
             own_run: None,
             starts_own: false,
             resumes: false,
+            unready: None,
             own_refusal: None,
             runs: BTreeMap::new(),
             plan_state: PlanState::default(),
@@ -148,6 +150,11 @@ impl Plans {
     /// What plans can do, and which one runs.
     pub(crate) fn plan_state(&self) -> &PlanState {
         &self.plan_state
+    }
+
+    /// What the vessel does.
+    pub(crate) fn mode(&self) -> mission::Mode {
+        self.vehicle_state.mode
     }
 
     /// The plan under way, if the chart in force would refuse it. The way to its first maneuver counts from `place` as
@@ -324,9 +331,8 @@ impl Plans {
     fn command(&mut self, bus: &mut Bus, pilot: &mut Pilot, command: &Command) {
         match command {
             Command::Drift => pilot.drift(bus),
-            Command::ChangeSpeed(speed) => pilot.change_speed(bus, wire::speed(*speed)),
-            Command::Teleoperate(Operator::Anyone) => pilot.teleoperate(bus, None),
-            Command::Teleoperate(Operator::System(system)) => pilot.teleoperate(bus, Some(*system)),
+            Command::ChangeSpeed(speed) => pilot.change_speed(bus, *speed),
+            Command::Teleoperate(operator) => pilot.teleoperate(bus, *operator),
             Command::Follow(path) => {
                 let loiter =
                     path.circle.map(|circle| Loiter { radius_m: circle.radius_m, turn: circle.turn });
@@ -337,7 +343,7 @@ impl Plans {
                 };
                 let end = PathEnd::At(path.end);
                 let wanted = PathCommand { path_ref: path.path_ref, start, end, loiter };
-                if let Err(failure) = pilot.follow(bus, &wanted, wire::speed(path.speed)) {
+                if let Err(failure) = pilot.follow(bus, &wanted, path.speed) {
                     let event = Event::PathFailed { path_ref: path.path_ref, reason: failure.to_string() };
                     let now = bus.now();
                     // What the engine makes of it comes out of the loop that brought us here.

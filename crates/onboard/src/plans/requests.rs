@@ -11,7 +11,7 @@ use imc::messages::{
     Announce, Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
     PlanDBType, PlanSpecification, Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, RunId, Sighting, StartOptions};
+use mission::{Event, NoPlan, Origin, Plan, PlanPhase, Request, RequestKind, RunId, Sighting, StartOptions};
 use units::LatLon;
 
 /// Where a plan would begin.
@@ -79,19 +79,24 @@ impl Plans {
                 let own = asker.system == bus.address();
                 let own_maneuver = own && request.arg.get().is_some_and(|arg| translate::is_maneuver(&arg));
                 let way = if own_maneuver { Way::Own } else { Way::From(pilot.place()) };
-                let plan = self.plan(bus, name, &plan_id, request.arg.get(), way);
+                let plan = match &self.unready {
+                    Some(why) if !(own || self.starts_own || self.resumes) => {
+                        Err(NoPlan::NotArmed(why.clone()))
+                    }
+                    _ => self.plan(bus, name, &plan_id, request.arg.get(), way),
+                };
                 let options = StartOptions {
                     calibrate: request.flags.contains(PlanControlFlags::CALIBRATE),
                     ignore_errors: request.flags.contains(PlanControlFlags::IGNORE_ERRORS),
                 };
-                ("start", Ask::Start { plan, options })
+                ("start", RequestKind::Start { plan, options })
             }
             PlanControlOp::Load => {
                 let plan = self.plan(bus, name, &plan_id, request.arg.get(), Way::From(pilot.place()));
-                ("load", Ask::Load { plan })
+                ("load", RequestKind::Load { plan })
             }
-            PlanControlOp::Stop => ("stop", Ask::Stop),
-            PlanControlOp::Get => ("get", Ask::Get),
+            PlanControlOp::Stop => ("stop", RequestKind::Stop),
+            PlanControlOp::Get => ("get", RequestKind::Get),
             PlanControlOp::Unlisted(_) => return,
         };
         let who = if name.is_empty() { asker.system.to_string() } else { name.to_owned() };

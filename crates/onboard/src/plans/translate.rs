@@ -11,10 +11,10 @@ use imc::messages::{
 use imc::tuples;
 use mission::{
     DraftBody, Late, LoiterShape, Maneuver, ManeuverDraft, ManeuverKind, Offset, Operator, PlanDraft,
-    RawPlace, Speed, Swath, TimedOffset, TransitionDraft,
+    RawPlace, Swath, TimedOffset, TransitionDraft,
 };
 use std::time::Duration;
-use units::{LatLon, Turn, UtcTime};
+use units::{LatLon, Speed, Turn, UtcTime};
 
 /// No maneuver, in `VehicleState` and `PlanControlState`.
 pub(crate) const NO_MANEUVER: u16 = 0xFFFF;
@@ -123,7 +123,7 @@ fn body(message: &Message) -> DraftBody {
         Message::IdleManeuver(m) => Maneuver::Idle(mission::Idle { duration: seconds(m.duration) }),
         Message::ScheduledGoto(m) => Maneuver::ScheduledGoto(mission::ScheduledGoto {
             target: raw(m.lat, m.lon),
-            // A time that is none lies in the past, so that the maneuver is late rather than waiting for ever.
+            // A time that is not valid lies in the past, so that the maneuver is late rather than waiting for ever.
             arrival: UtcTime::from_seconds(m.arrival_time).unwrap_or_default(),
             late: match m.delayed {
                 ScheduledGotoDelayed::Resume => Late::Resume,
@@ -267,7 +267,7 @@ fn speed(value: f32, units: SpeedUnits) -> Speed {
     speed64(f64::from(value), units)
 }
 
-/// A speed; of an unknown unit it is no number, which no plan may have.
+/// A speed; of an unknown unit it is not a number, which no plan may have.
 pub(crate) fn speed64(value: f64, units: SpeedUnits) -> Speed {
     match units {
         SpeedUnits::MetersPs => Speed::MetresPerSecond(value),

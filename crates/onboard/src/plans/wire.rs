@@ -1,13 +1,12 @@
 //! States and statistics of the mission as IMC has them.
 
 use crate::plans::translate::{NO_MANEUVER, number};
-use control::SpeedTarget;
 use imc::messages::{
     CLoopsMask, FollowRefState, FollowRefStateProximity, FollowRefStateState, Message, PlanControlState,
     PlanControlStateLastOutcome, PlanControlStateState, PlanStatistics, PlanStatisticsProperties,
     PlanStatisticsType, VehicleState, VehicleStateFlags, VehicleStateOpMode,
 };
-use mission::{LastOutcome, Mode, PlanPhase, PlanState, ReferencePhase, ReferenceState, Speed};
+use mission::{LastOutcome, Mode, PlanPhase, PlanState, ReferencePhase, ReferenceState};
 
 /// Unknown time to arrival, where it has 16 bits.
 const NO_ETA: u16 = 0xFFFF;
@@ -106,14 +105,5 @@ pub(crate) fn reference_state(
             ReferencePhase::Timeout => FollowRefStateState::Timeout,
         },
         proximity: if state.near { FollowRefStateProximity::XY_NEAR } else { FollowRefStateProximity::FAR },
-    }
-}
-
-/// A mission's speed for the controllers.
-pub(crate) fn speed(speed: Speed) -> SpeedTarget {
-    match speed {
-        Speed::MetresPerSecond(mps) => SpeedTarget::MetresPerSecond(mps),
-        Speed::Rpm(rpm) => SpeedTarget::Rpm(rpm),
-        Speed::Percent(percent) => SpeedTarget::Percent(percent),
     }
 }

@@ -1,12 +1,15 @@
 //! Reading.
 
+use crate::entity::Entity;
 use crate::grounding::ChartFile;
-use crate::input::{HostReading, Input, Peer, Reachable};
+use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
+use crate::states::Condition;
 use charts::depth_index::DepthIndex;
 use devices::{
-    BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, Side, TagReading,
-    WaterReading,
+    BatteryReading, ClockState, GnssFix, GnssReading, GroundVelocity, MotorReading, Part,
+    PowerChannelReading, PulseReading, Quality, RailReading, Reading, ReceiverReading, Side, TagReading,
+    TroubleReading, WaterReading,
 };
 use mission::Ticket;
 use std::net::SocketAddrV4;
@@ -111,12 +114,23 @@ pub fn read_input(bytes: &[u8]) -> Result<(Now, Input), Garbled> {
 fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
     Ok(match take.u8()? {
         0 => Input::Timer,
-        kind @ 1..=5 => Input::Reading(reading(take, kind)?),
+        kind @ (1..=5 | 19 | 20 | 22 | 24 | 25) => {
+            let at = MonoTime::from_micros(take.u64()?);
+            Input::Reading(at, reading(take, kind)?)
+        }
+        21 => Input::Device(DeviceState {
+            entity: Entity::from_number(take.u8()?).ok_or(Garbled)?,
+            condition: condition(take.u8()?)?,
+            text: take.text()?,
+        }),
+        23 => Input::Warning(Entity::from_number(take.u8()?).ok_or(Garbled)?, take.text()?),
         6 => Input::Host(HostReading {
             cpu_percent: take.f64()?,
             disk_free_mib: take.f64()?,
             disk_free_percent: take.f64()?,
             memory_mib: take.f64()?,
+            computer_cpu_percent: take.option(Take::f64)?,
+            memory_free_percent: take.option(Take::f64)?,
             temperature_c: take.option(Take::f64)?,
         }),
         7 => Input::Packet(take.peer()?, take.bytes()?.to_vec()),
@@ -152,7 +166,12 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
     })
 }
 
-/// A reading, by the kinds 1 to 5 of inputs.
+fn condition(number: u8) -> Result<Condition, Garbled> {
+    let all = [Condition::Boot, Condition::Normal, Condition::Fault, Condition::Error, Condition::Failure];
+    all.into_iter().find(|condition| *condition as u8 == number).ok_or(Garbled)
+}
+
+/// A reading, by the kinds 1 to 5, 19, 20 and from 22 on of inputs.
 fn reading(take: &mut Take<'_>, kind: u8) -> Result<Reading, Garbled> {
     Ok(match kind {
         1 => Reading::Gnss(gnss(take)?),
@@ -180,8 +199,46 @@ fn reading(take: &mut Take<'_>, kind: u8) -> Result<Reading, Garbled> {
             frequency_khz: take.u8()?,
             counter: take.u16()?,
             raw: take.option(Take::text)?,
+            lines_lost: take.option(Take::u16)?,
         }),
-        _ => Reading::Water(WaterReading {
+        19 => Reading::Rail(RailReading {
+            number: take.u8()?,
+            voltage_v: take.f64()?,
+            current_a: take.f64()?,
+            fuse_a: take.f64()?,
+            flags: take.u8()?,
+        }),
+        20 => Reading::PowerChannel(PowerChannelReading {
+            rail: take.u8()?,
+            name: take.text()?,
+            on: take.flag()?,
+        }),
+        24 => Reading::Pulse(PulseReading { utc: take.utc()?, sequence: take.u32()? }),
+        25 => {
+            let part = match (take.u8()?, take.u8()?) {
+                (0, 0) => Part::Motor(Side::Port),
+                (0, 1) => Part::Motor(Side::Starboard),
+                (1, number) => Part::Battery(number),
+                _ => return Err(Garbled),
+            };
+            Reading::Trouble(TroubleReading { part, text: take.text()? })
+        }
+        22 => Reading::Receiver(ReceiverReading {
+            listening: take.flag()?,
+            frequency_khz: take.option(Take::u8)?,
+            protocols: take.option(Take::u8)?,
+            clock: match take.u8()? {
+                0 => ClockState::Unknown,
+                1 => ClockState::Unset,
+                2 => ClockState::Set,
+                3 => ClockState::Disciplined,
+                4 => ClockState::Lost,
+                _ => return Err(Garbled),
+            },
+            clock_offset_s: take.option(Take::f64)?,
+            clock_fault: take.text()?,
+        }),
+        5 => Reading::Water(WaterReading {
             serial: take.u32()?,
             clock_s: take.u32()?,
             temperature_c: take.f64()?,
@@ -189,7 +246,9 @@ fn reading(take: &mut Take<'_>, kind: u8) -> Result<Reading, Garbled> {
             noise_peak: take.u8()?,
             frequency_khz: take.u8()?,
             counter: take.u16()?,
+            lines_lost: take.option(Take::u16)?,
         }),
+        _ => return Err(Garbled),
     })
 }
 
@@ -199,7 +258,14 @@ fn gnss(take: &mut Take<'_>) -> Result<GnssReading, Garbled> {
         fix: take.option(|take| {
             let (lat_rad, lon_rad) = (take.f64()?, take.f64()?);
             let (height_m, hdop) = (take.f64()?, take.f64()?);
-            let quality = if take.flag()? { Quality::Differential } else { Quality::Autonomous };
+            let quality = match take.u8()? {
+                0 => Quality::Autonomous,
+                1 => Quality::Differential,
+                2 => Quality::RtkFixed,
+                3 => Quality::RtkFloat,
+                4 => Quality::Estimated,
+                _ => return Err(Garbled),
+            };
             Ok(GnssFix { lat_rad, lon_rad, height_m, hdop, quality })
         })?,
         satellites: take.u8()?,
@@ -207,6 +273,9 @@ fn gnss(take: &mut Take<'_>) -> Result<GnssReading, Garbled> {
             .option(|take| Ok(GroundVelocity { course_rad: take.f64()?, speed_mps: take.f64()? }))?,
         heading_rad: take.option(Take::f64)?,
         yaw_rate_rad_s: take.option(Take::f64)?,
+        roll_rad: take.option(Take::f64)?,
+        pitch_rad: take.option(Take::f64)?,
+        magnetic_heading_rad: take.option(Take::f64)?,
     })
 }
 
@@ -216,37 +285,70 @@ mod tests {
     use crate::record::write_input;
     use proptest::prelude::*;
 
-    fn examples() -> Vec<Input> {
-        let socket = SocketAddrV4::new([10, 0, 2, 7].into(), 6002);
+    fn readings() -> Vec<Reading> {
         let fix =
-            GnssFix { lat_rad: 1.1, lon_rad: 0.2, height_m: 40.0, quality: Quality::Differential, hdop: 0.9 };
+            GnssFix { lat_rad: 1.1, lon_rad: 0.2, height_m: 40.0, quality: Quality::RtkFloat, hdop: 0.9 };
         vec![
-            Input::Timer,
-            Input::Reading(Reading::Gnss(GnssReading {
+            Reading::Receiver(ReceiverReading {
+                listening: true,
+                frequency_khz: Some(69),
+                protocols: None,
+                clock: ClockState::Lost,
+                clock_offset_s: Some(3.6),
+                clock_fault: "set at the next mark".into(),
+            }),
+            Reading::Gnss(GnssReading {
                 utc: Some(UtcTime::from_micros(5)),
                 fix: Some(fix),
                 satellites: 8,
                 velocity: Some(GroundVelocity { course_rad: 0.1, speed_mps: 1.5 }),
                 heading_rad: None,
                 yaw_rate_rad_s: Some(-0.1),
-            })),
-            Input::Reading(Reading::Motor(
+                roll_rad: Some(0.02),
+                pitch_rad: None,
+                magnetic_heading_rad: Some(1.5),
+            }),
+            Reading::Motor(
                 Side::Starboard,
                 MotorReading { propeller_rpm: 500.0, power_w: 90.0, temperature_c: 30.0 },
-            )),
-            Input::Reading(Reading::Battery(BatteryReading {
-                number: 3,
-                voltage_v: 29.0,
-                ..BatteryReading::default()
-            })),
-            Input::Reading(Reading::Tag(TagReading {
+            ),
+            Reading::Battery(BatteryReading { number: 3, voltage_v: 29.0, ..BatteryReading::default() }),
+            Reading::Tag(TagReading {
                 protocol: "S64K".into(),
                 data: Some(7),
                 raw: Some("$001129,1551087572,897,S64K,15,7,33,69,1".into()),
                 ..TagReading::default()
-            })),
-            Input::Reading(Reading::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() })),
-            Input::Host(HostReading { temperature_c: Some(50.0), ..HostReading::default() }),
+            }),
+            Reading::Rail(RailReading {
+                number: 4,
+                voltage_v: 5.0,
+                current_a: -0.003,
+                fuse_a: 17.5,
+                flags: 3,
+            }),
+            Reading::PowerChannel(PowerChannelReading { rail: 3, name: "H_VR0".into(), on: true }),
+            Reading::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() }),
+            Reading::Pulse(PulseReading { utc: UtcTime::from_micros(1_600_000_000_000_123), sequence: 9 }),
+            Reading::Trouble(TroubleReading { part: Part::Motor(Side::Starboard), text: "hot".into() }),
+            Reading::Trouble(TroubleReading { part: Part::Battery(3), text: String::new() }),
+        ]
+    }
+
+    fn examples() -> Vec<Input> {
+        let socket = SocketAddrV4::new([10, 0, 2, 7].into(), 6002);
+        let others = vec![
+            Input::Timer,
+            Input::Warning(Entity::Hydrophone, "7 lines lost".into()),
+            Input::Device(DeviceState {
+                entity: Entity::Hydrophone,
+                condition: Condition::Error,
+                text: "no answer".into(),
+            }),
+            Input::Host(HostReading {
+                computer_cpu_percent: Some(12.5),
+                temperature_c: Some(50.0),
+                ..HostReading::default()
+            }),
             Input::Packet(Peer::Udp(socket), vec![1, 2, 3]),
             Input::Connected(Peer::Tcp(3)),
             Input::Disconnected(Peer::Tcp(3)),
@@ -262,7 +364,9 @@ mod tests {
             Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
             Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),
             Input::Chart(ChartFile::whole("sea".into(), [7; 32], DepthIndex::default())),
-        ]
+        ];
+        let at = MonoTime::from_micros(70);
+        readings().into_iter().map(|reading| Input::Reading(at, reading)).chain(others).collect()
     }
 
     #[test]
@@ -283,7 +387,7 @@ mod tests {
         let reading = GnssReading { heading_rad: Some(f64::NAN), ..GnssReading::default() };
         let now = Now { mono: MonoTime::default(), utc: UtcTime::default() };
         let (mut bytes, mut again) = (Vec::new(), Vec::new());
-        write_input(&mut bytes, now, &Input::Reading(Reading::Gnss(reading)));
+        write_input(&mut bytes, now, &Input::Reading(now.mono, Reading::Gnss(reading)));
         let (now, input) = read_input(&bytes).unwrap();
         write_input(&mut again, now, &input);
         assert_eq!(bytes, again);

@@ -1,13 +1,16 @@
 //! Writing.
 
 use crate::grounding::ChartFile;
-use crate::input::{HostReading, Input, Peer, Reachable};
+use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
 use crate::output::{Keep, Level, Output};
-use devices::{BatteryReading, GnssReading, MotorReading, Quality, Reading, Side, TagReading, WaterReading};
+use devices::{
+    BatteryReading, ClockState, GnssReading, MotorReading, Part, PowerChannelReading, PulseReading, Quality,
+    RailReading, Reading, ReceiverReading, Side, TagReading, TroubleReading, WaterReading,
+};
 use mission::{Change, Effect};
 use std::net::SocketAddrV4;
-use units::{Now, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 struct Put<'a>(&'a mut Vec<u8>);
 
@@ -86,13 +89,15 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
     put.utc(now.utc);
     match input {
         Input::Timer => put.u8(0),
-        Input::Reading(one) => reading(&mut put, one),
+        Input::Reading(at, one) => reading(&mut put, *at, one),
         Input::Host(reading) => {
             put.u8(6);
-            let HostReading { cpu_percent, disk_free_mib, disk_free_percent, memory_mib, temperature_c } =
-                *reading;
+            let HostReading { cpu_percent, disk_free_mib, disk_free_percent, memory_mib, .. } = *reading;
+            let HostReading { computer_cpu_percent, memory_free_percent, temperature_c, .. } = *reading;
             put.numbers(&[cpu_percent, disk_free_mib, disk_free_percent, memory_mib]);
-            put.option(temperature_c, Put::f64);
+            for known in [computer_cpu_percent, memory_free_percent, temperature_c] {
+                put.option(known, Put::f64);
+            }
         }
         Input::Packet(peer, bytes) => {
             put.u8(7);
@@ -150,6 +155,17 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.bytes(label.as_bytes());
             put.outcome(outcome);
         }
+        Input::Device(DeviceState { entity, condition, text }) => {
+            put.u8(21);
+            put.u8(entity.number());
+            put.u8(*condition as u8);
+            put.bytes(text.as_bytes());
+        }
+        Input::Warning(entity, text) => {
+            put.u8(23);
+            put.u8(entity.number());
+            put.bytes(text.as_bytes());
+        }
         Input::Chart(file) => {
             put.u8(18);
             chart(&mut put, file);
@@ -157,14 +173,12 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
     }
 }
 
-fn reading(put: &mut Put<'_>, reading: &Reading) {
+fn reading(put: &mut Put<'_>, at: MonoTime, reading: &Reading) {
+    put.u8(kind(reading));
+    put.u64(at.micros());
     match reading {
-        Reading::Gnss(reading) => {
-            put.u8(1);
-            gnss(put, reading);
-        }
+        Reading::Gnss(reading) => gnss(put, reading),
         Reading::Motor(side, reading) => {
-            put.u8(2);
             put.u8(match side {
                 Side::Port => 0,
                 Side::Starboard => 1,
@@ -173,20 +187,69 @@ fn reading(put: &mut Put<'_>, reading: &Reading) {
             put.numbers(&[propeller_rpm, power_w, temperature_c]);
         }
         Reading::Battery(reading) => {
-            put.u8(3);
             let BatteryReading { number, voltage_v, current_a, charge_percent, temperature_c } = *reading;
             put.u8(number);
             put.numbers(&[voltage_v, current_a, charge_percent, temperature_c]);
         }
-        Reading::Tag(reading) => {
-            put.u8(4);
-            tag(put, reading);
+        Reading::Trouble(TroubleReading { part, text }) => {
+            let (kind, number) = match part {
+                Part::Motor(side) => (0, side.index()),
+                Part::Battery(number) => (1, *number),
+            };
+            put.u8(kind);
+            put.u8(number);
+            put.bytes(text.as_bytes());
         }
-        Reading::Water(reading) => {
-            put.u8(5);
-            water(put, reading);
+        Reading::Tag(reading) => tag(put, reading),
+        Reading::Water(reading) => water(put, reading),
+        Reading::Receiver(reading) => receiver(put, reading),
+        Reading::Rail(reading) => {
+            let RailReading { number, voltage_v, current_a, fuse_a, flags } = *reading;
+            put.u8(number);
+            put.numbers(&[voltage_v, current_a, fuse_a]);
+            put.u8(flags);
+        }
+        Reading::Pulse(PulseReading { utc, sequence }) => {
+            put.utc(*utc);
+            put.u32(*sequence);
+        }
+        Reading::PowerChannel(PowerChannelReading { rail, name, on }) => {
+            put.u8(*rail);
+            put.bytes(name.as_bytes());
+            put.u8(u8::from(*on));
         }
     }
+}
+
+/// The kind of input that a reading is.
+const fn kind(reading: &Reading) -> u8 {
+    match reading {
+        Reading::Gnss(_) => 1,
+        Reading::Motor(..) => 2,
+        Reading::Battery(_) => 3,
+        Reading::Tag(_) => 4,
+        Reading::Water(_) => 5,
+        Reading::Rail(_) => 19,
+        Reading::PowerChannel(_) => 20,
+        Reading::Receiver(_) => 22,
+        Reading::Pulse(_) => 24,
+        Reading::Trouble(_) => 25,
+    }
+}
+
+fn receiver(put: &mut Put<'_>, reading: &ReceiverReading) {
+    put.u8(u8::from(reading.listening));
+    put.option(reading.frequency_khz, Put::u8);
+    put.option(reading.protocols, Put::u8);
+    put.u8(match reading.clock {
+        ClockState::Unknown => 0,
+        ClockState::Unset => 1,
+        ClockState::Set => 2,
+        ClockState::Disciplined => 3,
+        ClockState::Lost => 4,
+    });
+    put.option(reading.clock_offset_s, Put::f64);
+    put.bytes(reading.clock_fault.as_bytes());
 }
 
 fn chart(put: &mut Put<'_>, file: &ChartFile) {
@@ -199,7 +262,13 @@ fn gnss(put: &mut Put<'_>, reading: &GnssReading) {
     put.option(reading.utc, Put::utc);
     put.option(reading.fix, |put, fix| {
         put.numbers(&[fix.lat_rad, fix.lon_rad, fix.height_m, fix.hdop]);
-        put.u8(u8::from(fix.quality == Quality::Differential));
+        put.u8(match fix.quality {
+            Quality::Autonomous => 0,
+            Quality::Differential => 1,
+            Quality::RtkFixed => 2,
+            Quality::RtkFloat => 3,
+            Quality::Estimated => 4,
+        });
     });
     put.u8(reading.satellites);
     put.option(reading.velocity, |put, velocity| {
@@ -207,6 +276,9 @@ fn gnss(put: &mut Put<'_>, reading: &GnssReading) {
     });
     put.option(reading.heading_rad, Put::f64);
     put.option(reading.yaw_rate_rad_s, Put::f64);
+    put.option(reading.roll_rad, Put::f64);
+    put.option(reading.pitch_rad, Put::f64);
+    put.option(reading.magnetic_heading_rad, Put::f64);
 }
 
 fn tag(put: &mut Put<'_>, reading: &TagReading) {
@@ -220,6 +292,7 @@ fn tag(put: &mut Put<'_>, reading: &TagReading) {
     put.u8(reading.frequency_khz);
     put.u16(reading.counter);
     put.option(reading.raw.as_deref(), |put, raw| put.bytes(raw.as_bytes()));
+    put.option(reading.lines_lost, Put::u16);
 }
 
 fn water(put: &mut Put<'_>, reading: &WaterReading) {
@@ -230,6 +303,7 @@ fn water(put: &mut Put<'_>, reading: &WaterReading) {
     put.u8(reading.noise_peak);
     put.u8(reading.frequency_khz);
     put.u16(reading.counter);
+    put.option(reading.lines_lost, Put::u16);
 }
 
 /// Appends an output.
@@ -262,6 +336,11 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
         Output::Keep(what) => {
             put.u8(5);
             keep(&mut put, what);
+        }
+        Output::Power { channel, on } => {
+            put.u8(7);
+            put.bytes(channel.as_bytes());
+            put.u8(u8::from(*on));
         }
         Output::Console(level, text) => {
             put.u8(6);

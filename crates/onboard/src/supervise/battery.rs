@@ -12,6 +12,11 @@ use std::time::Duration;
 const FUEL_REPORT: Duration = Duration::from_secs(10);
 
 impl Supervise {
+    /// Whether the batteries are below their warning level.
+    pub(crate) fn battery_is_low(&self) -> bool {
+        self.battery.stage() != BatteryStage::Normal
+    }
+
     pub(super) fn tell_battery(&mut self, context: &mut Context<'_>, sensors: &Sensors) {
         let silent = sensors.silent_batteries();
         let Some(percent) = sensors.charge_percent() else {

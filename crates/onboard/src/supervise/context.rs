@@ -16,7 +16,7 @@ use units::{LatLon, UtcTime};
 
 /// Name of the plan that keeps the vessel where it is.
 pub(super) const HOLD_PLAN: &str = "hold";
-/// A position that was last measured longer ago is no place to keep.
+/// A position that was last measured longer ago is not a place to keep.
 const POSITION_KEPT: Duration = Duration::from_secs(2);
 /// A station back inside the area keeps this much more than its radius from the border (m).
 const BORDER_M: f64 = 5.0;

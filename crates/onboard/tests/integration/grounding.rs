@@ -88,11 +88,18 @@ fn without_a_chart_it_is_off_and_with_a_bad_one_only_an_operator_may_steer() {
     let told = state(&sea, Entity::Grounding);
     assert_eq!(told.state, EntityStateState::Error);
     assert!(told.description.to_str_lossy().contains("chart.lutra-index"), "{}", told.description);
-    let request = sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
-    sea.run(0.5);
-    let reply = sea.replies(request).pop().unwrap();
-    assert_eq!(reply.r#type, PlanControlType::Failure);
-    assert!(reply.info.to_str_lossy().contains("cannot be read"), "{}", reply.info);
+    // Without a reason nothing is armed at all, with one still no plan.
+    for armed in [false, true] {
+        if armed {
+            sea.override_preflight("back to the quay by hand");
+        }
+        let request = sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
+        sea.run(0.5);
+        let reply = sea.replies(request).pop().unwrap();
+        assert_eq!(reply.r#type, PlanControlType::Failure);
+        let info = reply.info.to_str_lossy();
+        assert!(info.contains("cannot be read") && info.contains("not armed") != armed, "{info}");
+    }
     let request = sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
     sea.run(0.5);
     assert!(sea.replies(request).iter().all(|reply| reply.r#type != PlanControlType::Failure));

@@ -15,6 +15,8 @@ mod leases;
 mod maneuvers;
 mod operators;
 mod plans;
+mod power;
+mod preflight;
 mod remedies;
 mod remedy_matrix;
 mod restart;

@@ -126,7 +126,7 @@ fn an_operator_who_steps_in_is_not_overruled() {
     sea.run(20.0);
     assert!(runs(&sea, "other"));
     sea.vehicle.hull.vessel.drain_to(8.0);
-    assert!(sea.run_until(20.0, |sea| runs(sea, "hold")), "a worse stage counts anew");
+    assert!(sea.run_until(20.0, |sea| runs(sea, "hold")), "a worse stage counts again");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The program is killed and begins anew: what was under way is told, and done what the files say.
+//! The program is killed and starts over: what was under way is told, and done what the files say.
 
 use crate::common::*;
 use control::CrossTrackConfig;

@@ -34,20 +34,24 @@ fn from_console_at(second: u64, dst: u16, message: impl Into<Message>) -> Input 
 fn fix(us: u64, speed_mps: f64) -> Input {
     let north_m = speed_mps * us as f64 / 1e6;
     let place = frame().to_place(LocalPoint { north_m, east_m: 0.0 });
-    Input::Reading(Reading::Gnss(GnssReading {
-        utc: Some(at(us).utc),
-        fix: Some(GnssFix {
-            lat_rad: place.lat_rad(),
-            lon_rad: place.lon_rad(),
-            height_m: 0.0,
-            quality: Quality::Autonomous,
-            hdop: 0.9,
+    Input::Reading(
+        at(us).mono,
+        Reading::Gnss(GnssReading {
+            utc: Some(at(us).utc),
+            fix: Some(GnssFix {
+                lat_rad: place.lat_rad(),
+                lon_rad: place.lon_rad(),
+                height_m: 0.0,
+                quality: Quality::Autonomous,
+                hdop: 0.9,
+            }),
+            satellites: 9,
+            velocity: Some(GroundVelocity { course_rad: 0.0, speed_mps }),
+            heading_rad: Some(0.0),
+            yaw_rate_rad_s: Some(0.0),
+            ..GnssReading::default()
         }),
-        satellites: 9,
-        velocity: Some(GroundVelocity { course_rad: 0.0, speed_mps }),
-        heading_rad: Some(0.0),
-        yaw_rate_rad_s: Some(0.0),
-    }))
+    )
 }
 
 /// Runs a brain whose vessel is carried north at a speed, with more input each second; the greatest thrust in
@@ -67,8 +71,10 @@ fn greatest_thrust(
             inputs.push(fix(us, speed_mps));
         }
         if step % 10 == 0 {
-            inputs
-                .extend(Side::BOTH.map(|side| Input::Reading(Reading::Motor(side, MotorReading::default()))));
+            inputs.extend(
+                Side::BOTH
+                    .map(|side| Input::Reading(at(us).mono, Reading::Motor(side, MotorReading::default()))),
+            );
         }
         if step % 20 == 0 {
             inputs.extend(more(step / 20));
@@ -147,13 +153,14 @@ fn a_low_battery_at_the_quay_starts_nothing() {
     let remedy = Remedy::Run { plan_id: "home".into() };
     settings.watch.battery = BatteryConfig { reserve_remedy: Some(remedy), ..BatteryConfig::default() };
     let low = || {
-        Input::Reading(Reading::Battery(BatteryReading {
+        let battery = BatteryReading {
             number: 0,
             voltage_v: 28.0,
             current_a: 1.0,
             charge_percent: 15.0,
             temperature_c: 20.0,
-        }))
+        };
+        Input::Reading(at(2_000_000).mono, Reading::Battery(battery))
     };
     let thrust = greatest_thrust(settings, 0..60, 0.0, |second| match second {
         2 => vec![low(), from_console(OTTER, home())],

@@ -3,14 +3,16 @@
 //! How old a reading is counts to the moment when its vessel was last heard: what stops with the link is the link's
 //! silence and nothing else. Of a vessel that is silent nothing else is said at all.
 
-use super::{Key, Kind, Priority, Trouble};
-use hub::{Contradiction, Door, Fleet, Liveness, Series, SeriesKey, System};
+use super::{Key, Kind, Priority, Trouble, shorten};
+use api::AlarmSaying;
+use hub::{Contradiction, Fleet, Liveness, Series, SeriesKey, System, Transport};
 use imc::messages::{
     Abort, EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
     SystemType, TBRSensor, Teleoperation, VehicleState, VehicleStateOpMode,
 };
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
+use std::slice::from_ref;
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
@@ -19,7 +21,7 @@ const BATTERY_WARNING: f32 = 30.0;
 const BATTERY_ALARM: f32 = 20.0;
 /// So much more is needed before the charge counts as better (%).
 const BATTERY_HYSTERESIS: f32 = 2.0;
-/// Positions that are older are none.
+/// Older positions do not count.
 const POSITION_OLD: Duration = Duration::from_secs(10);
 /// A hydrophone is silent after three of its periods, but not before this.
 const HYDROPHONE_SILENT: Duration = Duration::from_mins(2);
@@ -33,7 +35,9 @@ const LOG_BOOK_LASTS: Duration = Duration::from_mins(1);
 const ABORT_TOLD: Duration = Duration::from_secs(10);
 /// Errors of log books that are kept; the oldest goes first.
 const LOG_BOOK_KEPT: usize = 1_000;
-/// Free space of the server's disk below which that is told (bytes, and part of the whole).
+/// Motors that are told one by one.
+const MOTORS_TOLD: usize = 8;
+/// Free space of the server's disk below which an alarm is raised (bytes, and part of the whole).
 const DISK_CAUTION: (u64, f64) = (10 << 30, 0.05);
 const DISK_WARNING: u64 = 1 << 30;
 
@@ -102,7 +106,7 @@ pub(super) struct Observer {
     /// When each vessel was last told to abort.
     aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
-    entries: BTreeMap<(Address, String), (MonoTime, Priority, String)>,
+    entries: BTreeMap<(Address, String), (MonoTime, Priority, AlarmSaying)>,
     /// What was beyond its threshold when it was observed last.
     beyond: BTreeMap<(Address, Kind), Priority>,
     /// When it was looked first.
@@ -138,19 +142,20 @@ impl Observer {
         for (label, state) in states(now, system) {
             parts.take(&label, &state);
         }
-        if let Some(text) = old_position(now, system) {
-            parts.position = Some(text);
+        if let Some(old) = old_position(now, system) {
+            parts.position = Some(old);
         }
         let mut all = parts.troubles(vessel, Work::of(system));
         all.extend(self.battery(system, parts.battery));
         all.extend(self.clock(vessel, parts.clock, shore));
-        if let Some(text) = parts.hydrophone.or_else(|| silent_hydrophone(now, system)) {
-            all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, text));
+        if let Some(says) = parts.hydrophone.or_else(|| silent_hydrophone(now, system)) {
+            all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, vec![says]));
         }
         if Work::of(system) != Work::Rest {
             let other = shore.charts.iter().find(|(of, _)| *of == vessel);
             all.extend(other.map(|(_, text)| {
-                trouble(vessel, Kind::Chart, "", Priority::Caution, format!("sea chart: {text}"))
+                let says = AlarmSaying::Chart { words: bounded(text) };
+                trouble(vessel, Kind::Chart, "", Priority::Caution, vec![says])
             }));
         }
         // What a part says of itself needs no log book.
@@ -158,8 +163,8 @@ impl Observer {
             self.entries.remove(&(vessel, part));
         }
         let written = self.entries.iter().filter(|((of, _), _)| *of == vessel);
-        all.extend(written.map(|((_, part), (_, priority, text))| {
-            trouble(vessel, Kind::LogBook, part, *priority, text.clone())
+        all.extend(written.map(|((_, part), (_, priority, says))| {
+            trouble(vessel, Kind::LogBook, part, *priority, vec![says.clone()])
         }));
         all
     }
@@ -187,8 +192,8 @@ impl Observer {
             }
             let label = fleet.system(view.src()).and_then(|system| system.entity(view.src_ent()));
             let part = label.map_or_else(|| format!("entity {}", view.src_ent()), str::to_owned);
-            let text = format!("{part}: {words}");
-            self.entries.insert((view.src(), part), (now.mono, priority, text));
+            let says = AlarmSaying::LogBook { part: bounded(&part), words: bounded(&words) };
+            self.entries.insert((view.src(), part), (now.mono, priority, says));
         }
         self.entries.retain(|_, (at, ..)| now.mono.since(*at) < LOG_BOOK_LASTS);
         while self.entries.len() > LOG_BOOK_KEPT {
@@ -197,7 +202,7 @@ impl Observer {
         }
     }
 
-    fn battery(&mut self, system: &System, told: Option<(Priority, String)>) -> Option<Trouble> {
+    fn battery(&mut self, system: &System, told: Option<(Priority, AlarmSaying)>) -> Option<Trouble> {
         let vessel = system.address();
         let before = self.beyond.get(&(vessel, Kind::Battery)).copied();
         let limit = |limit: f32, priority: Priority| {
@@ -217,15 +222,14 @@ impl Observer {
             Some(priority) => self.beyond.insert((vessel, Kind::Battery), priority),
             None => self.beyond.remove(&(vessel, Kind::Battery)),
         };
-        let low = low.zip(level).map(|(priority, level)| (priority, format!("{level:.0} % charge left")));
-        let (priority, text) = match (low, told) {
-            (Some((low, text)), Some((told, words))) => (low.max(told), format!("{text}; {words}")),
-            (one, other) => one.or(other)?,
-        };
-        Some(trouble(vessel, Kind::Battery, "", priority, text))
+        let charge = |level: f32| AlarmSaying::Charge { percent: level.round() as i32 };
+        let low = low.zip(level).map(|(priority, level)| (priority, charge(level)));
+        let priority = low.iter().chain(&told).map(|(priority, _)| *priority).max()?;
+        let says = low.into_iter().chain(told).map(|(_, says)| says).collect();
+        Some(trouble(vessel, Kind::Battery, "", priority, says))
     }
 
-    fn clock(&mut self, vessel: Address, told: Option<String>, shore: &ShoreState) -> Option<Trouble> {
+    fn clock(&mut self, vessel: Address, told: Option<AlarmSaying>, shore: &ShoreState) -> Option<Trouble> {
         let key = (vessel, Kind::Clock);
         let off = shore.clocks.iter().find(|clock| clock.vessel == vessel).filter(|clock| {
             let part = if self.beyond.contains_key(&key) { CLOCK_HYSTERESIS } else { 1.0 };
@@ -236,12 +240,8 @@ impl Observer {
             Some(_) => self.beyond.insert(key, Priority::Warning),
             None => self.beyond.remove(&key),
         };
-        let off = off.map(|clock| {
-            let way = if clock.ahead_s > 0.0 { "ahead of" } else { "behind" };
-            format!("the vessel's clock is {:.1} s {way} the server's", clock.ahead_s.abs())
-        });
-        let text = off.or(told)?;
-        Some(trouble(vessel, Kind::Clock, "", Priority::Warning, text))
+        let off = off.map(|clock| AlarmSaying::Clock { ahead_ms: (clock.ahead_s * 1e3).round() as i64 });
+        Some(trouble(vessel, Kind::Clock, "", Priority::Warning, vec![off.or(told)?]))
     }
 }
 
@@ -270,14 +270,14 @@ impl Work {
 struct Parts {
     /// Labels of those that are not well.
     bad: Vec<String>,
-    grounding: Option<(Priority, String)>,
-    position: Option<String>,
-    motors: Vec<String>,
-    battery: Option<(Priority, String)>,
-    hydrophone: Option<String>,
-    clock: Option<String>,
-    console: Option<String>,
-    others: Vec<(String, Priority, String)>,
+    grounding: Option<(Priority, AlarmSaying)>,
+    position: Option<AlarmSaying>,
+    motors: Vec<AlarmSaying>,
+    battery: Option<(Priority, AlarmSaying)>,
+    hydrophone: Option<AlarmSaying>,
+    clock: Option<AlarmSaying>,
+    console: Option<AlarmSaying>,
+    others: Vec<(String, Priority, AlarmSaying)>,
 }
 
 impl Parts {
@@ -291,8 +291,7 @@ impl Parts {
         let bad = state.state != EntityStateState::Fault;
         self.bad.push(label.to_owned());
         let said = state.description.to_str_lossy();
-        let text =
-            if said.is_empty() { format!("{label}: {word}") } else { format!("{label}: {word}: {said}") };
+        let says = AlarmSaying::Part { part: bounded(label), state: word.to_owned(), words: bounded(&said) };
         let low = label.to_lowercase();
         let is = |words: &[&str]| words.iter().any(|one| low.contains(one));
         if is(&["grounding"]) {
@@ -303,56 +302,56 @@ impl Parts {
                 (false, true) => Priority::Emergency,
                 (false, false) => Priority::Alarm,
             };
-            self.grounding = Some((priority, text));
+            self.grounding = Some((priority, says));
         } else if is(&["navigation"]) && bad {
-            self.position = Some(text);
+            self.position = Some(says);
         } else if is(&["motor", "torqeedo"]) {
-            self.motors.push(text);
+            self.motors.push(says);
         } else if is(&["fuel", "battery"]) {
             let priority = if bad { Priority::Alarm } else { Priority::Warning };
             let worse = self.battery.as_ref().is_none_or(|(known, _)| *known < priority);
             if worse {
-                self.battery = Some((priority, text));
+                self.battery = Some((priority, says));
             }
         } else if is(&["hydrophone", "tbr"]) {
-            self.hydrophone = Some(text);
+            self.hydrophone = Some(says);
         } else if is(&["clock"]) {
-            self.clock = Some(text);
+            self.clock = Some(says);
         } else if is(&["lost comm", "lostcomm"]) {
-            self.console = Some(text);
+            self.console = Some(says);
         } else {
             let priority = if bad { Priority::Warning } else { Priority::Caution };
-            self.others.push((label.to_owned(), priority, text));
+            self.others.push((label.to_owned(), priority, says));
         }
     }
 
     fn troubles(&self, vessel: Address, work: Work) -> Vec<Trouble> {
         let mut all = Vec::new();
-        let mut push = |kind, part: &str, priority, text: &String| {
-            all.push(trouble(vessel, kind, part, priority, text.clone()));
+        let mut push = |kind, part: &str, priority, says: &[AlarmSaying]| {
+            all.push(trouble(vessel, kind, part, priority, says.to_vec()));
         };
-        if let Some((priority, text)) = &self.grounding {
-            push(Kind::Grounding, "", *priority, text);
+        if let Some((priority, says)) = &self.grounding {
+            push(Kind::Grounding, "", *priority, from_ref(says));
         }
-        if let Some(text) = &self.position {
+        if let Some(says) = &self.position {
             let priority = if work == Work::Rest { Priority::Warning } else { Priority::Alarm };
-            push(Kind::Position, "", priority, text);
+            push(Kind::Position, "", priority, from_ref(says));
         }
         if !self.motors.is_empty() {
             let priority = if self.motors.len() > 1 { Priority::Alarm } else { Priority::Warning };
-            push(Kind::Motor, "", priority, &self.motors.join("; "));
+            push(Kind::Motor, "", priority, &self.motors[..self.motors.len().min(MOTORS_TOLD)]);
         }
-        if let Some(text) = &self.console {
-            push(Kind::NoConsole, "", Priority::Warning, text);
+        if let Some(says) = &self.console {
+            push(Kind::NoConsole, "", Priority::Warning, from_ref(says));
         }
-        for (label, priority, text) in &self.others {
-            push(Kind::Part, label, *priority, text);
+        for (label, priority, says) in &self.others {
+            push(Kind::Part, label, *priority, from_ref(says));
         }
         all
     }
 }
 
-/// Whether somebody has to be told about this system: what sails, not consoles nor what was imported.
+/// Whether somebody has to be told about this system: real vessels, not consoles or imported systems.
 fn is_vessel(system: &System) -> bool {
     let sails = match system.kind() {
         Some(kind) => {
@@ -365,7 +364,7 @@ fn is_vessel(system: &System) -> bool {
 
 /// Whether anything came from the system itself, and not only from what was recorded of it.
 fn is_there(system: &System) -> bool {
-    system.doors().any(|(door, _)| !matches!(door, Door::Shore | Door::Import))
+    system.transports().any(|(transport, _)| !matches!(transport, Transport::Shore | Transport::Import))
 }
 
 fn came_in(fleet: &Fleet, vessel: Address) -> bool {
@@ -373,17 +372,14 @@ fn came_in(fleet: &Fleet, vessel: Address) -> bool {
 }
 
 fn never_heard(vessel: Address, began: UtcTime) -> Trouble {
-    let at = began.civil();
-    let day = format!("{:04}-{:02}-{:02}", at.year, at.month, at.day);
-    let text = format!("not heard since the server started at {day} {}", clock_text(began));
-    trouble(vessel, Kind::NeverHeard, "", Priority::Caution, text)
+    let says = vec![AlarmSaying::NeverHeard { since_us: began.micros() }];
+    trouble(vessel, Kind::NeverHeard, "", Priority::Caution, says)
 }
 
 fn other_source(claim: &Contradiction) -> Trouble {
-    let Contradiction { vessel, door, peer } = claim;
-    let text =
-        format!("{peer} speaks in its name by the door {door} and is refused: it is believed by its link");
-    trouble(*vessel, Kind::OtherSource, door.name(), Priority::Warning, text)
+    let Contradiction { vessel, transport, peer } = claim;
+    let says = AlarmSaying::OtherSource { peer: peer.clone(), transport: transport.to_string() };
+    trouble(*vessel, Kind::OtherSource, transport.name(), Priority::Warning, vec![says])
 }
 
 fn not_heard(system: &System) -> Trouble {
@@ -392,29 +388,29 @@ fn not_heard(system: &System) -> Trouble {
         Work::Plan => Priority::Warning,
         Work::Steered => Priority::Alarm,
     };
-    let text = format!("not heard since {}", clock_text(system.last_heard_utc()));
-    trouble(system.address(), Kind::NotHeard, "", priority, text)
+    let says = AlarmSaying::NotHeard { since_us: system.last_heard_utc().micros() };
+    trouble(system.address(), Kind::NotHeard, "", priority, vec![says])
 }
 
 fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     let mut all = Vec::new();
-    let mut push = |kind, priority, text: String| {
+    let mut push = |kind, priority, says| {
         let key = Key { vessel: None, kind, part: String::new() };
-        all.push(Trouble { key, priority, text });
+        all.push(Trouble { key, priority, says: vec![says] });
     };
     if let Some(text) = &shore.recording {
-        push(Kind::Recording, Priority::Alarm, text.clone());
+        push(Kind::Recording, Priority::Alarm, AlarmSaying::Server { words: bounded(text) });
     }
     if let Some(text) = &shore.history {
-        push(Kind::History, Priority::Warning, text.clone());
+        push(Kind::History, Priority::Warning, AlarmSaying::Server { words: bounded(text) });
     }
     if let Some((free, whole)) = shore.disk {
         let low = free < DISK_CAUTION.0 && (free as f64) < whole as f64 * DISK_CAUTION.1;
-        let text = format!("{:.1} GiB are free on the server's disk", free as f64 / (1_u64 << 30) as f64);
+        let says = AlarmSaying::Disk { free_mib: free >> 20 };
         if free < DISK_WARNING {
-            push(Kind::Disk, Priority::Warning, text);
+            push(Kind::Disk, Priority::Warning, says);
         } else if low {
-            push(Kind::Disk, Priority::Caution, text);
+            push(Kind::Disk, Priority::Caution, says);
         }
     }
     all
@@ -432,17 +428,17 @@ fn states(now: Now, system: &System) -> Vec<(String, EntityState)> {
     fresh.filter_map(read).collect()
 }
 
-fn old_position(now: Now, system: &System) -> Option<String> {
+fn old_position(now: Now, system: &System) -> Option<AlarmSaying> {
     let (_, series) = system.latest(EstimatedState::ID)?;
     let old = age_then(now, system, series) > POSITION_OLD;
-    old.then(|| format!("no position since {}", clock_text(series.received())))
+    old.then(|| AlarmSaying::NoPosition { since_us: series.received().micros() })
 }
 
-fn silent_hydrophone(now: Now, system: &System) -> Option<String> {
+fn silent_hydrophone(now: Now, system: &System) -> Option<AlarmSaying> {
     let (_, series) = system.latest(TBRSensor::ID)?;
     series.period_s()?;
     let silent = age_then(now, system, series) > series.fresh_for().max(HYDROPHONE_SILENT);
-    silent.then(|| format!("the hydrophone is silent since {}", clock_text(series.received())))
+    silent.then(|| AlarmSaying::HydrophoneSilent { since_us: series.received().micros() })
 }
 
 /// The charge (%): what the monitor says, or the lowest of those that say one.
@@ -469,11 +465,13 @@ fn decode<T: Payload>(series: &Series) -> Option<T> {
     imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()?
 }
 
-fn trouble(vessel: Address, kind: Kind, part: &str, priority: Priority, text: String) -> Trouble {
-    Trouble { key: Key { vessel: Some(vessel), kind, part: part.to_owned() }, priority, text }
+fn trouble(vessel: Address, kind: Kind, part: &str, priority: Priority, says: Vec<AlarmSaying>) -> Trouble {
+    Trouble { key: Key { vessel: Some(vessel), kind, part: part.to_owned() }, priority, says }
 }
 
-fn clock_text(at: UtcTime) -> String {
-    let at = at.civil();
-    format!("{:02}:{:02}:{:02}Z", at.hour, at.minute, at.second)
+/// Others' words, no longer than an alarm shows.
+fn bounded(words: &str) -> String {
+    let mut words = words.to_owned();
+    shorten(&mut words);
+    words
 }

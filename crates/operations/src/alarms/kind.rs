@@ -155,11 +155,11 @@ impl Kind {
                  under Admin, Vessels.",
             ),
             Self::OtherSource => (
-                "The vessel has a link with a token; by a door without passwords another program, another vessel with the \
+                "The vessel has a link with a token; by a transport without passwords another program, another vessel with the \
                  same IMC address, or the vessel itself by a second way sends packets in its name.",
                 "They are refused: neither shown, nor recorded, nor passed on, and no order goes there.",
-                "Look at the address above. If it is the vessel itself, switch that way off aboard or name the door \
-                 in doors.trusted; if not, stop it, or narrow the door by its allow list.",
+                "Look at the address above. If it is the vessel itself, switch that way off aboard or name the transport \
+                 in transports.trusted; if not, stop it, or narrow the transport by its allow list.",
             ),
             Self::Position => (
                 "The satellite compass gives no good position, or navigation does not run.",
@@ -169,7 +169,7 @@ impl Kind {
             Self::NoConsole => (
                 "The way from the shore to the vessel is broken, while the way back works.",
                 "Orders do not arrive, and the vessel does what it is set to do without communications.",
-                "Look at the doors and the link; read on the vessel's page what it will do and when.",
+                "Look at the transports and the link; read on the vessel's page what it will do and when.",
             ),
             Self::Battery => (
                 "The batteries are nearly used up, or one of them does not report.",
@@ -220,7 +220,7 @@ impl Kind {
             Self::Disk => (
                 "Recordings and charts fill the server's disk.",
                 "When it is full nothing is recorded any more.",
-                "Make room, or remove old history with lutra-server data.",
+                "Make room, or remove old history with lutra-server prune.",
             ),
             Self::TooMany => (
                 "Many parts of many vessels report trouble at once.",

@@ -26,8 +26,11 @@ mod tests;
 
 pub use derive::{LinkClock, ShoreState};
 pub use kind::{Advice, Kind, Priority};
-pub use record::{Alarm, AlarmId, AlarmRefused, Key, Note, Said, Saved, Shelf, State, Trouble};
+pub use record::{
+    Alarm, AlarmId, AlarmRefused, Key, Note, Said, Saved, Shelving, State, Trouble, day_and_time,
+};
 
+use api::AlarmSaying;
 use hub::Fleet;
 use imc::Address;
 use std::collections::{BTreeMap, VecDeque};
@@ -77,7 +80,7 @@ impl Alarms {
             seen.troubles.push(Trouble {
                 key: Key { vessel: None, kind: Kind::TooMany, part: String::new() },
                 priority: Priority::Alarm,
-                text: format!("{} alarms have no place in the list of {ALARMS_KEPT}", self.untold),
+                says: vec![AlarmSaying::TooMany { count: self.untold as u64, most: ALARMS_KEPT as u64 }],
             });
         }
         let troubles = std::mem::take(&mut seen.troubles);
@@ -88,7 +91,6 @@ impl Alarms {
     fn update(&mut self, now: Now, troubles: Vec<Trouble>, unknown: impl Fn(&Key) -> bool) {
         let mut holding = BTreeMap::new();
         for mut trouble in troubles {
-            shorten(&mut trouble.text);
             shorten(&mut trouble.key.part);
             let worst =
                 holding.get(&trouble.key).is_none_or(|known: &Trouble| known.priority < trouble.priority);
@@ -138,12 +140,13 @@ impl Alarms {
 
     /// Trouble that holds.
     fn see(&mut self, now: Now, trouble: &Trouble) {
-        let Trouble { key, priority, text } = trouble;
+        let (Trouble { key, priority, says }, text) = (trouble, &trouble.text());
         let alarm = self.all.entry(key.clone()).or_insert_with(|| Alarm {
             id: AlarmId(0),
             key: key.clone(),
             state: State::Normal,
             priority: *priority,
+            says: Vec::new(),
             text: String::new(),
             since: now.utc,
             over: None,
@@ -173,9 +176,11 @@ impl Alarms {
                 let more = *priority > alarm.priority;
                 // What nobody has acknowledged does not become less urgent by itself.
                 let less = *priority < alarm.priority && alarm.state == State::Acknowledged;
+                // Figures that change by less than the words show change nothing.
                 let told = alarm.text != *text;
                 if more || less || told {
-                    (alarm.text, self.revision) = (text.clone(), self.revision + 1);
+                    (alarm.says, alarm.text) = (says.clone(), text.clone());
+                    self.revision += 1;
                     alarm.revision = self.revision;
                 }
                 if more || less {
@@ -193,7 +198,7 @@ impl Alarms {
     }
 
     fn raise(&mut self, now: Now, trouble: &Trouble) {
-        let Trouble { key, priority, text } = trouble;
+        let (Trouble { key, priority, says }, text) = (trouble, &trouble.text());
         let Some(alarm) = self.all.get_mut(key) else { return };
         let again = alarm.state == State::Returned;
         if again {
@@ -204,6 +209,7 @@ impl Alarms {
         }
         (alarm.priority, alarm.escalated) = (*priority, false);
         alarm.state = state_of(alarm.priority);
+        alarm.says.clone_from(says);
         alarm.text.clone_from(text);
         (alarm.since, alarm.over, alarm.raised, alarm.acknowledged) = (now.utc, None, now.mono, None);
         alarm.raises.push_back(now.mono);
@@ -244,7 +250,7 @@ impl Alarms {
         }
     }
 
-    /// What is part of a vessel's silence or of its lost position is not told besides.
+    /// What is part of a vessel's silence or of its lost position is not reported besides.
     fn collapse(&mut self, now: Now) {
         let stands = |all: &BTreeMap<Key, Alarm>, vessel, kind| {
             let key = Key { vessel, kind, part: String::new() };
@@ -351,6 +357,9 @@ impl Alarms {
             alarm.revision = self.revision;
         }
         let priority = self.all.get(key).map_or(Priority::Caution, |alarm| alarm.priority);
+        // A person's words stand for themselves.
+        let own = self.all.get(key).filter(|alarm| alarm.text == text);
+        let says = own.map(|alarm| alarm.says.clone()).unwrap_or_default();
         let (key, by, text) = (key.clone(), by.to_owned(), text.to_owned());
         self.notes.push_back(Note {
             revision: self.revision,
@@ -360,6 +369,7 @@ impl Alarms {
             priority,
             what,
             by,
+            says,
             text,
         });
         while self.notes.len() > NOTES_KEPT {
@@ -398,7 +408,7 @@ impl Alarms {
     /// A person puts an alarm aside for a time.
     ///
     /// # Errors
-    /// There is no such alarm, it is an emergency, or time or reason are none.
+    /// There is no such alarm, it is an emergency, or the time or the reason is missing.
     pub fn shelve(
         &mut self,
         now: Now,
@@ -423,7 +433,7 @@ impl Alarms {
         }
         let until = UtcTime::from_micros(now.utc.micros().saturating_add(span.as_micros() as i64));
         let said = Said { by: by.to_owned(), at: now.utc };
-        alarm.shelved = Some(Shelf { said, until, reason: reason.to_owned(), ends: now.mono + span });
+        alarm.shelved = Some(Shelving { said, until, reason: reason.to_owned(), ends: now.mono + span });
         self.note(now, id, &key, "shelved", by, reason);
         Ok(())
     }
@@ -461,8 +471,20 @@ impl Alarms {
 
     /// Takes over an alarm from before a restart. It stays as it was until its vessel is heard again.
     pub fn restore(&mut self, now: Now, saved: Saved) {
-        let Saved { id, key, state, priority, text, since, over, count, acknowledged, escalated, shelved } =
-            saved;
+        let Saved {
+            id,
+            key,
+            state,
+            priority,
+            says,
+            text,
+            since,
+            over,
+            count,
+            acknowledged,
+            escalated,
+            shelved,
+        } = saved;
         if state == State::Normal || self.all.contains_key(&key) || self.all.len() >= ALARMS_KEPT {
             return;
         }
@@ -470,13 +492,14 @@ impl Alarms {
         self.revision += 1;
         let shelved = shelved.map(|(said, until, reason)| {
             let left = Duration::from_micros(u64::try_from(until - now.utc).unwrap_or_default());
-            Shelf { said, until, reason, ends: now.mono + left.min(LONGEST_SHELF) }
+            Shelving { said, until, reason, ends: now.mono + left.min(LONGEST_SHELF) }
         });
         let alarm = Alarm {
             id,
             key: key.clone(),
             state,
             priority,
+            says,
             text,
             since,
             over,

@@ -1,6 +1,7 @@
 //! What an alarm is, what is written down of it, and what is kept over a restart.
 
 use super::{Kind, LONGEST_SHELF, Priority, TEXT_CHARS};
+use api::AlarmSaying;
 use imc::Address;
 use std::collections::VecDeque;
 use units::{MonoTime, UtcTime};
@@ -27,8 +28,28 @@ pub struct Trouble {
     pub key: Key,
     /// How urgent.
     pub priority: Priority,
-    /// What, in words with figures.
-    pub text: String,
+    /// What, by codes with figures.
+    pub says: Vec<AlarmSaying>,
+}
+
+impl Trouble {
+    /// What, in English.
+    pub fn text(&self) -> String {
+        let one = |saying: &AlarmSaying| api::filled(saying.template(), &saying.values(day_and_time));
+        let all: Vec<String> = self.says.iter().map(one).collect();
+        let mut text = all.join("; ");
+        super::shorten(&mut text);
+        text
+    }
+}
+
+/// Day and time of day (UTC), as alarms write them.
+pub fn day_and_time(us: i64) -> [String; 2] {
+    let at = UtcTime::from_micros(us).civil();
+    [
+        format!("{:04}-{:02}-{:02}", at.year, at.month, at.day),
+        format!("{:02}:{:02}:{:02}Z", at.hour, at.minute, at.second),
+    ]
 }
 
 /// Where an alarm is in its life.
@@ -74,7 +95,7 @@ pub struct Said {
 
 /// An alarm put aside.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Shelf {
+pub struct Shelving {
     /// By whom and when.
     pub said: Said,
     /// Until when, by UTC as it was then.
@@ -95,7 +116,9 @@ pub struct Alarm {
     pub state: State,
     /// How urgent.
     pub priority: Priority,
-    /// What, in words with figures.
+    /// What, by codes with figures.
+    pub says: Vec<AlarmSaying>,
+    /// The same in English.
     pub text: String,
     /// Since when it is wrong, or was.
     pub since: UtcTime,
@@ -110,8 +133,8 @@ pub struct Alarm {
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
     /// Put aside for a time.
-    pub shelved: Option<Shelf>,
-    /// What it is part of at present, and is not told besides.
+    pub shelved: Option<Shelving>,
+    /// What it is part of at present, and is not reported besides.
     pub collapsed: Option<Kind>,
     /// How often it sounded; it sounds when this grows.
     pub sounded: u32,
@@ -153,6 +176,8 @@ pub struct Note {
     pub what: &'static str,
     /// Who did it; empty for nobody.
     pub by: String,
+    /// The alarm's words by codes; empty where the words are a person's.
+    pub says: Vec<AlarmSaying>,
     /// The alarm's words, or a person's.
     pub text: String,
 }
@@ -169,7 +194,7 @@ pub enum AlarmRefused {
     /// It must be seen.
     #[error("an emergency cannot be shelved: acknowledge it")]
     Emergency,
-    /// The time is none.
+    /// The time is invalid.
     #[error("an alarm can be shelved for 1 minute to {n} hours", n = LONGEST_SHELF.as_secs() / 3600)]
     Time,
     /// The reason is missing or too long.
@@ -188,6 +213,8 @@ pub struct Saved {
     pub state: State,
     /// How urgent.
     pub priority: Priority,
+    /// Its words by codes.
+    pub says: Vec<AlarmSaying>,
     /// Its words.
     pub text: String,
     /// Since when.
@@ -206,12 +233,13 @@ pub struct Saved {
 
 impl From<&Alarm> for Saved {
     fn from(alarm: &Alarm) -> Self {
-        let shelf = |shelf: &Shelf| (shelf.said.clone(), shelf.until, shelf.reason.clone());
+        let shelf = |shelf: &Shelving| (shelf.said.clone(), shelf.until, shelf.reason.clone());
         Self {
             id: alarm.id,
             key: alarm.key.clone(),
             state: alarm.state,
             priority: alarm.priority,
+            says: alarm.says.clone(),
             text: alarm.text.clone(),
             since: alarm.since,
             over: alarm.over,

@@ -1,7 +1,7 @@
 //! What the hub's downlink asks of orders and reports of them.
 
 use super::{Commands, Effect, Stage, Step};
-use hub::{CommandId, Dispatched, Door, OrderLog};
+use hub::{CommandId, Dispatched, OrderLog, Transport};
 use imc::PacketView;
 use units::Now;
 
@@ -12,19 +12,19 @@ impl OrderLog for Commands {
 
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched) {
         match dispatched {
-            Dispatched::Sent(doors) => self.sent(now, id, &by(doors)),
-            Dispatched::Waits(doors) => {
-                let text = match &**doors {
+            Dispatched::Sent(transports) => self.sent(now, id, &by(transports)),
+            Dispatched::Waits(transports) => {
+                let text = match &**transports {
                     [] => "no way leads to the vessel; it is sent as soon as the vessel is heard".to_owned(),
-                    doors => {
-                        let by = by(doors);
+                    transports => {
+                        let by = by(transports);
                         format!(
                             "sent {by}, where the vessel was not heard lately; again as soon as it is heard"
                         )
                     }
                 };
                 self.advance(now, id, Stage::Waiting, text);
-                if let Some(command) = self.all.get_mut(&id).filter(|_| !doors.is_empty()) {
+                if let Some(command) = self.all.get_mut(&id).filter(|_| !transports.is_empty()) {
                     // It did perhaps arrive: what the vessel says from here on may be its effect.
                     command.sent = Some(now.mono);
                 }
@@ -33,11 +33,11 @@ impl OrderLog for Commands {
         }
     }
 
-    fn sent_again(&mut self, now: Now, id: CommandId, doors: &[Door]) {
+    fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]) {
         if let Some(command) = self.all.get_mut(&id) {
             // What the vessel says from here on is evidence as after the first time.
             command.timed_out = None;
-            self.step(now, id, Stage::Sent, format!("again {}", by(doors)));
+            self.step(now, id, Stage::Sent, format!("again {}", by(transports)));
         }
     }
 
@@ -77,8 +77,8 @@ impl Commands {
     }
 }
 
-/// By which doors an order went, in words.
-fn by(doors: &[Door]) -> String {
-    let names: Vec<&str> = doors.iter().map(|door| door.name()).collect();
+/// By which transports an order went, in words.
+fn by(transports: &[Transport]) -> String {
+    let names: Vec<&str> = transports.iter().map(|transport| transport.name()).collect();
     format!("by {}", names.join(" and "))
 }

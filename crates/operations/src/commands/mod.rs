@@ -52,7 +52,7 @@ const EVENTS: usize = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// It is to be written into the audit log.
-    Asked,
+    OrderedBy,
     /// It is in the audit log.
     Accepted,
     /// No way leads to the vessel: it waits for one, until its life ends.
@@ -77,7 +77,7 @@ impl Stage {
     /// A stable word for people and machines.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Asked => "asked",
+            Self::OrderedBy => "asked",
             Self::Accepted => "accepted",
             Self::Waiting => "waiting",
             Self::Sent => "sent",
@@ -148,7 +148,7 @@ pub struct Command {
     /// To whom.
     pub vessel: Address,
     /// Who ordered it.
-    pub by: Asked,
+    pub by: OrderedBy,
     /// The lease under which it was ordered; 0 for what takes none.
     pub epoch: u64,
     /// Like `plan.start`.
@@ -179,13 +179,13 @@ pub struct Command {
 impl Command {
     /// How far it is.
     pub fn stage(&self) -> Stage {
-        self.steps.last().map_or(Stage::Asked, |step| step.stage)
+        self.steps.last().map_or(Stage::OrderedBy, |step| step.stage)
     }
 
     /// The furthest stage that it reached, whatever did not come in time.
     fn furthest(&self) -> Stage {
         let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
-        reached.max().unwrap_or(Stage::Asked)
+        reached.max().unwrap_or(Stage::OrderedBy)
     }
 
     /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
@@ -215,7 +215,7 @@ pub enum Receipt {
 
 /// Who ordered something.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Asked {
+pub struct OrderedBy {
     /// The person.
     pub name: String,
     /// As the audit log names them: a script in a person's name is told from the person.
@@ -230,7 +230,7 @@ pub struct CommandEvent {
     /// To whom.
     pub vessel: Address,
     /// Who ordered it.
-    pub by: Asked,
+    pub by: OrderedBy,
     /// Like `plan.start`.
     pub verb: &'static str,
     /// What it is about.
@@ -276,12 +276,12 @@ impl Commands {
     /// Takes an order that `by` gives under a lease, before it is written into the audit log.
     ///
     /// # Errors
-    /// It is none, or too many of this vessel are open.
+    /// It is not valid, or too many of this vessel are open.
     pub fn begin(
         &mut self,
         now: Now,
         vessel: Address,
-        by: &Asked,
+        by: &OrderedBy,
         epoch: u64,
         order: Order,
     ) -> Result<CommandId, String> {
@@ -353,7 +353,7 @@ impl Commands {
     /// command that is over or was sent.
     pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Telecommand> {
         let own = self.own;
-        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::Asked)?;
+        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::OrderedBy)?;
         let order = command.order.take()?;
         let header = Header {
             timestamp: now.utc.seconds(),
@@ -416,7 +416,7 @@ impl Commands {
             self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
         for (id, stage) in late {
             let text = match stage {
-                Stage::Asked | Stage::Accepted | Stage::Waiting => "it was not sent",
+                Stage::OrderedBy | Stage::Accepted | Stage::Waiting => "it was not sent",
                 Stage::Sent => "the vessel did not say that it has it",
                 Stage::Received => "the vessel has it and does not answer",
                 _ => "the vessel answered, but nothing shows the effect",
@@ -441,7 +441,7 @@ impl Commands {
     }
 
     /// The plans that a vessel stores, as far as it said: kept of the 256 vessels that said so last, unknown again of
-    /// others until they are asked anew.
+    /// others until they are asked again.
     pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
         self.aboard.get(&vessel).map(|(_, plans)| plans)
     }
@@ -526,7 +526,7 @@ impl Commands {
         }
         command.steps.push(step);
         command.deadline = match stage {
-            Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
+            Stage::OrderedBy | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
             // Its life ends before, and tells so.
             Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),

@@ -179,7 +179,7 @@ impl Order {
                 name("plan_id", plan_id)
             }
             Self::Upload(plan) => {
-                let plan_id = plan.plan_id.as_str().ok_or("the plan's name is no text")?;
+                let plan_id = plan.plan_id.as_str().ok_or("the plan's name is not a text")?;
                 name("plan_id", plan_id)?;
                 imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| format!("the plan: {error}"))
             }

@@ -66,8 +66,8 @@ impl Bench {
     }
 }
 
-fn nils() -> Asked {
-    Asked { name: "nils".to_owned(), ..Asked::default() }
+fn nils() -> OrderedBy {
+    OrderedBy { name: "nils".to_owned(), ..OrderedBy::default() }
 }
 
 fn start(plan_id: &str) -> Order {

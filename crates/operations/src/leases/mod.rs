@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | request | granted | waits for an answer, granted after [`ANSWER_WITHIN`] | renewed, or moved to this window |
 //! | grant, decline | refused | the one who asked may withdraw | decides about the request |
-//! | take | granted | granted at once; who waits waits anew | as request |
+//! | take | granted | granted at once; who waits waits again | as request |
 //! | renew | refused | refused | lasts [`LASTS`] from now |
 //! | release | refused | refused | ends; who waits has it then |
 
@@ -143,7 +143,7 @@ pub struct Lease {
 
 /// What somebody wants of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum LeaseAsk {
+pub enum LeaseRequest {
     /// To have it, for this reason, if the holder agrees or does not answer.
     Request(String),
     /// To give it to the one who waits.
@@ -163,7 +163,7 @@ pub enum LeaseAsk {
 pub enum LeaseRefused {
     /// Only the holder may do that.
     #[error("you do not have control of this vessel: {0}")]
-    NotYours(String),
+    NotYours(NotYours),
     /// Nobody waits.
     #[error("nobody waits for control of this vessel")]
     NobodyWaits,
@@ -181,6 +181,23 @@ pub enum LeaseRefused {
         /// What it may have.
         most: usize,
     },
+}
+
+/// Why somebody does not have control.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NotYours {
+    /// Nobody has it.
+    #[error("it is free; take it first")]
+    Free,
+    /// This person has it.
+    #[error("{0} has it")]
+    Held(String),
+    /// Another window of the same person has it.
+    #[error("another of your windows has it; take it here first")]
+    OtherWindow,
+    /// It was theirs.
+    #[error("it expired; take control again")]
+    Expired,
 }
 
 /// The leases of all vessels.
@@ -202,22 +219,22 @@ impl Leases {
         now: Now,
         vessel: Address,
         who: &Holder,
-        ask: LeaseAsk,
+        ask: LeaseRequest,
     ) -> Result<(), LeaseRefused> {
         if who.key.chars().count() > KEY_CHARS {
             return Err(LeaseRefused::TooLong { what: "the window's key", most: KEY_CHARS });
         }
         self.tick(now);
         match ask {
-            LeaseAsk::Request(reason) => self.request(now, vessel, who, reason),
-            LeaseAsk::Take(reason) => self.take(now, vessel, who, reason),
-            LeaseAsk::Grant => {
+            LeaseRequest::Request(reason) => self.request(now, vessel, who, reason),
+            LeaseRequest::Take(reason) => self.take(now, vessel, who, reason),
+            LeaseRequest::Grant => {
                 self.of_holder(vessel, who)?;
                 let waiting = self.stop_waiting(vessel).ok_or(LeaseRefused::NobodyWaits)?;
                 self.grant(now, vessel, waiting.who, Change::HandedOver, waiting.reason);
                 Ok(())
             }
-            LeaseAsk::Decline => {
+            LeaseRequest::Decline => {
                 let withdrawn = self.of(vessel).waiting.as_ref().is_some_and(|one| same(&one.who, who));
                 if !withdrawn {
                     self.of_holder(vessel, who)?;
@@ -227,16 +244,15 @@ impl Leases {
                 self.note(now, vessel, change, who.name.clone(), Some(waiting.who.name), String::new());
                 Ok(())
             }
-            LeaseAsk::Release => {
+            LeaseRequest::Release => {
                 self.of_holder(vessel, who)?;
                 self.end(now, vessel, Change::Released);
                 Ok(())
             }
-            LeaseAsk::Renew => {
+            LeaseRequest::Renew => {
                 let held = self.of_holder(vessel, who)?;
                 if held.holder.key != who.key {
-                    let text = "another of your windows has it".to_owned();
-                    return Err(LeaseRefused::NotYours(text));
+                    return Err(LeaseRefused::NotYours(NotYours::OtherWindow));
                 }
                 let lease = self.vessels.entry(vessel).or_default();
                 if let Some(held) = &mut lease.held {
@@ -283,12 +299,10 @@ impl Leases {
     pub fn epoch(&self, now: Now, vessel: Address, who: &Holder) -> Result<u64, LeaseRefused> {
         let held = self.of_holder(vessel, who)?;
         if held.holder.key != who.key {
-            return Err(LeaseRefused::NotYours(
-                "another of your windows has it; take it here first".to_owned(),
-            ));
+            return Err(LeaseRefused::NotYours(NotYours::OtherWindow));
         }
         if now.mono >= held.expires {
-            return Err(LeaseRefused::NotYours("it expired; take control again".to_owned()));
+            return Err(LeaseRefused::NotYours(NotYours::Expired));
         }
         Ok(held.epoch)
     }
@@ -314,8 +328,8 @@ impl Leases {
     fn of_holder(&self, vessel: Address, who: &Holder) -> Result<&Held, LeaseRefused> {
         match &self.of(vessel).held {
             Some(held) if held.holder.person == who.person => Ok(held),
-            Some(held) => Err(LeaseRefused::NotYours(format!("{} has it", held.holder.name))),
-            None => Err(LeaseRefused::NotYours("it is free; take it first".to_owned())),
+            Some(held) => Err(LeaseRefused::NotYours(NotYours::Held(held.holder.name.clone()))),
+            None => Err(LeaseRefused::NotYours(NotYours::Free)),
         }
     }
 
@@ -333,7 +347,7 @@ impl Leases {
                 self.grant(now, vessel, who.clone(), Change::Granted, reason);
                 Ok(())
             }
-            (Some(held), _) if held.holder == *who => self.ask(now, vessel, who, LeaseAsk::Renew),
+            (Some(held), _) if held.holder == *who => self.ask(now, vessel, who, LeaseRequest::Renew),
             (Some(held), _) if held.holder.person == who.person => {
                 self.grant(now, vessel, who.clone(), Change::TakenOver, "in another window".to_owned());
                 Ok(())

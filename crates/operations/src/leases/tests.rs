@@ -12,8 +12,8 @@ fn person(number: i64) -> Holder {
     Holder { person: number, name: format!("person {number}"), key: format!("window {number}") }
 }
 
-fn request(reason: &str) -> LeaseAsk {
-    LeaseAsk::Request(reason.to_owned())
+fn request(reason: &str) -> LeaseRequest {
+    LeaseRequest::Request(reason.to_owned())
 }
 
 fn changes(leases: &mut Leases) -> Vec<Change> {
@@ -27,7 +27,7 @@ fn a_free_lease_is_granted_at_once_and_ends_without_renewal() {
     leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
     let first = leases.epoch(at(0), BOAT, &person(1)).unwrap();
     for second in (10..=100).step_by(10) {
-        leases.ask(at(second), BOAT, &person(1), LeaseAsk::Renew).unwrap();
+        leases.ask(at(second), BOAT, &person(1), LeaseRequest::Renew).unwrap();
     }
     assert_eq!(leases.epoch(at(159), BOAT, &person(1)), Ok(first));
     assert!(leases.epoch(at(160), BOAT, &person(1)).is_err(), "also before anybody looks at the time");
@@ -46,11 +46,11 @@ fn a_request_waits_for_the_holder_and_not_for_ever() {
     assert_eq!(leases.of(BOAT).waiting.as_ref().unwrap().reason, "my turn");
     let other = leases.ask(at(2), BOAT, &person(3), request("")).unwrap_err();
     assert_eq!(other.to_string(), "person 2 has asked already and gets an answer within 30 s");
-    assert!(leases.ask(at(3), BOAT, &person(2), LeaseAsk::Grant).is_err(), "not one's own request");
-    leases.ask(at(4), BOAT, &person(1), LeaseAsk::Decline).unwrap();
-    assert_eq!(leases.ask(at(5), BOAT, &person(1), LeaseAsk::Grant), Err(LeaseRefused::NobodyWaits));
+    assert!(leases.ask(at(3), BOAT, &person(2), LeaseRequest::Grant).is_err(), "not one's own request");
+    leases.ask(at(4), BOAT, &person(1), LeaseRequest::Decline).unwrap();
+    assert_eq!(leases.ask(at(5), BOAT, &person(1), LeaseRequest::Grant), Err(LeaseRefused::NobodyWaits));
     leases.ask(at(6), BOAT, &person(2), request("really")).unwrap();
-    leases.ask(at(20), BOAT, &person(1), LeaseAsk::Renew).unwrap();
+    leases.ask(at(20), BOAT, &person(1), LeaseRequest::Renew).unwrap();
     // Asking again does not prolong the wait.
     leases.ask(at(30), BOAT, &person(2), request("please")).unwrap();
     leases.tick(at(35));
@@ -58,7 +58,7 @@ fn a_request_waits_for_the_holder_and_not_for_ever() {
     leases.tick(at(36));
     assert_eq!(leases.of(BOAT).held.as_ref().unwrap().holder, person(2));
     leases.ask(at(37), BOAT, &person(1), request("")).unwrap();
-    leases.ask(at(38), BOAT, &person(2), LeaseAsk::Grant).unwrap();
+    leases.ask(at(38), BOAT, &person(2), LeaseRequest::Grant).unwrap();
     assert!(leases.epoch(at(38), BOAT, &person(1)).is_ok());
 }
 
@@ -67,10 +67,10 @@ fn who_releases_makes_way_for_who_waits() {
     let mut leases = Leases::default();
     leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
     leases.ask(at(1), BOAT, &person(2), request("")).unwrap();
-    leases.ask(at(2), BOAT, &person(1), LeaseAsk::Release).unwrap();
+    leases.ask(at(2), BOAT, &person(1), LeaseRequest::Release).unwrap();
     assert!(leases.epoch(at(2), BOAT, &person(2)).is_ok());
-    leases.ask(at(3), BOAT, &person(2), LeaseAsk::Release).unwrap();
-    assert!(leases.ask(at(3), BOAT, &person(2), LeaseAsk::Release).is_err());
+    leases.ask(at(3), BOAT, &person(2), LeaseRequest::Release).unwrap();
+    assert!(leases.ask(at(3), BOAT, &person(2), LeaseRequest::Release).is_err());
     assert_eq!(leases.of(BOAT).last.as_ref().unwrap().change, Change::Released);
 }
 
@@ -80,7 +80,7 @@ fn taking_over_needs_a_reason_that_the_former_holder_reads() {
     leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
     leases.ask(at(1), BOAT, &person(2), request("")).unwrap();
     let before = leases.epoch(at(1), BOAT, &person(1)).unwrap();
-    let take = |reason: &str| LeaseAsk::Take(reason.to_owned());
+    let take = |reason: &str| LeaseRequest::Take(reason.to_owned());
     assert!(matches!(leases.ask(at(2), BOAT, &person(3), take("  ")), Err(LeaseRefused::NoReason(_))));
     assert!(leases.ask(at(2), BOAT, &person(3), take(&"x".repeat(201))).is_err());
     leases.ask(at(2), BOAT, &person(3), take("it drifts")).unwrap();
@@ -97,7 +97,7 @@ fn who_takes_over_has_the_whole_time_to_answer_who_waits() {
     let mut leases = Leases::default();
     leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
     leases.ask(at(1), BOAT, &person(2), request("my turn")).unwrap();
-    leases.ask(at(30), BOAT, &person(3), LeaseAsk::Take("it drifts".to_owned())).unwrap();
+    leases.ask(at(30), BOAT, &person(3), LeaseRequest::Take("it drifts".to_owned())).unwrap();
     let waiting = leases.of(BOAT).waiting.clone().unwrap();
     assert_eq!((waiting.since, waiting.granted_at), (at(1).utc, at(60).utc));
     leases.tick(at(59));
@@ -113,7 +113,7 @@ fn two_windows_of_one_person_are_told_apart() {
     leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
     let before = leases.epoch(at(0), BOAT, &person(1)).unwrap();
     assert!(leases.epoch(at(0), BOAT, &other).is_err());
-    assert!(leases.ask(at(1), BOAT, &other, LeaseAsk::Renew).is_err());
+    assert!(leases.ask(at(1), BOAT, &other, LeaseRequest::Renew).is_err());
     leases.ask(at(1), BOAT, &other, request("")).unwrap();
     assert!(leases.epoch(at(1), BOAT, &other).unwrap() > before);
     assert!(leases.epoch(at(1), BOAT, &person(1)).is_err());
@@ -123,21 +123,21 @@ fn two_windows_of_one_person_are_told_apart() {
 fn what_nobody_fetches_is_bounded_and_counted() {
     let mut leases = Leases::default();
     for second in 0..2_000 {
-        let ask = if second % 2 == 0 { request("") } else { LeaseAsk::Release };
+        let ask = if second % 2 == 0 { request("") } else { LeaseRequest::Release };
         leases.ask(at(second), BOAT, &person(1), ask).unwrap();
     }
     let (events, forgotten) = leases.drain();
     assert_eq!((events.len(), forgotten), (EVENTS_KEPT, 1_000));
 }
 
-fn anything() -> impl Strategy<Value = LeaseAsk> {
+fn anything() -> impl Strategy<Value = LeaseRequest> {
     prop_oneof![
-        Just(LeaseAsk::Request(String::new())),
-        Just(LeaseAsk::Grant),
-        Just(LeaseAsk::Decline),
-        Just(LeaseAsk::Release),
-        Just(LeaseAsk::Renew),
-        Just(LeaseAsk::Take("now".to_owned())),
+        Just(LeaseRequest::Request(String::new())),
+        Just(LeaseRequest::Grant),
+        Just(LeaseRequest::Decline),
+        Just(LeaseRequest::Release),
+        Just(LeaseRequest::Renew),
+        Just(LeaseRequest::Take("now".to_owned())),
     ]
 }
 
@@ -158,7 +158,7 @@ proptest! {
             if let Some(held) = &lease.held {
                 if was.as_ref().map(|was| was.epoch) == Some(held.epoch) {
                     prop_assert_eq!(&was.as_ref().unwrap().holder, &held.holder);
-                    if done && number == held.holder.person && matches!(ask, LeaseAsk::Renew | LeaseAsk::Request(_) | LeaseAsk::Take(_)) {
+                    if done && number == held.holder.person && matches!(ask, LeaseRequest::Renew | LeaseRequest::Request(_) | LeaseRequest::Take(_)) {
                         heard = seconds;
                     }
                 } else {

@@ -106,7 +106,7 @@ pub enum Why {
     Clock,
     /// The server's wall clock was set: the vessel judges by it how late a stick position is.
     ServerClock,
-    /// A sample is no sample: a number is none, or its number is not greater than the one before.
+    /// A sample is not valid: one of its values is not a number, or its number is not greater than the one before.
     Invalid,
     /// The round trip takes too long.
     RoundTrip,
@@ -164,7 +164,7 @@ impl Why {
             Self::Unreached => "The vessel's network is slow at present: wait, or send the vessel by a plan.",
             Self::Frozen => {
                 "A gamepad that is held quite still looks like one that hangs: keep the stick moving a little. If it \
-                 hangs, plug it in anew or steer with the keys."
+                 hangs, plug it in again or steer with the keys."
             }
             Self::Clock => "If it happens again, see what sets it; steer from another computer meanwhile.",
             Self::ServerClock => {

@@ -1,15 +1,15 @@
 //! The one way down: which way orders take, what waits, what a stop calls off.
 
 use hub::{
-    CommandId, Delivery, Dispatched, Door, Hub, Incoming, OrderLog as _, Peer, PeerId, Role, Settings,
-    Sources, Tag, Telecommand, Urgency,
+    CommandId, Delivery, Dispatched, Hub, Incoming, OrderLog as _, Peer, PeerId, Role, Settings, Sources,
+    Tag, Telecommand, Transport, Urgency,
 };
 use imc::messages::{
     Aborted, Message, PlanControl, PlanControlOp, PlanControlState, PlanControlStateState, PlanControlType,
     Voltage,
 };
 use imc::{Address, Header, Packet};
-use operations::{Asked, Commands, Order, Receipt, Stage};
+use operations::{Commands, Order, OrderedBy, Receipt, Stage};
 use std::collections::BTreeMap;
 use units::{MonoTime, Now, UtcTime};
 
@@ -33,12 +33,13 @@ impl World {
     /// The peer of the vessel's link, which does not stand yet.
     fn link(&mut self) -> PeerId {
         let sources = Sources::Only(vec![BOAT]);
-        let peer = Peer { door: Door::Link, role: Role::Vessel, name: "link".to_owned(), sources };
+        let peer = Peer { transport: Transport::Link, role: Role::Vessel, name: "link".to_owned(), sources };
         self.hub.join(at(0), peer)
     }
 
-    fn node(&mut self, door: Door) -> PeerId {
-        let peer = Peer { door, role: Role::Vessel, name: door.name().to_owned(), sources: Sources::Any };
+    fn node(&mut self, transport: Transport) -> PeerId {
+        let peer =
+            Peer { transport, role: Role::Vessel, name: transport.name().to_owned(), sources: Sources::Any };
         self.hub.join(at(0), peer)
     }
 
@@ -54,7 +55,7 @@ impl World {
     }
 
     fn order(&mut self, millis: u64, order: Order) -> (CommandId, Dispatched) {
-        let by = Asked { name: "anna".to_owned(), ..Asked::default() };
+        let by = OrderedBy { name: "anna".to_owned(), ..OrderedBy::default() };
         let id = self.hub.orders_mut().begin(at(millis), BOAT, &by, 7, order).unwrap();
         let telecommand = self.hub.orders_mut().accepted(at(millis), id, None).unwrap();
         let dispatched = self.hub.dispatch(at(millis), telecommand);
@@ -98,36 +99,40 @@ fn start() -> Order {
 #[test]
 fn an_order_takes_the_link_while_it_stands_and_else_the_best_other_way() {
     let mut world = World::new();
-    let (link, tcp, udp) = (world.link(), world.node(Door::Tcp), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Tcp, Door::Udp]);
+    let (link, tcp, udp) = (world.link(), world.node(Transport::Tcp), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Tcp, Transport::Udp]);
     world.heard(0, tcp);
     world.heard(100, udp);
     let (id, dispatched) = world.order(200, start());
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Tcp]));
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Tcp]));
     assert_eq!(world.ids(tcp), [id]);
     world.hub.link_stands(at(300), link, true);
     let (id, dispatched) = world.order(400, start());
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Link]));
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Link]));
     assert_eq!(world.ids(link), [id]);
     world.hub.link_stands(at(500), link, false);
-    assert_eq!(world.order(600, start()).1, Dispatched::Sent(vec![Door::Tcp]));
+    assert_eq!(world.order(600, start()).1, Dispatched::Sent(vec![Transport::Tcp]));
 }
 
 #[test]
 fn a_stop_takes_every_way_and_its_copies_are_not_worth_more_than_any_order() {
     let mut world = World::new();
-    let (link, udp) = (world.link(), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Udp]);
+    let (link, udp) = (world.link(), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Udp]);
     world.heard(0, udp);
     world.hub.link_stands(at(0), link, true);
     let (_, dispatched) = world.order(1_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Link, Door::Udp]));
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Link, Transport::Udp]));
     let out = world.drain();
     let expires = |peer| out[&peer][0].tag.unwrap().expires;
-    assert_eq!(expires(link), at(11_000).mono, "whoever starts anew must not be stopped by it minutes later");
+    assert_eq!(
+        expires(link),
+        at(11_000).mono,
+        "whoever starts again must not be stopped by it minutes later"
+    );
     assert_eq!(expires(udp), at(11_000).mono);
     let (_, dispatched) = world.order(200_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Link]), "the other way is gone");
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Link]), "the other way is gone");
     assert_eq!(world.drain()[&link][0].tag.unwrap().expires, at(210_000).mono);
 }
 
@@ -174,7 +179,7 @@ fn a_stop_that_nobody_was_there_to_hear_expires_and_any_other_order_sooner() {
 #[test]
 fn a_vessel_without_a_link_gets_a_stop_when_it_is_heard_again_and_other_orders_are_refused_at_once() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     let (_, dispatched) = world.order(0, start());
     assert_eq!(dispatched, Dispatched::Refused("no connection to the vessel now"));
     let (stop, dispatched) = world.order(1_000, Order::Stop);
@@ -193,7 +198,7 @@ fn stick_positions_wait_for_nothing() {
     assert!(matches!(world.hub.dispatch(at(0), sticks(tag(500))), Dispatched::Refused(_)));
     world.hub.link_stands(at(100), link, true);
     assert!(world.drain().is_empty());
-    assert_eq!(world.hub.dispatch(at(100), sticks(tag(500))), Dispatched::Sent(vec![Door::Link]));
+    assert_eq!(world.hub.dispatch(at(100), sticks(tag(500))), Dispatched::Sent(vec![Transport::Link]));
     assert!(matches!(world.hub.dispatch(at(600), sticks(tag(500))), Dispatched::Refused(_)), "too late");
 }
 
@@ -205,7 +210,7 @@ fn voltage() -> bytes::Bytes {
 #[test]
 fn the_effect_of_a_stop_is_what_the_vessel_says() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let ready = PlanControlState { state: PlanControlStateState::Ready, ..PlanControlState::default() };
     let (stop, _) = world.order(1_000, Order::Stop);
@@ -221,7 +226,7 @@ fn the_effect_of_a_stop_is_what_the_vessel_says() {
     for millis in 0..19 {
         world.order(6_000 + millis, start());
     }
-    assert_eq!(world.order(7_000, Order::Stop).1, Dispatched::Sent(vec![Door::Udp]));
+    assert_eq!(world.order(7_000, Order::Stop).1, Dispatched::Sent(vec![Transport::Udp]));
     for second in 7..=40 {
         world.tick(at(second * 1_000));
     }
@@ -233,7 +238,7 @@ fn the_effect_of_a_stop_is_what_the_vessel_says() {
 #[test]
 fn how_far_commands_get_is_told_once_for_the_audit_log() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     world.order(1_000, Order::Stop);
     world.order(1_000, Order::List);
@@ -249,9 +254,9 @@ fn how_far_commands_get_is_told_once_for_the_audit_log() {
 #[test]
 fn a_start_that_is_still_being_written_down_is_not_sent_after_a_stop() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
-    let by = Asked { name: "anna".to_owned(), ..Asked::default() };
+    let by = OrderedBy { name: "anna".to_owned(), ..OrderedBy::default() };
     let begin =
         |world: &mut World, order| world.hub.orders_mut().begin(at(100), BOAT, &by, 7, order).unwrap();
     let id = begin(&mut world, start());
@@ -268,11 +273,11 @@ fn a_start_that_is_still_being_written_down_is_not_sent_after_a_stop() {
 #[test]
 fn a_stop_is_given_again_to_a_vessel_that_was_out_of_reach() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     // In a radio shadow: the node is still known, and a datagram goes into nothing.
     let (stop, dispatched) = world.order(10_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Udp]));
+    assert_eq!(dispatched, Dispatched::Waits(vec![Transport::Udp]));
     assert_eq!(world.ids(udp), [stop]);
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), [stop]);
@@ -284,11 +289,11 @@ fn a_stop_is_given_again_to_a_vessel_that_was_out_of_reach() {
 #[test]
 fn what_a_peer_did_not_take_goes_by_another_way() {
     let mut world = World::new();
-    let (tcp, udp) = (world.node(Door::Tcp), world.node(Door::Udp));
+    let (tcp, udp) = (world.node(Transport::Tcp), world.node(Transport::Udp));
     world.heard(0, udp);
     world.heard(100, tcp);
     let (id, dispatched) = world.order(200, start());
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Tcp]));
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Tcp]));
     let left = world.drain().remove(&tcp).unwrap().remove(0);
     world.hub.leave(tcp);
     let again = Telecommand { vessel: BOAT, tag: left.tag.unwrap(), packet: left.packet };
@@ -299,8 +304,8 @@ fn what_a_peer_did_not_take_goes_by_another_way() {
 #[test]
 fn that_the_link_did_not_bring_a_stop_is_not_its_end_where_another_way_did() {
     let mut world = World::new();
-    let (link, udp) = (world.link(), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Udp]);
+    let (link, udp) = (world.link(), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Udp]);
     world.heard(0, udp);
     world.hub.link_stands(at(0), link, true);
     let (stop, _) = world.order(1_000, Order::Stop);
@@ -313,11 +318,11 @@ fn that_the_link_did_not_bring_a_stop_is_not_its_end_where_another_way_did() {
 #[test]
 fn a_stop_that_was_sent_is_given_again_until_the_vessel_shows_that_it_has_it() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     // Heard a second ago, so that it counts as sent; but the vessel has just gone behind an island.
     let (stop, dispatched) = world.order(1_000, Order::Stop);
-    assert_eq!((dispatched, world.ids(udp)), (Dispatched::Sent(vec![Door::Udp]), vec![stop]));
+    assert_eq!((dispatched, world.ids(udp)), (Dispatched::Sent(vec![Transport::Udp]), vec![stop]));
     for second in 2..=70 {
         world.tick(at(second * 1_000));
     }
@@ -336,7 +341,7 @@ fn a_stop_that_was_sent_is_given_again_until_the_vessel_shows_that_it_has_it() {
 #[test]
 fn a_stop_that_nobody_confirms_ends_with_its_life() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let (stop, _) = world.order(1_000, Order::Stop);
     assert_eq!(world.ids(udp), [stop]);
@@ -348,12 +353,12 @@ fn a_stop_that_nobody_confirms_ends_with_its_life() {
 #[test]
 fn a_stop_that_a_lost_connection_took_is_given_to_the_next() {
     let mut world = World::new();
-    let tcp = world.node(Door::Tcp);
+    let tcp = world.node(Transport::Tcp);
     world.heard(0, tcp);
     let (stop, _) = world.order(500, Order::Stop);
     assert_eq!(world.ids(tcp), [stop]);
     world.hub.leave(tcp);
-    let anew = world.node(Door::Tcp);
+    let anew = world.node(Transport::Tcp);
     world.heard(1_700, anew);
     assert_eq!(world.ids(anew), [stop], "what the first took was perhaps never on the line");
     world.heard(1_800, anew);
@@ -363,8 +368,8 @@ fn a_stop_that_a_lost_connection_took_is_given_to_the_next() {
 #[test]
 fn a_stop_by_link_and_radio_outlives_both() {
     let mut world = World::new();
-    let (link, udp) = (world.link(), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Udp]);
+    let (link, udp) = (world.link(), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Udp]);
     world.heard(0, udp);
     world.hub.link_stands(at(0), link, true);
     let (stop, _) = world.order(1_000, Order::Stop);
@@ -382,7 +387,7 @@ fn a_stop_by_link_and_radio_outlives_both() {
 #[test]
 fn what_is_started_after_a_stop_is_not_ended_by_it() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let (stop, _) = world.order(1_000, Order::Stop);
     let (begin, _) = world.order(2_000, start());
@@ -395,7 +400,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
     assert_eq!(world.ids(udp), [stop]);
     // By another console as well.
     let mut world = World::new();
-    let (udp, console) = (world.node(Door::Udp), world.node(Door::Proxy));
+    let (udp, console) = (world.node(Transport::Udp), world.node(Transport::Proxy));
     world.heard(0, udp);
     world.order(1_000, Order::Stop);
     world.drain();
@@ -412,7 +417,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
 #[test]
 fn parameters_and_questions_after_a_stop_do_not_end_it() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let (stop, _) = world.order(1_000, Order::Stop);
     world.order(1_500, Order::List);
@@ -424,14 +429,14 @@ fn parameters_and_questions_after_a_stop_do_not_end_it() {
 #[test]
 fn a_way_that_takes_nothing_is_none() {
     let mut world = World::new();
-    let (tcp, udp) = (world.node(Door::Tcp), world.node(Door::Udp));
+    let (tcp, udp) = (world.node(Transport::Tcp), world.node(Transport::Udp));
     world.heard(0, tcp);
     world.heard(0, udp);
     world.hub.takes(tcp, false);
-    assert_eq!(world.order(100, start()).1, Dispatched::Sent(vec![Door::Udp]));
+    assert_eq!(world.order(100, start()).1, Dispatched::Sent(vec![Transport::Udp]));
     world.hub.takes(udp, false);
     let (stop, dispatched) = world.order(200, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Tcp, Door::Udp]), "what is full is no way");
+    assert_eq!(dispatched, Dispatched::Waits(vec![Transport::Tcp, Transport::Udp]), "what is full is no way");
     world.drain();
     world.hub.takes(tcp, true);
     world.heard(300, tcp);
@@ -441,10 +446,10 @@ fn a_way_that_takes_nothing_is_none() {
 #[test]
 fn nothing_is_started_over_the_head_of_a_stop_that_was_perhaps_not_heard() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let (stop, dispatched) = world.order(5_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Udp]));
+    assert_eq!(dispatched, Dispatched::Waits(vec![Transport::Udp]));
     let (begin, dispatched) = world.order(6_000, start());
     assert!(matches!(dispatched, Dispatched::Refused(_)), "{dispatched:?}");
     assert_eq!(world.stage(begin).0, Stage::Refused);
@@ -458,7 +463,7 @@ fn nothing_is_started_over_the_head_of_a_stop_that_was_perhaps_not_heard() {
 #[test]
 fn a_vessel_that_is_heard_and_shows_nothing_is_given_the_stop_again_and_more_and_more_seldom() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     world.order(100, Order::Stop);
     world.drain();
@@ -476,15 +481,15 @@ fn a_vessel_that_is_heard_and_shows_nothing_is_given_the_stop_again_and_more_and
 #[test]
 fn a_link_that_is_down_gives_no_start_that_was_ordered_before_a_stop() {
     let mut world = World::new();
-    let (link, udp) = (world.link(), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Udp]);
+    let (link, udp) = (world.link(), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Udp]);
     world.heard(0, udp);
     world.hub.link_stands(at(0), link, true);
     world.order(500, start());
     world.hub.link_stands(at(1_000), link, false);
     world.drain();
     let (stop, dispatched) = world.order(2_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Udp]));
+    assert_eq!(dispatched, Dispatched::Sent(vec![Transport::Udp]));
     let out = world.drain();
     let told = out[&link][0].tag.unwrap();
     assert_eq!(
@@ -511,7 +516,7 @@ fn a_link_that_ended_without_a_word_is_no_way() {
 #[test]
 fn of_the_last_stop_it_stays_known_whether_it_arrived() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     let (stop, _) = world.order(500, Order::Stop);
     world.drain();
@@ -530,8 +535,8 @@ fn of_the_last_stop_it_stays_known_whether_it_arrived() {
 #[test]
 fn a_start_waits_behind_a_stop_that_waits() {
     let mut world = World::new();
-    let (_link, udp) = (world.link(), world.node(Door::Udp));
-    world.hub.trust_doors([Door::Udp]);
+    let (_link, udp) = (world.link(), world.node(Transport::Udp));
+    world.hub.trust_transports([Transport::Udp]);
     world.heard(0, udp);
     let (stop, _) = world.order(5_000, Order::Stop);
     let (begin, dispatched) = world.order(6_000, start());
@@ -544,7 +549,7 @@ fn a_start_waits_behind_a_stop_that_waits() {
 #[test]
 fn what_a_console_says_into_the_silence_ends_no_stop() {
     let mut world = World::new();
-    let (udp, console) = (world.node(Door::Udp), world.node(Door::Proxy));
+    let (udp, console) = (world.node(Transport::Udp), world.node(Transport::Proxy));
     world.heard(0, udp);
     let (stop, _) = world.order(5_000, Order::Stop);
     world.drain();
@@ -561,17 +566,17 @@ fn what_a_console_says_into_the_silence_ends_no_stop() {
 #[test]
 fn of_two_stops_the_newer_is_kept() {
     let mut world = World::new();
-    let tcp = world.node(Door::Tcp);
+    let tcp = world.node(Transport::Tcp);
     world.heard(0, tcp);
     world.order(500, Order::Stop);
     let (newer, dispatched) = world.order(10_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Tcp]));
+    assert_eq!(dispatched, Dispatched::Waits(vec![Transport::Tcp]));
     let left = world.drain().remove(&tcp).unwrap().pop().unwrap();
     world.hub.leave(tcp);
     let again = Telecommand { vessel: BOAT, tag: left.tag.unwrap(), packet: left.packet };
     world.hub.give_again(at(11_000), again);
     assert_eq!(world.stage(newer).0, Stage::Waiting);
-    let anew = world.node(Door::Tcp);
+    let anew = world.node(Transport::Tcp);
     world.heard(560_000, anew);
     assert_eq!(world.ids(anew), [newer]);
 }
@@ -579,7 +584,7 @@ fn of_two_stops_the_newer_is_kept() {
 #[test]
 fn a_start_that_is_refused_ends_nothing_that_was_started_before_it() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     world.heard(0, udp);
     world.order(1_000, Order::Stop);
     world.order(2_000, start());
@@ -593,7 +598,7 @@ fn a_start_that_is_refused_ends_nothing_that_was_started_before_it() {
 #[test]
 fn what_nobody_was_given_has_no_effect() {
     let mut world = World::new();
-    let udp = world.node(Door::Udp);
+    let udp = world.node(Transport::Udp);
     let (stop, dispatched) = world.order(1_000, Order::Stop);
     assert_eq!(dispatched, Dispatched::Waits(vec![]));
     world.says(2_000, udp, Aborted);

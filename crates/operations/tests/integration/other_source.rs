@@ -1,7 +1,7 @@
 //! Somebody speaks in the name of a vessel that has a link: an alarm with its own words, until a minute after the last of it.
 
 use bytes::Bytes;
-use hub::{Door, Incoming, Peer, PeerId, Role, Settings, Sources};
+use hub::{Incoming, Peer, PeerId, Role, Settings, Sources, Transport};
 use imc::messages::Voltage;
 use imc::{Address, Header, Packet};
 use operations::Operations;
@@ -20,8 +20,8 @@ fn voltage(timestamp: f64) -> Incoming {
     Bytes::from(Packet::new(header, Voltage { value: 12.0 }).encode().unwrap()).into()
 }
 
-fn join(shore: &mut Operations, door: Door, sources: Sources) -> PeerId {
-    let peer = Peer { door, role: Role::Vessel, name: "192.0.2.66:40000".into(), sources };
+fn join(shore: &mut Operations, transport: Transport, sources: Sources) -> PeerId {
+    let peer = Peer { transport, role: Role::Vessel, name: "192.0.2.66:40000".into(), sources };
     shore.hub_mut().join(at(0.0), peer)
 }
 
@@ -34,18 +34,18 @@ fn watch(shore: &mut Operations, seconds: f64) -> Vec<(Kind, String)> {
 
 #[test]
 fn who_speaks_in_a_vessels_name_is_an_alarm_that_ends() {
-    for door in [Door::Proxy, Door::Udp, Door::Tcp] {
+    for transport in [Transport::Proxy, Transport::Udp, Transport::Tcp] {
         let settings = Settings { address: Address(0x4F00), name: "shore".into(), active: false };
         let mut shore = Operations::new(settings);
-        let link = join(&mut shore, Door::Link, Sources::Only(vec![BOAT]));
-        let forger = join(&mut shore, door, Sources::Any);
+        let link = join(&mut shore, Transport::Link, Sources::Only(vec![BOAT]));
+        let forger = join(&mut shore, transport, Sources::Any);
         shore.hub_mut().packets(at(0.0), link, [voltage(1.0)]);
         assert_eq!(watch(&mut shore, 0.0), []);
         shore.hub_mut().packets(at(1.0), forger, [voltage(2.0)]);
         let alarms = watch(&mut shore, 1.5);
         let (kind, text) = &alarms[0];
         assert_eq!((alarms.len(), *kind), (1, Kind::OtherSource));
-        assert!(text.contains(door.name()) && text.contains("192.0.2.66:40000"), "{text}");
+        assert!(text.contains(transport.name()) && text.contains("192.0.2.66:40000"), "{text}");
         shore.hub_mut().packets(at(70.0), link, [voltage(70.0)]);
         shore.watch(at(70.0), &ShoreState::default());
         shore.watch(at(76.0), &ShoreState::default());
@@ -57,8 +57,8 @@ fn who_speaks_in_a_vessels_name_is_an_alarm_that_ends() {
 fn who_speaks_for_a_vessel_that_is_silent_is_an_alarm_too() {
     let settings = Settings { address: Address(0x4F00), name: "shore".into(), active: false };
     let mut shore = Operations::new(settings);
-    join(&mut shore, Door::Link, Sources::Only(vec![BOAT]));
-    let forger = join(&mut shore, Door::Tcp, Sources::Any);
+    join(&mut shore, Transport::Link, Sources::Only(vec![BOAT]));
+    let forger = join(&mut shore, Transport::Tcp, Sources::Any);
     shore.hub_mut().packets(at(30.0), forger, [voltage(1.0)]);
     assert_eq!(watch(&mut shore, 30.0).first().map(|(kind, _)| *kind), Some(Kind::OtherSource));
 }

@@ -2,5 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+mod compass;
+mod motors;
 mod reference;
 mod vessel;

@@ -252,7 +252,10 @@ fn three_vessels_hear_the_same_fish_at_ranges_that_fit() {
 #[test]
 fn the_hydrophone_answers_a_clock_message() {
     let mut vessel = Vessel::new(&config(1)).unwrap();
-    vessel.receive_serial(Port::Hydrophone, b"(+)");
+    for byte in b"(+)" {
+        vessel.receive_serial(Port::Hydrophone, &[*byte]);
+        vessel.step(Duration::from_millis(1));
+    }
     let outputs = sail(&mut vessel, 1, 0.0, 0.0);
     assert_eq!(serial_text(&outputs, Port::Hydrophone), "ack01\r");
 }

@@ -3,7 +3,7 @@
 //! | offset | bytes | field, little-endian |
 //! |---|---|---|
 //! | 0 | 6 | offset of the packet in `Data.lsf` |
-//! | 6 | 1 | bits 0-3 door, bit 5 has a link number, bit 6 first of its stream, bit 7 jump |
+//! | 6 | 1 | bits 0-3 transport, bit 5 has a link number, bit 6 first of its stream, bit 7 jump |
 //! | 7 | 7 | arrival, microseconds since 1970-01-01 UTC |
 //! | 14 | 8 | number in the stream |
 //! | 22 | 8 | stream |
@@ -13,7 +13,7 @@
 //! with the same offset stands before and gives the number of the packet before. So the archive itself tells
 //! up to which number nothing is missing.
 
-use link::{Door, LinkSeq};
+use link::{LinkSeq, Transport};
 use units::UtcTime;
 
 /// Bytes of a record.
@@ -45,7 +45,7 @@ pub struct Arrival {
     /// When it came, by the shore's clock.
     pub received: UtcTime,
     /// How it came.
-    pub door: Door,
+    pub transport: Transport,
     /// Its place in a vessel's record lane.
     pub link: Option<LinkSeq>,
     /// Whether nothing stands before it in its stream.
@@ -66,7 +66,7 @@ impl Record {
             Self::Packet(arrival) => {
                 let link = if arrival.link.is_some() { HAS_LINK } else { 0 };
                 let first = if arrival.first { FIRST } else { 0 };
-                (arrival.door as u8 | link | first, arrival.received.micros(), arrival.link)
+                (arrival.transport as u8 | link | first, arrival.received.micros(), arrival.link)
             }
             Self::Jump { after, .. } => (JUMP, 0, Some(*after)),
         };
@@ -100,7 +100,7 @@ impl Record {
         Some(Self::Packet(Arrival {
             offset,
             received: UtcTime::from_micros(received_us),
-            door: Door::from_code(flags & 0x0F)?,
+            transport: Transport::from_code(flags & 0x0F)?,
             link: (flags & HAS_LINK != 0).then_some(link),
             first: flags & FIRST != 0,
         }))
@@ -117,14 +117,14 @@ mod tests {
             Record::Packet(Arrival {
                 offset: 0x1234_5678_9ABC,
                 received: UtcTime::from_micros(1_795_246_989_820_647),
-                door: Door::Link,
+                transport: Transport::Link,
                 link: Some(LinkSeq { stream: u64::MAX, seq: 1 << 40 }),
                 first: true,
             }),
             Record::Packet(Arrival {
                 offset: 0,
                 received: UtcTime::from_micros(-1),
-                door: Door::Recovered,
+                transport: Transport::Recovered,
                 link: None,
                 first: false,
             }),

@@ -27,7 +27,7 @@ use crate::error::{Result, StoreError};
 use crate::history::Arrived;
 use day::Day;
 use imc::PacketView;
-use link::{Door, LinkSeq};
+use link::{LinkSeq, Transport};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -102,7 +102,7 @@ impl Archive {
         &mut self,
         view: &PacketView<'_>,
         received: UtcTime,
-        door: Door,
+        transport: Transport,
         link: Option<LinkSeq>,
     ) -> Result<bool> {
         if self.is_full_for(view) {
@@ -116,7 +116,7 @@ impl Archive {
         let key = DayKey::of(view.src(), received);
         let day = self.days.entry(key).or_insert_with(|| Day::new(key, Lengths::default()));
         let arrival =
-            Arrival { offset: 0, received, door, link, first: place.is_some_and(|place| place.first) };
+            Arrival { offset: 0, received, transport, link, first: place.is_some_and(|place| place.first) };
         let jump =
             place.and_then(|place| place.after).map(|after| arrival::Record::Jump { offset: 0, after });
         day.push(view.bytes(), arrival, jump);

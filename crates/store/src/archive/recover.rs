@@ -1,7 +1,7 @@
 //! Mending a day after a crash: both files end with the last whole packet again.
 //!
 //! A crash leaves packets without records, records without packets, half a packet or half a record, or zeros
-//! at the end of a file. What is whole is kept, with a record of door `recovered` where there was none.
+//! at the end of a file. What is whole is kept, with a record of transport `recovered` where there was none.
 //! What is no packet at the end is cut off: it was never acknowledged. Damage further inside stays where it is.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
@@ -10,7 +10,7 @@ use super::layout::{ARRIVALS, DATA, DayKey};
 use crate::error::{Named as _, Result};
 use imc::lsf::{LogItem, LogReader};
 use imc::{HEADER_BYTES, MAX_PACKET_BYTES, PacketView};
-use link::Door;
+use link::Transport;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileExt as _;
@@ -52,8 +52,14 @@ pub(crate) fn mend(archive: &Path, key: DayKey) -> Result<Mended> {
         let mut log = LogReader::open_at(&data_path, last.data_end).named(&data_path)?;
         while let Some(item) = log.next_item().named(&data_path)? {
             if let LogItem::Packet { offset, view } = item {
-                Record::Packet(Arrival { offset, received, door: Door::Recovered, link: None, first: false })
-                    .write(&mut records);
+                Record::Packet(Arrival {
+                    offset,
+                    received,
+                    transport: Transport::Recovered,
+                    link: None,
+                    first: false,
+                })
+                .write(&mut records);
                 mended.recovered += 1;
                 mended.lengths.data = offset + view.bytes().len() as u64;
             }

@@ -6,7 +6,7 @@ use super::layout::{ARRIVALS, DATA, DayKey};
 use crate::error::{Named as _, Result};
 use imc::PacketView;
 use imc::lsf::{LogItem, LogReader};
-use link::Door;
+use link::Transport;
 use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ impl DayReader {
         })
     }
 
-    /// The next packet. Bytes that are none are passed over and counted.
+    /// The next packet. Bytes that are not valid are passed over and counted.
     ///
     /// # Errors
     /// When a file cannot be read.
@@ -147,6 +147,6 @@ impl RecordsAhead {
                 None => break,
             }
         }
-        Ok(Arrival { offset, received: fallback, door: Door::Recovered, link: None, first: false })
+        Ok(Arrival { offset, received: fallback, transport: Transport::Recovered, link: None, first: false })
     }
 }

@@ -7,7 +7,7 @@ use super::csv::{Exported, unwritable};
 use super::number::{self, IsoTime};
 use crate::error::Result;
 use crate::reader::{DetectionsWanted, Memory, Order, Page, Reader};
-use ::detections::{ClockState, Detection};
+use ::detections::Detection;
 use imc::Address;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -21,7 +21,7 @@ const PAGE: Page = Page { skip: 0, rows: 2_000, bytes: 1 << 20 };
 pub const DETECTION_COLUMNS: [(&str, &str); 25] = [
     (
         "heard_utc",
-        "when the receiver heard the tag, by the receiver's clock; ISO 8601, UTC, milliseconds; empty where that clock was never set",
+        "when the receiver heard the tag, by the receiver's clock; ISO 8601, UTC, milliseconds; empty where that clock was never set or was lost",
     ),
     ("tag", "protocol and number of the tag"),
     ("receiver", "serial number of the receiver"),
@@ -33,7 +33,10 @@ pub const DETECTION_COLUMNS: [(&str, &str); 25] = [
     ("snr [dB]", "signal to noise ratio"),
     ("sensor_value [count]", "the tag's measurement as it was sent; empty for a tag that sends none"),
     ("frequency [kHz]", "carrier frequency"),
-    ("clock", "the receiver's clock: set (at some time) or not set (since power-up)"),
+    (
+        "clock",
+        "the receiver's clock: set (at some time), disciplined (set by the vessel and kept), lost (not known to be right any more) or not set (since power-up)",
+    ),
     ("clock_count [s]", "what the receiver's clock counted: since 1970 UTC where it is set"),
     (
         "reported_utc",
@@ -130,7 +133,7 @@ impl Line {
         integer(out, Some(one.snr_db.into()));
         integer(out, one.data.map(i64::from));
         integer(out, Some(one.frequency_khz.into()));
-        text(out, Some(if clock.state == ClockState::Set { "set" } else { "not set" }));
+        text(out, Some(clock.state.word()));
         out.extend_from_slice(format!(",{}.{:03}", clock.seconds, clock.millis).as_bytes());
         time(out, &mut self.reported, Some(origin.reported));
         time(out, &mut self.received, origin.received);

@@ -136,7 +136,7 @@ impl Catalogue {
         self.connection.execute(sql, [key.file_name()]).map(drop).named(&self.path)
     }
 
-    /// What a month's file held is lost: all days of which some may have been in it are read anew. This is on the
+    /// What a month's file held is lost: all days of which some may have been in it are read again. This is on the
     /// disk before it returns.
     pub(crate) fn unread_month(&mut self, key: MonthKey) -> Result<()> {
         let days: Vec<DayKey> = self

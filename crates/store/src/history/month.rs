@@ -220,6 +220,10 @@ impl Month {
                         rows += write_raw(&self.connection, entry, &problem.to_string())?;
                         continue;
                     }
+                    Err(RowError::OtherMessage) => {
+                        rows += write_raw(&self.connection, entry, &other_message(table, entry))?;
+                        continue;
+                    }
                     Err(RowError::Sqlite(error)) => return Err(error),
                 }
                 if insert.raw_execute()? == 0 {
@@ -320,6 +324,14 @@ fn add_to_group(groups: &mut BTreeMap<GroupKey, Group>, key: GroupKey, added: Ex
         group.extent.merge(added);
         group.changed = true;
     }
+}
+
+fn other_message(table: &Table, entry: &Entry<'_>) -> String {
+    let bytes = entry.sample.view.payload().len();
+    format!(
+        "its payload of {bytes} bytes is no {}: another message has this id in the sender's IMC",
+        table.desc.abbrev
+    )
 }
 
 fn write_raw(connection: &Connection, entry: &Entry<'_>, problem: &str) -> rusqlite::Result<u64> {

@@ -4,12 +4,13 @@
 //! roll-ups are a function of the samples alone: in whatever order they came, late or twice, the same numbers
 //! come out to the last bit. A window that gains samples later is marked stale in the same transaction;
 //! readers look at the samples themselves there until it is rolled up again. Values that are not finite count
-//! for nothing.
+//! for nothing. The mean of angles is that of their directions: of 359° and 1° it is 0°, and not 180°.
 
 use super::month::GroupKey;
 use super::schema::Table;
 use rusqlite::Connection;
 use rusqlite::types::ValueRef;
+use std::f64::consts::TAU;
 
 /// Seconds of each level, finest first; each divides the next.
 pub(crate) const LEVELS_S: [i64; 3] = [10, 60, 600];
@@ -31,11 +32,44 @@ pub(crate) struct Cell {
     pub(crate) sum: f64,
     pub(crate) first: f64,
     pub(crate) last: f64,
+    /// Of angles.
+    pub(crate) direction: Option<Direction>,
+}
+
+/// The sums of the cosines and sines of angles, from which their mean follows (K. V. Mardia and P. E. Jupp, "Directional
+/// Statistics", 2000, section 2.2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Direction {
+    pub(crate) cos: f64,
+    pub(crate) sin: f64,
 }
 
 impl Cell {
-    pub(crate) fn of(time_us: i64, value: f64) -> Self {
-        Self { first_us: time_us, count: 1, min: value, max: value, sum: value, first: value, last: value }
+    /// A value; `circle` is once around in the unit of an angle.
+    pub(crate) fn of(time_us: i64, value: f64, circle: Option<f64>) -> Self {
+        let direction = circle.map(|circle| {
+            let (sin, cos) = (value / circle * TAU).sin_cos();
+            Direction { cos, sin }
+        });
+        Self {
+            first_us: time_us,
+            count: 1,
+            min: value,
+            max: value,
+            sum: value,
+            first: value,
+            last: value,
+            direction,
+        }
+    }
+
+    /// The mean; of angles it is counted as they are, from 0 or to both sides of it.
+    pub(crate) fn mean(&self, circle: Option<f64>) -> f64 {
+        let (Some(Direction { cos, sin }), Some(circle)) = (self.direction, circle) else {
+            return self.sum / self.count as f64;
+        };
+        let mean = sin.atan2(cos) / TAU * circle;
+        if mean < 0.0 && self.min >= 0.0 { mean + circle } else { mean }
     }
 
     /// Adds what comes later.
@@ -45,6 +79,10 @@ impl Cell {
         self.max = self.max.max(later.max);
         self.sum += later.sum;
         self.last = later.last;
+        self.direction = self
+            .direction
+            .zip(later.direction)
+            .map(|(own, later)| Direction { cos: own.cos + later.cos, sin: own.sin + later.sin });
     }
 }
 
@@ -76,6 +114,7 @@ pub(crate) fn roll_up(
         return Ok(0);
     }
     let fields = table.numbers.len();
+    let circles: Vec<Option<f64>> = table.numbers.iter().map(|at| table.columns[*at].circle()).collect();
     // Per field the finished cells of the finest level, and the one being filled.
     let mut finished: Vec<Vec<(i64, Cell)>> = vec![Vec::new(); fields];
     let mut filling: Vec<Option<Cell>> = vec![None; fields];
@@ -94,10 +133,7 @@ pub(crate) fn roll_up(
         samples += 1;
         for (field, cell) in filling.iter_mut().enumerate() {
             if let Some(value) = number(row.get_ref(field + 1)?) {
-                match cell {
-                    Some(cell) => cell.merge(&Cell::of(time_us, value)),
-                    None => *cell = Some(Cell::of(time_us, value)),
-                }
+                merge_into(cell, &Cell::of(time_us, value, circles[field]));
             }
         }
     }
@@ -105,6 +141,8 @@ pub(crate) fn roll_up(
     drop(rows);
     let mut insert = connection
         .prepare_cached("INSERT OR REPLACE INTO _rollup VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)")?;
+    let mut insert_direction =
+        connection.prepare_cached("INSERT OR REPLACE INTO _direction VALUES (?1,?2,?3,?4,?5,?6)")?;
     for (field, cells) in finished.into_iter().enumerate() {
         if cells.is_empty() {
             continue;
@@ -113,8 +151,11 @@ pub(crate) fn roll_up(
         let mut cells = cells;
         for (level, level_s) in LEVELS_S.iter().enumerate() {
             for (at, cell) in &cells {
-                let Cell { first_us, count, min, max, sum, first, last } = *cell;
+                let Cell { first_us, count, min, max, sum, first, last, direction } = *cell;
                 insert.execute((series, level_s, at, first_us, count as i64, min, max, sum, first, last))?;
+                if let Some(Direction { cos, sin }) = direction {
+                    insert_direction.execute((series, level_s, at, count as i64, cos, sin))?;
+                }
             }
             if let Some(next) = LEVELS_S.get(level + 1) {
                 cells = coarser(&cells, next / level_s);

@@ -22,6 +22,8 @@ pub(crate) struct Sample<'a> {
 pub(crate) enum RowError {
     /// Its fields do not fit its payload.
     Payload(WalkError),
+    /// By its size it is another message, which another dialect of IMC says by the same id.
+    OtherMessage,
     /// The database refused.
     Sqlite(rusqlite::Error),
 }
@@ -33,8 +35,11 @@ pub(crate) fn bind(
     sample: &Sample<'_>,
     nested: &mut Nested,
 ) -> Result<(), RowError> {
-    nested.reset();
     let view = &sample.view;
+    if view.desc().is_none() {
+        return Err(RowError::OtherMessage);
+    }
+    nested.reset();
     let mut binder = Binder { statement, at: 1, nested, position: None, failed: None };
     binder.bind(view.src().0);
     binder.bind(view.src_ent());

@@ -64,6 +64,18 @@ impl Column {
     pub fn is_number(&self) -> bool {
         matches!(self.kind, ColumnKind::Integer | ColumnKind::Single | ColumnKind::Double)
     }
+
+    /// Once around, in the unit of an angle. Places are none: their mean is a place between them.
+    pub(crate) fn circle(&self) -> Option<f64> {
+        if !self.is_number() || is_place(self.name) {
+            return None;
+        }
+        match self.unit {
+            Some("rad") => Some(std::f64::consts::TAU),
+            Some("°") => Some(360.0),
+            _ => None,
+        }
+    }
 }
 
 /// The table of one message.
@@ -221,11 +233,18 @@ fn declaration(column: &Column) -> String {
     format!("\"{}\" {kind}", column.name)
 }
 
+/// Whether a field of this name is a latitude or longitude.
+fn is_place(name: &str) -> bool {
+    ["lat", "lon"].contains(&name)
+        || TRUE_POSITION.contains(&name)
+        || name.ends_with("_lat")
+        || name.ends_with("_lon")
+}
+
 /// A latitude or longitude once more in degrees; computed when read, it takes no room.
 fn degrees_column(column: &Column) -> Option<String> {
     let name = column.name;
-    let place = ["lat", "lon"].contains(&name) || name.ends_with("_lat") || name.ends_with("_lon");
-    (place && column.unit == Some("rad"))
+    (is_place(name) && column.unit == Some("rad"))
         .then(|| format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL"))
 }
 
@@ -242,6 +261,10 @@ CREATE TABLE IF NOT EXISTS _rollup (
   series INTEGER NOT NULL, level_s INTEGER NOT NULL, cell INTEGER NOT NULL,
   first_us INTEGER NOT NULL, count INTEGER NOT NULL, min REAL NOT NULL, max REAL NOT NULL, sum REAL NOT NULL,
   first REAL NOT NULL, last REAL NOT NULL,
+  PRIMARY KEY (series, level_s, cell)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS _direction (
+  series INTEGER NOT NULL, level_s INTEGER NOT NULL, cell INTEGER NOT NULL,
+  count INTEGER NOT NULL, cos REAL NOT NULL, sin REAL NOT NULL,
   PRIMARY KEY (series, level_s, cell)) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS _stale (
   id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL, window INTEGER NOT NULL,

@@ -7,10 +7,10 @@
 
 use super::{Reader, Source, has_group, select_list};
 use crate::error::{Result, StoreError};
-use crate::history::rollup::{Cell, LEVELS_S, WINDOW_US, merge_into, number, window};
-use crate::history::{Extent, GroupKey, MonthKey};
+use crate::history::rollup::{Cell, Direction, LEVELS_S, WINDOW_US, merge_into, number, window};
+use crate::history::{Column, Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
-use rusqlite::{Connection, OptionalExtension as _};
+use rusqlite::{Connection, OptionalExtension as _, Row};
 
 /// Most buckets of an answer.
 const MAX_BUCKETS: usize = 100_000;
@@ -28,7 +28,7 @@ pub struct Bucket {
     pub min: f64,
     /// The greatest value.
     pub max: f64,
-    /// The mean value.
+    /// The mean value; of angles that of their directions.
     pub mean: f64,
     /// The first value.
     pub first: f64,
@@ -60,6 +60,7 @@ impl Reader {
         count: usize,
     ) -> Result<Buckets> {
         let (grid, cells) = self.cells(source, field, range, count)?;
+        let circle = self.table(&source.message)?.column(field).and_then(Column::circle);
         let bucket = |(at, cell): (usize, &Option<Cell>)| {
             cell.map(|cell| Bucket {
                 start_us: grid.origin_us + at as i64 * grid.width_us,
@@ -67,7 +68,7 @@ impl Reader {
                 count: cell.count,
                 min: cell.min,
                 max: cell.max,
-                mean: cell.sum / cell.count as f64,
+                mean: cell.mean(circle),
                 first: cell.first,
                 last: cell.last,
             })
@@ -87,7 +88,7 @@ impl Reader {
     ) -> Result<(Grid, Vec<Option<Cell>>)> {
         let group = self.group(source)?;
         let column = self.table(&source.message)?.column(field).filter(|column| column.is_number());
-        let Some(name) = column.map(|column| column.name) else {
+        let Some((name, circle)) = column.map(|column| (column.name, column.circle())) else {
             let problem = format!("{} has no field `{field}` that holds numbers", source.message);
             return Err(StoreError::Query(problem));
         };
@@ -111,7 +112,8 @@ impl Reader {
                         table.desc.abbrev
                     );
                     let series = series(connection, group, name)?;
-                    let mut month = MonthCells { connection, group, series, raw, grid, cells: &mut cells };
+                    let mut month =
+                        MonthCells { connection, group, series, circle, raw, grid, cells: &mut cells };
                     month.read(part)?;
                 }
                 snapshot.finish()
@@ -200,6 +202,8 @@ struct MonthCells<'m> {
     connection: &'m Connection,
     group: GroupKey,
     series: Option<i64>,
+    /// Once around, of angles.
+    circle: Option<f64>,
     raw: String,
     grid: Grid,
     cells: &'m mut [Option<Cell>],
@@ -250,26 +254,31 @@ impl MonthCells<'_> {
 
     fn rolled(&mut self, level: usize, first: i64, end: i64) -> rusqlite::Result<()> {
         let Some(series) = self.series else { return Ok(()) };
-        let mut statement = self.connection.prepare_cached(
-            "SELECT cell,first_us,count,min,max,sum,first,last FROM _rollup \
-             WHERE series=?1 AND level_s=?2 AND cell>=?3 AND cell<?4",
-        )?;
+        let level_us = LEVELS_S[level] * 1_000_000;
+        if self.circle.is_some() && !self.has_directions()? {
+            return self.samples(first * level_us, end * level_us);
+        }
+        let connection = self.connection;
+        let mut statement =
+            connection.prepare_cached(if self.circle.is_some() { ANGLES } else { NUMBERS })?;
         let mut rows = statement.query((series, LEVELS_S[level], first, end))?;
         while let Some(row) = rows.next()? {
-            let at_us = row.get::<_, i64>(0)? * LEVELS_S[level] * 1_000_000;
-            let count: i64 = row.get(2)?;
-            let cell = Cell {
-                first_us: row.get(1)?,
-                count: count.cast_unsigned(),
-                min: row.get(3)?,
-                max: row.get(4)?,
-                sum: row.get(5)?,
-                first: row.get(6)?,
-                last: row.get(7)?,
-            };
-            merge_into(&mut self.cells[self.grid.at(at_us)], &cell);
+            let at_us = row.get::<_, i64>(0)? * level_us;
+            let cell = cell(row)?;
+            if self.circle.is_some() && cell.direction.is_none() {
+                self.samples(at_us, at_us + level_us)?;
+            } else {
+                merge_into(&mut self.cells[self.grid.at(at_us)], &cell);
+            }
         }
         Ok(())
+    }
+
+    /// Whether the month keeps directions: version 0.1.0 made months without.
+    fn has_directions(&self) -> rusqlite::Result<bool> {
+        self.connection
+            .prepare_cached("SELECT 1 FROM sqlite_master WHERE type='table' AND name='_direction'")?
+            .exists(())
     }
 
     fn samples(&mut self, from_us: i64, to_us: i64) -> rusqlite::Result<()> {
@@ -281,9 +290,32 @@ impl MonthCells<'_> {
         while let Some(row) = rows.next()? {
             if let Some(value) = number(row.get_ref(1)?) {
                 let time_us = row.get(0)?;
-                merge_into(&mut self.cells[self.grid.at(time_us)], &Cell::of(time_us, value));
+                merge_into(&mut self.cells[self.grid.at(time_us)], &Cell::of(time_us, value, self.circle));
             }
         }
         Ok(())
     }
+}
+
+const NUMBERS: &str = "SELECT cell,first_us,count,min,max,sum,first,last,NULL,NULL FROM _rollup \
+     WHERE series=?1 AND level_s=?2 AND cell>=?3 AND cell<?4 ORDER BY cell";
+
+/// A direction that is not of the same samples counts for nothing: a version that knew of none rolled up again.
+const ANGLES: &str = "SELECT r.cell,r.first_us,r.count,r.min,r.max,r.sum,r.first,r.last,d.cos,d.sin FROM _rollup r \
+     LEFT JOIN _direction d ON d.series=r.series AND d.level_s=r.level_s AND d.cell=r.cell AND d.count=r.count \
+     WHERE r.series=?1 AND r.level_s=?2 AND r.cell>=?3 AND r.cell<?4 ORDER BY r.cell";
+
+/// A row of [`NUMBERS`] or [`ANGLES`].
+fn cell(row: &Row<'_>) -> rusqlite::Result<Cell> {
+    let direction = row.get::<_, Option<f64>>(8)?.zip(row.get(9)?);
+    Ok(Cell {
+        first_us: row.get(1)?,
+        count: row.get::<_, i64>(2)?.cast_unsigned(),
+        min: row.get(3)?,
+        max: row.get(4)?,
+        sum: row.get(5)?,
+        first: row.get(6)?,
+        last: row.get(7)?,
+        direction: direction.map(|(cos, sin)| Direction { cos, sin }),
+    })
 }

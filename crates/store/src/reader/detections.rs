@@ -1,6 +1,6 @@
 //! Tags that were heard: what the history's rows tell, understood by the crate `detections`.
 
-use super::events::{Question, Told};
+use super::events::{EventRow, Question};
 use super::{Cell, Order, Page, Paged, Reader, Row};
 use crate::error::Result;
 use crate::history::GroupKey;
@@ -76,7 +76,7 @@ pub struct DetectionsWanted {
     pub tags: Vec<TagFilter>,
 }
 
-impl Told for Detection {
+impl EventRow for Detection {
     const MESSAGES: &'static [(&'static str, &'static [&'static str])] =
         &[("Event", &EVENT_FIELDS), ("TBRFishTag", &TAG_FIELDS)];
     // Two in truth; more where a clock stood still.

@@ -51,8 +51,8 @@ impl Reader {
         self.events(&Question { systems, range, order }, page, |_: &LogEntry| true)
     }
 
-    /// A page of what messages of some kinds tell, of all entities: by time, and within a time as [`Told`] has it.
-    pub(super) fn events<T: Told>(
+    /// A page of what messages of some kinds tell, of all entities: by time, and within a time as [`EventRow`] has it.
+    pub(super) fn events<T: EventRow>(
         &mut self,
         &Question { systems, range, order }: &Question<'_>,
         page: Page,
@@ -115,7 +115,7 @@ impl Reader {
 }
 
 /// Something that messages tell.
-pub(super) trait Told: Sized {
+pub(super) trait EventRow: Sized {
     /// Messages by name, with the fields that are read of each, in this order.
     const MESSAGES: &'static [(&'static str, &'static [&'static str])];
     /// How many of one time are looked at together.
@@ -155,7 +155,7 @@ struct Answer<T, W> {
     read: usize,
 }
 
-impl<T: Told, W: Fn(&T) -> bool> Answer<T, W> {
+impl<T: EventRow, W: Fn(&T) -> bool> Answer<T, W> {
     /// Counts a message that is read; whether the page goes on to it.
     fn read(&mut self, time_us: i64) -> rusqlite::Result<ControlFlow<()>> {
         self.read += 1;
@@ -202,7 +202,7 @@ impl<T: Told, W: Fn(&T) -> bool> Answer<T, W> {
     }
 }
 
-impl Told for LogEntry {
+impl EventRow for LogEntry {
     const MESSAGES: &'static [(&'static str, &'static [&'static str])] = &[("LogBookEntry", &LOG_FIELDS)];
     // Each stands for itself, in the order in which the history keeps them.
     const TOGETHER: usize = 1;

@@ -10,7 +10,7 @@ mod events;
 mod page;
 mod samples;
 mod silence;
-mod then;
+mod snapshot;
 mod track;
 
 pub use buckets::{Bucket, Buckets};
@@ -19,7 +19,7 @@ pub use detections::DetectionsWanted;
 pub use events::LogEntry;
 pub use page::{Next, Order, Page, Paged};
 pub use samples::{Cell, Row, Samples};
-pub use then::{Last, Then};
+pub use snapshot::{Last, Snapshot};
 pub use track::{Track, TrackPoint};
 
 use crate::error::{Named as _, Result, StoreError};

@@ -5,7 +5,7 @@ use crate::support::{OTTER, START_US, accept, accept_link, dump, packet, state, 
 use std::fs;
 use std::path::Path;
 use store::{
-    Committed, Door, Health, Reader, Retention, Source, Store, StoreError, TimeRange, doctor, reindex,
+    Committed, Health, Reader, Retention, Source, Store, StoreError, TimeRange, Transport, doctor, reindex,
 };
 
 const DAY_US: i64 = 86_400_000_000;
@@ -17,10 +17,10 @@ fn fill(folder: &Path) -> Vec<String> {
     let mut store = Store::open(folder).unwrap();
     for at in 0..600_i64 {
         let (time_us, received_us) = (START_US - at * DAY_US / 15, START_US + at % 3 * DAY_US);
-        accept(&mut store, &temperature(time_us, at as f32), received_us, Door::Tcp);
+        accept(&mut store, &temperature(time_us, at as f32), received_us, Transport::Tcp);
         accept_link(&mut store, &packet(time_us, 39, &state(at as f32)), received_us, at as u64);
         if at % 50 == 0 {
-            accept(&mut store, &temperature(time_us, at as f32), received_us + DAY_US, Door::Tcp);
+            accept(&mut store, &temperature(time_us, at as f32), received_us + DAY_US, Transport::Tcp);
         }
     }
     store.commit().unwrap();
@@ -47,9 +47,9 @@ fn made_again(damage: impl Fn(&Path), named: &str) {
     let mut store = Store::open_at_once(folder.path()).unwrap();
     assert_eq!(store.durable(7), Some(599));
     let notes = store.repairs().notes.join("; ");
-    assert!(notes.contains(named), "{named} is not told: {notes:?}");
+    assert!(notes.contains(named), "{named} is not reported: {notes:?}");
     // A repeat of what came first; it stands in the archive already.
-    accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Door::Tcp);
+    accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Transport::Tcp);
     let told = until_whole(&mut store);
     assert!(told.iter().all(|text| text.contains("made again from the archive")), "{told:?}");
     store.settle().unwrap();
@@ -110,7 +110,7 @@ fn damage_that_is_met_while_writing_is_mended_without_a_restart() {
     bytes[8192..].fill(0xA5);
     fs::write(&month, bytes).unwrap();
     let mut store = Store::open_at_once(folder.path()).unwrap();
-    accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Door::Tcp);
+    accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Transport::Tcp);
     until_whole(&mut store);
     store.settle().unwrap();
     assert!(dump(folder.path()) == before);

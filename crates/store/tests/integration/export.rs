@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::num::NonZeroI64;
 use std::path::Path;
 use store::{
-    Angles, CsvOptions, Door, Selection, Shape, Store, TimeRange, describe_csv, export_csv, export_lsf,
+    Angles, CsvOptions, Selection, Shape, Store, TimeRange, Transport, describe_csv, export_csv, export_lsf,
 };
 
 const OTHER: Address = Address(0x2811);
@@ -34,7 +34,7 @@ fn small() -> tempfile::TempDir {
         packet_of(OTHER, second(2), 5, &Temperature { value: 1.5 }),
     ];
     for packet in &packets {
-        accept(&mut store, packet, second(10), Door::Tcp);
+        accept(&mut store, packet, second(10), Transport::Tcp);
     }
     store.close().unwrap();
     folder
@@ -168,7 +168,7 @@ fn what_the_catalogue_does_not_explain_comes_out_as_it_came() {
         unknown(OTTER, 5, &[]),
     ];
     for packet in &said {
-        accept(&mut store, packet, second(10), Door::Tcp);
+        accept(&mut store, packet, second(10), Transport::Tcp);
     }
     store.close().unwrap();
     let table = csv(folder.path(), &messages(&["_raw"]), CsvOptions::default());
@@ -284,14 +284,14 @@ fn many_series_come_in_order_of_time_whole() {
             &mut store,
             &packet(START_US + at * 50_000, 1, &Temperature { value: at as f32 }),
             START_US,
-            Door::Tcp,
+            Transport::Tcp,
         );
         expected += 1;
         if at % 100 == 0 {
             // A burst of one microsecond, from many entities.
             for entity in 10..40 {
                 let other = packet_of(OTHER, START_US + at * 50_000, entity, &EulerAngles::default());
-                accept(&mut store, &other, START_US, Door::Tcp);
+                accept(&mut store, &other, START_US, Transport::Tcp);
                 expected += 1;
             }
         }
@@ -337,12 +337,12 @@ fn sailing() -> tempfile::TempDir {
     for at in 0..10 {
         let time_us = START_US + at * 500_000 + 20_000;
         let state = EstimatedState { lat: 1.1, lon: 0.18, x: at as f32 * 100.0, ..EstimatedState::default() };
-        accept(&mut store, &packet(time_us, 5, &state), time_us, Door::Tcp);
-        accept(&mut store, &temperature(time_us, 8.0), time_us, Door::Tcp);
+        accept(&mut store, &packet(time_us, 5, &state), time_us, Transport::Tcp);
+        accept(&mut store, &temperature(time_us, 8.0), time_us, Transport::Tcp);
     }
     let tag = |unix_timestamp, millis| TBRFishTag { unix_timestamp, millis, ..TBRFishTag::default() };
     for (at, tag) in [(20, tag(1_795_248_000, 7)), (21, tag(77, 0))] {
-        accept(&mut store, &packet(second(at), 9, &tag), second(at), Door::Tcp);
+        accept(&mut store, &packet(second(at), 9, &tag), second(at), Transport::Tcp);
     }
     store.close().unwrap();
     folder
@@ -411,7 +411,7 @@ fn the_size_of_a_table_is_told_before_it_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
     for at in 0..6_000 {
-        accept(&mut store, &temperature(second(at), 8.0 + at as f32 / 1_000.0), second(at), Door::Tcp);
+        accept(&mut store, &temperature(second(at), 8.0 + at as f32 / 1_000.0), second(at), Transport::Tcp);
     }
     store.close().unwrap();
     for every_us in [None, NonZeroI64::new(2_000_000)] {

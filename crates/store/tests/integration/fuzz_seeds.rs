@@ -1,6 +1,6 @@
 //! The fuzz target's body over its committed seeds and over everything it ever found.
 //!
-//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written anew.
+//! The seeds are this file's own: with LUTRA_WRITE_SEEDS set they are written again.
 
 #[path = "../../../../fuzz/bodies/store.rs"]
 mod bodies;
@@ -9,7 +9,7 @@ use bodies::{PACKETS, START_S, packet};
 use proptest::prelude::*;
 use std::fs;
 use std::sync::LazyLock;
-use store::{Accepted, Door, LinkSeq, Store};
+use store::{Accepted, LinkSeq, Store, Transport};
 use units::UtcTime;
 
 /// The sidecar that a store writes beside the packets, which have these numbers.
@@ -19,7 +19,7 @@ fn sidecar(numbers: [Option<u64>; PACKETS as usize]) -> Vec<u8> {
     for (at, seq) in (0..).zip(numbers) {
         let received = UtcTime::from_seconds(START_S + at as f64 * 0.7).unwrap();
         let link = seq.map(|seq| LinkSeq { stream: 7, seq });
-        store.accept(&Accepted { packet: &packet(at), received, door: Door::Link, link }).unwrap();
+        store.accept(&Accepted { packet: &packet(at), received, transport: Transport::Link, link }).unwrap();
         store.commit().unwrap();
     }
     store.close().unwrap();

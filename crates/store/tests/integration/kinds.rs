@@ -5,7 +5,7 @@ use detections::{Detection, Origin, Protocol};
 use imc::catalogue::{self, FieldKind, MESSAGES};
 use imc::messages::{LogBookEntry, LogBookEntryType, PowerChannelState, TBRFishTag, Temperature};
 use imc::{Header, PacketView};
-use store::{Cell, Door, Order, Page, Reader, Source, Store, TimeRange};
+use store::{Cell, Order, Page, Reader, Source, Store, TimeRange, Transport};
 
 fn header(time_us: i64) -> Header {
     Header { timestamp: utc(time_us).seconds(), src: OTTER, src_ent: 9, ..Header::default() }
@@ -47,7 +47,7 @@ fn every_flat_message_of_the_catalogue_is_stored() {
     assert!(flat.len() > 250);
     for desc in &flat {
         let bytes = raw(false, desc.id, &header(START_US), &vec![0; desc.min_bytes()]);
-        accept(&mut store, &bytes, START_US, Door::Tcp);
+        accept(&mut store, &bytes, START_US, Transport::Tcp);
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
@@ -104,8 +104,8 @@ fn unknown_and_damaged_messages_are_kept_raw_and_once() {
     // Half of a field: no sender's layout.
     let damaged = raw(false, 263, &header(START_US), &[1, 2]);
     for _ in 0..2 {
-        accept(&mut store, &unknown, START_US, Door::Tcp);
-        accept(&mut store, &damaged, START_US, Door::Tcp);
+        accept(&mut store, &unknown, START_US, Transport::Tcp);
+        accept(&mut store, &damaged, START_US, Transport::Tcp);
         store.commit().unwrap();
     }
     let connection = rusqlite::Connection::open(folder.path().join("history/2026-11.sqlite")).unwrap();
@@ -128,14 +128,14 @@ fn big_endian_senders_and_strange_values_are_read() {
     let mut store = Store::open(folder.path()).unwrap();
     let big = raw(true, 263, &header(START_US), &8.5_f32.to_be_bytes());
     assert_eq!(PacketView::new(&big).unwrap().order(), imc::ByteOrder::Big);
-    accept(&mut store, &big, START_US, Door::Tcp);
+    accept(&mut store, &big, START_US, Transport::Tcp);
     for (second, value) in [(1, f32::NAN), (2, f32::INFINITY), (3, f32::MIN_POSITIVE)] {
         let time_us = START_US + second * 1_000_000;
-        accept(&mut store, &packet(time_us, 9, &Temperature { value }), START_US, Door::Tcp);
+        accept(&mut store, &packet(time_us, 9, &Temperature { value }), START_US, Transport::Tcp);
     }
     let name = imc::Text::from_bytes([b'a', 0, 0xFF]);
     let channel = PowerChannelState { name, ..PowerChannelState::default() };
-    accept(&mut store, &packet(START_US, 9, &channel), START_US, Door::Tcp);
+    accept(&mut store, &packet(START_US, 9, &channel), START_US, Transport::Tcp);
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
     let cells = |reader: &mut Reader, message, field| -> Vec<Cell> {
@@ -157,10 +157,10 @@ fn times_that_cannot_be_are_kept_apart_and_once() {
     let mut store = Store::open(folder.path()).unwrap();
     let not_a_time = raw(false, 263, &Header { timestamp: f64::NAN, ..header(0) }, &1.0_f32.to_le_bytes());
     for received_us in [START_US, START_US + 40 * 86_400_000_000] {
-        accept(&mut store, &not_a_time, received_us, Door::Tcp);
-        accept(&mut store, &temperature(12_000_000, 2.0), received_us, Door::Tcp);
-        accept(&mut store, &temperature(START_US * 4, 3.0), received_us, Door::Tcp);
-        accept(&mut store, &temperature(START_US, 4.0), received_us, Door::Tcp);
+        accept(&mut store, &not_a_time, received_us, Transport::Tcp);
+        accept(&mut store, &temperature(12_000_000, 2.0), received_us, Transport::Tcp);
+        accept(&mut store, &temperature(START_US * 4, 3.0), received_us, Transport::Tcp);
+        accept(&mut store, &temperature(START_US, 4.0), received_us, Transport::Tcp);
         store.commit().unwrap();
     }
     store.settle().unwrap();
@@ -201,7 +201,7 @@ fn detections_of_both_sizes_and_log_books_are_told() {
         text: "hot".into(),
     };
     for packet in [&new, &old, &packet(START_US, 3, &entry)] {
-        accept(&mut store, packet, START_US, Door::Tcp);
+        accept(&mut store, packet, START_US, Transport::Tcp);
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
@@ -244,16 +244,16 @@ fn what_two_messages_tell_of_a_detection_is_one_on_every_page() {
         if number % 5 == 4 {
             whole.protocol = Protocol::named("OPi");
         }
-        accept(&mut store, &packet(time_us, 9, &whole.report()), arrived_us + 1, Door::Tcp);
+        accept(&mut store, &packet(time_us, 9, &whole.report()), arrived_us + 1, Transport::Tcp);
         if let Some(tag) = whole.fish_tag() {
-            accept(&mut store, &packet(time_us, 9, &tag), arrived_us, Door::Tcp);
+            accept(&mut store, &packet(time_us, 9, &tag), arrived_us, Transport::Tcp);
         }
     };
     for number in 0..20 {
         accept_both(number, START_US + i64::from(number) * 1_000_000);
     }
     let other = imc::messages::Event { topic: "Dive".into(), data: "receiver=1".into() };
-    accept(&mut store, &packet(START_US, 9, &other), START_US, Door::Tcp);
+    accept(&mut store, &packet(START_US, 9, &other), START_US, Transport::Tcp);
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
     let mut ask = |range, came, order, page| reader.detections(None, range, came, order, page).unwrap();
@@ -287,7 +287,7 @@ fn pages_together_hold_everything_once_and_in_order() {
     for number in 0..40_u8 {
         let entry = LogBookEntry { text: format!("{number:03}").into(), ..LogBookEntry::default() };
         let time_us = month_end_us + i64::from(number / 7) * 1_000_000 - 3_000_000;
-        accept(&mut store, &packet(time_us, 3 + number % 2, &entry), time_us, Door::Tcp);
+        accept(&mut store, &packet(time_us, 3 + number % 2, &entry), time_us, Transport::Tcp);
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
@@ -330,7 +330,7 @@ fn absurd_times_do_not_stretch_what_is_dated() {
     let mut store = Store::open(folder.path()).unwrap();
     for time_us in [1_000_000, START_US, START_US + 2_000_000] {
         let temperature = imc::messages::Temperature { value: 4.0 };
-        accept(&mut store, &packet(time_us, 9, &temperature), START_US, Door::Tcp);
+        accept(&mut store, &packet(time_us, 9, &temperature), START_US, Transport::Tcp);
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
@@ -342,4 +342,33 @@ fn absurd_times_do_not_stretch_what_is_dated() {
         let buckets = reader.buckets(&source(9, "Temperature"), "value", range, 10).unwrap().buckets;
         assert_eq!(buckets.iter().map(|bucket| bucket.count).sum::<u64>(), 2, "{range:?}");
     }
+}
+
+/// Newer DUNE says ValidatePlan by the id of TBRFishTag: its type, and a plan within.
+#[test]
+fn a_plan_of_a_newer_dune_makes_no_fish() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let mut plan = vec![0];
+    plan.extend(551_u16.to_le_bytes());
+    plan.extend([0; 300]);
+    for (at, payload) in [&plan[..], &plan[..3], &[0; 36], &[0; 38]].into_iter().enumerate() {
+        let time_us = START_US + at as i64 * 1_000_000;
+        accept(&mut store, &raw(false, 2007, &header(time_us), payload), time_us, Transport::Tcp);
+    }
+    let tag = raw(false, 2007, &header(START_US + 9_000_000), &[1; 37]);
+    accept(&mut store, &tag, START_US, Transport::Tcp);
+    store.commit().unwrap();
+    let mut reader = Reader::open(folder.path()).unwrap();
+    let tags =
+        reader.rows(&source(9, "TBRFishTag"), &["serial_no"], TimeRange::ALL, Page::first(10)).unwrap();
+    assert_eq!(tags.items.len(), 1, "the one that is as long as a tag");
+    let found = reader.detections(None, TimeRange::ALL, None, Order::Oldest, Page::first(10)).unwrap();
+    assert_eq!(found.items.len(), 1);
+    // What it was is kept, with why.
+    let connection = rusqlite::Connection::open(folder.path().join("history/2026-11.sqlite")).unwrap();
+    let mut rows = connection.prepare("SELECT problem FROM _raw WHERE id=2007").unwrap();
+    let problems: Vec<String> = rows.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+    let is_said = |problem: &String| problem.contains("is no TBRFishTag: another message has this id");
+    assert!(problems.len() == 4 && problems.iter().all(is_said), "{problems:?}");
 }

@@ -5,7 +5,7 @@ use imc::lsf::{LogItem, LogReader};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use store::{Door, LogImport, Page, Reader, Source, Store, TimeRange};
+use store::{LogImport, Page, Reader, Source, Store, TimeRange, Transport};
 
 /// Later than everything in the recordings.
 const NOW_US: i64 = START_US + 86_400_000_000;
@@ -105,14 +105,14 @@ fn port_and_starboard_in_one_millisecond_are_both_kept() {
 }
 
 #[test]
-fn what_comes_through_several_doors_is_in_the_history_once() {
+fn what_comes_through_several_transports_is_in_the_history_once() {
     let Some([_, capture, _]) = recordings() else { return };
     let source = packets(&capture);
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
     for (at, packet) in source.iter().enumerate() {
-        accept(&mut store, packet, NOW_US + at as i64, Door::Tcp);
-        accept(&mut store, packet, NOW_US + at as i64 + 1, Door::Proxy);
+        accept(&mut store, packet, NOW_US + at as i64, Transport::Tcp);
+        accept(&mut store, packet, NOW_US + at as i64 + 1, Transport::Proxy);
         if at % 10_000 == 0 {
             store.commit().unwrap();
         }
@@ -184,7 +184,7 @@ fn a_log_comes_in_slices_between_which_vessels_are_heard() {
     let (mut seq, mut told) = (0, None);
     loop {
         // Heard while the import is on its way: one that the log has not brought yet, and numbered records.
-        accept(&mut store, &source[source.len() - 1 - seq as usize], NOW_US, Door::Tcp);
+        accept(&mut store, &source[source.len() - 1 - seq as usize], NOW_US, Transport::Tcp);
         crate::support::accept_link(
             &mut store,
             &crate::support::temperature(START_US + seq as i64, 1.0),

@@ -3,7 +3,7 @@
 use crate::support::*;
 use imc::messages::{Heartbeat, Temperature};
 use proptest::prelude::*;
-use store::{Door, Reader, Store, TimeRange};
+use store::{Reader, Store, TimeRange, Transport};
 use tempfile::TempDir;
 
 const S: i64 = 1_000_000;
@@ -13,7 +13,7 @@ fn heard(times_us: impl IntoIterator<Item = i64>) -> (TempDir, Store) {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
     for time_us in times_us {
-        accept(&mut store, &temperature(START_US + time_us, 8.5), START_US + time_us, Door::Tcp);
+        accept(&mut store, &temperature(START_US + time_us, 8.5), START_US + time_us, Transport::Tcp);
     }
     store.commit().unwrap();
     (folder, store)
@@ -41,7 +41,7 @@ fn a_silence_lies_between_two_packets_whatever_they_say() {
     let other = Reader::open(folder.path()).unwrap().silences(imc::Address(0x2811), TimeRange::ALL).unwrap();
     assert_eq!(other, []);
 
-    // Heartbeats have no fields and no roll-ups, unknown messages no table, and a NaN is no number: all were heard.
+    // Heartbeats have no fields and no roll-ups, unknown messages no table, and a NaN is not a number: all were heard.
     let mut late = vec![packet(START_US + 105 * S, 9, &Heartbeat)];
     late.push(packet(START_US + 112 * S, 6, &Temperature { value: f32::NAN }));
     let mut unknown = packet(START_US + 121 * S, 9, &Heartbeat);
@@ -52,7 +52,7 @@ fn a_silence_lies_between_two_packets_whatever_they_say() {
     unknown[end..].copy_from_slice(&crc.to_le_bytes());
     late.push(unknown);
     for packet in late {
-        accept(&mut store, &packet, START_US + 1_000 * S, Door::Import);
+        accept(&mut store, &packet, START_US + 1_000 * S, Transport::Import);
     }
     store.commit().unwrap();
     assert_eq!(silences(&folder), [(159 * S, 171 * S)], "what came late closes a silence");
@@ -94,7 +94,7 @@ proptest! {
         for (step_s, entity) in steps {
             at += step_s * S;
             times.push(at);
-            accept(&mut store, &packet(START_US + at, entity, &Temperature { value: 1.0 }), START_US, Door::Tcp);
+            accept(&mut store, &packet(START_US + at, entity, &Temperature { value: 1.0 }), START_US, Transport::Tcp);
         }
         store.commit().unwrap();
         let span_s = (at - times[0]) / S;

@@ -2,8 +2,8 @@
 
 use crate::support::{OTTER, START_US, accept, accept_link, archived, dump, packet, state, temperature, utc};
 use store::{
-    Door, Gap, GapKind, Health, Numbers, Outcome, Reader, Retention, Source, Store, StoreError, TimeRange,
-    backup, doctor, reindex,
+    Gap, GapKind, Health, Numbers, Outcome, Reader, Retention, Source, Store, StoreError, TimeRange,
+    Transport, backup, doctor, reindex,
 };
 
 const DAY_US: i64 = 86_400_000_000;
@@ -13,10 +13,10 @@ fn fill(store: &mut Store, samples: i64) {
     for at in 0..samples {
         let time_us = START_US - at * 40 * DAY_US / samples;
         let received_us = START_US + at % 3 * DAY_US;
-        accept(store, &temperature(time_us, at as f32), received_us, Door::Tcp);
+        accept(store, &temperature(time_us, at as f32), received_us, Transport::Tcp);
         accept_link(store, &packet(time_us, 39, &state(at as f32)), received_us, at as u64);
         if at % 100 == 7 {
-            accept(store, &temperature(time_us, at as f32), received_us, Door::Udp);
+            accept(store, &temperature(time_us, at as f32), received_us, Transport::Udp);
             store.commit().unwrap();
         }
     }
@@ -112,7 +112,7 @@ fn old_months_go_and_can_come_back() {
     let left = reader.samples(&source, &["value"], TimeRange::ALL, 1_000).unwrap().time_us;
     assert!(left.iter().all(|time_us| *time_us >= november.micros()) && left.len() > 50);
     // It goes on working, and the archive brings them back.
-    accept(&mut store, &temperature(START_US + 5, 1.0), START_US, Door::Tcp);
+    accept(&mut store, &temperature(START_US + 5, 1.0), START_US, Transport::Tcp);
     store.commit().unwrap();
     store.close().unwrap();
     reindex(folder.path(), false, &mut |_| true).unwrap();
@@ -130,7 +130,7 @@ fn a_backup_opens_as_a_store_while_the_writer_goes_on() {
     assert_eq!((again.copied, again.linked), (0, 0));
     let archive = archived(folder.path(), OTTER);
     // What comes after the copy is not part of it.
-    accept(&mut store, &temperature(START_US + 77, 5.0), START_US + 2 * DAY_US, Door::Tcp);
+    accept(&mut store, &temperature(START_US + 77, 5.0), START_US + 2 * DAY_US, Transport::Tcp);
     store.commit().unwrap();
     let mut restored = Store::open(copy.path()).unwrap();
     restored.settle().unwrap();
@@ -148,7 +148,7 @@ fn the_doctor_finds_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
     fill(&mut store, 300);
-    accept(&mut store, &temperature(1_000, 1.0), START_US, Door::Tcp);
+    accept(&mut store, &temperature(1_000, 1.0), START_US, Transport::Tcp);
     store.close().unwrap();
     let look = |now_us| doctor(folder.path(), utc(now_us), true, &mut |_| true).unwrap();
     let found = |name: &str, text: &str| {
@@ -160,7 +160,7 @@ fn the_doctor_finds_what_is_wrong() {
     assert_eq!(found("writer", "no process"), Health::Good);
     assert!(look(START_US).iter().all(|check| check.health < Health::Problem));
     assert!(look(START_US - DAY_US).iter().any(|check| check.found.contains("ahead of this clock")));
-    // A flipped bit inside the archive, and a database that is none.
+    // A flipped bit inside the archive, and a file that is not a database.
     let data = folder.path().join("archive/0x2810/20261121/Data.lsf");
     let mut bytes = std::fs::read(&data).unwrap();
     bytes[100] ^= 1;
@@ -196,8 +196,8 @@ fn the_documented_questions_have_answers() {
     let mut store = Store::open(folder.path()).unwrap();
     for at in 0..20 {
         let time_us = START_US + at * 1_000_000;
-        accept(&mut store, &temperature(time_us, at as f32), time_us, Door::Tcp);
-        accept(&mut store, &packet(time_us, 39, &state(at as f32)), time_us, Door::Tcp);
+        accept(&mut store, &temperature(time_us, at as f32), time_us, Transport::Tcp);
+        accept(&mut store, &packet(time_us, 39, &state(at as f32)), time_us, Transport::Tcp);
     }
     store.commit().unwrap();
     store.settle().unwrap();
@@ -279,7 +279,7 @@ fn neighbouring_gaps_are_one_and_a_day_has_only_so_many() {
     let last = START_US - 249 * 1_000_000;
     assert!(
         many.iter().any(|gap| gap.from <= utc(last) && gap.to > utc(last)),
-        "the last is not told at all"
+        "the last is not reported at all"
     );
     let bytes = std::fs::metadata(folder.path().join("archive/gaps.jsonl")).unwrap().len();
     assert!(bytes < 100 * 400, "{bytes} bytes");
@@ -321,4 +321,51 @@ fn a_gap_is_no_longer_than_time_and_ends_where_a_record_comes() {
     let unknown = Gap { from: utc(0), to: utc(0), ..lost(100, 110, 0) };
     store.declare_gap(&unknown).unwrap();
     assert!(gaps(folder.path()).iter().any(|gap| gap.from == utc(START_US) && gap.to == utc(START_US)));
+}
+
+/// Headings about south: half of them are a little less than half a turn to starboard, half to port.
+#[test]
+fn headings_about_south_are_south_on_average_also_in_a_history_of_before() {
+    use std::f64::consts::PI;
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..3_600_i64 {
+        let psi = if at % 2 == 0 { PI - 0.02 } else { 0.02 - PI };
+        let angles = imc::messages::EulerAngles { psi, ..imc::messages::EulerAngles::default() };
+        let time_us = START_US + at * 1_000_000;
+        accept(&mut store, &packet(time_us, 1, &angles), time_us, Transport::Tcp);
+    }
+    store.commit().unwrap();
+    store.settle().unwrap();
+    let source = Source { system: OTTER, entity: 1, message: "EulerAngles".to_owned() };
+    let means = || {
+        let mut reader = Reader::open(folder.path()).unwrap();
+        let found =
+            [6, 60, 3_600].map(|count| reader.buckets(&source, "psi", TimeRange::ALL, count).unwrap());
+        found.map(|found| found.buckets.iter().map(|bucket| (bucket.count, bucket.mean)).collect::<Vec<_>>())
+    };
+    let [hour, minutes, seconds] = means();
+    for (_, mean) in hour.iter().chain(&minutes) {
+        assert!((mean.abs() - PI).abs() < 1e-9, "{mean} is not south");
+    }
+    assert!(hour.len() >= 6 && minutes.len() >= 60 && seconds.iter().all(|(_, mean)| mean.abs() > 3.0));
+    store.close().unwrap();
+    // Version 0.1.0 kept no directions: there the samples are asked.
+    let month = folder.path().join("history/2026-11.sqlite");
+    for sql in [
+        "DELETE FROM _direction WHERE cell % 3 = 0",
+        "UPDATE _direction SET count=1",
+        "DROP TABLE _direction",
+    ] {
+        rusqlite::Connection::open(&month).unwrap().execute_batch(sql).unwrap();
+        for (before, after) in [&hour, &minutes, &seconds].into_iter().zip(&means()) {
+            let same = |(one, other): (&(u64, f64), &(u64, f64))| {
+                one.0 == other.0 && (one.1.abs() - other.1.abs()).abs() < 1e-9
+            };
+            assert!(
+                before.len() == after.len() && before.iter().zip(after).all(same),
+                "{sql}: {before:?} {after:?}"
+            );
+        }
+    }
 }

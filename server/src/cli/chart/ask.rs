@@ -62,7 +62,7 @@ pub(super) struct CorridorArguments {
 pub(in crate::cli) fn place(text: &str) -> Result<LatLon, String> {
     let (lat, lon) = text.split_once(',').ok_or("write LAT,LON in degrees, like 63.4517,10.3834")?;
     let number =
-        |text: &str| text.trim().parse::<f64>().map_err(|_| format!("{text:?} is no number of degrees"));
+        |text: &str| text.trim().parse::<f64>().map_err(|_| format!("{text:?} is not a number of degrees"));
     LatLon::from_deg(number(lat)?, number(lon)?).map_err(|error| error.to_string())
 }
 

@@ -60,7 +60,7 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
     let path = Path::new(name);
     if !path.exists() {
         let Ok(id) = name.parse() else {
-            bail!("{name}: there is no such file, and it is no number of a plan");
+            bail!("{name}: there is no such file, and it is not a number of a plan");
         };
         let load = plans::Load { id, revision: None };
         let row = identity::with(&config.data, async |db| load.run(db).await)?.filter(|row| !row.deleted);

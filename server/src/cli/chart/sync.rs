@@ -7,7 +7,7 @@ use api::VesselChart;
 use clap::Args;
 use imc::Address;
 use serde_json::json;
-use shore::charts::{ChartsAboard, Parcel};
+use shore::charts::{ChartPackage, ChartsAboard};
 use shore::clock;
 use shore::identity::{Connection, Fault, Request as _, vessels, with};
 use std::collections::BTreeMap;
@@ -36,12 +36,11 @@ pub(super) struct SyncArguments {
 
 pub(super) fn sync(db: &Path, config: &Config, json: bool, arguments: &SyncArguments) -> anyhow::Result<()> {
     let loaded = chartdb::load_index(db)?;
-    let parcel = Parcel::open(db, &loaded).with_context(|| {
-        format!("{} cannot be sent: make its folder writable", chartdb::index_path(db).display())
-    })?;
-    let offer = parcel.offer();
-    let vessels = vessels_of(config, &parcel, arguments.vessel.as_deref())?;
-    let copied = arguments.to.as_deref().map(|folder| copy(&parcel, folder)).transpose()?;
+    let package = ChartPackage::open(db, &loaded)
+        .with_context(|| format!("{} cannot be read", chartdb::index_path(db).display()))?;
+    let offer = package.offer();
+    let vessels = vessels_of(config, &package, arguments.vessel.as_deref())?;
+    let copied = arguments.to.as_deref().map(|folder| copy(&package, folder)).transpose()?;
     if json {
         let list: Vec<_> = vessels
             .iter()
@@ -73,7 +72,7 @@ pub(super) fn sync(db: &Path, config: &Config, json: bool, arguments: &SyncArgum
 type Vessels = BTreeMap<u16, (Option<String>, VesselChart)>;
 
 /// The vessels that have names and those that told of their charts.
-fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::Result<Vessels> {
+fn vessels_of(config: &Config, package: &ChartPackage, only: Option<&str>) -> anyhow::Result<Vessels> {
     // A database that is not there yet names nobody.
     let (named, only) = if config.data.join("app.db").exists() {
         with(&config.data, async |db| known(db, only).await)?
@@ -84,7 +83,7 @@ fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::R
     let names: BTreeMap<u16, String> = named.into_iter().map(|one| (one.address, one.name)).collect();
     let addresses = aboard.vessels().into_iter().chain(names.keys().copied()).chain(only);
     let told = addresses.filter(|address| only.is_none_or(|only| only == *address)).map(|address| {
-        let chart = aboard.chart(Address(address), Some(parcel.digest()));
+        let chart = aboard.chart(Address(address), Some(package.digest()));
         (address, (names.get(&address).cloned(), chart))
     });
     Ok(told.collect())
@@ -111,11 +110,11 @@ fn line(address: u16, name: Option<&str>, chart: &VesselChart) -> String {
     }
 }
 
-fn copy(parcel: &Parcel, folder: &Path) -> anyhow::Result<PathBuf> {
+fn copy(package: &ChartPackage, folder: &Path) -> anyhow::Result<PathBuf> {
     ensure!(folder.is_dir(), "{} is no folder; give one that is there by --to", folder.display());
     let path = folder.join(FILE);
-    let same = path.canonicalize().ok().is_some_and(|path| parcel.path().canonicalize().ok() == Some(path));
+    let same = path.canonicalize().ok().is_some_and(|path| package.path().canonicalize().ok() == Some(path));
     ensure!(!same, "{} is the server's own; give the folder of a medium by --to", path.display());
-    parcel.copy(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    package.copy(&path).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(path)
 }

@@ -211,7 +211,7 @@ mod tests {
             assert_eq!(config.report().counts(), ::config::Counts::default(), "{}", config.report());
             assert_eq!((config.vehicle(), config.address()), (&*otter.name, Some(otter.address.0)));
             let open = [&transport::udp::UDP, &transport::tcp::SERVER, &transport::announce::ANNOUNCE];
-            assert!(open.into_iter().all(|door| config.running(door).next().is_none()));
+            assert!(open.into_iter().all(|transport| config.running(transport).next().is_none()));
             config
         };
         for otter in &otters(3) {

@@ -48,7 +48,7 @@ impl fmt::Display for Guide<'_> {
             item(format!("{}?tab=Link+loss", vessel(otter)), &words)?;
         }
         item(
-            format!("{url}/admin/doors"),
+            format!("{url}/admin/connections"),
             "who is connected; next to it storage, people, tokens and the audit log",
         )
     }

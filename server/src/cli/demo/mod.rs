@@ -54,7 +54,7 @@ const USUAL: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Add
 /// Ports after a taken one that are tried.
 const NEXT_PORTS: u16 = 20;
 /// What the server logs: not that links go down when the demo ends the agents, and of an agent's own end it tells.
-const LOG: &str = "warn,server::doors::link=error";
+const LOG: &str = "warn,server::transports::link=error";
 /// How long an end by the clock waits for all Otters to sail.
 const LONGEST_START: Duration = Duration::from_mins(1);
 /// Who may log in.

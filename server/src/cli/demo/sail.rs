@@ -7,7 +7,7 @@ use crate::cli::say::say;
 use api::{Command, Liveness, Update};
 use imc::Address;
 use imc::messages::PlanSpecification;
-use operations::{LeaseAsk, Order};
+use operations::{LeaseRequest, Order};
 use shore::commands::Issuer;
 use shore::{Changes, Shore, Wanted, clock};
 use std::collections::BTreeSet;
@@ -159,7 +159,8 @@ impl Seen {
         let is = |state: &str| plan.is_some_and(|plan| meaning(plan, "state") == Some(state));
         let failed = last("PlanControl").filter(|reply| meaning(reply, "type") == Some("FAILURE"));
         Self {
-            linked: system.liveness == Liveness::Live && system.doors.iter().any(|door| door == "link"),
+            linked: system.liveness == Liveness::Live
+                && system.transports.iter().any(|transport| transport == "link"),
             executes: plan.filter(|_| is("EXECUTING")).and_then(|plan| text(plan, "plan_id")),
             is_ready: is("READY"),
             refusal: failed.and_then(|reply| text(reply, "info")),
@@ -282,11 +283,11 @@ impl Watch {
         let (commands, vessel) = (self.crew.shore.commands.clone(), self.otter.address);
         let by = Issuer { window: format!("demo-{}", self.otter.name), ..self.crew.by.clone() };
         let reason = "the demo gives it its plan";
-        let lease = commands.ask_lease(vessel, by.clone(), LeaseAsk::Request(reason.to_owned()), reason);
+        let lease = commands.ask_lease(vessel, by.clone(), LeaseRequest::Request(reason.to_owned()), reason);
         lease.await?;
         let begun = self.order(&by).await;
         // Whoever wants it need not ask for it.
-        commands.ask_lease(vessel, by, LeaseAsk::Release, "").await?;
+        commands.ask_lease(vessel, by, LeaseRequest::Release, "").await?;
         begun
     }
 

@@ -8,7 +8,7 @@ use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, Router};
+use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -60,6 +60,9 @@ pub(super) struct RouteArguments {
     /// Corners are joined where legs would be shorter (m).
     #[arg(long, value_name = "M", default_value_t = 15.0)]
     least_leg: f64,
+    /// Turning radius of the vessel (m): turns keep the depth and distance too, or are warned of [default: not known].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    turn_radius: Option<f64>,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
@@ -100,6 +103,8 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     for (name, value) in [("--move-up-to", arguments.move_up_to), ("--least-leg", arguments.least_leg)] {
         ensure!(value >= 0.0 && value.is_finite(), "{name}: give a length of 0 m or more");
     }
+    let radius = arguments.turn_radius.unwrap_or(0.0);
+    ensure!((0.0..=2_000.0).contains(&radius), "--turn-radius: give a radius of 0 to 2000 m");
     let format = arguments.out.as_deref().map(format).transpose()?;
     let config = common.load(Vec::new())?;
     let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
@@ -129,6 +134,7 @@ impl Terms<'_> {
         let demand = Demand {
             water_level_m: self.arguments.water_level,
             air_draught_m: limits.air_draught_m,
+            entry: limits.entry,
             position_m: if clearance_m.is_some() { 0.0 } else { limits.position_m },
             trust: if self.arguments.errors {
                 ChartTrust::AllErrors(ChartTrust::STANDARD)
@@ -141,8 +147,9 @@ impl Terms<'_> {
     }
 
     fn request(&self, from: LatLon, to: LatLon) -> Request {
-        let RouteArguments { move_up_to, least_leg, .. } = self.arguments;
-        Request { move_up_to_m: *move_up_to, least_leg_m: *least_leg, ..Request::new(from, to) }
+        let RouteArguments { move_up_to, least_leg, turn_radius, .. } = self.arguments;
+        let plain = Request::new(from, to);
+        Request { move_up_to_m: *move_up_to, least_leg_m: *least_leg, turn_radius_m: *turn_radius, ..plain }
     }
 
     fn one(&self, format: Option<Format>) -> anyhow::Result<()> {
@@ -187,16 +194,17 @@ impl Terms<'_> {
         let passable = no_way.then(|| self.router.passable(&ends, needs, &Cancel::never())).transpose()?;
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
-            if let Some(Passable { depth_m, clearance_m }) = passable {
+            if let Some(Passable { depth_m, clearance_m, by_rule_alone }) = passable {
+                value["passable_by_rule_alone"] = json!(by_rule_alone);
                 value["passable_depth_m"] = json!(depth_m);
                 value["passable_clearance_m"] = json!(clearance_m);
             }
             say!("{value}");
         }
         let depth = passable.and_then(|passable| passable.depth_m);
-        let depth = depth.map(|depth_m| format!("; there is one with --min-depth {depth_m:.1}"));
-        let clearance = passable.and_then(|passable| passable.clearance_m).map(f64::floor);
-        let clearance = clearance.map(|clear_m| format!("; there is one with --clearance {clear_m:.0}"));
+        let depth = depth.map(|depth_m| format!("; there is one with --min-depth {depth_m}"));
+        let clearance = passable.and_then(|passable| passable.clearance_m);
+        let clearance = clearance.map(|clear_m| format!("; there is one with --clearance {clear_m}"));
         let text =
             format!("no route: {refusal}{}{}", depth.unwrap_or_default(), clearance.unwrap_or_default());
         Err(anyhow!(text))
@@ -248,7 +256,8 @@ impl Terms<'_> {
     fn pair(&self, line: &[u8]) -> Result<Value, String> {
         let pair: Pair = serde_json::from_slice(line).map_err(|error| error.to_string())?;
         let place = |name: &str, [lat, lon]: [f64; 2]| {
-            LatLon::from_deg(lat, lon).map_err(|error| format!("{name}: {lat}, {lon} is no place: {error}"))
+            LatLon::from_deg(lat, lon)
+                .map_err(|error| format!("{name}: {lat}, {lon} is not a place: {error}"))
         };
         let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
         let needs = self.needs(pair.min_depth, pair.clearance);
@@ -273,7 +282,9 @@ impl Terms<'_> {
             .iter()
             .map(|leg| {
                 json!({"length_m": leg.length_m, "min_depth_m": leg.worst.water.least_m(),
-                       "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m})
+                       "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
+                       "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
+                       "turn_warning": turn_warning(leg)})
             })
             .collect();
         let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
@@ -301,6 +312,9 @@ impl Terms<'_> {
                 .map_or_else(|| "more than 5000 m".to_owned(), |clear| format!("{clear:.0} m"));
             let (lat, lon) = (leg.to.lat_deg(), leg.to.lon_deg());
             say!("{number:>4}  {lat:.6},{lon:.6}  {:>9.1} m  {depth}, clear by {clear}", leg.length_m);
+            if let Some(warning) = turn_warning(leg) {
+                complain!("{number:>4}  the turn at the end of this leg: {warning}");
+            }
         }
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
@@ -315,6 +329,11 @@ impl Terms<'_> {
             needs.clearance_m,
         );
     }
+}
+
+/// Why the turn at the end of a leg cannot be sailed as asked.
+fn turn_warning(leg: &RouteLeg) -> Option<String> {
+    leg.turn?.trouble.map(|trouble| trouble.to_string())
 }
 
 fn refused(id: &Value, refusal: &Refusal) -> Value {

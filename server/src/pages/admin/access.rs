@@ -29,7 +29,7 @@ pub(in crate::pages) async fn tokens(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let (tokens, vessels) = state.shore.people.ask((token::List(None), vessels::List)).await?;
-    let tokens = tokens.into_iter().map(|token| rows::token(token, &vessels)).collect();
+    let tokens = tokens.into_iter().map(|token| rows::token(frame.language, token, &vessels)).collect();
     Ok(html(&TokensPage { frame, tokens }))
 }
 

@@ -1,7 +1,7 @@
 //! Managing people, vessels and access.
 
 pub(super) mod access;
-pub(super) mod doors;
+pub(super) mod connections;
 pub(super) mod import;
 pub(super) mod people;
 pub(super) mod storage;
@@ -10,6 +10,7 @@ pub(super) mod vessels;
 use crate::AppState;
 use crate::http::{ApiError, Remote};
 use shore::identity::{Fault, Principal, Request};
+use std::fmt::Display;
 
 /// What a page says above its table.
 #[derive(Debug, Default)]
@@ -23,8 +24,8 @@ struct Words {
 }
 
 impl Words {
-    fn notice(text: impl Into<String>) -> Self {
-        Self { notice: text.into(), ..Self::default() }
+    fn notice(text: impl Display) -> Self {
+        Self { notice: text.to_string(), ..Self::default() }
     }
 
     fn problem(text: impl Into<String>) -> Self {

@@ -38,7 +38,7 @@ async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, 
         .ask(((persons::List, vessels::List), (sessions::List(None), tokens::List(None))))
         .await?;
     let bad = !words.problem.is_empty();
-    let row = |person| rows::person(person, &vessels, &sessions, &tokens);
+    let row = |person| rows::person(frame.language, person, &vessels, &sessions, &tokens);
     let people = people.into_iter().map(row).collect();
     let frame = Frame { path: "/admin".to_owned(), ..frame };
     let mut response = html(&PeoplePage { frame, people, vessels, words });
@@ -70,7 +70,7 @@ pub(in crate::pages) async fn add(
     let (added, now) = (name.clone(), state.shore.clock.utc());
     let add = persons::Add { name: added, password_hash: hash, must_change: true, vessel, role, now };
     let words = match act(&state, (&who, remote), "person.add", &name, add).await? {
-        Ok(_) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
+        Ok(_) => Words { secret_for: secret_for(&frame, &name), secret, ..Words::default() },
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -98,7 +98,7 @@ pub(in crate::pages) async fn role(
     let subject = format!("{}: {} on {place}", new.name, role.map_or("nothing", Role::name));
     let set = persons::SetRole { name: new.name, vessel, role };
     let words = match act(&state, (&who, remote), "person.role", &subject, set).await? {
-        Ok(()) => Words::notice(format!("Changed. {subject}.")),
+        Ok(()) => Words::notice(frame.t("Changed. {what}.").with("what", &subject)),
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -122,7 +122,7 @@ pub(in crate::pages) async fn password(
     let reset = name.clone();
     let set = persons::SetPassword { name: reset, password_hash: hash, must_change: true, keep: None };
     let words = match act(&state, (&who, remote), "person.password", &name, set).await? {
-        Ok(()) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
+        Ok(()) => Words { secret_for: secret_for(&frame, &name), secret, ..Words::default() },
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -138,8 +138,13 @@ pub(in crate::pages) async fn remove(
 ) -> Result<Response, PageError> {
     let remove = persons::Remove(name.clone());
     let words = match act(&state, (&who, remote), "person.remove", &name, remove).await? {
-        Ok(()) => Words::notice(format!("{name} is removed.")),
+        Ok(()) => Words::notice(frame.t("{name} is removed.").with("name", &name)),
         Err(words) => words,
     };
     show(&state, frame, words).await
+}
+
+/// What is shown this once.
+fn secret_for(frame: &Frame, name: &str) -> String {
+    frame.t("One-time password of {name}").with("name", name).to_string()
 }

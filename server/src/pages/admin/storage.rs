@@ -6,6 +6,7 @@ use crate::doctor;
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
+use crate::pages::words::{t, word};
 use api::Vessel;
 use askama::Template;
 use axum::extract::{Query, State};
@@ -13,6 +14,7 @@ use axum::response::Response;
 use serde::Deserialize;
 use shore::alarms;
 use shore::clock::written;
+use shore::identity::Language;
 use shore::recorder::RecorderState;
 use shore::sinks::SinkState;
 use std::collections::BTreeMap;
@@ -55,7 +57,7 @@ struct SinkRow {
 struct Removals {
     history_before: String,
     archive_before: String,
-    /// Why it is not told.
+    /// Why it is not reported.
     problem: String,
     /// The command that removes it; empty when nothing was asked.
     command: String,
@@ -124,7 +126,7 @@ pub(in crate::pages) async fn page(
     let known = state.shore.people.vessels();
     let recorder: RecorderState = state.shore.recorder.state().borrow().clone();
     let (free, total) = looked.room.unwrap_or_default();
-    let usage = &looked.usage;
+    let (usage, language) = (&looked.usage, frame.language);
     let page = StoragePage {
         frame,
         now: written(state.shore.clock.utc()),
@@ -137,14 +139,14 @@ pub(in crate::pages) async fn page(
         charts: bytes(looked.charts),
         people: bytes(looked.people),
         months: usage.history.iter().map(|(name, size)| (name.clone(), bytes(*size))).collect(),
-        vessels: vessel_rows(usage, &looked.samples, &known, state.shore.router.address()),
+        vessels: vessel_rows(language, (usage, &looked.samples), &known, state.shore.router.address()),
         problem: recorder.problem().unwrap_or_default(),
         recorded: recorder.recorded,
         not_recorded: recorder.not_recorded,
         waiting: bytes(state.shore.recorder.waiting_bytes() as u64),
         removals: looked.removals,
         program: program(&state.config.data),
-        sinks: state.shore.sinks.iter().map(|sink| sink_row(&sink.borrow())).collect(),
+        sinks: state.shore.sinks.iter().map(|sink| sink_row(language, &sink.borrow())).collect(),
         checks: looked.checks.into_iter().map(check_row).collect(),
     };
     Ok(html(&page))
@@ -164,7 +166,7 @@ fn look(config: &Config, before: Before) -> Result<Looked, ApiError> {
         usage: store::usage(data)?,
         samples: samples.collect(),
         room: alarms::room(data),
-        charts: size(&set) + size(&chartdb::index_path(&set)),
+        charts: chartdb::files(&set).iter().map(|file| size(file)).sum(),
         people: size(&data.join("app.db")) + size(&data.join("app.db-wal")),
         removals: removals(data, before)?,
         checks: doctor::look(config, false),
@@ -203,37 +205,44 @@ fn removals(data: &Path, before: Before) -> Result<Removals, ApiError> {
 }
 
 fn vessel_rows(
-    usage: &Usage,
-    samples: &BTreeMap<u16, (i64, i64)>,
+    language: Language,
+    (usage, samples): (&Usage, &BTreeMap<u16, (i64, i64)>),
     known: &[Vessel],
     own: imc::Address,
 ) -> Vec<VesselRow> {
+    let between = |first: String, last: String| {
+        t(language, "{from} to {to}").with("from", first).with("to", last).to_string()
+    };
     let day = |time: UtcTime| written(time)[..10].to_owned();
     let row = |(address, one): (&imc::Address, &store::Archives)| {
         let said = samples.get(&address.0).map(|(first_us, last_us)| {
             let [first, last] = [*first_us, *last_us].map(|us| written(UtcTime::from_micros(us)));
-            format!("{first} to {last}")
+            between(first, last)
         });
         let (first, last) = (day(one.first), day(one.last));
         VesselRow {
-            name: if *address == own { "this server".to_owned() } else { vessel_name(address.0, known) },
+            name: if *address == own {
+                t(language, "this server").to_string()
+            } else {
+                vessel_name(address.0, known)
+            },
             address: address.0,
             archive: bytes(one.bytes),
             days: one.days,
-            arrived: if first == last { first } else { format!("{first} to {last}") },
+            arrived: if first == last { first } else { between(first, last) },
             said: said.unwrap_or_else(|| "—".to_owned()),
         }
     };
     usage.archive.iter().map(row).collect()
 }
 
-fn sink_row(sink: &SinkState) -> SinkRow {
+fn sink_row(language: Language, sink: &SinkState) -> SinkRow {
     SinkRow {
         target: sink.target.clone(),
-        behind: sink.behind_bytes.map_or_else(|| "not known yet".to_owned(), bytes),
+        behind: sink.behind_bytes.map_or_else(|| t(language, "not known yet").to_string(), bytes),
         kept: sink.kept,
         refused: sink.refused,
-        last: sink.last.map_or_else(|| "nothing since the start".to_owned(), written),
+        last: sink.last.map_or_else(|| t(language, "nothing since the start").to_string(), written),
         trouble: sink.trouble.clone().unwrap_or_default(),
     }
 }
@@ -241,9 +250,9 @@ fn sink_row(sink: &SinkState) -> SinkRow {
 fn check_row(check: Check) -> CheckRow {
     let Check { name, health, found, remedy } = check;
     let state = match health {
-        Health::Good => "● well",
-        Health::Warning => "▲ to be looked at",
-        Health::Problem => "■ to be mended",
+        Health::Good => word("● well"),
+        Health::Warning => word("▲ warning"),
+        Health::Problem => word("■ needs repair"),
     };
     CheckRow { name, state, bad: health != Health::Good, found, remedy }
 }

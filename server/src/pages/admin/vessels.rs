@@ -46,6 +46,11 @@ impl Aboard {
         );
         Self { vessel: vessel.name.clone(), address: vessel.address, encrypted, lines }
     }
+
+    /// Its address as configurations have it.
+    fn hex(&self) -> String {
+        format!("0x{:04X}", self.address)
+    }
 }
 
 /// `GET /admin/vessels`.
@@ -107,7 +112,9 @@ pub(in crate::pages) async fn add(
     };
     let add = vessels::Add { address, name: name.clone(), now: state.shore.clock.utc() };
     let words = match act(&state, (&who, remote), "vessel.add", &name, add).await? {
-        Ok(()) => Words::notice(format!("{name} is known. Its link needs a token: make one below.")),
+        Ok(()) => Words::notice(
+            frame.t("{name} is known. Its link needs a token: make one below.").with("name", &name),
+        ),
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -129,7 +136,9 @@ pub(in crate::pages) async fn remove(
     let subject = format!("0x{address:04X}");
     let remove = vessels::Remove(address);
     let words = match act(&state, (&who, remote), "vessel.remove", &subject, remove).await? {
-        Ok(()) => Words::notice("Forgotten, and its link tokens are revoked. Its archive and history stay."),
+        Ok(()) => Words::notice(
+            frame.t("Forgotten, and its link tokens are revoked. Its archive and history stay."),
+        ),
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -155,7 +164,8 @@ pub(in crate::pages) async fn token(
         Ok(made) => made.secret,
         Err(words) => return show(&state, frame, words).await,
     };
-    let words = Words { secret_for: format!("Link token of {}", vessel.name), secret, ..Words::default() };
+    let secret_for = frame.t("Link token of {name}").with("name", &vessel.name).to_string();
+    let words = Words { secret_for, secret, ..Words::default() };
     show_with(&state, frame, words, Some(Aboard::new(&vessel, host, encrypted))).await
 }
 

@@ -19,7 +19,7 @@ use super::Access;
 use crate::config::Udp as UdpConfig;
 use anyhow::Context as _;
 use drops::Counted;
-use hub::{Door, Incoming, Peer, Role, Sources};
+use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::messages::{Announce, Payload as _, SystemType};
 use imc::{Address, PacketView};
 use memory::{Announced, Memory};
@@ -43,7 +43,7 @@ const GROUP: Ipv4Addr = Ipv4Addr::new(224, 0, 75, 69);
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(10);
 /// A node that was silent for this long is no contact any more; it is one again with its next packet.
 const CONTACT: Duration = Duration::from_secs(30);
-/// A node that was silent for this long must announce itself anew.
+/// A node that was silent for this long must announce itself again.
 const KNOWN: Duration = Duration::from_mins(10);
 /// How often silent nodes are looked for.
 const FORGET_EVERY: Duration = Duration::from_secs(1);
@@ -142,11 +142,15 @@ impl Node {
         folder: &Path,
     ) -> anyhow::Result<Self> {
         let IpAddr::V4(ip) = listen.ip() else {
-            anyhow::bail!("doors.udp.listen: IMC's discovery knows IPv4 only, {listen} is no such address");
+            anyhow::bail!(
+                "transports.udp.listen: IMC's discovery knows IPv4 only, {listen} is no such address"
+            );
         };
         let last = if listen.port() == 0 { 0 } else { listen.port().saturating_add(NEXT_PORTS) };
         let data = (listen.port()..=last).find_map(|port| bind(ip, port).ok()).with_context(|| {
-            format!("cannot listen on {listen} nor on the next ports: choose another by doors.udp.listen")
+            format!(
+                "cannot listen on {listen} nor on the next ports: choose another by transports.udp.listen"
+            )
         })?;
         data.set_broadcast(true)?;
         let discovery = config.announce_ports.iter().find_map(|port| bind(Ipv4Addr::UNSPECIFIED, *port).ok());
@@ -188,8 +192,8 @@ impl Node {
         let mut party = match Party::join(self, router.clone(), tasks, &owners, stop.clone()) {
             Ok(party) => party,
             Err(error) => {
-                tracing::error!(%error, "the UDP door cannot be served");
-                return router.ledger().failed(Door::Udp, &format!("cannot be served: {error}"));
+                tracing::error!(%error, "the UDP transport cannot be served");
+                return router.ledger().failed(Transport::Udp, &format!("cannot be served: {error}"));
             }
         };
         let inbox = Arc::clone(&party.inbox);
@@ -252,11 +256,11 @@ fn widen(socket: &std::net::UdpSocket) {
         tracing::warn!(
             granted_kib,
             asked_kib,
-            "bursts of datagrams may be lost: the system gives the UDP door a smaller buffer than it asks for; \
+            "bursts of datagrams may be lost: the system gives the UDP transport a smaller buffer than it asks for; \
              set net.core.rmem_max = {KERNEL_BYTES} (sysctl)"
         );
     } else {
-        tracing::info!(granted_kib, "the UDP door's buffer in the kernel");
+        tracing::info!(granted_kib, "the UDP transport's buffer in the kernel");
     }
 }
 
@@ -328,11 +332,11 @@ impl Party {
                     self.give(node, batch).await;
                 }
             } else if !discovery {
-                metrics::counter!("lutra_refused_total", "door" => "udp").increment(1);
+                metrics::counter!("lutra_refused_total", "transport" => "udp").increment(1);
                 // An announcement that was refused is told already.
                 if !announces {
                     let why = "a datagram of a node that has not announced itself from there";
-                    self.router.ledger().refused(Door::Udp, from.ip(), why);
+                    self.router.ledger().refused(Transport::Udp, from.ip(), why);
                 }
             }
         }
@@ -358,7 +362,7 @@ impl Party {
             return false;
         }
         if !self.access.admits(from.ip()) {
-            self.router.ledger().refused(Door::Udp, from.ip(), "not in doors.udp.allow");
+            self.router.ledger().refused(Transport::Udp, from.ip(), "not in transports.udp.allow");
             return false;
         }
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
@@ -371,7 +375,11 @@ impl Party {
             return false;
         }
         if !self.known.contains_key(&view.src()) && self.known.len() >= NODES_KEPT {
-            self.router.ledger().refused(Door::Udp, from.ip(), "too many nodes have announced themselves");
+            self.router.ledger().refused(
+                Transport::Udp,
+                from.ip(),
+                "too many nodes have announced themselves",
+            );
             return false;
         }
         let name: String = announce.sys_name.to_str_lossy().chars().take(100).collect();
@@ -380,7 +388,7 @@ impl Party {
             Some(known) if known.is_another(&announced.sockets, from.ip()) => {
                 let there = known.sockets.first().map(SocketAddrV4::to_string).unwrap_or_default();
                 let why = format!("{} is {} at {there}, which is still speaking", view.src(), known.name);
-                self.router.ledger().refused(Door::Udp, from.ip(), &why);
+                self.router.ledger().refused(Transport::Udp, from.ip(), &why);
                 return false;
             }
             Some(known) => self.changed |= known.is_now(&announced),
@@ -403,15 +411,19 @@ impl Party {
         if known.contact.is_none() {
             let Some(place) = self.access.permit() else {
                 if !std::mem::replace(&mut known.refused, true) {
-                    tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
+                    tracing::warn!(name = %known.name, "refused at the UDP transport: transports.udp.max_peers are connected");
                     let ip = known.sockets.first().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip());
-                    self.router.ledger().refused(Door::Udp, ip.into(), "doors.udp.max_peers are connected");
+                    self.router.ledger().refused(
+                        Transport::Udp,
+                        ip.into(),
+                        "transports.udp.max_peers are connected",
+                    );
                 }
                 return;
             };
             let role = if known.kind == SystemType::Ccu { Role::Console } else { Role::Vessel };
             let sources = Sources::Only(vec![source]);
-            let peer = Peer { door: Door::Udp, role, name: known.title(), sources };
+            let peer = Peer { transport: Transport::Udp, role, name: known.title(), sources };
             let Ok(connection) = self.router.join(peer, OUTBOX_BYTES).await else { return };
             known.refused = false;
             tracing::info!(name = %known.name, %source, "an IMC node is here");
@@ -466,7 +478,7 @@ impl Party {
             (self.counted.and_then(Counted::drops).unwrap_or_default(), self.inbox.dropped());
         metrics::counter!("lutra_udp_lost_total", "where" => "kernel").absolute(kernel);
         metrics::counter!("lutra_udp_lost_total", "where" => "server").absolute(here);
-        self.router.ledger().lost(Door::Udp, kernel + here);
+        self.router.ledger().lost(Transport::Udp, kernel + here);
     }
 
     /// Keeps who is known for the next start.

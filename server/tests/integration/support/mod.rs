@@ -1,4 +1,4 @@
-//! A running server and peers of its doors, for tests.
+//! A running server and peers of its transports, for tests.
 
 use bytes::Bytes;
 use futures_util::{SinkExt as _, StreamExt as _};
@@ -32,13 +32,13 @@ pub(crate) struct Shore {
 }
 
 impl Shore {
-    /// Starts one with the IMCProxy door open and what `change` adds.
+    /// Starts one with the IMCProxy transport open and what `change` adds.
     pub(crate) async fn start(change: impl FnOnce(&mut Config)) -> Self {
         let data = TempDir::new().unwrap();
         let mut config = Config { data: data.path().to_owned(), ..Config::default() };
         config.http.listen = "127.0.0.1:0".parse().unwrap();
         config.imc.active = false;
-        config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+        config.transports.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
         change(&mut config);
         Self { serving: server::serve(config).await.unwrap(), data }
     }
@@ -48,7 +48,7 @@ impl Shore {
     }
 }
 
-/// A client of the IMCProxy door.
+/// A client of the IMCProxy transport.
 pub(crate) struct Client(pub(crate) WebSocketStream<MaybeTlsStream<TcpStream>>);
 
 impl Client {

@@ -86,7 +86,7 @@ impl Drop for Process {
     }
 }
 
-/// A server with the IMCProxy door open.
+/// A server with the IMCProxy transport open.
 pub(crate) struct Server {
     pub(crate) process: Process,
     pub(crate) web: SocketAddr,
@@ -109,7 +109,7 @@ impl Server {
         let log = PathBuf::from(log);
         let errors = File::options().create(true).append(true).open(&log).unwrap();
         let mut child = command
-            .args(["serve", "--listen", listen, "--set", "doors.imcproxy.listen=127.0.0.1:0"])
+            .args(["serve", "--listen", listen, "--set", "transports.imcproxy.listen=127.0.0.1:0"])
             .args(["--set", "imc.active=false", "--data"])
             .arg(data)
             .args(more)
@@ -166,7 +166,19 @@ impl Agent {
 
     /// Starts one whose configuration ends with `more`.
     pub(crate) fn start_with(
+        command: Command,
+        folder: &Path,
+        shore: SocketAddr,
+        token: &str,
+        more: &str,
+    ) -> Self {
+        Self::start_in(command, "Simulation", folder, shore, token, more)
+    }
+
+    /// The same in another profile.
+    pub(crate) fn start_in(
         mut command: Command,
+        profile: &str,
         folder: &Path,
         shore: SocketAddr,
         token: &str,
@@ -183,7 +195,7 @@ impl Agent {
         let mut child = command
             .arg("run")
             .arg(&config)
-            .args(["--quiet", "--bind", "127.0.0.1", "--data"])
+            .args(["--profile", profile, "--quiet", "--bind", "127.0.0.1", "--data"])
             .arg(folder)
             .args(["--udp-port", "0", "--tcp-port", "0", "--announce-port", "0"])
             .stdout(Stdio::piped())

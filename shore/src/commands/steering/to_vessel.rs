@@ -1,4 +1,4 @@
-//! What goes to a vessel that is steered by hand, and by which door.
+//! What goes to a vessel that is steered by hand, and by which transport.
 
 use super::STOP_LASTS;
 use hub::{Tag, Telecommand, Urgency};

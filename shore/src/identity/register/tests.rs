@@ -1,6 +1,7 @@
 //! Who is let in, from what stands in app.db and from what is remembered.
 
 use super::super::db::tests::fresh;
+use super::super::language::Choose;
 use super::super::tokens::{Make, MakeLink, Revoke};
 use super::super::writer::Request as _;
 use super::super::{sessions, vessels};
@@ -85,7 +86,7 @@ async fn a_use_is_remembered_while_app_db_takes_none() {
     let first = due(60).unwrap();
     assert_eq!(due(61), None, "it is not offered again at once");
     assert_eq!(due(66), Some(first));
-    // Something else changes, so that everything is read anew: what app.db never got is still known.
+    // Something else changes, so that everything is read again: what app.db never got is still known.
     world.session(70).await;
     let register = world.look().await;
     assert!(matches!(register.session(&secret, LIFE, at(160)), Found::Known(..)));
@@ -162,7 +163,7 @@ async fn a_vessel_is_expected_while_a_token_that_it_used_is_valid() {
 }
 
 #[tokio::test]
-async fn link_and_api_tokens_do_not_open_each_others_door() {
+async fn link_and_api_tokens_do_not_open_each_others_transport() {
     let mut world = World::new().await;
     let (link, script) = (world.link(2068, None).await.secret, world.token(Role::Viewer, None).await);
     let register = world.look().await;
@@ -185,4 +186,18 @@ async fn names_of_vessels_follow() {
     assert_eq!(world.look().await.vessels()[0].name, "otter");
     vessels::Remove(7).run(&mut world.db).await.unwrap();
     assert!(world.look().await.vessels().is_empty());
+}
+
+#[tokio::test]
+async fn a_language_goes_with_its_person_and_one_that_pages_do_not_speak_is_as_none() {
+    let mut world = World::new().await;
+    let secret = world.session(0).await;
+    let nils = world.nils;
+    assert_eq!(known(world.look().await.session(&secret, LIFE, at(1))).language, None);
+    for language in [Some(Language::Bokmal), Some(Language::English), None] {
+        Choose { person: nils, language }.run(&mut world.db).await.unwrap();
+        assert_eq!(known(world.look().await.session(&secret, LIFE, at(1))).language, language);
+    }
+    sqlx::query("UPDATE person SET language = 'tlh'").execute(&mut world.db).await.unwrap();
+    assert_eq!(known(world.look().await.session(&secret, LIFE, at(1))).language, None);
 }

@@ -3,6 +3,7 @@
 //! One connection, one request at a time: hyper alone does that. hyper-util's pooled client would need one more crate to
 //! speak TLS.
 
+use crate::tls::trusting;
 use anyhow::{Context as _, bail, ensure};
 use bytes::Bytes;
 use flate2::Compression;
@@ -12,12 +13,9 @@ use hyper::client::conn::http1::{self, SendRequest};
 use hyper::header::{AUTHORIZATION, CONTENT_ENCODING, HOST, HeaderValue};
 use hyper::{Method, Request, StatusCode, Uri};
 use hyper_util::rt::TokioIo;
-use rustls::pki_types::pem::PemObject as _;
-use rustls::pki_types::{CertificateDer, ServerName};
-use rustls::{ClientConfig, RootCertStore};
+use rustls::pki_types::ServerName;
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
@@ -60,7 +58,13 @@ impl Client {
         let host = uri.host().with_context(|| format!("sinks.influx.url: {url:?} names no host"))?.to_owned();
         let tls = match uri.scheme_str() {
             Some("http") => None,
-            Some("https") => Some(trusting(ca)?),
+            Some("https") => {
+                ensure!(
+                    !ca.as_os_str().is_empty(),
+                    "sinks.influx.url is https: name the authority that signed its certificate by sinks.influx.ca_file"
+                );
+                Some(trusting("sinks.influx.ca_file", ca)?)
+            }
             _ => bail!("sinks.influx.url: {url:?} must begin with http:// or https://"),
         };
         let port = uri.port_u16().unwrap_or(if tls.is_some() { 443 } else { 8086 });
@@ -140,26 +144,6 @@ where
     // It ends when the sender is dropped or the server hangs up.
     tokio::spawn(connection);
     Ok(sender)
-}
-
-/// Encryption that trusts the authorities of a file.
-fn trusting(ca: &Path) -> anyhow::Result<TlsConnector> {
-    ensure!(
-        !ca.as_os_str().is_empty(),
-        "sinks.influx.url is https: name the authority that signed its certificate by sinks.influx.ca_file"
-    );
-    let mut roots = RootCertStore::empty();
-    let wrong = || format!("sinks.influx.ca_file {}", ca.display());
-    for certificate in CertificateDer::pem_file_iter(ca).with_context(wrong)? {
-        roots.add(certificate.with_context(wrong)?).with_context(wrong)?;
-    }
-    ensure!(!roots.is_empty(), "{} holds no certificate in PEM", wrong());
-    let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let config = ClientConfig::builder_with_provider(provider)
-        .with_safe_default_protocol_versions()?
-        .with_root_certificates(roots)
-        .with_no_client_auth();
-    Ok(TlsConnector::from(Arc::new(config)))
 }
 
 /// A name as a query has it.

@@ -8,7 +8,7 @@
 //! The time is the sender's in microseconds, or of arrival where the sender gave none.
 
 use imc::PacketView;
-use imc::catalogue::{self, FieldDesc, MessageDesc};
+use imc::catalogue::{FieldDesc, MessageDesc};
 use imc::messages::{EstimatedState, Payload as _};
 use imc::reflect::{self, Value, Visitor};
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ const LONGEST_TEXT: usize = 60_000;
 
 /// Appends the line of a packet that came at `received`, with its line end.
 pub(crate) fn write(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
-    let Some(desc) = catalogue::by_id(view.id()) else {
+    let Some(desc) = view.desc() else {
         let payload = hex::encode(view.payload());
         let (id, src, ent) = (view.id(), view.src().0, view.src_ent());
         write!(out, "unknown,ent={ent},id={id},src={src} payload=\"{payload}\"").ok();
@@ -210,7 +210,7 @@ mod tests {
         assert!((field("true_lat_deg") - 63.448_97).abs() < 2e-5, "{text}");
         assert!((field("true_lon_deg") - 10.339_98).abs() < 2e-5, "{text}");
         assert_eq!((field("latdeg"), field("londeg")), (field("true_lat_deg"), field("true_lon_deg")));
-        // A place that is none has no true place.
+        // A place that is not valid has no true place.
         let nowhere = line(EstimatedState { lat: f64::NAN, ..reference });
         assert!(!nowhere.contains("true_lat_deg") && nowhere.contains(",x=1000,"), "{nowhere}");
     }

@@ -355,7 +355,7 @@ impl Spool {
     }
 }
 
-/// Makes a file; one of the same name has no entries and is begun anew.
+/// Makes a file; one of the same name has no entries and is started over.
 fn create(folder: &Path, first: u64) -> io::Result<Active> {
     let mut file = OpenOptions::new().create(true).append(true).open(path(folder, first))?;
     file.set_len(0)?;

@@ -2,6 +2,9 @@
 //!
 //! Nothing sleeps to let things settle: every wait is for a packet or a line, with a deadline.
 
+pub(crate) mod devices;
+pub(crate) mod receiver;
+
 use imc::messages::*;
 use imc::{Address, Deframer, Frame, Header, Packet, Payload};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};

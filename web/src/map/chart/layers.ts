@@ -22,7 +22,7 @@ export interface ChartLayers {
   /** Shows this chart set; none with null. */
   show(chart: ChartSet): void;
   changed(): void;
-  /** Asks for all tiles in view anew. */
+  /** Asks for all tiles in view again. */
   again(): void;
   /** Scale of the chart that is drawn at a coordinate: undefined outside of any, 0 where the chart does not tell. */
   scaleAt(coordinate: readonly number[]): number | undefined;

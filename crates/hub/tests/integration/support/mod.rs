@@ -1,7 +1,7 @@
 //! Peers and packets for tests of the hub.
 
 use bytes::Bytes;
-use hub::{Door, Incoming, Peer, PeerId, Role, Settings, Sources};
+use hub::{Incoming, Peer, PeerId, Role, Settings, Sources, Transport};
 use imc::messages::{self, Message};
 use imc::{Address, Header, Packet};
 use std::collections::BTreeMap;
@@ -23,8 +23,8 @@ pub(crate) fn hub(active: bool) -> Hub {
     Hub::new(Settings { address: SERVER, name: "shore".into(), active }, ())
 }
 
-pub(crate) fn join(hub: &mut Hub, door: Door, role: Role) -> PeerId {
-    hub.join(at(0.0), Peer { door, role, name: "test".into(), sources: Sources::Any })
+pub(crate) fn join(hub: &mut Hub, transport: Transport, role: Role) -> PeerId {
+    hub.join(at(0.0), Peer { transport, role, name: "test".into(), sources: Sources::Any })
 }
 
 pub(crate) fn packet(src: Address, dst: Address, timestamp: f64, message: impl Into<Message>) -> Bytes {

@@ -3,7 +3,7 @@
 use super::{Event, World};
 use bytes::Bytes;
 use link::{
-    ChartAboard, ChartAsk, ChartDigest, ChartOffer, ChartReport, ConnectionId, ShoreInput, VesselInput,
+    ChartAboard, ChartDigest, ChartOffer, ChartReport, ChartRequest, ConnectionId, ShoreInput, VesselInput,
 };
 
 #[derive(Debug, Default)]
@@ -64,7 +64,7 @@ impl World {
         self.shore_handle(ShoreInput::Chart((!file.is_empty()).then_some(offer)));
     }
 
-    pub(crate) fn shore_reads(&mut self, id: ConnectionId, ask: ChartAsk) {
+    pub(crate) fn shore_reads(&mut self, id: ConnectionId, ask: ChartRequest) {
         let chart = &mut self.shore.chart;
         chart.parts += 1;
         let (from, to) = (ask.offset as usize, ask.offset as usize + ask.length as usize);

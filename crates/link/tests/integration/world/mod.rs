@@ -154,7 +154,7 @@ impl World {
         self.command_every_us = None;
     }
 
-    /// The vessel's clocks; its steady one starts anew with its program.
+    /// The vessel's clocks; its steady one starts again with its program.
     pub(crate) fn vessel_now(&self) -> Now {
         Now {
             mono: MonoTime::from_micros(self.now_us - self.vessel.started_us + 1),

@@ -81,7 +81,7 @@ fn a_stop_counts_as_failure_and_answers_only_itself() {
     let mut bench = Bench::new();
     bench.start("survey", vec![goto(100.0, 0.0)]);
     bench.told.clear();
-    bench.ask("", Ask::Stop);
+    bench.ask("", RequestKind::Stop);
     assert_eq!(bench.last_command(), Some(Command::Drift));
     assert_eq!(bench.replies(), [text(2, true, "OK")]);
     assert_eq!((bench.phase(), bench.outcome()), (PlanPhase::Ready, LastOutcome::Failure));
@@ -93,19 +93,19 @@ fn requests_out_of_place_are_refused() {
     bench.start("survey", vec![idle(1)]);
     bench.pass(1.0);
     bench.told.clear();
-    bench.ask("", Ask::Stop);
-    bench.ask("", Ask::Get);
+    bench.ask("", RequestKind::Stop);
+    bench.ask("", RequestKind::Get);
     let replies = bench.replies();
     let expected =
         [text(2, false, "no plan is running, request ignored"), text(3, false, "no plan is running")];
     assert_eq!(replies, expected);
     assert_eq!(bench.outcome(), LastOutcome::Success, "a needless stop changes no outcome");
-    bench.ask("x", Ask::Load { plan: Ok(Box::new(plan(vec![goto(1.0, 0.0)]))) });
+    bench.ask("x", RequestKind::Load { plan: Ok(Box::new(plan(vec![goto(1.0, 0.0)]))) });
     assert_eq!(bench.replies(), [text(4, true, "plan loaded")]);
     bench.start("survey", vec![goto(100.0, 0.0)]);
     bench.told.clear();
-    bench.ask("x", Ask::Load { plan: Ok(Box::new(plan(vec![goto(1.0, 0.0)]))) });
-    bench.ask("", Ask::Get);
+    bench.ask("x", RequestKind::Load { plan: Ok(Box::new(plan(vec![goto(1.0, 0.0)]))) });
+    bench.ask("", RequestKind::Get);
     assert_eq!(bench.replies(), [text(6, false, "cannot load while a plan is running"), text(7, true, "OK")]);
 }
 
@@ -133,12 +133,12 @@ fn a_start_replaces_the_running_plan_without_a_gap() {
 fn a_plan_that_is_not_possible_fails_and_leaves_a_running_one_alone() {
     let mut bench = Bench::new();
     let options = StartOptions::default();
-    bench.ask("x", Ask::Start { plan: Err(NoPlan::Undefined), options });
+    bench.ask("x", RequestKind::Start { plan: Err(NoPlan::Undefined), options });
     assert_eq!(bench.replies(), [text(1, false, "undefined plan")]);
     assert_eq!((bench.phase(), bench.outcome()), (PlanPhase::Ready, LastOutcome::Failure));
     bench.start("survey", vec![goto(100.0, 0.0)]);
     bench.told.clear();
-    bench.ask("x", Ask::Start { plan: Err(NoPlan::Undefined), options });
+    bench.ask("x", RequestKind::Start { plan: Err(NoPlan::Undefined), options });
     assert_eq!(bench.replies(), [text(3, false, "undefined plan")]);
     assert_eq!(bench.phase(), PlanPhase::Executing);
 }
@@ -158,7 +158,7 @@ fn calibration_comes_first_and_is_answered_once() {
     assert_eq!(bench.replies(), [text(1, true, "plan loaded")]);
     bench.start_with("survey", vec![goto(100.0, 0.0)], options);
     assert_eq!(bench.last_command(), Some(Command::Drift));
-    bench.ask("", Ask::Stop);
+    bench.ask("", RequestKind::Stop);
     bench.pass(100.0);
     assert_eq!((bench.phase(), bench.mode()), (PlanPhase::Ready, Mode::Service));
 }
@@ -206,7 +206,7 @@ fn cycles_go_round_and_empty_ones_fail() {
     let cyclic = |maneuvers| {
         let mut draft = draft(maneuvers);
         draft.transitions.push(TransitionDraft { from: "m1".to_owned(), to: "m0".to_owned() });
-        Ask::Start {
+        RequestKind::Start {
             plan: Ok(Box::new(Plan::build(&draft, &PlanLimits::default()).unwrap())),
             options: StartOptions::default(),
         }

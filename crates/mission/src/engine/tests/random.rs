@@ -59,7 +59,7 @@ fn maneuver(kind: u8) -> Maneuver<RawPlace> {
 fn reference() -> impl Strategy<Value = Reference> {
     let place = || prop::option::of((-99.0..99.0, -99.0..99.0).prop_map(|(n, e)| place(n, e)));
     let speed = prop::option::of(
-        prop_oneof![Just(0.0), Just(f64::NAN), -2.0..9.0].prop_map(crate::Speed::MetresPerSecond),
+        prop_oneof![Just(0.0), Just(f64::NAN), -2.0..9.0].prop_map(units::Speed::MetresPerSecond),
     );
     let flags = (any::<bool>(), prop::bool::weighted(0.1));
     (place(), place(), speed, prop::option::of(any::<f64>()), flags).prop_map(
@@ -176,10 +176,10 @@ fn carry_out(bench: &mut Bench, act: Act) {
         }
         Act::BadStart => {
             let options = StartOptions::default();
-            bench.ask("bad", Ask::Start { plan: Err(NoPlan::Undefined), options });
+            bench.ask("bad", RequestKind::Start { plan: Err(NoPlan::Undefined), options });
         }
         Act::Stop => {
-            bench.ask("", Ask::Stop);
+            bench.ask("", RequestKind::Stop);
         }
         Act::Abort => bench.input(Input::Abort { by: 7 }),
         Act::Entities(gps, motor) => {

@@ -7,11 +7,11 @@ use crate::maneuver::{
     FailReason, FollowReference, FollowSystem, Late, Maneuver, Outcome, ReferencePhase, ScheduledGoto,
     Signal, distance_m,
 };
-use crate::speed::Speed;
 use crate::testing::{SPEED, at, fix, frame, place};
 use guard::Area;
 use guard::Waters;
 use std::time::Duration;
+use units::Speed;
 
 fn scheduled(arrival_s: f64, late: Late) -> Bench {
     let target = place(100.0, 0.0).into();

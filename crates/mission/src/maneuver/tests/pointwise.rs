@@ -8,8 +8,8 @@ use crate::maneuver::{
     distance_m,
 };
 use crate::place::{Offset, RawPlace};
-use crate::speed::Speed;
 use crate::testing::{SPEED, fix, frame, goto, place, progress};
+use units::Speed;
 
 fn origin() -> RawPlace {
     place(0.0, 0.0).into()

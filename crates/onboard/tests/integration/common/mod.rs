@@ -80,6 +80,12 @@ impl Sea {
         self.vehicle.tell(input, &mut |now, event| notes.take(now, event));
     }
 
+    /// Tells it a reading of this moment.
+    pub(crate) fn read(&mut self, reading: devices::Reading) {
+        let at = self.vehicle.now.mono;
+        self.tell(Input::Reading(at, reading));
+    }
+
     /// The program is killed; so much later another begins with what the disk holds. The motors stop meanwhile.
     pub(crate) fn kill(&mut self, settings: Settings, away_s: f64) {
         self.vehicle.hull.vessel.command(0.0, 0.0).unwrap();
@@ -169,6 +175,13 @@ impl Sea {
         self.said.clear();
         self.outputs.clear();
         self.motors.clear();
+    }
+
+    /// A person says why the motors are to be armed all the same.
+    pub(crate) fn override_preflight(&mut self, reason: &str) {
+        let value = EntityParameter { name: "Override".into(), value: reason.into() };
+        let params = [value].into_iter().collect();
+        self.send(SetEntityParameters { name: "Preflight".into(), params });
     }
 
     /// A boat that is ready.

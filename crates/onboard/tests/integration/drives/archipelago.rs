@@ -13,21 +13,21 @@ use units::{LatLon, LocalFrame, LocalPoint};
 
 /// Where drives start: the harbour's cell, which is a detailed one, so far from its borders that none leaves it (m
 /// north and east of the demonstration's first Otter).
-const NORTH_M: [f64; 2] = [-1_100.0, 1_400.0];
-const EAST_M: [f64; 2] = [-1_100.0, 1_750.0];
+pub(super) const NORTH_M: [f64; 2] = [-1_100.0, 1_400.0];
+pub(super) const EAST_M: [f64; 2] = [-1_100.0, 1_750.0];
 /// Deep water around a start (m), and danger no farther than this (m).
 const HAVEN_M: f64 = 25.0;
 const NEAR_M: f64 = 200.0;
 /// Plans and dangers lie within this distance along each axis (m).
 const REACH_M: f64 = 250.0;
 
-struct Known {
-    chart: Chart,
-    index: DepthIndex,
+pub(super) struct Known {
+    pub(super) chart: Chart,
+    pub(super) index: DepthIndex,
     floor: SeaFloor,
 }
 
-fn known() -> &'static Known {
+pub(super) fn known() -> &'static Known {
     static KNOWN: OnceLock<Known> = OnceLock::new();
     KNOWN.get_or_init(|| {
         let mut builder = IndexBuilder::new();

@@ -8,6 +8,7 @@
 
 mod archipelago;
 mod made_up;
+mod routes;
 
 use crate::common::*;
 use archipelago::Archipelago;

@@ -1,5 +1,5 @@
 use super::*;
-use hub::Door;
+use hub::Transport;
 use imc::messages::{self as m, EntityState, EntityStateState, Message, Payload as _, VehicleStateOpMode};
 use imc::{Header, Packet, PacketView};
 use proptest::prelude::*;
@@ -40,7 +40,7 @@ impl Bench {
         let header =
             Header { timestamp: 1.0 + self.s as f64, src: BOAT, src_ent: entity, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
-        self.fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Link);
+        self.fleet.update(now, &PacketView::new(&bytes).unwrap(), Transport::Link);
     }
 
     fn mode(&mut self, op_mode: VehicleStateOpMode, maneuver_type: u16) {
@@ -339,7 +339,7 @@ fn when_all_places_are_taken_the_urgent_get_one_and_the_rest_is_counted() {
     let trouble = |n: usize, priority| Trouble {
         key: Key { vessel: Some(BOAT), kind: Kind::Part, part: n.to_string() },
         priority,
-        text: String::new(),
+        says: Vec::new(),
     };
     let mut all: Vec<Trouble> = (0..ALARMS_KEPT + 10).map(|n| trouble(n, Priority::Warning)).collect();
     all.push(trouble(99_999, Priority::Alarm));
@@ -365,7 +365,7 @@ proptest! {
         let mut sounded: BTreeMap<AlarmId, u32> = BTreeMap::new();
         for (part, priority, seconds, act) in steps {
             let key = Key { vessel: Some(BOAT), kind: Kind::ALL[part], part: String::new() };
-            let trouble = Trouble { key, priority: Priority::ALL[priority], text: act.to_string() };
+            let trouble = Trouble { key, priority: Priority::ALL[priority], says: vec![AlarmSaying::Charge { percent: act.into() }] };
             for _ in 0..seconds {
                 bench.s += 1;
                 let holds = if act % 2 == 0 { vec![trouble.clone()] } else { Vec::new() };
@@ -424,11 +424,11 @@ fn a_vessel_that_is_expected_and_never_came_in_is_told_until_it_comes_or_is_not_
     let header = Header { timestamp: 1.0, src: absent, ..Header::default() };
     let bytes = Packet::new(header, m::Heartbeat).encode().unwrap();
     let now = bench.now();
-    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Import);
+    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Transport::Import);
     bench.pass(10);
     assert_eq!(bench.only().key.kind, Kind::NeverHeard);
     let now = bench.now();
-    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Link);
+    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Transport::Link);
     bench.pass(6);
     assert_eq!(bench.told(), []);
 
@@ -447,7 +447,7 @@ fn a_silence_that_stood_before_the_start_is_not_told_twice() {
     bench.mode(VehicleStateOpMode::Maneuver, 450);
     bench.silence(11);
     assert_eq!(bench.only().key.kind, Kind::NotHeard);
-    // The server starts anew.
+    // The server starts again.
     bench.fleet = Fleet::default();
     bench.shore.expected = vec![BOAT];
     bench.silence(61);

@@ -63,7 +63,7 @@ fn what_the_log_book_says_of_an_abort_that_was_ordered_is_no_trouble() {
     let header = Header { timestamp: 100.0, src: Address(0x4F00), dst: BOAT, ..Header::default() };
     let abort = Packet::new(header, m::Abort).encode().unwrap();
     let now = bench.now();
-    bench.fleet.update(now, &PacketView::new(&abort).unwrap(), Door::Shore);
+    bench.fleet.update(now, &PacketView::new(&abort).unwrap(), Transport::Shore);
     bench.pass(1);
     bench.say(5, entry("got abort request from system lutra - 0x4F00 @ 0xFF"));
     bench.pass(1);

@@ -3,7 +3,7 @@
 use imc::messages::{EstimatedState, Payload, Temperature};
 use imc::{Address, Header};
 use std::path::{Path, PathBuf};
-use store::{Accepted, Door, LinkSeq, Outcome, Store};
+use store::{Accepted, LinkSeq, Outcome, Store, Transport};
 use units::UtcTime;
 
 /// 2026-11-21T08:00:00Z.
@@ -40,13 +40,13 @@ pub(crate) fn state(x: f32) -> EstimatedState {
     }
 }
 
-pub(crate) fn accept(store: &mut Store, packet: &[u8], received_us: i64, door: Door) -> Outcome {
-    store.accept(&Accepted { packet, received: utc(received_us), door, link: None }).unwrap()
+pub(crate) fn accept(store: &mut Store, packet: &[u8], received_us: i64, transport: Transport) -> Outcome {
+    store.accept(&Accepted { packet, received: utc(received_us), transport, link: None }).unwrap()
 }
 
 pub(crate) fn accept_link(store: &mut Store, packet: &[u8], received_us: i64, seq: u64) -> Outcome {
     let link = Some(LinkSeq { stream: 7, seq });
-    store.accept(&Accepted { packet, received: utc(received_us), door: Door::Link, link }).unwrap()
+    store.accept(&Accepted { packet, received: utc(received_us), transport: Transport::Link, link }).unwrap()
 }
 
 /// All bytes of a system's archive, day after day.
@@ -80,6 +80,9 @@ pub(crate) fn dump(folder: &Path) -> Vec<String> {
                 "meta" | "archived" | "month" | "stream" | "_field" | "sqlite_stat1" => continue,
                 "_rollup" => "SELECT f.id,f.src,f.src_ent,f.field,r.level_s,r.cell,r.first_us,r.count,r.min,r.max,\
                               r.sum,r.first,r.last FROM _rollup r JOIN _field f USING (series) ORDER BY 1,2,3,4,5,6"
+                    .to_owned(),
+                "_direction" => "SELECT f.id,f.src,f.src_ent,f.field,d.level_s,d.cell,d.count,d.cos,d.sin \
+                                 FROM _direction d JOIN _field f USING (series) ORDER BY 1,2,3,4,5,6"
                     .to_owned(),
                 table => format!("SELECT * FROM \"{table}\" ORDER BY 1,2,3,4"),
             };

@@ -1,0 +1,111 @@
+//! How the server itself is: who is connected, how the links and the recording go.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// A connection by which IMC comes in and goes out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct TransportPeer {
+    /// Its number, never used twice while the server runs.
+    pub id: u32,
+    /// The transport: `link`, `imcproxy`, `tcp` or `udp`.
+    pub transport: String,
+    /// An address and port, or what it is called otherwise.
+    pub name: String,
+    /// When it came, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub since_us: i64,
+    /// IMC addresses heard there that the caller may see, the most recent last.
+    pub systems: Vec<u16>,
+    /// Packets that came from it.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub received: u64,
+    /// Those of them that it may not send, or that are no packets.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub refused: u64,
+    /// Packets for it.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub delivered: u64,
+    /// Those of them that were dropped because it does not read.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub dropped: u64,
+}
+
+/// How the link of a vessel is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LinkStatus {
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// Whether the link stands.
+    pub up: bool,
+    /// Records that wait aboard to be delivered.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub backlog_records: u64,
+    /// Age of the oldest of them, seconds.
+    pub backlog_age_s: f64,
+    /// From sending a record to the vessel knowing that it is kept, the last time, seconds.
+    pub keeping_s: f64,
+    /// The last round trip, seconds; null before the first.
+    pub round_trip_s: Option<f64>,
+    /// The vessel's clock minus the server's, seconds; null while unknown.
+    pub clock_ahead_s: Option<f64>,
+    /// That estimate is wrong by at most this, seconds.
+    pub clock_uncertainty_s: Option<f64>,
+    /// From recording aboard to receiving here, mean of the records of the last second, seconds; null without any.
+    pub transit_s: Option<f64>,
+    /// Bytes received over all connections.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub received_bytes: u64,
+    /// Records that came again after they were received.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub repeated: u64,
+    /// Connections that stood so far.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub connections: u64,
+    /// The sea chart aboard.
+    pub chart: VesselChart,
+}
+
+/// Which sea chart a vessel holds, as it said last.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct VesselChart {
+    /// `same` as ashore, `fetching` the shore's, `waiting` until the vessel rests, `failed` to take it, `declined` by
+    /// the vessel's configuration, `other` than ashore, `none`, or `unknown`.
+    pub state: String,
+    /// The same in words, with the reason where it could not be taken.
+    pub text: String,
+    /// What the chart in force aboard holds; null for none.
+    pub edition: Option<String>,
+    /// SHA-256 of its file in hexadecimal digits; null for none.
+    pub digest: Option<String>,
+    /// How much of the shore's is aboard while it is fetched (%).
+    pub percent: Option<f64>,
+    /// When the vessel said so, µs since 1970 UTC; null while unknown.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub told_us: Option<i64>,
+}
+
+/// How recording goes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Recording {
+    /// Why nothing can be recorded at the moment, and what to do; null while all is well.
+    pub trouble: Option<String>,
+    /// Why the history does not hold all that is archived; null while it does.
+    pub history_behind: Option<String>,
+    /// Packets recorded since the server started.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub recorded: u64,
+    /// Packets that could not wait for the disk any longer and are not recorded.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub not_recorded: u64,
+    /// Bytes that wait for the disk.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub waiting_bytes: u64,
+    /// Bytes of other transports than the link that may wait; what comes beyond is not recorded.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub waiting_bytes_most: u64,
+}

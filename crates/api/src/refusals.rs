@@ -1,0 +1,68 @@
+//! Why something is not done: a code that stays and its parameters, from which pages make words; and a plain sentence.
+
+use crate::Guard;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// What the server answers instead of what it was asked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Refusal {
+    /// Why.
+    pub error: RefusalReason,
+}
+
+/// Why something is not done.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub struct RefusalReason {
+    /// Stays the same: `grounding`, `no_control`, `called_off`, `refused`, `not_found`, …
+    pub code: String,
+    /// In English, for scripts and logs: what is wrong and what to do.
+    pub text: String,
+    /// Of `grounding`: the verdict, with the legs and their worst spots.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guard: Option<Guard>,
+    /// Of `no_control`: why.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub control: Option<NoControl>,
+}
+
+/// Why somebody has no control, or does not get it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "why", rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum NoControl {
+    /// Nobody has it: it can be taken.
+    Free,
+    /// Another person has it.
+    Held {
+        /// Who.
+        by: String,
+    },
+    /// Another window of the same person has it.
+    OtherWindow,
+    /// It was theirs and expired.
+    Expired,
+    /// Nobody waits for it.
+    NobodyWaits,
+    /// Another person has asked already.
+    Asked {
+        /// Who.
+        by: String,
+        /// Within how many seconds they get an answer.
+        #[cfg_attr(test, ts(type = "number"))]
+        within_s: u64,
+    },
+    /// Who takes over says why.
+    ReasonNeeded {
+        /// Who has it, and is told.
+        by: String,
+    },
+    /// A text is too long.
+    TooLong {
+        /// Letters that it may have.
+        #[cfg_attr(test, ts(type = "number"))]
+        most: u64,
+    },
+}

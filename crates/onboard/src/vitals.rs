@@ -1,0 +1,45 @@
+//! Signs of life: what the watchdog of the computer's board and the signal light look at.
+
+use imc::messages::PowerOperationOp;
+use mission::Mode;
+use units::UtcTime;
+
+/// How the brain is at this moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Vitals {
+    /// How often it has looked where the vessel is. A brain that steers moves on, several times a second; one that hangs,
+    /// or whose loop does, stands still.
+    pub steps: u64,
+    /// What the vessel does.
+    pub mode: Mode,
+    /// The batteries are below their warning level.
+    pub fuel_low: bool,
+    /// Somebody turns the computer's power off.
+    pub powering_off: bool,
+    /// The last time that the satellites' receiver told: the computer's clock when it came, and the satellites' minus that
+    /// (µs), which is late by the time that the message took.
+    pub satellite_time: Option<(UtcTime, i64)>,
+}
+
+/// Whether the power goes off after this was said of it; `before` is whether it did.
+pub(crate) fn powers_off(said: PowerOperationOp, before: bool) -> bool {
+    match said {
+        PowerOperationOp::PwrDownIp => true,
+        PowerOperationOp::PwrDownAborted | PowerOperationOp::PwrUp | PowerOperationOp::PwrUpIp => false,
+        // What is asked for or planned does not happen yet.
+        _ => before,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_in_progress_turns_the_power_off() {
+        assert!(!powers_off(PowerOperationOp::PwrDown, false));
+        assert!(powers_off(PowerOperationOp::PwrDownIp, false));
+        assert!(powers_off(PowerOperationOp::SchedPwrDown, true));
+        assert!(!powers_off(PowerOperationOp::PwrDownAborted, true));
+    }
+}

@@ -1,0 +1,117 @@
+//! Who is connected, how the links and the recording go.
+
+use super::error::ApiError;
+use super::guard::Who;
+use crate::AppState;
+use api::{LinkStatus, Recording, TransportPeer, VesselChart};
+use axum::Json;
+use axum::extract::State;
+use imc::Address;
+use link::ShoreStatus;
+use shore::identity::Grants;
+use shore::recorder::{RecorderState, WAITING_BYTES};
+use shore::router::PeerFigures;
+
+/// `GET /api/v1/connections`.
+pub(crate) async fn transports(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<TransportPeer>>, ApiError> {
+    let peers = state.shore.router.peers().await.map_err(|_| ApiError::stopping())?;
+    Ok(Json(peers.into_iter().filter_map(|peer| describe(peer, &who.grants)).collect()))
+}
+
+/// A peer as somebody may see it: with a role on all vessels every peer, else those that speak for vessels that
+/// one may see.
+fn describe(figures: PeerFigures, grants: &Grants) -> Option<TransportPeer> {
+    let PeerFigures { state, dropped } = figures;
+    let systems: Vec<u16> =
+        state.systems.iter().map(|system| system.0).filter(|system| grants.on(*system).is_some()).collect();
+    let seen = grants.everywhere().is_some() || !systems.is_empty();
+    seen.then(|| TransportPeer {
+        id: state.id.0,
+        transport: state.peer.transport.name().to_owned(),
+        name: state.peer.name,
+        since_us: state.since.micros(),
+        systems,
+        received: state.received,
+        refused: state.refused,
+        delivered: state.delivered,
+        dropped,
+    })
+}
+
+/// `GET /api/v1/links`.
+pub(crate) async fn links(State(state): State<AppState>, Who(who): Who) -> Json<Vec<LinkStatus>> {
+    let seen = state.shore.links.status().into_iter().filter(|(vessel, _)| who.grants.on(vessel.0).is_some());
+    Json(seen.map(|(vessel, status)| link_status(vessel, status, state.shore.links.chart(vessel))).collect())
+}
+
+fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> LinkStatus {
+    LinkStatus {
+        vessel: vessel.0,
+        up: status.up,
+        backlog_records: status.backlog.records,
+        backlog_age_s: status.backlog.waiting.as_secs_f64(),
+        keeping_s: status.backlog.keeping.as_secs_f64(),
+        round_trip_s: status.round_trip.map(|time| time.as_secs_f64()),
+        clock_ahead_s: status.clocks.map(|clocks| clocks.utc_ahead_us as f64 / 1e6),
+        clock_uncertainty_s: status.clocks.map(|clocks| clocks.uncertainty_us as f64 / 1e6),
+        transit_s: status.transit.mean().map(|time| time.as_secs_f64()),
+        received_bytes: status.received_bytes,
+        repeated: status.repeated,
+        connections: status.connections,
+        chart,
+    }
+}
+
+/// `GET /api/v1/recording`.
+pub(crate) async fn recording(State(state): State<AppState>) -> Json<Recording> {
+    let RecorderState { trouble, history_behind, recorded, not_recorded } =
+        state.shore.recorder.state().borrow().clone();
+    Json(Recording {
+        trouble: trouble.map(|trouble| trouble.text),
+        history_behind,
+        recorded,
+        not_recorded,
+        waiting_bytes: state.shore.recorder.waiting_bytes() as u64,
+        waiting_bytes_most: WAITING_BYTES as u64,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::{ClockEstimate, PeerBacklog};
+    use std::time::Duration;
+
+    #[test]
+    fn a_links_times_are_seconds_and_what_is_unknown_is_null() {
+        let clocks = ClockEstimate {
+            utc_ahead_us: -1_500_000,
+            uncertainty_us: 250,
+            round_trip: Duration::from_micros(500),
+        };
+        let backlog = PeerBacklog {
+            records: 7,
+            waiting: Duration::from_millis(2_500),
+            keeping: Duration::from_millis(40),
+        };
+        let known = ShoreStatus {
+            up: true,
+            clocks: Some(clocks),
+            round_trip: Some(Duration::from_millis(3)),
+            backlog,
+            ..ShoreStatus::default()
+        };
+        let status = link_status(Address(7), known, VesselChart::default());
+        assert_eq!((status.vessel, status.up, status.backlog_records), (7, true, 7));
+        assert_eq!((status.clock_ahead_s, status.clock_uncertainty_s), (Some(-1.5), Some(0.000_25)));
+        assert_eq!((status.round_trip_s, status.backlog_age_s, status.keeping_s), (Some(0.003), 2.5, 0.04));
+        let status = link_status(Address(7), ShoreStatus::default(), VesselChart::default());
+        assert_eq!(
+            (status.up, status.round_trip_s, status.clock_ahead_s, status.transit_s),
+            (false, None, None, None)
+        );
+    }
+}

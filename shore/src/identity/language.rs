@@ -1,0 +1,60 @@
+//! The language of a person's pages.
+
+use super::fault::Fault;
+use super::writer::Request;
+use sqlx::SqliteConnection;
+
+/// A language that pages speak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Language {
+    /// English, in which all words are written first.
+    #[default]
+    English,
+    /// Norwegian Bokmål.
+    Bokmal,
+}
+
+impl Language {
+    /// All of them, in the order in which they are offered.
+    pub const ALL: [Self; 2] = [Self::English, Self::Bokmal];
+
+    /// By its code of BCP 47; `None` for one that pages do not speak.
+    pub fn by_code(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|language| language.code() == code)
+    }
+
+    /// The code of BCP 47.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::English => "en",
+            Self::Bokmal => "nb",
+        }
+    }
+
+    /// What its speakers call it.
+    pub fn own_name(self) -> &'static str {
+        match self {
+            Self::English => "English",
+            Self::Bokmal => "Norsk bokmål",
+        }
+    }
+}
+
+/// Chooses the language of somebody's pages.
+#[derive(Debug)]
+pub struct Choose {
+    /// The person's number.
+    pub person: i64,
+    /// The language; `None` follows what the browser asks for.
+    pub language: Option<Language>,
+}
+
+impl Request for Choose {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let sql = "UPDATE person SET language = ?1 WHERE id = ?2";
+        sqlx::query(sql).bind(self.language.map(Language::code)).bind(self.person).execute(db).await?;
+        Ok(())
+    }
+}

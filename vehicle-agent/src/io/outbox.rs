@@ -1,0 +1,199 @@
+//! What waits to be sent: in order, at its time, and no faster than the device takes it.
+//!
+//! One place is for bytes of which the newest alone counts, as commands to motors: they go ahead of all others, and are
+//! forgotten once they are too old. So a port that took nothing for a while brings no stale command when it takes again.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+use units::MonoTime;
+
+/// What may wait (bytes). Settings and clock commands of a device are some hundred bytes; a port that takes nothing for so
+/// long is as good as lost.
+const MOST_BYTES: usize = 16 << 10;
+
+/// Bytes on their way.
+#[derive(Debug)]
+struct Letter {
+    bytes: Vec<u8>,
+    sent: usize,
+    /// When the next byte may leave.
+    next: MonoTime,
+    /// Time from one byte to the next.
+    pace: Duration,
+}
+
+/// Bytes of which the newest alone counts.
+#[derive(Debug)]
+struct Newest {
+    bytes: Vec<u8>,
+    until: Option<MonoTime>,
+}
+
+/// Bytes that wait to be sent.
+#[derive(Debug, Default)]
+pub(super) struct Outbox {
+    newest: Option<Newest>,
+    letters: VecDeque<Letter>,
+    bytes: usize,
+}
+
+impl Outbox {
+    /// Takes bytes to be sent from `at` on, after all that wait already. Answers whether there was room: what does not fit
+    /// is left out as a whole, never in part.
+    pub(super) fn put(&mut self, bytes: Vec<u8>, at: MonoTime, pace: Duration) -> bool {
+        let fits = self.bytes + bytes.len() <= MOST_BYTES;
+        if fits && !bytes.is_empty() {
+            self.bytes += bytes.len();
+            self.letters.push_back(Letter { bytes, sent: 0, next: at, pace });
+        }
+        fits
+    }
+
+    /// Takes bytes that go ahead of all that has not begun to leave, in place of earlier ones of this kind. They do not begin
+    /// to leave from `until` on.
+    pub(super) fn put_newest(&mut self, bytes: Vec<u8>, until: Option<MonoTime>) {
+        self.newest = Some(Newest { bytes, until }).filter(|newest| !newest.bytes.is_empty());
+    }
+
+    /// What may be written at this moment; `None` when nothing is due.
+    pub(super) fn due(&mut self, now: MonoTime) -> Option<&[u8]> {
+        self.newest.take_if(|newest| newest.until.is_some_and(|until| until <= now));
+        // Half a line or frame would spoil what follows it.
+        if !self.has_begun()
+            && let Some(newest) = &self.newest
+        {
+            return Some(&newest.bytes);
+        }
+        let letter = self.letters.front().filter(|letter| letter.next <= now)?;
+        let rest = &letter.bytes[letter.sent..];
+        Some(if letter.pace.is_zero() { rest } else { &rest[..1] })
+    }
+
+    /// So many of the bytes that were due have been written.
+    pub(super) fn sent(&mut self, now: MonoTime, count: usize) {
+        if !self.has_begun()
+            && let Some(Newest { bytes, .. }) = self.newest.take()
+        {
+            if count < bytes.len() {
+                self.bytes += bytes.len() - count;
+                self.letters.push_front(Letter { bytes, sent: count, next: now, pace: Duration::ZERO });
+            }
+            return;
+        }
+        let Some(letter) = self.letters.front_mut() else { return };
+        letter.sent += count;
+        self.bytes -= count;
+        // Counted from the byte that left, not from when it should have: what is late is not sent faster.
+        letter.next = now + letter.pace;
+        if letter.sent >= letter.bytes.len() {
+            self.letters.pop_front();
+        }
+    }
+
+    /// Whether a part of the first bytes has left.
+    fn has_begun(&self) -> bool {
+        self.letters.front().is_some_and(|letter| letter.sent > 0)
+    }
+
+    /// When the next bytes are due; `None` when none wait.
+    pub(super) fn next_due(&self) -> Option<MonoTime> {
+        if self.newest.is_some() && !self.has_begun() {
+            return Some(MonoTime::default());
+        }
+        self.letters.front().map(|letter| letter.next)
+    }
+
+    /// Forgets what waits: the port that it was for is gone.
+    pub(super) fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn at(ms: u64) -> MonoTime {
+        MonoTime::from_micros(ms * 1000)
+    }
+
+    #[test]
+    fn paced_bytes_leave_one_by_one_from_their_instant_and_others_wait_behind() {
+        let mut outbox = Outbox::default();
+        assert!(outbox.put(b"(+)".to_vec(), at(100), MS));
+        assert!(outbox.put(b"EX!".to_vec(), at(0), Duration::ZERO));
+        assert_eq!(outbox.due(at(99)), None);
+        assert_eq!(outbox.next_due(), Some(at(100)));
+        let mut left = Vec::new();
+        for ms in 100..110 {
+            while let Some(bytes) = outbox.due(at(ms)) {
+                let bytes = bytes.to_vec();
+                outbox.sent(at(ms), bytes.len());
+                left.push((ms, String::from_utf8(bytes).unwrap()));
+            }
+        }
+        let expected = [(100, "("), (101, "+"), (102, ")"), (102, "EX!")];
+        assert_eq!(left, expected.map(|(ms, text)| (ms, text.to_owned())));
+        assert_eq!(outbox.next_due(), None);
+    }
+
+    /// What leaves at once, piece by piece.
+    fn all(outbox: &mut Outbox, now: MonoTime) -> Vec<String> {
+        let mut left = Vec::new();
+        while let Some(bytes) = outbox.due(now).map(<[u8]>::to_vec) {
+            outbox.sent(now, bytes.len());
+            left.push(String::from_utf8(bytes).unwrap());
+        }
+        left
+    }
+
+    #[test]
+    fn of_commands_the_newest_leaves_alone_and_first_and_none_that_is_too_old() {
+        let mut outbox = Outbox::default();
+        outbox.put(b"power".to_vec(), at(0), Duration::ZERO);
+        outbox.put_newest(b"ahead".to_vec(), Some(at(500)));
+        outbox.put_newest(b"stop".to_vec(), None);
+        assert_eq!(outbox.next_due(), Some(MonoTime::default()));
+        assert_eq!(all(&mut outbox, at(10_000)), ["stop", "power"]);
+        outbox.put_newest(b"ahead".to_vec(), Some(at(10_500)));
+        outbox.put(b"power".to_vec(), at(0), Duration::ZERO);
+        assert_eq!(all(&mut outbox, at(10_500)), ["power"]);
+        assert_eq!((outbox.next_due(), outbox.bytes), (None, 0));
+    }
+
+    #[test]
+    fn what_has_begun_to_leave_is_brought_to_its_end_before_a_newer_command() {
+        let mut outbox = Outbox::default();
+        outbox.put_newest(b"ahead".to_vec(), Some(at(500)));
+        assert_eq!(outbox.due(at(0)), Some(&b"ahead"[..]));
+        outbox.sent(at(0), 2);
+        outbox.put_newest(b"stop".to_vec(), None);
+        assert_eq!(all(&mut outbox, at(900)), ["ead", "stop"]);
+        outbox.put(b"power".to_vec(), at(0), Duration::ZERO);
+        outbox.sent(at(900), 2);
+        outbox.put_newest(b"stop".to_vec(), None);
+        assert_eq!((all(&mut outbox, at(900)), outbox.bytes), (vec!["wer".to_owned(), "stop".to_owned()], 0));
+    }
+
+    #[test]
+    fn a_byte_that_is_late_does_not_hurry_the_next() {
+        let mut outbox = Outbox::default();
+        outbox.put(b"ab".to_vec(), at(0), MS);
+        outbox.sent(at(50), 1);
+        assert_eq!(outbox.due(at(50)), None);
+        assert_eq!(outbox.due(at(51)), Some(&b"b"[..]));
+    }
+
+    #[test]
+    fn a_port_that_takes_nothing_does_not_fill_the_memory() {
+        let mut outbox = Outbox::default();
+        assert!(outbox.put(vec![0; MOST_BYTES], at(0), Duration::ZERO));
+        assert!(!outbox.put(vec![0], at(0), Duration::ZERO));
+        outbox.sent(at(0), 10);
+        assert!(outbox.put(vec![0; 10], at(0), Duration::ZERO));
+        outbox.clear();
+        assert!(outbox.due(at(1000)).is_none() && outbox.put(vec![0; MOST_BYTES], at(0), MS));
+    }
+}

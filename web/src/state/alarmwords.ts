@@ -1,0 +1,57 @@
+// What alarms say, in the person's language: their codes and figures as words. Pure.
+
+import type { Alarm, AlarmSaying } from "../api/types.gen";
+import { utc } from "../ui/format";
+import { fromServer, t } from "../words/words";
+
+const STATES: Readonly<Record<string, string>> = { fault: t("fault"), error: t("error"), failure: t("failure") };
+
+/** What is wrong; what an older server kept without codes, as it was kept. */
+export function alarmText({ says, text }: Pick<Alarm, "says" | "text">): string {
+  return says.length ? says.map(saying).join("; ") : text;
+}
+
+/** The advice of an alarm's kind. */
+export function adviceOf({ cause, consequence, action }: Alarm): { readonly cause: string; readonly consequence: string; readonly action: string } {
+  return { cause: fromServer(cause), consequence: fromServer(consequence), action: fromServer(action) };
+}
+
+function saying(one: AlarmSaying): string {
+  switch (one.code) {
+    case "part":
+      return ofPart(one.part, STATES[one.state] ?? one.state, one.words);
+    case "no_position":
+      return t("no position since {time}", { time: utc(one.since_us, false) });
+    case "hydrophone_silent":
+      return t("the hydrophone is silent since {time}", { time: utc(one.since_us, false) });
+    case "not_heard":
+      return t("not heard since {time}", { time: utc(one.since_us, false) });
+    case "never_heard":
+      return t("not heard since the server started at {day} {time}", { day: new Date(one.since_us / 1_000).toISOString().slice(0, 10), time: utc(one.since_us, false) });
+    case "other_source":
+      return t("{peer} speaks in its name by the transport {transport} and is refused: it is believed by its link", { peer: one.peer, transport: one.transport });
+    case "charge":
+      return t("{percent} % charge left", { percent: one.percent });
+    case "clock":
+      return clock(one.ahead_ms);
+    case "chart":
+      return t("sea chart: {words}", { words: one.words });
+    case "log_book":
+      return `${one.part}: ${one.words}`;
+    case "server":
+      return one.words;
+    case "disk":
+      return t("{free} GiB are free on the server's disk", { free: (one.free_mib / 1024).toFixed(1) });
+    case "too_many":
+      return t("{count} alarms have no place in the list of {most}", { count: one.count, most: one.most });
+  }
+}
+
+function ofPart(part: string, state: string, words: string): string {
+  return words ? `${part}: ${state}: ${words}` : `${part}: ${state}`;
+}
+
+function clock(aheadMs: number): string {
+  const seconds = (Math.abs(aheadMs) / 1_000).toFixed(1);
+  return aheadMs > 0 ? t("the vessel's clock is {seconds} s ahead of the server's", { seconds }) : t("the vessel's clock is {seconds} s behind the server's", { seconds });
+}

@@ -1,0 +1,39 @@
+// The words of the pages in the reader's language. The English text is the key: code stays readable, and what the catalogue
+// lacks is shown in English. `words/nb.json` has the words of scripts and of the server's templates; its bundle (`nb.ts`)
+// comes before the others where a person reads Bokmål, so that texts may be made as soon as a module is loaded.
+
+declare global {
+  /** English texts in the page's language, put there by the bundle of a language; absent in English. */
+  var lutraWords: Readonly<Record<string, string>> | undefined;
+}
+
+/** The places for values in a text: `"{n} of {all}"` has `n` and `all`. */
+type Places<Text extends string> = Text extends `${string}{${infer Name}}${infer Rest}` ? Name | Places<Rest> : never;
+type Value = string | number;
+type Values<Text extends string> = [Places<Text>] extends [never] ? [] : [values: Readonly<Record<Places<Text>, Value>>];
+type Others<Text extends string> = [Exclude<Places<Text>, "n">] extends [never] ? [] : [values: Readonly<Record<Exclude<Places<Text>, "n">, Value>>];
+
+/** `english` in the page's language, with values in its places. Only texts written out here can be found in the catalogue. */
+export function t<const Text extends string>(english: Text, ...[values]: Values<Text>): string {
+  return filled(said(english), values);
+}
+
+/** One text for one, the other for every other count; `{n}` is the count in both. */
+export function tn<const One extends string, const More extends string>(n: number, one: One, more: More, ...[values]: Others<One | More>): string {
+  return filled(said(n === 1 ? one : more), { ...values, n });
+}
+
+/** A fixed text that the server sent, which the catalogue has too. */
+export function fromServer(english: string): string {
+  return said(english);
+}
+
+function said(english: string): string {
+  const words = globalThis.lutraWords;
+  return words && Object.hasOwn(words, english) ? (words[english] ?? english) : english;
+}
+
+/** Each place once, from the left: what a value contains is never taken for a place. */
+function filled(text: string, values: Readonly<Record<string, Value>> | undefined): string {
+  return values ? text.replace(/\{(\w+)\}/g, (whole, name: string) => (Object.hasOwn(values, name) ? String(values[name]) : whole)) : text;
+}

@@ -1,0 +1,22 @@
+// Missions that are told again: bundled for Node.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { mkdtemp } from "node:fs/promises";
+
+const outfile = join(await mkdtemp(join(tmpdir(), "lutra-missions-")), "missions.mjs");
+await build({ entryPoints: ["src/state/missions.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+const { withNewestMissions } = await import(outfile);
+
+const mission = (id, from_us, name = "m") => ({ id, revision: 1, mission: { name, people: "", purpose: "", notes: "", vessels: [5], from_us, to_us: null }, withdrawn: null });
+
+test("missions that are told again come before the older ones that are known, and unchanged ones stay the same", () => {
+  const before = [mission(1, 50), mission(4, 40), mission(2, 30)];
+  const all = withNewestMissions(before, { missions: [mission(9, 60), mission(1, 50, "renamed"), mission(4, 40)], next: "40.4" });
+  assert.deepEqual(all.map(({ id, mission: { name } }) => [id, name]), [[9, "m"], [1, "renamed"], [4, "m"], [2, "m"]]);
+  assert.equal(all[2], before[1], "the same object");
+  assert.deepEqual(withNewestMissions(before, { missions: [mission(9, 60)], next: null }).map(({ id }) => id), [9], "the others were withdrawn");
+});

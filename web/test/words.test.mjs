@@ -1,0 +1,82 @@
+// The catalogue of words against what scripts, templates and the server's pages ask of it: `npm test` runs this.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { mkdtemp, readFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { keysOfAlarms, keysOfScripts, keysOfServer, placesOf } from "./keys.mjs";
+
+const web = dirname(dirname(fileURLToPath(import.meta.url)));
+const text = await readFile(join(web, "../words/nb.json"), "utf8");
+const nb = JSON.parse(text);
+const scripts = keysOfScripts(web);
+const server = await keysOfServer(join(web, "../server"));
+const alarms = await keysOfAlarms(join(web, ".."));
+const asked = new Map([...scripts.keys, ...server, ...alarms]);
+
+test("texts are found in scripts, templates and the server's code", () => {
+  assert.ok(scripts.keys.length > 1_000, `${scripts.keys.length} in scripts`);
+  for (const [key, where] of [
+    ["STOP ALL", "src/ui/stopall.ts"],
+    ["{n} note.", "src/pages/logbook.tsx"],
+    ["Log out", "templates/base.html"],
+    ["{role} on {place}", "src/pages/rows.rs"],
+    ["Acknowledge alarm", "src/pages/actions.rs"],
+    ["No fish are heard meanwhile.", "crates/operations/src/alarms/kind.rs"],
+    ["You asked for this message under your name on the pages, Messages about alarms.", "shore/src/notices/content.rs"],
+  ]) {
+    assert.ok([...scripts.keys, ...server, ...alarms].some((one) => one[0] === key && one[1] === where), `${key} in ${where}`);
+  }
+  assert.deepEqual(scripts.unreadable, [], "t and tn take texts that are written out, or nobody finds them");
+});
+
+test("alarms have the same words in scripts as in the server's mails and logs", () => {
+  const inScripts = new Set(scripts.keys.map(([key]) => key));
+  const templates = alarms.filter(([, where]) => where === "crates/api/src/alarms.rs").map(([key]) => key);
+  assert.ok(templates.length > 8, templates.join());
+  assert.deepEqual(templates.filter((key) => !inScripts.has(key)), []);
+});
+
+test("Bokmål has every text", () => {
+  const missing = [...asked].filter(([key]) => !Object.hasOwn(nb, key)).map(([key, where]) => `${where}: ${key}`);
+  assert.deepEqual(missing, [], "words/nb.json lacks these");
+});
+
+test("Bokmål has no text that nobody asks for", () => {
+  assert.deepEqual(Object.keys(nb).filter((key) => !asked.has(key)), [], "take these out of words/nb.json");
+});
+
+test("a text in Bokmål has the places and the marks of the English one", () => {
+  const marks = (one) => [...one.matchAll(/<[^>]+>/g)].map(([mark]) => mark).sort();
+  for (const [english, bokmal] of Object.entries(nb)) {
+    assert.deepEqual(placesOf(bokmal), placesOf(english), english);
+    assert.deepEqual(marks(bokmal), marks(english), english);
+    assert.ok(bokmal.trim() === bokmal && bokmal !== "", english);
+  }
+});
+
+test("the catalogue is in the order of its keys, each once", () => {
+  const keys = [...text.matchAll(/^ "((?:[^"\\]|\\.)*)":/gm)].map(([, key]) => JSON.parse(`"${key}"`));
+  assert.equal(keys.length, Object.keys(nb).length);
+  assert.deepEqual(keys, [...keys].sort((one, other) => (one < other ? -1 : one > other ? 1 : 0)));
+});
+
+test("a text is said in the page's language, its values put in once", async () => {
+  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-words-")), "words.mjs");
+  await build({ entryPoints: [join(web, "src/words/words.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
+  const { t, tn } = await import(outfile);
+  assert.equal(t("{name} has control.", { name: "{name} {by}" }), "{name} {by} has control.");
+  assert.equal(tn(1, "{n} note.", "{n} notes."), "1 note.");
+  globalThis.lutraWords = nb;
+  try {
+    assert.equal(t("STOP {name}", { name: "otter-1" }), "STOPP otter-1");
+    assert.deepEqual([0, 1, 2].map((n) => tn(n, "{n} note.", "{n} notes.")), ["0 notater.", "1 notat.", "2 notater."]);
+    assert.equal(t("Nobody wrote this down: {n}.", { n: 3 }), "Nobody wrote this down: 3.");
+    for (const inherited of ["constructor", "toString"]) assert.equal(t(inherited), inherited);
+  } finally {
+    delete globalThis.lutraWords;
+  }
+});
