@@ -31,6 +31,7 @@ pub mod logbook;
 pub mod missions;
 pub mod notices;
 pub mod owners;
+mod once;
 mod parameters;
 pub mod plans;
 pub mod private;

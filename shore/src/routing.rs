@@ -4,10 +4,15 @@
 //! plan at once, a bounded number waits, and planning ends when the client goes away.
 
 use crate::charts::Set;
+use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
-use api::{SeaRoute, SeaRouteAnswer, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal, SeaRouteRequest};
-use guard::{GuardLimits, check_way};
-use planner::{Cancel, End, Moved, Needs, Refusal, Request, Route, RouteLeg};
+use api::{
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest,
+};
+use charts::depth_index::{Restriction, Water};
+use guard::{GuardLimits, LegCheck, Reason, check_way};
+use planner::{Cancel, End, Moved, Needs, Passable, Refusal, Request, Route, RouteLeg};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -137,30 +142,15 @@ impl Question {
     fn explain(&self, set: &Set, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
         // Cancelled: the client has gone.
         let Ok(passable) = set.router.passable(ends, &self.needs, cancel) else { return };
-        (refused.passable_depth_m, refused.passable_clearance_m) = (passable.depth_m, passable.clearance_m);
-        let mut would_do = Vec::new();
-        if let Some(depth_m) = passable.depth_m {
-            would_do.push(format!("a least depth of {depth_m} m"));
-        }
-        if let Some(clearance_m) = passable.clearance_m {
-            would_do.push(format!("a clearance of {clearance_m} m"));
-        }
-        let text = match &would_do[..] {
-            [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
-            some => format!("There is one with {}.", some.join(", or with ")),
-        };
-        let areas = if passable.by_rule_alone {
-            " Areas where entry is prohibited or restricted are in the way; without them there is a route."
-        } else {
-            ""
-        };
-        refused.text = format!("{} {text}{areas}", refused.text);
+        refused.text = format!("{} {}", refused.text, passable_text(&passable));
+        let Passable { depth_m, clearance_m, by_rule_alone } = passable;
+        refused.passable = Some(SeaRoutePassable { depth_m, clearance_m, by_rule_alone });
     }
 
     fn described(&self, route: &Route, set: &Set) -> SeaRoute {
         let dangers =
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
-        let refused = dangers.zip(1..).find(|(check, _)| check.reason.is_some());
+        let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
         let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
         SeaRoute {
             points: route.places().map(degrees).collect(),
@@ -170,8 +160,8 @@ impl Question {
             least_depth_m: route.least_depth_m(),
             least_clearance_m: route.least_clearance_m(),
             moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
-            guarded: refused.is_none(),
-            guard_text: refused.map(|(check, number)| format!("Leg {number}: {check}")),
+            guarded: guard.is_none(),
+            guard,
         }
     }
 }
@@ -210,23 +200,73 @@ fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
 }
 
 fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
-    let (code, nearest, gap_m) = match refusal {
-        Refusal::Closed { end: End::Start, nearest_m, .. } => ("closed_start", None, *nearest_m),
-        Refusal::Closed { end: End::Goal, nearest_m, .. } => ("closed_goal", None, *nearest_m),
-        Refusal::NoWay { nearest, gap_m } => ("no_way", Some(degrees(*nearest)), Some(*gap_m)),
-        Refusal::TooFar { .. } => ("too_far", None, None),
-        Refusal::NotConfirmed { .. } => ("not_confirmed", None, None),
-        Refusal::Needs(_) | Refusal::Plan(_) => ("failed", None, None),
+    let code = match refusal {
+        Refusal::Closed { end: End::Start, .. } => "closed_start",
+        Refusal::Closed { end: End::Goal, .. } => "closed_goal",
+        Refusal::NoWay { .. } => "no_way",
+        Refusal::TooFar { .. } => "too_far",
+        Refusal::NotConfirmed { .. } => "not_confirmed",
+        Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
-    SeaRouteRefusal {
+    let mut told = SeaRouteRefusal {
         code: code.to_owned(),
         text: sentence(&refusal.to_string()),
         stretch,
-        nearest,
-        gap_m,
-        passable_depth_m: None,
-        passable_clearance_m: None,
+        nearest: None,
+        gap_m: None,
+        closed: None,
+        apart_m: None,
+        passable: None,
+    };
+    match refusal {
+        Refusal::Closed { water, refused, nearest_m, allowed_m, .. } => {
+            told.gap_m = *nearest_m;
+            let code = water_code(*water, *refused).to_owned();
+            told.closed = Some(SeaRouteClosed { code, depth_m: water.least_m(), may_move_m: *allowed_m });
+        }
+        Refusal::NoWay { nearest, gap_m } => {
+            (told.nearest, told.gap_m) = (Some(degrees(*nearest)), Some(*gap_m));
+        }
+        Refusal::TooFar { straight_km, most_km } => {
+            told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
+        }
+        Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
     }
+    told
+}
+
+/// What closes a place, as a code of the guard.
+fn water_code(water: Water, refused: Option<Restriction>) -> &'static str {
+    let reason = match (water, refused) {
+        (Water::Depth { .. }, Some(restriction)) => Reason::Entry(restriction),
+        (Water::Depth { .. }, None) => Reason::TooShallow,
+        (Water::Land, _) => Reason::Land,
+        (Water::Obstacle, _) => Reason::Obstacle,
+        (Water::UnknownDepth, _) => Reason::UnknownDepth,
+        (Water::NoData, _) => Reason::NoData,
+        (Water::TooLow { .. }, _) => Reason::TooLow,
+    };
+    reason.code()
+}
+
+fn passable_text(passable: &Passable) -> String {
+    let mut would_do = Vec::new();
+    if let Some(depth_m) = passable.depth_m {
+        would_do.push(format!("a least depth of {depth_m} m"));
+    }
+    if let Some(clearance_m) = passable.clearance_m {
+        would_do.push(format!("a clearance of {clearance_m} m"));
+    }
+    let text = match &would_do[..] {
+        [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
+        some => format!("There is one with {}.", some.join(", or with ")),
+    };
+    let areas = if passable.by_rule_alone {
+        " Areas where entry is prohibited or restricted are in the way; without them there is a route."
+    } else {
+        ""
+    };
+    format!("{text}{areas}")
 }
 
 /// With a capital letter and a full stop.

@@ -1,5 +1,5 @@
-// A note on a bad link: node logbook-retry.mjs URL ONE-TIME-PASSWORD FROM TO. The server writes it and the answer is lost: the
-// form sends it again by itself, and there is one note. Prints nothing.
+// A note and a mission on a bad link: node logbook-retry.mjs URL ONE-TIME-PASSWORD FROM TO. The server takes them and the answer
+// is lost: the form sends it again by itself, and there is one. Prints nothing.
 
 import { check, fits, inBrowser, logIn, look, same } from "./browser.mjs";
 
@@ -35,13 +35,13 @@ await inBrowser(async (open) => {
   await text.fill("Receiver 12 moved 40 m west");
   await write.click();
   const status = form.getByRole("status");
-  await status.getByText("No answer yet. Trying again; your note is kept here …").waitFor();
+  await status.getByText("No answer yet. Trying again; what you wrote is kept here …").waitFor();
   await look(page, "logbook-no-answer");
   await page.setViewportSize({ width: 390, height: 844 });
   await fits(page, "the form while it waits");
   await page.setViewportSize({ width: 1440, height: 900 });
   gates.get(2).open();
-  await status.getByText("No answer after 2 tries. Trying again; your note is kept here …").waitFor();
+  await status.getByText("No answer after 2 tries. Trying again; what you wrote is kept here …").waitFor();
   // The form is empty when it was answered.
   gates.get(3).open();
   await page.waitForFunction((node) => node.value === "", await text.elementHandle());
@@ -54,4 +54,23 @@ await inBrowser(async (open) => {
   await write.click();
   await page.getByText("2 notes.", { exact: true }).waitFor();
   same([keys.length, new Set(keys).size], [4, 2], "by another key");
+
+  // A mission likewise.
+  const missionKeys = [];
+  await page.route(/\/api\/v1\/missions\?key=/, async (route) => {
+    missionKeys.push(new URL(route.request().url()).searchParams.get("key"));
+    if (missionKeys.length > 1) return route.continue();
+    check((await route.fetch()).ok(), "the server took the mission");
+    await route.abort("connectionreset");
+  });
+  await page.goto(`${url}/missions`);
+  await page.getByRole("button", { name: "New mission" }).click();
+  const mission = page.getByRole("form", { name: "New mission" });
+  await mission.getByLabel("Name").fill("Sent twice");
+  await mission.getByRole("checkbox").first().check();
+  await mission.getByRole("button", { name: "Save" }).click();
+  await page.getByRole("heading", { name: "Sent twice" }).waitFor();
+  await page.goto(`${url}/missions`);
+  await page.getByRole("link", { name: "Sent twice" }).waitFor();
+  same([await page.getByRole("link", { name: "Sent twice" }).count(), missionKeys.length, new Set(missionKeys).size], [1, 2, 1], "missions");
 });

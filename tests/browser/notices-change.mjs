@@ -27,13 +27,13 @@ await inBrowser(async (open) => {
   await page.evaluate(() => scrollTo(0, 0));
   await look(page, "notices-change");
 
-  // What cannot be is said, and the rule stays.
+  // What cannot be is said, the rule stays, and what was typed stands in its form.
   await form.getByLabel("Address or URL").fill("nowhere");
   await form.getByRole("button", { name: "Save the rule" }).click();
   await page.getByRole("alert").getByText('"nowhere" is no URL; give one like https://example.org/hook.').waitFor();
   await row("/before").getByText("alarm and worse, all vessels, at once").waitFor();
 
-  await change.click();
+  same(await form.getByLabel("Address or URL").inputValue(), "nowhere", "what was typed");
   await form.getByLabel("Address or URL").fill("http://127.0.0.1:9/after");
   await form.getByLabel("Least priority").selectOption("warning");
   await form.getByLabel("Vessel").selectOption("otter-0");
@@ -43,6 +43,15 @@ await inBrowser(async (open) => {
   await page.getByRole("status").getByText("The rule is changed.").waitFor();
   await row("/after").getByText("warning and worse, otter-0, not acknowledged for 5 min; and when it is over").waitFor();
   check((await row("http").count()) === 1, "it is the same rule");
+
+  // A new rule that cannot be likewise.
+  const adding = part.locator('form[action$="/notice"]');
+  await adding.getByLabel("Address or URL").fill("nowhere either");
+  await adding.getByLabel("Least priority").selectOption("caution");
+  await adding.getByRole("button", { name: "Add rule" }).click();
+  await page.getByRole("alert").getByText('"nowhere either" is no URL').waitFor();
+  same([await adding.getByLabel("Address or URL").inputValue(), await adding.getByLabel("Least priority").inputValue()], ["nowhere either", "caution"], "what was typed");
+  same(await row("/after").locator("details.change[open]").count(), 0, "the form of another rule");
   await page.goto(`${url}/admin/audit`);
   await page.getByRole("cell", { name: "Change rule for messages" }).waitFor();
 });

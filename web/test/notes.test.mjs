@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-notes-"));
 const outfile = join(folder, "notes.mjs");
 await build({ entryPoints: ["src/state/notes.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, NoteKeys, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
+const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
 
 const note = (time_us, text = "x") => ({ id: time_us, revision: 1, time_us, vessel: 5, vessel_name: null, lat_deg: null, lon_deg: null, text, by: "nils", written_us: 9, corrected: null, withdrawn: null, photo: null, may_change: true });
 
@@ -83,14 +83,3 @@ test("notes stand among the entries of their time, and older ones come with olde
   assert.ok(asked.every((one) => one.startsWith("vessel=5&")));
 });
 
-test("what is sent again as it was has the key of before; what was changed, and the next, have another", () => {
-  let made = 0;
-  const keys = new NoteKeys(() => `k${++made}`);
-  const draft = { ...EMPTY_DRAFT, text: "swell" };
-  assert.equal(keys.of(draft), "k1");
-  assert.equal(keys.of({ ...draft }), "k1", "nobody answered, and it is pressed again");
-  assert.equal(keys.of({ ...draft, lat: "63" }), "k2", "other words are another note: nothing that was typed is lost");
-  assert.equal(keys.of({ ...draft, lat: "63" }), "k2");
-  keys.answered();
-  assert.equal(keys.of({ ...draft, lat: "63" }), "k3", "the same words once more are meant");
-});

@@ -14,7 +14,7 @@ const { canGoAround, placesOfRoute, remarks, routeText, stretchAt, withRoute, wi
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
-const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard_text: null, ...more });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard: null, ...more });
 const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
 const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
 const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
@@ -28,8 +28,22 @@ test("a route is told in a line, with what is least", () => {
 
 test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(remarks({ route: found, refusal: null }), []);
-  assert.deepEqual(remarks({ route: route([], { moved: [{ end: "goal", distance_m: 20, text: "moved" }], guarded: false, guard_text: "Leg 2: land" }), refusal: null }), ["moved", "The guard would refuse it: Leg 2: land"]);
-  assert.deepEqual(remarks({ route: null, refusal: { text: "no way" } }), ["no way"]);
+  const guard = { code: "too-shallow", number: 1, depth_m: 2.5 };
+  assert.deepEqual(remarks({ route: route([], { moved: [{ end: "goal", distance_m: 20.4, text: "moved" }], guarded: false, guard }), refusal: null }), [
+    "The goal lies too near land, shallow water or a danger; it was moved by 20 m.",
+    "The guard would refuse leg 2: too shallow, 2.5 m",
+  ]);
+  const none = { text: "in English", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, passable: null };
+  const told = (refusal) => remarks({ route: null, refusal: { ...none, ...refusal } });
+  assert.deepEqual(told({ code: "failed" }), ["in English"]);
+  assert.deepEqual(told({ code: "closed_start", gap_m: 740.2, closed: { code: "land", depth_m: null, may_move_m: 200 } }), ["The start is closed (land). The nearest open water is 740 m away; it may be moved by 200 m."]);
+  assert.deepEqual(told({ code: "closed_goal", closed: { code: "too-shallow", depth_m: -1, may_move_m: 200 } }), ["The goal is closed (charted depth dries 1.0 m, or too near a danger), and there is no open water within 50 km."]);
+  assert.deepEqual(told({ code: "too_far", apart_m: [812_000, 500_000] }), ["Start and goal are 812 km apart; routes are planned up to 500 km: add places on the way."]);
+  const noWay = "No route is deep enough and keeps this clearance. The nearest place that can be reached is 812 m from the goal.";
+  assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);
+  const passable = { depth_m: 3, clearance_m: 12, by_rule_alone: false };
+  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable }), [noWay, "There is one with a least depth of 3 m, or with a clearance of 12 m."]);
+  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { depth_m: null, clearance_m: null, by_rule_alone: true } }), [noWay, "Neither a smaller depth nor a smaller clearance gives one.", "Areas where entry is prohibited or restricted are in the way; without them there is a route."]);
 });
 
 test("a route is a path of its own, after the chosen maneuver or at the end", () => {

@@ -55,7 +55,7 @@ pub use logbook::{
     LogNotesQuery, LogWord,
 };
 pub use missions::{
-    Mission, MissionChange, MissionRequest, MissionSummary, MissionVessel, Missions, MissionsQuery,
+    Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Missions, MissionsQuery,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{
@@ -64,7 +64,10 @@ pub use plans::{
     PlanUploadRequest, SpeedUnit, StoredPlan,
 };
 pub use refusals::{NoControl, Refusal, RefusalReason};
-pub use routing::{SeaRoute, SeaRouteAnswer, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal, SeaRouteRequest};
+pub use routing::{
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest,
+};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,

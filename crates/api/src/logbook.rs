@@ -76,6 +76,9 @@ pub struct LogNoteQuery {
     /// Names this note, so that it can be sent again where no answer came: what the same person sends with the same key is
     /// one note, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is a note of its own.
     pub key: Option<String>,
+    /// How long ago its writer sent it for the first time, ms, where no try before was answered; at most an hour. A note
+    /// without a time is about that moment.
+    pub waited_ms: Option<u32>,
 }
 
 /// A corrected note: all of its fields.

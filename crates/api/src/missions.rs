@@ -59,6 +59,15 @@ pub struct MissionChange {
     pub mission: MissionRequest,
 }
 
+/// What comes with a new mission.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(default, deny_unknown_fields)]
+pub struct MissionQuery {
+    /// Names this mission, so that it can be sent again where no answer came: what the same person sends with the same key is
+    /// one mission, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is its own.
+    pub key: Option<String>,
+}
+
 /// Which missions.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]

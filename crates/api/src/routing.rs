@@ -1,5 +1,6 @@
 //! Routes on the sea chart.
 
+use crate::GuardReason;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -67,8 +68,8 @@ pub struct SeaRoute {
     pub moved: Vec<SeaRouteMoved>,
     /// Whether the guard lets a vessel sail every leg by itself.
     pub guarded: bool,
-    /// Why not, for people.
-    pub guard_text: Option<String>,
+    /// The first leg that it refuses, by its number, and why; null where it refuses none.
+    pub guard: Option<GuardReason>,
 }
 
 /// A leg of a route.
@@ -116,8 +117,34 @@ pub struct SeaRouteRefusal {
     pub nearest: Option<[f64; 2]>,
     /// How far open water, or that place, is from where it was asked for (m).
     pub gap_m: Option<f64>,
-    /// The greatest least depth (m) that gives a route with this clearance; null if none was found, or not asked for.
-    pub passable_depth_m: Option<f64>,
-    /// The greatest clearance (m) that gives a route of this depth; null if none was found, or not asked for.
-    pub passable_clearance_m: Option<f64>,
+    /// What lies at an end that is closed; null for another reason.
+    pub closed: Option<SeaRouteClosed>,
+    /// How far start and goal are apart, and how far they may be (m); null for another reason.
+    pub apart_m: Option<[f64; 2]>,
+    /// What would give a route; null where that was not asked for.
+    pub passable: Option<SeaRoutePassable>,
+}
+
+/// What lies at an end of a route that is closed to the vessel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteClosed {
+    /// As the code of a [`GuardReason`]; `too-shallow` also where it is deep enough and a danger is too near.
+    pub code: String,
+    /// Least charted depth there (m); null where it is no water of known depth.
+    pub depth_m: Option<f64>,
+    /// How far the end may be moved (m).
+    pub may_move_m: f64,
+}
+
+/// What would give a route where there is none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRoutePassable {
+    /// The greatest least depth (m) that gives one with this clearance; null if none was found.
+    pub depth_m: Option<f64>,
+    /// The greatest clearance (m) that gives one of this depth; null if none was found.
+    pub clearance_m: Option<f64>,
+    /// Whether there is one without the areas where entry is prohibited or restricted.
+    pub by_rule_alone: bool,
 }

@@ -134,7 +134,7 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     let answer: SeaRouteAnswer = serde_json::from_str(&body).unwrap();
     let found = answer.route.expect("a route");
     assert!((2_500.0..3_200.0).contains(&found.length_m), "{}", found.length_m);
-    assert!(found.guarded && found.guard_text.is_none(), "{:?}", found.guard_text);
+    assert!(found.guarded && found.guard.is_none(), "{:?}", found.guard);
     assert_eq!((answer.asked_depth_m, found.points.len()), (5.0, found.legs.len() + 1));
     assert!(found.least_depth_m.unwrap() >= 5.0 && found.least_clearance_m.unwrap() >= 11.2);
     assert!((found.duration_s - found.length_m / 1.5).abs() < 1e-6);
@@ -145,7 +145,9 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     let shoal = json!({"points": [east, west], "least_depth_m": 0.5, "clearance_m": 2});
     let shoal: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &shoal).await.1).unwrap();
     let shoal = shoal.route.unwrap();
-    assert!(shoal.length_m < found.length_m && !shoal.guarded && shoal.guard_text.is_some());
+    assert!(shoal.length_m < found.length_m && !shoal.guarded);
+    let guard = shoal.guard.unwrap();
+    assert!(guard.code.starts_with("too-shallow") && (guard.number as usize) < shoal.legs.len(), "{guard:?}");
 }
 
 #[tokio::test]
@@ -158,7 +160,7 @@ async fn a_route_for_a_turning_radius_says_which_turns_leave_the_water() {
     assert_eq!(status, StatusCode::OK, "{body}");
     let answer: SeaRouteAnswer = serde_json::from_str(&body).unwrap();
     let found = answer.route.expect("a route");
-    assert!(found.guarded, "{:?}", found.guard_text);
+    assert!(found.guarded, "{:?}", found.guard);
     let texts: Vec<&String> = found.legs.iter().filter_map(|leg| leg.turn_text.as_ref()).collect();
     // It goes back on itself at the place in the west.
     assert!(texts.iter().any(|text| text.starts_with("The legs are too short for a turn")), "{texts:?}");
@@ -180,7 +182,9 @@ async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     assert_eq!(moved.iter().map(|one| one.end.as_str()).collect::<Vec<_>>(), ["goal"]);
     let far = json!({"points": [[63.4455, 10.352], [60.0, 5.0]]});
     let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &far).await.1).unwrap();
-    assert_eq!(answer.refusal.unwrap().code, "closed_goal");
+    let refusal = answer.refusal.unwrap();
+    let closed = refusal.closed.unwrap();
+    assert_eq!((&*refusal.code, &*closed.code, closed.depth_m), ("closed_goal", "no-data", None));
     // Too narrow: what would do is really enough.
     let wide = |clearance_m: f64| json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "clearance_m": clearance_m, "explain": true});
     let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &wide(190.0)).await.1).unwrap();
@@ -191,7 +195,9 @@ async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
         "{}",
         refusal.text
     );
-    let passable_m = refusal.passable_clearance_m.unwrap();
+    let passable = refusal.passable.unwrap();
+    assert!(!passable.by_rule_alone);
+    let passable_m = passable.clearance_m.unwrap();
     assert!((120.0..190.0).contains(&passable_m), "{passable_m}");
     let answer: SeaRouteAnswer =
         serde_json::from_str(&route(&shore, &token, &wide(passable_m)).await.1).unwrap();

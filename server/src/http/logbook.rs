@@ -119,10 +119,10 @@ pub(crate) async fn write(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
-    QueryParams(LogNoteQuery { key }): QueryParams<LogNoteQuery>,
+    QueryParams(sent): QueryParams<LogNoteQuery>,
     InBody(ask): InBody<LogNoteRequest>,
 ) -> Result<Json<LogNote>, ApiError> {
-    Ok(Json(state.shore.logbook.write(&who, remote.address.to_string(), ask, key).await?))
+    Ok(Json(state.shore.logbook.write(&who, remote.address.to_string(), ask, sent).await?))
 }
 
 /// What stands in the path of one note.

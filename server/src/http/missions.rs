@@ -5,7 +5,7 @@ use super::extract::{self, InBody, InPath, QueryParams};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
-use api::{Mission, MissionChange, MissionRequest, MissionSummary, Missions, MissionsQuery};
+use api::{Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, Missions, MissionsQuery};
 use axum::Json;
 use axum::extract::State;
 
@@ -25,9 +25,10 @@ pub(crate) async fn create(
     State(state): State<AppState>,
     Who(who): Who,
     remote: Remote,
+    QueryParams(sent): QueryParams<MissionQuery>,
     InBody(ask): InBody<MissionRequest>,
 ) -> Result<Json<Mission>, ApiError> {
-    Ok(Json(state.shore.missions.create(&who, remote.address.to_string(), ask).await?))
+    Ok(Json(state.shore.missions.create(&who, remote.address.to_string(), ask, sent).await?))
 }
 
 /// `GET /api/v1/missions/{id}`.

@@ -14,7 +14,7 @@ use api::{
     Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, ExportQuery, ExportSize,
     FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseRequest, LinkStatus,
     LiveFrame, LiveRequest, LogBook, LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision,
-    LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionRequest,
+    LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionQuery, MissionRequest,
     MissionSummary, Missions, MissionsQuery, NewToken, OrderRequest, Ordered, Person, PlanChange, PlanCheck,
     PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay,
     PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
@@ -375,6 +375,7 @@ fn missions_table() -> Vec<Route> {
             .query::<MissionsQuery>()
             .gives::<Missions>(),
         Route::post("/api/v1/missions", operator, "Write a mission down.", missions::create)
+            .query::<MissionQuery>()
             .takes::<MissionRequest>()
             .gives::<Mission>(),
         Route::get("/api/v1/missions/{id}", viewer, "A mission.", missions::one).gives::<Mission>(),

@@ -2,7 +2,7 @@
 
 use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
-use super::notices::{MessageRow, RuleRow, message_row, rule_row};
+use super::notices::{self, MessageRow, Refused, RuleForm, RuleRow, message_row, rule_row};
 use super::rows::{self, SessionRow, TokenRow};
 use super::words::t;
 use crate::AppState;
@@ -30,6 +30,9 @@ struct AccountPage {
     vessels: Vec<Vessel>,
     rules: Vec<RuleRow>,
     priorities: [Priority; 4],
+    new_rule: RuleForm,
+    /// How messages of the new rule go, where that was chosen.
+    new_way: &'static str,
     messages: Vec<MessageRow>,
     /// Whether this server sends mail, and webhooks.
     sends: (bool, bool),
@@ -55,6 +58,7 @@ pub(super) struct Words {
     pub(super) problem: String,
     pub(super) secret: String,
     pub(super) signing: String,
+    pub(super) refused: Option<Refused>,
 }
 
 /// `GET /account`.
@@ -96,7 +100,8 @@ pub(super) async fn show(
     let ((sessions, tokens), vessels) = read.await?;
     let mine = state.shore.notices.mine(who).await?;
     let settings = state.shore.notices.settings();
-    let (bad, language) = (!words.problem.is_empty(), frame.language);
+    let (bad, language, refused) = (!words.problem.is_empty(), frame.language, words.refused.as_ref());
+    let (new_rule, new_way) = notices::new_rule(language, &vessels, refused);
     let mut response = html(&AccountPage {
         frame: Frame { path: "/account".to_owned(), ..frame },
         must_change,
@@ -104,7 +109,9 @@ pub(super) async fn show(
         sessions: sessions.into_iter().map(|session| rows::session(session, own)).collect(),
         tokens: tokens.into_iter().map(|token| rows::token(language, token, &vessels)).collect(),
         priorities: [Priority::Emergency, Priority::Alarm, Priority::Warning, Priority::Caution],
-        rules: mine.rules.iter().map(|rule| rule_row(language, rule, &vessels)).collect(),
+        rules: mine.rules.iter().map(|rule| rule_row(language, rule, &vessels, refused)).collect(),
+        new_rule,
+        new_way,
         messages: mine.messages.into_iter().map(|message| message_row(language, message)).collect(),
         sends: (!settings.mail.host.is_empty(), settings.webhooks != Webhooks::Off),
         per_hour: PER_HOUR,

@@ -24,7 +24,14 @@ pub(super) struct RuleRow {
     pub(super) target: String,
     pub(super) about: String,
     pub(super) when: String,
-    /// What its form shows.
+    pub(super) form: RuleForm,
+    /// Whether the form shows what was refused.
+    pub(super) refused: bool,
+}
+
+/// What stands in the form of a rule.
+pub(super) struct RuleForm {
+    pub(super) target: String,
     pub(super) least: Priority,
     /// Address, name, and whether it is this rule's; that one also where it has no name any more.
     pub(super) vessels: Vec<(u16, String, bool)>,
@@ -32,6 +39,16 @@ pub(super) struct RuleRow {
     /// For how long nobody acknowledged an alarm: seconds, words, and whether it is this rule's.
     pub(super) waits: Vec<(u64, String, bool)>,
     pub(super) also_over: bool,
+}
+
+/// What somebody typed and was refused: it stands in its form again.
+#[derive(Clone)]
+pub(super) struct Refused {
+    /// The rule that was to change; `None` for a new one.
+    id: Option<i64>,
+    /// How a new rule's messages were to go.
+    way: &'static str,
+    typed: RuleChange,
 }
 
 /// What a form offers of times without an acknowledgement (s).
@@ -60,7 +77,12 @@ fn minutes(seconds: u64) -> String {
     }
 }
 
-pub(super) fn rule_row(language: Language, rule: &Rule, vessels: &[Vessel]) -> RuleRow {
+pub(super) fn rule_row(
+    language: Language,
+    rule: &Rule,
+    vessels: &[Vessel],
+    refused: Option<&Refused>,
+) -> RuleRow {
     let ask = &rule.ask;
     let least = match ask.least {
         Priority::Emergency => t(language, "emergencies").to_string(),
@@ -68,22 +90,13 @@ pub(super) fn rule_row(language: Language, rule: &Rule, vessels: &[Vessel]) -> R
             t(language, "{priority} and worse").with("priority", said(language, other.name())).to_string()
         }
     };
-    let of = ask.vessel.map(|address| {
-        let named = vessels.iter().find(|vessel| vessel.address == address);
-        named.map_or_else(|| format!("0x{address:04x}"), |vessel| vessel.name.clone())
-    });
-    let mut choices: Vec<(u16, String, bool)> = vessels
-        .iter()
-        .map(|vessel| (vessel.address, vessel.name.clone(), ask.vessel == Some(vessel.address)))
-        .collect();
-    if let (Some(address), Some(name), false) = (ask.vessel, &of, choices.iter().any(|choice| choice.2)) {
-        choices.push((address, name.clone(), true));
-    }
+    let of = ask.vessel.map(|address| name_of(address, vessels));
     let after_s = ask.after.as_secs();
     let begin = match after_s {
         0 => t(language, "at once"),
         other => t(language, "not acknowledged for {min} min").with("min", minutes(other)),
     };
+    let refused = refused.filter(|refused| refused.id == Some(rule.id));
     RuleRow {
         id: rule.id,
         target: ask.target.clone(),
@@ -93,12 +106,53 @@ pub(super) fn rule_row(language: Language, rule: &Rule, vessels: &[Vessel]) -> R
         } else {
             begin.to_string()
         },
-        least: ask.least,
-        vessels: choices,
-        every_vessel: ask.vessel.is_none(),
-        waits: waits(language, after_s),
-        also_over: ask.also_over,
+        form: match refused {
+            Some(refused) => rule_form(language, &refused.typed, vessels),
+            None => rule_form(language, &RuleChange::from(ask.clone()), vessels),
+        },
+        refused: refused.is_some(),
     }
+}
+
+/// The form of a new rule, and how its messages are to go.
+pub(super) fn new_rule(
+    language: Language,
+    vessels: &[Vessel],
+    refused: Option<&Refused>,
+) -> (RuleForm, &'static str) {
+    match refused.filter(|refused| refused.id.is_none()) {
+        Some(refused) => (rule_form(language, &refused.typed, vessels), refused.way),
+        None => {
+            let (target, after) = (String::new(), Duration::ZERO);
+            let empty =
+                RuleChange { target, least: Priority::Alarm, vessel: None, after, also_over: false };
+            (rule_form(language, &empty, vessels), "")
+        }
+    }
+}
+
+fn rule_form(language: Language, rule: &RuleChange, vessels: &[Vessel]) -> RuleForm {
+    let mut choices: Vec<(u16, String, bool)> = vessels
+        .iter()
+        .map(|vessel| (vessel.address, vessel.name.clone(), rule.vessel == Some(vessel.address)))
+        .collect();
+    if let (Some(address), false) = (rule.vessel, choices.iter().any(|choice| choice.2)) {
+        choices.push((address, name_of(address, vessels), true));
+    }
+    RuleForm {
+        target: rule.target.clone(),
+        least: rule.least,
+        vessels: choices,
+        every_vessel: rule.vessel.is_none(),
+        waits: waits(language, rule.after.as_secs()),
+        also_over: rule.also_over,
+    }
+}
+
+/// A vessel's name, or its address where it has none.
+fn name_of(address: u16, vessels: &[Vessel]) -> String {
+    let named = vessels.iter().find(|vessel| vessel.address == address);
+    named.map_or_else(|| format!("0x{address:04x}"), |vessel| vessel.name.clone())
 }
 
 /// A message as the page shows it.
@@ -118,8 +172,12 @@ pub(super) fn message_row(language: Language, message: Delivery) -> MessageRow {
     MessageRow { made: written(UtcTime::from_micros(message.made_us)), subject: message.subject, outcome }
 }
 
+/// The form of a rule: of a new one with its way, of one that changes with its number.
 #[derive(Debug, Deserialize)]
 pub(super) struct Wanted {
+    #[serde(default)]
+    id: i64,
+    #[serde(default)]
     way: String,
     target: String,
     least: String,
@@ -127,6 +185,13 @@ pub(super) struct Wanted {
     after_s: u64,
     #[serde(default)]
     also_over: bool,
+}
+
+impl Wanted {
+    fn typed(&self, vessel: Option<u16>, least: Priority) -> RuleChange {
+        let (target, after) = (self.target.trim().to_owned(), Duration::from_secs(self.after_s));
+        RuleChange { target, least, vessel, after, also_over: self.also_over }
+    }
 }
 
 /// `POST /account/notice`.
@@ -138,35 +203,33 @@ pub(super) async fn add(
     Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
     in_person(&who)?;
-    let words = match ask(&wanted)? {
-        Err(problem) => Words { problem, ..Words::default() },
-        Ok(ask) => match state.shore.notices.add(&who, remote.address.to_string(), ask).await {
-            Ok(Made { secret, .. }) if secret.is_empty() => {
-                return Ok(Redirect::to("/account?done=rule").into_response());
+    let vessel = vessel(&wanted.vessel)?;
+    let problem = match (Way::named(&wanted.way), Priority::named(&wanted.least)) {
+        (None, _) => "A message goes by mail or webhook.".to_owned(),
+        (_, None) => NO_PRIORITY.to_owned(),
+        (Some(way), Some(least)) => {
+            let typed = wanted.typed(vessel, least);
+            match state.shore.notices.add(&who, remote.address.to_string(), typed.clone().of(way)).await {
+                Ok(Made { secret, .. }) if secret.is_empty() => {
+                    return Ok(Redirect::to("/account?done=rule").into_response());
+                }
+                Ok(Made { secret, .. }) => {
+                    return show(&state, &who, frame, Words { signing: secret, ..Words::default() }).await;
+                }
+                Err(error) if error.kind == ErrorKind::Refused => {
+                    let refused = Some(Refused { id: None, way: way.name(), typed });
+                    return show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() })
+                        .await;
+                }
+                Err(error) => return Err(ApiError::from(error).into()),
             }
-            Ok(Made { secret, .. }) => Words { signing: secret, ..Words::default() },
-            Err(error) if error.kind == ErrorKind::Refused => {
-                Words { problem: error.text, ..Words::default() }
-            }
-            Err(error) => return Err(ApiError::from(error).into()),
-        },
+        }
     };
-    show(&state, &who, frame, words).await
+    show(&state, &who, frame, Words { problem, ..Words::default() }).await
 }
 
 /// What is said where a priority is none.
 const NO_PRIORITY: &str = "Alarms are emergency, alarm, warning or caution.";
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Changed {
-    id: i64,
-    target: String,
-    least: String,
-    vessel: String,
-    after_s: u64,
-    #[serde(default)]
-    also_over: bool,
-}
 
 /// `POST /account/notice/change`.
 pub(super) async fn change(
@@ -174,38 +237,22 @@ pub(super) async fn change(
     Who(who): Who,
     frame: Frame,
     remote: Remote,
-    Sent(sent): Sent<Changed>,
+    Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
     in_person(&who)?;
-    let vessel = vessel(&sent.vessel)?;
-    let outcome = match Priority::named(&sent.least) {
-        None => Err(shore::Error::refused(NO_PRIORITY)),
-        Some(least) => {
-            let (after, target) = (Duration::from_secs(sent.after_s), sent.target.trim().to_owned());
-            let change = RuleChange { target, least, vessel, after, also_over: sent.also_over };
-            state.shore.notices.change(&who, remote.address.to_string(), sent.id, change).await
-        }
+    let (id, vessel) = (wanted.id, vessel(&wanted.vessel)?);
+    let Some(least) = Priority::named(&wanted.least) else {
+        return show(&state, &who, frame, Words { problem: NO_PRIORITY.to_owned(), ..Words::default() }).await;
     };
-    match outcome {
+    let typed = wanted.typed(vessel, least);
+    match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {
         Ok(()) => Ok(Redirect::to("/account?done=rule-changed").into_response()),
         Err(error) if error.kind == ErrorKind::Refused => {
-            show(&state, &who, frame, Words { problem: error.text, ..Words::default() }).await
+            let refused = Some(Refused { id: Some(id), way: "", typed });
+            show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() }).await
         }
         Err(error) => Err(ApiError::from(error).into()),
     }
-}
-
-fn ask(wanted: &Wanted) -> Result<Result<RuleRequest, String>, ApiError> {
-    let vessel = vessel(&wanted.vessel)?;
-    let Some(way) = Way::named(&wanted.way) else {
-        return Ok(Err("A message goes by mail or webhook.".to_owned()));
-    };
-    let Some(least) = Priority::named(&wanted.least) else {
-        return Ok(Err(NO_PRIORITY.to_owned()));
-    };
-    let after = Duration::from_secs(wanted.after_s);
-    let target = wanted.target.trim().to_owned();
-    Ok(Ok(RuleRequest { way, target, least, vessel, after, also_over: wanted.also_over }))
 }
 
 #[derive(Debug, Deserialize)]

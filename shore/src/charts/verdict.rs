@@ -42,7 +42,8 @@ pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
     }
 }
 
-fn reason(leg: &LegCheck) -> Option<GuardReason> {
+/// Why a leg is refused, if it is.
+pub(crate) fn reason(leg: &LegCheck) -> Option<GuardReason> {
     let (spot, why) = (&leg.spot, leg.reason?);
     let entered = leg.area.as_ref().filter(|_| matches!(why, Reason::Entry(_)));
     Some(GuardReason {

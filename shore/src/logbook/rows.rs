@@ -164,8 +164,6 @@ impl Request for Earlier {
 #[derive(Debug)]
 pub(super) struct Write {
     pub(super) said: Said,
-    /// What the writer's page made for it.
-    pub(super) key: Option<String>,
     pub(super) person: i64,
     pub(super) by: String,
     pub(super) now: UtcTime,
@@ -175,41 +173,19 @@ impl Request for Write {
     type Answer = i64;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
-        let Self { said, key, person, by, now } = self;
-        // Two of one key may wait for the disk together.
-        if let Some(key) = &key
-            && let Some(first) = (ByKey { person, key: key.clone() }).run(&mut *db).await?
-        {
-            return Ok(first);
-        }
+        let Self { said, person, by, now } = self;
         let last: Option<i64> =
             sqlx::query_scalar("SELECT max(id) FROM log_note").fetch_one(&mut *db).await?;
         if last >= Some(NOTES) {
             return Err(Fault::Refused(format!("The log book is full: it holds {NOTES} notes.")));
         }
-        let sql = "INSERT INTO log_note (revision, time_us, vessel, lat_deg, lon_deg, text, folded, person, by, written_us, key)
-                   VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)";
+        let sql = "INSERT INTO log_note (revision, time_us, vessel, lat_deg, lon_deg, text, folded, person, by, written_us)
+                   VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)";
         let query = sqlx::query(sql).bind(said.time_us).bind(said.vessel);
         let query = query.bind(said.place.map(|place| place.0)).bind(said.place.map(|place| place.1));
         let query = query.bind(&said.text).bind(said.text.to_lowercase());
-        let query = query.bind(person).bind(by).bind(now.micros()).bind(key);
+        let query = query.bind(person).bind(by).bind(now.micros());
         Ok(query.execute(db).await?.last_insert_rowid())
-    }
-}
-
-/// The number of the note that a person wrote by a key.
-#[derive(Debug)]
-pub(super) struct ByKey {
-    pub(super) person: i64,
-    pub(super) key: String,
-}
-
-impl Request for ByKey {
-    type Answer = Option<i64>;
-
-    async fn run(self, db: &mut SqliteConnection) -> Result<Option<i64>, Fault> {
-        let sql = "SELECT id FROM log_note WHERE person = ?1 AND key = ?2";
-        Ok(sqlx::query_scalar(sql).bind(self.person).bind(self.key).fetch_optional(db).await?)
     }
 }
 

@@ -5,13 +5,14 @@
 
 use super::photos::{self, ALL_BYTES, Photo, Photos};
 use super::rows::{
-    AddPhoto, ByKey, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw,
+    AddPhoto, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw,
     Write,
 };
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result, slow};
 use crate::identity::{Fault, People, Principal};
-use api::{LogNote, LogNoteChange, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role};
+use crate::once::{Key, Made, Once};
+use api::{LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role};
 use imc::Address;
 use std::path::Path;
 use std::sync::Arc;
@@ -19,8 +20,8 @@ use tokio::sync::Mutex;
 
 /// Letters of a note.
 const LETTERS: usize = 4_000;
-/// Letters of the key of a note.
-const KEY_LETTERS: usize = 64;
+/// For so long a note may have been on its way (ms).
+const LONGEST_WAIT_MS: u32 = 3_600_000;
 /// Times that JavaScript holds exactly (µs since 1970 UTC).
 pub(crate) const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
@@ -92,21 +93,28 @@ impl Logbook {
         who: &Principal,
         from: String,
         ask: LogNoteRequest,
-        key: Option<String>,
+        LogNoteQuery { key, waited_ms }: LogNoteQuery,
     ) -> Result<LogNote> {
-        if key.as_ref().is_some_and(|key| key.is_empty() || key.chars().count() > KEY_LETTERS) {
-            return Err(malformed(format!("key: give 1 to {KEY_LETTERS} characters, or none")));
+        let key = Key::new(Made::Note, who.person, key)?;
+        let waited_ms = waited_ms.unwrap_or(0);
+        if waited_ms > LONGEST_WAIT_MS {
+            return Err(malformed(format!(
+                "waited_ms: a note is sent for {LONGEST_WAIT_MS} ms at most; give it a time"
+            )));
         }
         if let Some(key) = &key
-            && let Some(first) = self.people.ask(ByKey { person: who.person, key: key.clone() }).await?
+            && let Some(first) = self.people.ask(key.clone()).await?
         {
             return self.one(who, first).await;
         }
         let now = self.clock.utc();
-        let said = said(&ask, now.micros())?;
+        // Its writer meant the moment at which it was sent, not that at which a bad link let it through.
+        let meant_us = now.micros() - i64::from(waited_ms) * 1_000;
+        let said = said(&ask, meant_us)?;
         may_write(who, said.vessel)?;
         let subject = subject(said.vessel, &said.text);
-        let write = Write { said, key, person: who.person, by: who.name.clone(), now };
+        let make = Write { said, person: who.person, by: who.name.clone(), now };
+        let write = Once { key, make };
         let id = self.people.act(who, from, "logbook.write", subject, write).await?;
         self.one(who, id).await
     }

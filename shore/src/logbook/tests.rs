@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::error::ErrorKind;
 use crate::identity::{Fault, Grants, People, Principal, Request, Settings, Via, migrated};
 use crate::owners::Owners;
-use api::{LogNote, LogNoteRequest, LogWord, Permission, Role};
+use api::{LogNote, LogNoteQuery, LogNoteRequest, LogWord, Permission, Role};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -14,7 +14,7 @@ fn said(time_us: i64, vessel: Option<u16>, text: &str) -> Said {
 }
 
 async fn write(db: &mut SqliteConnection, said: Said) -> i64 {
-    let write = Write { said, key: None, person: 7, by: "nils".to_owned(), now: UtcTime::from_micros(90) };
+    let write = Write { said, person: 7, by: "nils".to_owned(), now: UtcTime::from_micros(90) };
     write.run(db).await.unwrap()
 }
 
@@ -92,27 +92,6 @@ async fn what_is_corrected_or_withdrawn_is_kept() {
 }
 
 #[tokio::test]
-async fn what_a_person_sends_again_by_one_key_is_one_note() {
-    let mut db = migrated().await;
-    let db = &mut db;
-    let send = |person, key: Option<&str>, text: &str| Write {
-        said: said(10, None, text),
-        key: key.map(str::to_owned),
-        person,
-        by: "nils".to_owned(),
-        now: UtcTime::from_micros(90),
-    };
-    let first = send(7, Some("a"), "wind").run(db).await.unwrap();
-    assert_eq!(send(7, Some("a"), "wind, again").run(db).await.unwrap(), first);
-    assert_ne!(send(8, Some("a"), "another person's").run(db).await.unwrap(), first);
-    assert_ne!(send(7, Some("b"), "another key").run(db).await.unwrap(), first);
-    let plain = send(7, None, "no key").run(db).await.unwrap();
-    assert_ne!(send(7, None, "no key").run(db).await.unwrap(), plain, "each is a note of its own");
-    assert_eq!(texts(db, Filter { text: "again".to_owned(), ..Filter::default() }).await, [""; 0]);
-    assert_eq!(texts(db, Filter::default()).await.len(), 5);
-}
-
-#[tokio::test]
 async fn a_note_has_one_photo_and_all_are_counted() {
     let mut db = migrated().await;
     let db = &mut db;
@@ -167,6 +146,12 @@ fn the_file_quotes_text_and_keeps_it_from_being_a_formula() {
     assert_eq!(CSV_HEAD.split(',').count(), 13);
 }
 
+fn operator() -> Principal {
+    let grants = Grants::new(&[Permission { vessel: None, role: Role::Operator }]);
+    let via = Via::Token { id: 1, label: "test".to_owned() };
+    Principal { person: 7, name: "nils".to_owned(), grants, language: None, via }
+}
+
 /// Says that a note has a photo as large as all may be together.
 struct Fill(i64);
 
@@ -187,14 +172,12 @@ async fn photos_together_keep_within_their_bound_and_the_note_stays() {
     let owners = Owners::new(clock.clone());
     let people = People::start(folder.path(), &Settings::default(), &owners, clock.clone()).await.unwrap().0;
     let logbook = Logbook::new(people.clone(), clock, folder.path());
-    let grants = Grants::new(&[Permission { vessel: None, role: Role::Operator }]);
-    let via = Via::Token { id: 1, label: "test".to_owned() };
-    let who = Principal { person: 7, name: "nils".to_owned(), grants, language: None, via };
+    let who = operator();
     let here = || "::1".to_owned();
     let mut ids = Vec::new();
     for text in ["full", "one more"] {
         let ask = LogNoteRequest { text: text.to_owned(), ..LogNoteRequest::default() };
-        ids.push(logbook.write(&who, here(), ask, None).await.unwrap().id);
+        ids.push(logbook.write(&who, here(), ask, LogNoteQuery::default()).await.unwrap().id);
     }
     let photo = b"\x89PNG\r\n\x1A\nrest".to_vec();
     people.change(Fill(ids[0])).await.unwrap();
@@ -203,4 +186,24 @@ async fn photos_together_keep_within_their_bound_and_the_note_stays() {
     assert!(!folder.path().join("logbook").exists(), "nothing was written");
     let notes = logbook.page(&who, Filter::default(), None, 10).await.unwrap().notes;
     assert_eq!((notes.len(), notes[0].photo.as_deref()), (2, None), "the note is kept");
+}
+
+#[tokio::test]
+async fn a_note_without_a_time_is_about_the_moment_it_was_sent_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let clock = Clock::real();
+    let owners = Owners::new(clock.clone());
+    let people = People::start(folder.path(), &Settings::default(), &owners, clock.clone()).await.unwrap().0;
+    let logbook = Logbook::new(people, clock.clone(), folder.path());
+    let who = operator();
+    let send = |time_us, waited_ms| {
+        let ask = LogNoteRequest { text: "swell".to_owned(), time_us, ..LogNoteRequest::default() };
+        logbook.write(&who, "::1".to_owned(), ask, LogNoteQuery { key: None, waited_ms })
+    };
+    let now_us = clock.utc().micros();
+    let late_us = send(None, Some(90_000)).await.unwrap().time_us - now_us;
+    assert!((-90_000_000..-60_000_000).contains(&late_us), "{late_us}");
+    assert_eq!(send(Some(5), Some(90_000)).await.unwrap().time_us, 5, "its own time stays");
+    let told = send(None, Some(3_600_001)).await.unwrap_err();
+    assert!(told.text.starts_with("waited_ms"), "{told}");
 }

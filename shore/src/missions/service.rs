@@ -9,7 +9,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;
 use crate::identity::{People, Principal};
 use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
-use api::{LogWord, Mission, MissionChange, MissionRequest, MissionSummary, MissionVessel, Role};
+use crate::once::{Key, Made, Once};
+use api::{LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role};
 use std::sync::Arc;
 use store::TimeRange;
 use tokio::sync::Semaphore;
@@ -63,15 +64,28 @@ impl Missions {
         Ok(told(who, self.find(who, id).await?))
     }
 
-    /// Writes a mission down.
+    /// Writes a mission down. What one person sends again by the same key is no second mission: the first one is the answer.
     ///
     /// # Errors
     /// The person may not, or the field that is named cannot be.
-    pub async fn create(&self, who: &Principal, from: String, ask: MissionRequest) -> Result<Mission> {
+    pub async fn create(
+        &self,
+        who: &Principal,
+        from: String,
+        ask: MissionRequest,
+        MissionQuery { key }: MissionQuery,
+    ) -> Result<Mission> {
+        let key = Key::new(Made::Mission, who.person, key)?;
+        if let Some(key) = &key
+            && let Some(first) = self.people.ask(key.clone()).await?
+        {
+            return self.one(who, first).await;
+        }
         let mission = checked(ask)?;
         may_all(who, &mission.vessels)?;
         let subject = mission.name.clone();
-        let create = Create { mission, by: who.name.clone(), now: self.clock.utc() };
+        let make = Create { mission, by: who.name.clone(), now: self.clock.utc() };
+        let create = Once { key, make };
         let id = self.people.act(who, from, "mission.create", subject, create).await?;
         self.one(who, id).await
     }

@@ -75,9 +75,16 @@ pub struct RuleChange {
 }
 
 impl RuleChange {
-    pub(super) fn of(self, way: Way) -> RuleRequest {
+    /// The rule that it makes of one of this way.
+    pub fn of(self, way: Way) -> RuleRequest {
         let Self { target, least, vessel, after, also_over } = self;
         RuleRequest { way, target, least, vessel, after, also_over }
+    }
+}
+
+impl From<RuleRequest> for RuleChange {
+    fn from(RuleRequest { target, least, vessel, after, also_over, .. }: RuleRequest) -> Self {
+        Self { target, least, vessel, after, also_over }
     }
 }
 

@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type MissionDraft, missionWrong } from "../state/missions";
 import type { Wrong } from "../state/notes";
+import { sendingText } from "../state/sending";
 import { t } from "../words/words";
 
 interface Needs {
@@ -10,8 +11,8 @@ interface Needs {
   /** Vessels that may be chosen: addresses and names. */
   readonly vessels: readonly (readonly [number, string])[];
   readonly label: string;
-  /** Sends it; what is wrong, or nothing where it is done. */
-  send(draft: MissionDraft): Promise<Wrong | undefined>;
+  /** Sends it; what is wrong, or nothing where it is done. `waits` is told where nobody answered and it is tried again. */
+  send(draft: MissionDraft, waits: (tries: number) => void): Promise<Wrong | undefined>;
   cancel(): void;
 }
 
@@ -19,6 +20,7 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
   const [draft, set] = useState(first);
   const [wrong, told] = useState<Wrong | undefined>(undefined);
   const [busy, work] = useState(false);
+  const [tries, waits] = useState(0);
   const name = useRef<HTMLInputElement>(null);
   useEffect(() => name.current?.focus(), []);
   const change = (part: Partial<MissionDraft>): void => {
@@ -31,7 +33,8 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
     let now = missionWrong(draft);
     if (!now) {
       work(true);
-      now = await send(draft);
+      waits(0);
+      now = await send(draft, waits);
       work(false);
     }
     told(now);
@@ -86,7 +89,7 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
       <p class="row">
         <button class="main" aria-disabled={busy}>{t("Save")}</button>
         <button type="button" onClick={cancel}>{t("Cancel")}</button>
-        <span role="status">{busy ? t("Sending …") : ""}</span>
+        <span role="status">{busy ? sendingText(tries) : ""}</span>
         {wrong && !document.getElementById(`mission-${wrong.field}`) && <span class="bad-text" role="alert">{wrong.text}</span>}
       </p>
     </form>

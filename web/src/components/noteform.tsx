@@ -3,7 +3,8 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type Draft, LETTERS, PHOTO_KINDS, type Wrong, wrongOf } from "../state/notes";
-import { t, tn } from "../words/words";
+import { sendingText } from "../state/sending";
+import { t } from "../words/words";
 
 interface Needs {
   readonly draft: Draft;
@@ -55,10 +56,6 @@ export function NoteForm(needs: Needs) {
       </p>
     </form>
   );
-}
-
-function sendingText(tries: number): string {
-  return tries ? tn(tries, "No answer yet. Trying again; your note is kept here …", "No answer after {n} tries. Trying again; your note is kept here …") : t("Sending …");
 }
 
 /** What ties a field to its label and to what is wrong with it. */

@@ -9,7 +9,8 @@ import { resource } from "../api/resource";
 import { NoteForm } from "../components/noteform";
 import { NoteList } from "../components/notelist";
 import { Spans, TimeSpan } from "../components/timespan";
-import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, NoteKeys, questionOf, withNewest, type Wrong } from "../state/notes";
+import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, withNewest, type Wrong } from "../state/notes";
+import { Keys } from "../state/sending";
 import { pickedUs } from "../state/takeout";
 import { newKey } from "../state/window";
 import { createChrome } from "../ui/chrome";
@@ -39,7 +40,7 @@ class Book {
   readonly page = resource<LogNotes>();
   /** A photo that did not get through; its note did. */
   readonly unsent = signal<{ readonly note: LogNote; readonly photo: File; readonly why: string } | undefined>(undefined);
-  private readonly keys = new NoteKeys(newKey);
+  private readonly keys = new Keys<Draft>(newKey);
 
   constructor(first: Filter) {
     [this.vessel, this.from, this.to] = [signal(first.vessel), signal(first.from), signal(first.to)];
@@ -70,8 +71,9 @@ class Book {
 
   readonly write = async (written: Draft, photo: File | undefined, waits: (tries: number) => void): Promise<Wrong | undefined> => {
     try {
-      const query = new URLSearchParams({ key: this.keys.of(written) });
-      const note = await postUntilAnswered<LogNote>(`/api/v1/logbook?${query}`, PATIENCE_MS, SENT_WITHIN_MS, askOf(written), waits);
+      const key = this.keys.of(written);
+      const path = (waited_ms: number): string => `/api/v1/logbook?${new URLSearchParams({ key, waited_ms: String(waited_ms) })}`;
+      const note = await postUntilAnswered<LogNote>(path, PATIENCE_MS, SENT_WITHIN_MS, askOf(written), waits);
       this.keys.answered();
       if (photo) await this.addPhoto(note, photo);
       void this.show();

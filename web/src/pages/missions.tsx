@@ -2,17 +2,22 @@
 
 import { signal } from "@preact/signals";
 import { render } from "preact";
-import { getJson, postJson, reason } from "../api/http";
+import { getJson, reason } from "../api/http";
 import type { Mission, Missions, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
+import { postUntilAnswered } from "../api/retry";
 import { MissionForm } from "../components/missionform";
 import { type MissionDraft, missionAsk, newDraft, withNewestMissions } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
+import { Keys } from "../state/sending";
+import { newKey } from "../state/window";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, utc } from "../ui/format";
 import { t } from "../words/words";
 
 const PATIENCE_MS = 15_000;
+/** For so long a mission that nobody answers is sent again by itself, ms. */
+const SENT_WITHIN_MS = 120_000;
 /** What others did comes after so long at most, ms. */
 const AGAIN_MS = 20_000;
 
@@ -53,9 +58,13 @@ class List {
   }
 }
 
-async function create(draft: MissionDraft): Promise<Wrong | undefined> {
+const keys = new Keys<MissionDraft>(newKey);
+
+async function create(draft: MissionDraft, waits: (tries: number) => void): Promise<Wrong | undefined> {
   try {
-    const made = await postJson<Mission>("/api/v1/missions", PATIENCE_MS, missionAsk(draft));
+    const query = new URLSearchParams({ key: keys.of(draft) });
+    const made = await postUntilAnswered<Mission>(() => `/api/v1/missions?${query}`, PATIENCE_MS, SENT_WITHIN_MS, missionAsk(draft), waits);
+    keys.answered();
     location.assign(`/missions/${made.id}`);
     return undefined;
   } catch (error) {

@@ -65,25 +65,6 @@ export function isSame(one: Draft, other: Draft): boolean {
   return (Object.keys(one) as (keyof Draft)[]).every((field) => one[field] === other[field]);
 }
 
-/**
- * Keys of notes on their way. What is sent again as it was has the key of before, so that the server writes it once; what was
- * changed meanwhile, and what comes after an answer, is another note.
- */
-export class NoteKeys {
-  private last: { readonly draft: Draft; readonly key: string } | undefined;
-
-  constructor(private readonly make: () => string) {}
-
-  of(draft: Draft): string {
-    if (!this.last || !isSame(this.last.draft, draft)) this.last = { draft, key: this.make() };
-    return this.last.key;
-  }
-
-  answered(): void {
-    this.last = undefined;
-  }
-}
-
 /** A correction whose time was not touched leaves the note's own, which may be finer than a picker. */
 export function correctionOf(note: LogNote, draft: Draft): LogNoteRequest {
   const ask = askOf(draft);

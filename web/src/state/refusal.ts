@@ -28,9 +28,14 @@ const CODES: Readonly<Record<string, string>> = {
   "entry-restricted": t("entry restricted"),
 };
 
+/** What a code of the guard is called. */
+export function spotName(code: string): string {
+  return CODES[code] ?? code;
+}
+
 /** What is wrong at a spot, for the map. */
 export function spotLabel({ code, depth_m }: GuardReason): string {
-  return `${CODES[code] ?? code}${depth_m === null ? "" : `, ${depthText(depth_m)}`}`;
+  return `${spotName(code)}${depth_m === null ? "" : `, ${depthText(depth_m)}`}`;
 }
 
 /** The spots of refused legs. */

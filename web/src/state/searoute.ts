@@ -1,9 +1,11 @@
 // A route on the sea chart between places that a person chose: what is asked, in what words it is answered, and how it
 // becomes part of a plan. No page in it.
 
-import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer } from "../api/types.gen";
+import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal } from "../api/types.gen";
 import { t } from "../words/words";
+import { depthText } from "./chart";
 import { KINDS } from "./plan";
+import { spotLabel, spotName } from "./refusal";
 
 /** What a way around something is for. */
 export interface Around {
@@ -37,10 +39,42 @@ export function lengthOf(metres: number): string {
 
 /** What is to be known of an answer beside the route itself. */
 export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refusal">): string[] {
-  if (refusal) return [refusal.text];
+  if (refusal) return refusalTexts(refusal);
   if (!route) return [];
-  const guard = route.guarded ? [] : [t("The guard would refuse it: {text}", { text: route.guard_text ?? t("it asks for more water") })];
-  return [...route.moved.map(({ text }) => text), ...guard];
+  const { guard } = route;
+  return [...route.moved.map(movedText), ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+}
+
+function movedText({ end, distance_m }: SeaRouteMoved): string {
+  const distance = Math.round(distance_m);
+  return end === "start"
+    ? t("The start lies too near land, shallow water or a danger; it was moved by {distance} m.", { distance })
+    : t("The goal lies too near land, shallow water or a danger; it was moved by {distance} m.", { distance });
+}
+
+/** Why there is no route, and what would give one. What has no code is said as the server said it. */
+function refusalTexts(refusal: SeaRouteRefusal): string[] {
+  const { code, text, gap_m, closed, apart_m, passable } = refusal;
+  if (closed) return [closedText(code === "closed_start", closed, gap_m)];
+  if (apart_m) return [t("Start and goal are {distance} km apart; routes are planned up to {most} km: add places on the way.", { distance: Math.round(apart_m[0] / 1000), most: Math.round(apart_m[1] / 1000) })];
+  if (code !== "no_way") return [text];
+  const none = t("No route is deep enough and keeps this clearance. The nearest place that can be reached is {distance} m from the goal.", { distance: Math.round(gap_m ?? 0) });
+  return passable ? [none, ...passableTexts(passable)] : [none];
+}
+
+function closedText(start: boolean, { code, depth_m, may_move_m }: SeaRouteClosed, gap_m: number | null): string {
+  const place = start ? t("The start") : t("The goal");
+  const why = code === "too-shallow" && depth_m !== null ? t("charted depth {depth}, or too near a danger", { depth: depthText(depth_m) }) : spotName(code);
+  if (gap_m === null) return t("{place} is closed ({why}), and there is no open water within 50 km.", { place, why });
+  return t("{place} is closed ({why}). The nearest open water is {distance} m away; it may be moved by {most} m.", { place, why, distance: Math.round(gap_m), most: Math.round(may_move_m) });
+}
+
+function passableTexts({ depth_m, clearance_m, by_rule_alone }: SeaRoutePassable): string[] {
+  const depth = depth_m === null ? "" : t("a least depth of {depth} m", { depth: depth_m });
+  const clearance = clearance_m === null ? "" : t("a clearance of {distance} m", { distance: clearance_m });
+  const both = depth && clearance ? t("{one}, or with {other}", { one: depth, other: clearance }) : depth || clearance;
+  const would = both ? t("There is one with {what}.", { what: both }) : t("Neither a smaller depth nor a smaller clearance gives one.");
+  return by_rule_alone ? [would, t("Areas where entry is prohibited or restricted are in the way; without them there is a route.")] : [would];
 }
 
 /** With the route as a path of its own after a maneuver, or at the end. */

@@ -1,0 +1,24 @@
+// Keys of what is on its way: bundled for Node.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { mkdtemp } from "node:fs/promises";
+
+const outfile = join(await mkdtemp(join(tmpdir(), "lutra-sending-")), "sending.mjs");
+await build({ entryPoints: ["src/state/sending.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+const { Keys } = await import(outfile);
+
+test("what is sent again as it was has the key of before; what was changed, and the next, have another", () => {
+  let made = 0;
+  const keys = new Keys(() => `k${++made}`);
+  const draft = { text: "swell", lat: "" };
+  assert.equal(keys.of(draft), "k1");
+  assert.equal(keys.of({ ...draft }), "k1", "nobody answered, and it is pressed again");
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k2", "other words are another note: nothing that was typed is lost");
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k2");
+  keys.answered();
+  assert.equal(keys.of({ ...draft, lat: "63" }), "k3", "the same words once more are meant");
+});
