@@ -141,6 +141,7 @@ export function nearestStretch(line: readonly Place[], place: Place): number | u
 /** What one may leave out of the chart; its base not. */
 export const SWITCHES = [
   ["soundings", t("Soundings")],
+  ["contours", t("Depths of contours")],
   ["aids", t("Buoys, beacons, lights")],
   ["areas", t("Restricted and other areas")],
   ["names", t("Names")],

@@ -13,6 +13,10 @@ import { t } from "../../words/words";
 
 /** From here on in names of aids and heights of bridges and cables are told, m/px. */
 const AID_NAMES_TO = 6;
+/** Deeper than any sounding, m. */
+const DEEPEST_M = 20_000;
+/** Along a contour its depth is told again after so much, px. */
+const CONTOUR_DEPTH_EVERY_PX = 420;
 /** Buildings, towers and tanks; most stand on land, where the land decides. */
 const STRUCTURES = ["LNDMRK", "BUISGL", "SILTNK", "CRANES", "FORSTC"];
 const STRUCTURES_TO = 12;
@@ -91,6 +95,10 @@ class Styles implements ChartStyles {
       case "sounding": {
         const depth = number(feature.get("depth_m"));
         return left.has("soundings") || depth === undefined ? undefined : this.sounding(depth);
+      }
+      case "contour": {
+        const depth = number(feature.get("valdco"));
+        return left.has("contours") || depth === undefined ? undefined : this.contourDepth(depth);
       }
       case "overhead":
         return resolution < AID_NAMES_TO ? this.height(feature) : undefined;
@@ -197,6 +205,24 @@ class Styles implements ChartStyles {
     return this.line("contour", this.now.contour, 1, 5);
   }
 
+  /** Its depth along the line, where the line is long and straight enough. */
+  private contourDepth(depth: number): Style {
+    const safety = depth === this.safety;
+    return this.once(`contour-depth ${depth} ${safety}`, () => new Style({ text: this.alongLine(String(Number(depth.toFixed(1))), safety ? "700" : "400") }));
+  }
+
+  private alongLine(text: string, weight: string): Text {
+    return new Text({
+      text,
+      font: `${weight} 11px ${CANVAS_FONT}`,
+      placement: "line",
+      repeat: CONTOUR_DEPTH_EVERY_PX,
+      maxAngle: 0.35,
+      fill: new Fill({ color: this.now.sounding }),
+      stroke: new Stroke({ color: this.now.halo, width: 3 }),
+    });
+  }
+
   private area(feature: FeatureLike): Style | Style[] {
     const { now } = this;
     const caution = /^(RESARE|CTNARE|PRCARE|TSE|ISTZNE)/.test(String(feature.get("cls")));
@@ -275,10 +301,11 @@ function dangerOf(feature: FeatureLike, limits: DepthLimits): Danger {
   return cls === "WRECKS" ? "wreck" : cls === "UWTROC" ? "rock" : "obstruction";
 }
 
-/** Less comes first: names of waters, then the shallowest soundings. */
+/** Less comes first: names of waters, then the shallowest soundings; depths of contours where there is room left. */
 function weight(feature: FeatureLike): number {
   const layer: unknown = feature.get("layer");
   if (layer === "sounding") return number(feature.get("depth_m")) ?? 0;
+  if (layer === "contour") return DEEPEST_M;
   return layer === "name" ? -1_000 : 0;
 }
 
