@@ -8,6 +8,7 @@ mod board;
 mod clock;
 mod disk;
 mod doctor;
+mod due;
 mod ending;
 mod hardware;
 mod hull;

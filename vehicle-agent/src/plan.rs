@@ -6,16 +6,17 @@ use clap::{Subcommand, ValueEnum};
 use imc::messages::{
     Goto, Message, PlanManeuver, PlanSpecification, PlanTransition, SpeedUnits, StationKeeping, ZUnits,
 };
-use serde_json::{Value, json};
+use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
+use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
 use units::{LatLon, LocalFrame, LocalPoint};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum PlanCommand {
-    /// Make a plan of waypoints (IMC JSON) from a GeoJSON LineString or a GPX route.
+    /// Make a plan of waypoints (IMC JSON) from the points or the first line of a GeoJSON or GPX file.
     Import {
-        /// The file; `.gpx` is read as GPX, anything else as GeoJSON or IMC JSON.
+        /// The file; `.gpx` is read as GPX, anything else as GeoJSON.
         file: PathBuf,
         /// Name of the plan.
         #[arg(long)]
@@ -49,7 +50,9 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
         PlanCommand::Import { file, id, speed } => {
             let text = fs::read_to_string(file).with_context(|| format!("reading {}", file.display()))?;
             let gpx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gpx"));
-            let places = if gpx { gpx_route(&text)? } else { geojson_line(&serde_json::from_str(&text)?)? };
+            let bytes = text.as_bytes();
+            let shapes = if gpx { gpx::read(bytes)? } else { geojson::read(bytes)? };
+            let places = places(&shapes).with_context(|| file.display().to_string())?;
             let points = places.into_iter().map(|place| goto(place, *speed).into()).collect();
             say!("{}", to_json(sequence(id, points))?);
         }
@@ -58,22 +61,8 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
             let places = waypoints(&plan);
             match form {
                 Form::Imc => say!("{}", to_json(plan)?),
-                Form::Geojson => {
-                    let line: Vec<[f64; 2]> = places.iter().map(|p| [p.lon_deg(), p.lat_deg()]).collect();
-                    let name = plan.plan_id.to_str_lossy();
-                    say!(
-                        "{}",
-                        json!({"type": "Feature", "properties": {"name": name},
-                               "geometry": {"type": "LineString", "coordinates": line}})
-                    );
-                }
-                Form::Gpx => {
-                    say!("<?xml version=\"1.0\"?><gpx version=\"1.1\" creator=\"lutra-agent\"><rte>");
-                    for place in places {
-                        say!("<rtept lat=\"{:.8}\" lon=\"{:.8}\"/>", place.lat_deg(), place.lon_deg());
-                    }
-                    say!("</rte></gpx>");
-                }
+                Form::Geojson => say!("{}", geojson::write(&shapes(&plan, &places))),
+                Form::Gpx => say!("{}", gpx::write(&shapes(&plan, &places))),
             }
         }
     }
@@ -164,41 +153,33 @@ fn waypoints(plan: &PlanSpecification) -> Vec<LatLon> {
         .collect()
 }
 
-fn geojson_line(value: &Value) -> anyhow::Result<Vec<LatLon>> {
-    let geometry = match value["type"].as_str() {
-        Some("FeatureCollection") => &value["features"][0]["geometry"],
-        Some("Feature") => &value["geometry"],
-        _ => value,
-    };
-    if geometry["type"] != "LineString" {
-        bail!("the file holds no LineString");
+/// The places of a file: its points, or else its first line.
+fn places(shapes: &Shapes) -> anyhow::Result<Vec<LatLon>> {
+    let mut points = Vec::new();
+    for shape in &shapes.shapes {
+        match &shape.geometry {
+            Geometry::Point(at) => points.push(*at),
+            Geometry::Line(line) if points.is_empty() => return located(line),
+            Geometry::Line(_) => {}
+        }
     }
-    let line = geometry["coordinates"].as_array().context("a LineString without coordinates")?;
-    let place = |point: &Value| {
-        let (lon, lat) = (point[0].as_f64(), point[1].as_f64());
-        let (lon, lat) = lon.zip(lat).context("a coordinate is no pair of numbers")?;
-        Ok(LatLon::from_deg(lat, lon)?)
-    };
-    line.iter().map(place).collect()
+    if points.is_empty() {
+        bail!("the file holds no line, route or point");
+    }
+    located(&points)
 }
 
-/// The points of a route; only what is needed of XML.
-fn gpx_route(text: &str) -> anyhow::Result<Vec<LatLon>> {
-    let mut places = Vec::new();
-    for tag in text.split('<').filter(|tag| tag.starts_with("rtept") || tag.starts_with("wpt")) {
-        let number = |name: &str| -> anyhow::Result<f64> {
-            let (_, rest) = tag.split_once(&format!("{name}=")).with_context(|| format!("no {name}"))?;
-            let quote =
-                rest.chars().next().filter(|quote| matches!(quote, '"' | '\'')).context("no quote")?;
-            let value = rest[1..].split(quote).next().unwrap_or_default();
-            Ok(value.parse()?)
-        };
-        places.push(LatLon::from_deg(number("lat")?, number("lon")?)?);
-    }
-    if places.is_empty() {
-        bail!("the file holds no route points");
-    }
-    Ok(places)
+fn located(line: &[Position]) -> anyhow::Result<Vec<LatLon>> {
+    line.iter().map(|at| Ok(LatLon::from_deg(at.lat_deg, at.lon_deg)?)).collect()
+}
+
+/// The waypoints of a plan as one line that has its name.
+fn shapes(plan: &PlanSpecification, places: &[LatLon]) -> Shapes {
+    let name = plan.plan_id.to_str_lossy().into_owned();
+    let position = |place: &LatLon| Position { lat_deg: place.lat_deg(), lon_deg: place.lon_deg() };
+    let geometry = Geometry::Line(places.iter().map(position).collect());
+    let line = Shape { name: name.clone(), geometry, properties: Map::new() };
+    Shapes { name, shapes: vec![line], ..Shapes::default() }
 }
 
 #[cfg(test)]
@@ -206,16 +187,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_and_routes_become_waypoints() {
-        let line = json!({"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.1]]});
-        let places = geojson_line(&line).unwrap();
-        let gpx =
-            "<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
-        assert_eq!(gpx_route(gpx).unwrap(), places);
-        let plan = sequence("x", places.iter().map(|place| goto(*place, 1.0).into()).collect());
-        assert_eq!(waypoints(&plan), places);
-        assert!(geojson_line(&json!({"type": "Point"})).is_err());
-        assert!(gpx_route("<gpx/>").is_err());
+    fn lines_and_routes_become_waypoints_and_come_back() {
+        let line = br#"{"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.1]]}"#;
+        let way = places(&geojson::read(line).unwrap()).unwrap();
+        let route = b"<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
+        assert_eq!(places(&gpx::read(route).unwrap()).unwrap(), way);
+        let plan = sequence("x", way.iter().map(|place| goto(*place, 1.0).into()).collect());
+        assert_eq!(waypoints(&plan), way);
+        let out = shapes(&plan, &way);
+        assert_eq!(places(&geojson::read(geojson::write(&out).as_bytes()).unwrap()).unwrap(), way);
+        assert_eq!(places(&gpx::read(gpx::write(&out).as_bytes()).unwrap()).unwrap(), way);
+        assert!(places(&Shapes::default()).unwrap_err().to_string().contains("no line"));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! stops them when this loop does not come round.
 
 use crate::clock::Clock;
-use crate::disk::recording::{Beginning, Recorder, input_record, output_record};
+use crate::disk::recording::{Beginning, Recorder};
 use crate::disk::{DataLock, Disk, Done, Store, Tools, Work, Worker};
 use crate::ending::{Ending, Fault};
 use crate::hull::Hull;
@@ -15,7 +15,8 @@ use crate::setup;
 use crate::transports::{self, Given};
 use crate::trial;
 use crate::uplink::{FromShore, Uplink, UplinkSettings};
-use crate::vehicle::{BrainEvent, Vehicle};
+use crate::due::{Due, noting};
+use crate::vehicle::Vehicle;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::Config;
@@ -102,7 +103,7 @@ struct Agent<H> {
     uplink: Option<Uplink>,
     /// Whether the shore's chart takes the place of the configured one.
     takes_chart: bool,
-    events: Vec<(Now, BrainEvent)>,
+    due: Vec<Due>,
     next_second: Duration,
     next_lost: Duration,
     lapses: u64,
@@ -187,7 +188,7 @@ impl<H: Hull> Agent<H> {
             disk,
             uplink,
             takes_chart,
-            events: Vec::new(),
+            due: Vec::new(),
             next_second: Duration::ZERO,
             next_lost: Duration::ZERO,
             lapses: 0,
@@ -254,8 +255,8 @@ impl<H: Hull> Agent<H> {
 
     /// Tells the brain something and carries out what it wants.
     fn tell(&mut self, input: Input) {
-        let events = &mut self.events;
-        self.vehicle.tell(input, &mut |now, event| events.push((now, event)));
+        let (due, records) = (&mut self.due, self.disk.is_recording());
+        self.vehicle.tell(input, &mut noting(due, records));
         self.carry_out();
     }
 
@@ -268,8 +269,8 @@ impl<H: Hull> Agent<H> {
             let held_up_s = behind.as_secs_f64();
             tracing::error!(held_up_s, "the loop was held up; the motors were stopped meanwhile");
         }
-        let events = &mut self.events;
-        self.vehicle.come_to(now, &mut |now, event| events.push((now, event)));
+        let (due, records) = (&mut self.due, self.disk.is_recording());
+        self.vehicle.come_to(now, &mut noting(due, records));
         self.carry_out();
     }
 
@@ -312,16 +313,10 @@ impl<H: Hull> Agent<H> {
 
     /// Carries out all that is wanted.
     fn carry_out(&mut self) {
-        for (now, event) in std::mem::take(&mut self.events) {
-            if self.disk.is_recording() {
-                let (kind, bytes) = match &event {
-                    BrainEvent::Input(input) => input_record(now, input),
-                    BrainEvent::Output(output) => output_record(output),
-                };
-                self.disk.hand(Work::Record(kind, bytes));
-            }
-            if let BrainEvent::Output(output) = event {
-                self.do_one(now, output);
+        for due in std::mem::take(&mut self.due) {
+            match due {
+                Due::Record(kind, bytes) => self.disk.hand(Work::Record(kind, bytes)),
+                Due::Output(now, output) => self.do_one(now, output),
             }
         }
         if let Some(uplink) = &self.uplink {

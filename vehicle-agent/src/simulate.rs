@@ -9,7 +9,8 @@ use crate::say::{complain, say};
 use crate::setup;
 use crate::track::{self, Track};
 use crate::trial;
-use crate::vehicle::{BrainEvent, Vehicle};
+use crate::due::{Due, noting};
+use crate::vehicle::Vehicle;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::{Config, InMemory};
@@ -116,7 +117,7 @@ struct Run {
     journal: Option<Journal>,
     watch: Watch,
     track: Option<Track>,
-    events: Vec<(Now, BrainEvent)>,
+    due: Vec<Due>,
 }
 
 pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
@@ -183,7 +184,7 @@ impl Run {
         let own = settings.address;
         let brain = Brain::new(settings, now, mission::Kept::default())?;
         let vehicle = Vehicle::new(Simulated::new(vessel), brain, now);
-        Ok(Self { vehicle, own, recorder, journal, watch: Watch::default(), track: None, events: Vec::new() })
+        Ok(Self { vehicle, own, recorder, journal, watch: Watch::default(), track: None, due: Vec::new() })
     }
 
     /// Uploads and starts the plan when the vessel is ready, and goes on to the end.
@@ -230,8 +231,8 @@ impl Run {
                 std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
             let until = MonoTime::default() + Duration::from_secs_f64(next_beat.min(limit_s));
-            let events = &mut self.events;
-            self.vehicle.advance(until, &mut |now, event| events.push((now, event)));
+            let (due, records) = (&mut self.due, self.recorder.is_some());
+            self.vehicle.advance(until, &mut noting(due, records));
             self.take()?;
         }
     }
@@ -242,8 +243,8 @@ impl Run {
     }
 
     fn tell(&mut self, input: Input) -> anyhow::Result<()> {
-        let events = &mut self.events;
-        self.vehicle.tell(input, &mut |now, event| events.push((now, event)));
+        let (due, records) = (&mut self.due, self.recorder.is_some());
+        self.vehicle.tell(input, &mut noting(due, records));
         self.take()
     }
 
@@ -255,31 +256,29 @@ impl Run {
 
     /// Records and logs what happened, and looks at it.
     fn take(&mut self) -> anyhow::Result<()> {
-        while !self.events.is_empty() {
-            for (now, event) in std::mem::take(&mut self.events) {
-                self.take_one(now, event)?;
+        while !self.due.is_empty() {
+            for due in std::mem::take(&mut self.due) {
+                match (due, &mut self.recorder) {
+                    (Due::Record(kind, bytes), Some(recorder)) => recorder.put(kind, &bytes)?,
+                    (Due::Record(..), None) => {}
+                    (Due::Output(now, output), _) => self.take_one(now, &output)?,
+                }
             }
         }
         Ok(())
     }
 
-    fn take_one(&mut self, now: Now, event: BrainEvent) -> anyhow::Result<()> {
-        match (&mut self.recorder, &event) {
-            (None, _) => {}
-            (Some(recorder), BrainEvent::Input(input)) => recorder.input(now, input)?,
-            (Some(recorder), BrainEvent::Output(output)) => recorder.output(output)?,
-        }
-        let BrainEvent::Output(output) = event else { return Ok(()) };
-        if let (Some(track), Output::Motors(motors)) = (&mut self.track, &output) {
+    fn take_one(&mut self, now: Now, output: &Output) -> anyhow::Result<()> {
+        if let (Some(track), Output::Motors(motors)) = (&mut self.track, output) {
             track.command(*motors);
         }
-        self.watch.see(now, self.own, &output)?;
+        self.watch.see(now, self.own, output)?;
         let Some(journal) = &mut self.journal else { return Ok(()) };
-        match &output {
+        match output {
             Output::OpenLog { label, utc } => {
                 let opened = Input::LogOpened(Ok(journal.open(now.mono, *utc, label)?));
-                let events = &mut self.events;
-                self.vehicle.tell(opened, &mut |now, event| events.push((now, event)));
+                let (due, records) = (&mut self.due, self.recorder.is_some());
+                self.vehicle.tell(opened, &mut noting(due, records));
             }
             Output::Packet { bytes, .. } => {
                 journal.write(now.mono, bytes)?;

@@ -10,10 +10,10 @@ use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
 /// What passed between the brain and the program around it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum BrainEvent {
-    /// It was told this.
-    Input(Input),
+#[derive(Debug, PartialEq)]
+pub(crate) enum BrainEvent<'a> {
+    /// It is told this.
+    Input(&'a Input),
     /// It wants this.
     Output(Output),
 }
@@ -38,9 +38,9 @@ impl<H: Hull> Vehicle<H> {
     }
 
     /// Tells the brain something at this moment.
-    pub(crate) fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, BrainEvent)) {
+    pub(crate) fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         let now = self.now;
-        sink(now, BrainEvent::Input(input.clone()));
+        sink(now, BrainEvent::Input(&input));
         self.brain.handle(now, input);
         let mut stored = Vec::new();
         while let Some(output) = self.brain.poll_output() {
@@ -69,7 +69,7 @@ impl<H: Hull> Vehicle<H> {
     }
 
     /// Comes to a moment: the brain is told what was read by then, or that time has passed if it waits for that.
-    pub(crate) fn come_to(&mut self, now: Now, sink: &mut impl FnMut(Now, BrainEvent)) {
+    pub(crate) fn come_to(&mut self, now: Now, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         self.now = now;
         while let Some(input) = self.hull.poll(now.mono) {
             self.tell(input, sink);
@@ -81,7 +81,7 @@ impl<H: Hull> Vehicle<H> {
     }
 
     /// Lets the virtual clock jump to the next event, but not beyond `until`.
-    pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, BrainEvent)) {
+    pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         let before = self.now;
         // At least a microsecond, so that a deadline that is not met cannot stop the clock.
         let due = self.poll_timeout().unwrap_or(until).min(until);

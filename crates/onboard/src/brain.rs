@@ -277,7 +277,7 @@ impl Brain {
             Reading::Trouble(reading) => self.sensors.trouble(&reading),
             Reading::PowerChannel(reading) => self.power.reading(&mut self.bus, &reading),
             Reading::Pulse(reading) => self.clock.pulse(at, reading),
-            Reading::Tag(reading) => self.hydrophone.tag(&mut self.bus, &mut self.states, at, &reading),
+            Reading::Tag(reading) => self.hydrophone.tag(&mut self.bus, &mut self.states, at, reading),
             Reading::Water(reading) => self.hydrophone.water(&mut self.bus, &mut self.states, at, &reading),
             Reading::Receiver(reading) => self.hydrophone.receiver(&mut self.bus, &mut self.states, &reading),
         }

@@ -106,7 +106,7 @@ impl Hydrophone {
     }
 
     /// A tag was heard; its line came at `at`.
-    pub(crate) fn tag(&mut self, bus: &mut Bus, states: &mut States, at: MonoTime, tag: &TagReading) {
+    pub(crate) fn tag(&mut self, bus: &mut Bus, states: &mut States, at: MonoTime, tag: TagReading) {
         self.line(bus, tag.serial, tag.frequency_khz, tag.lines_lost);
         let clock = self.clock_of(tag.clock_s, tag.millis);
         self.told_set(bus, clock);
@@ -129,7 +129,7 @@ impl Hydrophone {
             pose: self.pose(bus, at, clock.utc()),
             effort: self.effort(bus.mono(), tag.lines_lost),
             // No receiver writes longer lines: what is longer is not repeated.
-            raw: tag.raw.clone().filter(|raw| raw.chars().count() <= LONGEST_LINE),
+            raw: tag.raw.filter(|raw| raw.chars().count() <= LONGEST_LINE),
         };
         self.heard += 1;
         self.undated += u64::from(clock.utc().is_none());

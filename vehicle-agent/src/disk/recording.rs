@@ -62,18 +62,6 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Records what the brain was told.
-    pub(crate) fn input(&mut self, now: Now, input: &Input) -> io::Result<()> {
-        let (kind, bytes) = input_record(now, input);
-        self.put(kind, &bytes)
-    }
-
-    /// Records what it wanted.
-    pub(crate) fn output(&mut self, output: &Output) -> io::Result<()> {
-        let (kind, bytes) = output_record(output);
-        self.put(kind, &bytes)
-    }
-
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }

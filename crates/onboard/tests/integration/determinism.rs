@@ -16,7 +16,7 @@ fn hour() -> (Recorded, Now) {
     });
     let begun = Now { mono: MonoTime::default(), utc: start() };
     let mut all = Vec::new();
-    let mut sink = |now: Now, event: BrainEvent| {
+    let mut sink = |now: Now, event: BrainEvent<'_>| {
         let mut bytes = Vec::new();
         match &event {
             BrainEvent::Input(input) => {

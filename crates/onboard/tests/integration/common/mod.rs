@@ -251,7 +251,7 @@ impl<'a> Notes<'a> {
         Self { said, outputs, motors, disk }
     }
 
-    fn take(&mut self, now: Now, event: BrainEvent) {
+    fn take(&mut self, now: Now, event: BrainEvent<'_>) {
         let BrainEvent::Output(output) = event else { return };
         match &output {
             Output::Packet { bytes, .. } => self.said.push((now, Packet::decode(bytes).unwrap())),
