@@ -173,7 +173,7 @@ impl<H: Hull> Agent<H> {
         let context =
             HullContext { config: &config, clock: &clock, utc, seed: uid, inbox: Arc::clone(&net.inbox) };
         let (hull, gate) = build(&context)?;
-        let inbox = Arc::clone(&net.inbox);
+        let (inbox, uplinks) = (Arc::clone(&net.inbox), clock.clone());
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
         let mut vehicle = Vehicle::new(hull, Brain::new(settings, now, kept)?, now);
@@ -437,7 +437,7 @@ fn start_uplink(
         };
         taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
     };
-    Uplink::start(settings, chart, Box::new(deliver))
+    Uplink::start(settings, chart, uplinks, Box::new(deliver))
 }
 
 /// The chart in force, as the shore is told.

@@ -87,9 +87,9 @@ impl Uplink {
     pub(crate) fn start(
         settings: UplinkSettings,
         chart: ChartAboard,
+        clock: Clock,
         deliver: Deliver,
     ) -> anyhow::Result<Self> {
-        let clock = Clock::system();
         let opened = match open(&settings, &clock) {
             Ok(spool) => Some(spool),
             Err(error) if error.is::<InUse>() => return Err(error),
@@ -102,7 +102,8 @@ impl Uplink {
         queue.put_chart(chart);
         let queue = Arc::new(queue);
         let shared = Arc::clone(&queue);
-        let work = move || work(&settings, &shared, &wake, opened, deliver);
+        let its_clock = clock.clone();
+        let work = move || work(&settings, &shared, &its_clock, &wake, opened, deliver);
         let thread = std::thread::Builder::new().name(UPLINK_THREADS.to_owned()).spawn(work)?;
         Ok(Self { queue, thread: Some(thread), clock })
     }
@@ -139,6 +140,7 @@ impl Uplink {
 fn work(
     settings: &UplinkSettings,
     queue: &Arc<Queue>,
+    clock: &Clock,
     wake: &UnixStream,
     mut opened: Option<Spool>,
     deliver: Deliver,
@@ -147,12 +149,12 @@ fn work(
     loop {
         let spool = opened.take();
         let run = catch_unwind(AssertUnwindSafe(|| -> std::io::Result<()> {
-            if let Some(spool) = spool.or_else(|| open_later(settings, queue)) {
+            if let Some(spool) = spool.or_else(|| open_later(settings, queue, clock)) {
                 let deliver = Arc::clone(&deliver);
                 let deliver: Deliver =
                     Box::new(move |packet| deliver.lock().unwrap_or_else(PoisonError::into_inner)(packet));
                 let wake = wake.try_clone()?;
-                Worker::new(settings.clone(), spool, Arc::clone(queue), wake, deliver).run();
+                Worker::new(settings.clone(), spool, Arc::clone(queue), clock.clone(), wake, deliver).run();
             }
             Ok(())
         }));
@@ -182,14 +184,13 @@ fn open(settings: &UplinkSettings, clock: &Clock) -> anyhow::Result<Spool> {
 }
 
 /// Tries until the disk gives the spool; `None` when the program ends before that.
-fn open_later(settings: &UplinkSettings, queue: &Queue) -> Option<Spool> {
-    let clock = Clock::system();
-    let mut next = OPEN_EVERY;
+fn open_later(settings: &UplinkSettings, queue: &Queue, clock: &Clock) -> Option<Spool> {
+    let mut next = clock.elapsed() + OPEN_EVERY;
     while !queue.is_ending() {
         std::thread::sleep(LOOK_EVERY * 10);
         if clock.elapsed() >= next {
             next = clock.elapsed() + OPEN_EVERY;
-            if let Ok(spool) = open(settings, &clock) {
+            if let Ok(spool) = open(settings, clock) {
                 tracing::info!("uplink: the spool is open");
                 return Some(spool);
             }

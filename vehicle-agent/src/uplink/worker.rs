@@ -18,7 +18,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
-use units::{MonoTime, Now};
+use units::MonoTime;
 
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 /// Messages taken from the socket before packets are looked at again.
@@ -62,11 +62,11 @@ impl Worker {
         settings: UplinkSettings,
         spool: Spool,
         queue: Arc<Queue>,
+        clock: Clock,
         wake: UnixStream,
         deliver: Deliver,
     ) -> Self {
-        let clock = Clock::system();
-        let now = now(&clock);
+        let now = clock.now();
         let vessel = VesselSettings {
             address: settings.address,
             name: settings.name.clone(),
@@ -158,10 +158,10 @@ impl Worker {
         if self.spool.thinned() > thinned {
             self.trouble("the spool is full: the oldest telemetry gives way");
         }
-        self.vessel.handle(now(&self.clock), VesselInput::SpoolRefused(written.is_err()));
+        self.vessel.handle(self.clock.now(), VesselInput::SpoolRefused(written.is_err()));
         // The disk first, then the map.
         for packet in live {
-            self.vessel.handle(now(&self.clock), VesselInput::Live(packet));
+            self.vessel.handle(self.clock.now(), VesselInput::Live(packet));
         }
         self.handle(VesselInput::Spool(self.spool.state()));
         waiting.ending
@@ -169,7 +169,7 @@ impl Worker {
 
     /// Tells of trouble with the disk, but not all the time; answers whether it did.
     fn trouble(&mut self, text: &str) -> bool {
-        let now = now(&self.clock).mono;
+        let now = self.clock.now().mono;
         let due = now >= self.next_trouble;
         if due {
             self.next_trouble = now + TROUBLE_TOLD;
@@ -196,7 +196,7 @@ impl Worker {
                 }
             }
         }
-        let now = now(&self.clock).mono;
+        let now = self.clock.now().mono;
         if let Some((id, _)) = self.opening.take_if(|(_, until)| now >= *until) {
             self.complain(format!("{} does not answer", self.settings.server.url));
             self.handle(VesselInput::Failed(id, Failure::Unanswered));
@@ -245,7 +245,7 @@ impl Worker {
 
     /// Tells the link something and carries out what it wants.
     fn handle(&mut self, input: VesselInput) {
-        self.vessel.handle(now(&self.clock), input);
+        self.vessel.handle(self.clock.now(), input);
         while let Some(output) = self.vessel.poll_output() {
             self.carry_out(output);
         }
@@ -253,7 +253,7 @@ impl Worker {
 
     fn carry_out(&mut self, output: VesselOutput) {
         let tell = |worker: &mut Self, input| {
-            let now = now(&worker.clock);
+            let now = worker.clock.now();
             worker.vessel.handle(now, input);
         };
         match output {
@@ -293,7 +293,7 @@ impl Worker {
                 }
             }
             VesselOutput::Command { id, lease, packet, expires } => {
-                let answer = if now(&self.clock).mono >= expires {
+                let answer = if self.clock.now().mono >= expires {
                     Answer::Expired
                 } else {
                     let order = FromShore::Order { lease, packet: &packet };
@@ -310,7 +310,7 @@ impl Worker {
             }
             VesselOutput::Up => {
                 self.complaint.clear();
-                let now = now(&self.clock);
+                let now = self.clock.now();
                 let backlog = self.vessel.status(now).backlog;
                 tracing::info!(backlog, "uplink: connected to {}", self.settings.server.url);
             }
@@ -349,19 +349,19 @@ impl Worker {
         if let Err(error) = self.spool.renumber() {
             self.trouble(&format!("{error:#}"));
         }
-        self.vessel.handle(now(&self.clock), VesselInput::Spool(self.spool.state()));
+        self.vessel.handle(self.clock.now(), VesselInput::Spool(self.spool.state()));
     }
 
     fn keep_chart(&mut self, job: Job) {
         let digest = job.digest();
         if self.keeper.as_ref().is_none_or(|keeper| !keeper.hand(job)) {
             let why = "too much waits for the vessel's disk".to_owned();
-            self.vessel.handle(now(&self.clock), VesselInput::ChartFailed(digest, why));
+            self.vessel.handle(self.clock.now(), VesselInput::ChartFailed(digest, why));
         }
     }
 
     fn attempt(&mut self, id: ConnectionId, patience: Duration) {
-        let now = now(&self.clock).mono;
+        let now = self.clock.now().mono;
         self.opening = Some((id, now + patience * 2));
         if self.attempts >= MOST_ATTEMPTS {
             return;
@@ -379,7 +379,7 @@ impl Worker {
     }
 
     fn sync(&mut self) {
-        let now = now(&self.clock).mono;
+        let now = self.clock.now().mono;
         let Some(syncer) = &mut self.syncer else { return };
         match syncer.outcome() {
             Some(Ok(next)) => self.spool.synced(next),
@@ -399,7 +399,7 @@ impl Worker {
 
     /// Waits until there is something to do; with `more` it only looks.
     fn wait(&mut self, more: bool) {
-        let now = now(&self.clock);
+        let now = self.clock.now();
         let mut due = if more { now.mono } else { now.mono + LONGEST_WAIT };
         if let Some(at) = self.vessel.poll_timeout(now) {
             due = due.min(at);
@@ -420,8 +420,4 @@ impl Worker {
         // Interrupted or not: everything is looked at next.
         poll(&mut fds, Some(&timeout)).ok();
     }
-}
-
-fn now(clock: &Clock) -> Now {
-    Now { mono: MonoTime::default() + clock.elapsed(), utc: clock.utc() }
 }
