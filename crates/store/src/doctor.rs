@@ -5,10 +5,11 @@ use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
 use crate::history::{CATALOGUE, MonthKey, load_months, load_progress};
+use crate::layout::{GROWING, REPLACED, free_bytes};
 use crate::lock::FolderLock;
 use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, open};
-use crate::reindex::{self, GROWING, REPLACED};
+use crate::reindex;
 use link::Transport;
 use std::fs;
 use std::path::Path;
@@ -99,15 +100,6 @@ fn writer(data: &Path) -> Check {
     }
 }
 
-/// Bytes that can still be written to the disk of a folder.
-///
-/// # Errors
-/// When there is no such folder, or the system does not say.
-pub fn free_bytes(folder: &Path) -> Result<u64> {
-    let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
-    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
-}
-
 fn disk(data: &Path) -> Check {
     match free_bytes(data) {
         Err(error) => Check::new("disk", Health::Problem, error.to_string(), "check the disk and its mount"),
@@ -144,7 +136,7 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
     }
     // Read before the lengths: the files of a server that runs only grow.
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
-    for told in shortened::told(shortened::seen(&root, &read)?) {
+    for told in shortened::told(shortened::seen(&root, read.iter().map(|(key, progress)| (*key, progress.lengths)))?) {
         checks.push(Check::new(
             "archive",
             Health::Problem,

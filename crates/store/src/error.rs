@@ -1,6 +1,5 @@
 //! What can go wrong with a store, by what its caller can do about it.
 
-use crate::history::look;
 use imc::FrameError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -81,7 +80,7 @@ impl StoreError {
     /// The database of the history that is damaged, if that is what went wrong.
     pub(crate) fn damaged_database(&self) -> Option<&Path> {
         match self {
-            Self::Sqlite { path, source } if look::is_damage(source) => Some(path),
+            Self::Sqlite { path, source } if is_damage(source) => Some(path),
             _ => None,
         }
     }
@@ -98,6 +97,11 @@ impl StoreError {
             _ => false,
         }
     }
+}
+
+/// Whether an error says that the file itself is damaged, which time does not mend.
+pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
+    matches!(error.sqlite_error_code(), Some(rusqlite::ErrorCode::DatabaseCorrupt | rusqlite::ErrorCode::NotADatabase))
 }
 
 /// Puts the name of a file to an error.

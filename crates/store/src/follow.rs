@@ -5,9 +5,10 @@
 //! days are read anew; a history of a later version is left alone; one that cannot be opened is tried again.
 
 use crate::archive::{self, Archive, DayKey, DayReader, Lengths, Written, shortened};
-use crate::doctor::free_bytes;
 use crate::error::{Named as _, Result, StoreError};
-use crate::history::{Arrived, Extent, History, Progress};
+use crate::history::{Extent, History, Progress};
+use crate::layout::free_bytes;
+use crate::packet::Arrived;
 use imc::PacketView;
 use link::LinkSeq;
 use std::collections::BTreeSet;

@@ -66,6 +66,7 @@ mod follow;
 mod gaps;
 mod history;
 mod import;
+mod layout;
 mod lock;
 mod packet;
 mod range;
@@ -78,7 +79,7 @@ mod usage;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use backup::{BackedUp, backup};
-pub use doctor::{Check, Health, doctor, free_bytes};
+pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
     Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, csv_text, describe_csv, export_csv,
@@ -87,6 +88,7 @@ pub use export::{
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
+pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;

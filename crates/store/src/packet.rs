@@ -1,5 +1,6 @@
 //! What comes into a store and what it answers.
 
+use imc::PacketView;
 use link::{LinkSeq, Transport};
 use units::UtcTime;
 
@@ -14,6 +15,13 @@ pub struct Accepted<'a> {
     pub transport: Transport,
     /// Its place in the record lane, when it came by that.
     pub link: Option<LinkSeq>,
+}
+
+/// A packet on its way into the history.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Arrived<'a> {
+    pub(crate) view: PacketView<'a>,
+    pub(crate) received_us: i64,
 }
 
 /// What became of a packet.

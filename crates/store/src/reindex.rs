@@ -8,22 +8,15 @@ use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
 use crate::history::{Extent, load_progress};
+use crate::layout::{ARCHIVE, GROWING, HISTORY, REPLACED};
 use crate::reader::Reader;
 use crate::store::Store;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::{fs, io};
 
-/// The history that is asked.
-pub(crate) const HISTORY: &str = "history";
-/// The one that grows.
-pub(crate) const GROWING: &str = "history.new";
-/// The one that was replaced.
-pub(crate) const REPLACED: &str = "history.old";
-
 /// In the one that grows: why it did not take its place.
 const REFUSED: &str = "refused";
-const ARCHIVE: &str = "archive";
 
 /// What to do after a refusal.
 pub(crate) const ACCEPT: &str = "copy what is missing from a backup into the archive, or import the vessel's own log, \
@@ -107,7 +100,7 @@ pub(crate) fn refused(data: &Path) -> Option<String> {
 /// Days of which the archive holds less than it did, as far as the history that is asked knows.
 fn shortened_days(data: &Path) -> Result<BTreeMap<String, shortened::Bytes>> {
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
-    shortened::seen(&data.join(ARCHIVE), &read)
+    shortened::seen(&data.join(ARCHIVE), read.iter().map(|(key, progress)| (*key, progress.lengths)))
 }
 
 /// What would be lost, and why, in words.

@@ -24,7 +24,7 @@ pub use scan::{Archived, DayReader};
 pub(crate) use streams::{Recovered, Streams};
 
 use crate::error::{Result, StoreError};
-use crate::history::Arrived;
+use crate::packet::Arrived;
 use day::Day;
 use imc::PacketView;
 use link::{LinkSeq, Transport};

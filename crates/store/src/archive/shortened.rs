@@ -3,9 +3,8 @@
 //! What is gone from the archive is gone for good, and the next start cannot see it any more. So it is written down,
 //! and told until somebody removes the file.
 
-use super::{DATA, DayKey};
+use super::{DATA, DayKey, Lengths};
 use crate::error::{Named as _, Result};
-use crate::history::Progress;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -51,17 +50,21 @@ pub(crate) fn written(archive: &Path) -> Result<BTreeMap<String, Bytes>> {
     Ok(days)
 }
 
-/// Days of which less lies on the disk than the history once read, whether or not that is written down yet.
-pub(crate) fn seen(archive: &Path, read: &BTreeMap<DayKey, Progress>) -> Result<BTreeMap<String, Bytes>> {
+/// Days of which less lies on the disk than the history once read, whether or not that is written down yet. `read` has the
+/// days and what was read of each.
+pub(crate) fn seen(
+    archive: &Path,
+    read: impl Iterator<Item = (DayKey, Lengths)>,
+) -> Result<BTreeMap<String, Bytes>> {
     let mut days = written(archive)?;
-    for (key, progress) in read {
+    for (key, lengths) in read {
         let path = key.folder(archive).join(DATA);
         let is = match fs::metadata(&path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => 0,
             other => other.named(&path)?.len(),
         };
-        if is < progress.lengths.data {
-            merge(&mut days, key.name(), (progress.lengths.data, is));
+        if is < lengths.data {
+            merge(&mut days, key.name(), (lengths.data, is));
         }
     }
     Ok(days)

@@ -2,8 +2,8 @@
 
 use super::month::VERSION;
 use super::{CATALOGUE, MonthKey, months};
-use crate::error::{Named as _, Result, StoreError};
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use crate::error::{Named as _, Result, StoreError, is_damage};
+use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
 
 /// What a file of the history is.
@@ -76,9 +76,4 @@ fn one(path: &Path) -> Sound {
 /// The version of the layout that a file has.
 pub(crate) fn version(connection: &Connection) -> rusqlite::Result<i64> {
     connection.query_row("PRAGMA user_version", (), |row| row.get(0))
-}
-
-/// Whether an error says that the file itself is damaged, which time does not mend.
-pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
-    matches!(error.sqlite_error_code(), Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase))
 }

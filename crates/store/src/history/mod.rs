@@ -24,6 +24,7 @@ use crate::archive::DayKey;
 use crate::aside;
 use crate::error::{Named as _, Result};
 use crate::fingerprint;
+use crate::packet::Arrived;
 use catalogue::{Catalogue, SystemName};
 use imc::PacketView;
 use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _};
@@ -40,13 +41,6 @@ use std::path::{Path, PathBuf};
 const MAX_OPEN_MONTHS: usize = 6;
 /// Samples that are rolled up at least, when any wait, by one commit.
 const MIN_ROLL_UP: u64 = 20_000;
-
-/// A packet on its way into the history.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Arrived<'a> {
-    pub(crate) view: PacketView<'a>,
-    pub(crate) received_us: i64,
-}
 
 /// The history, open for writing.
 #[derive(Debug)]

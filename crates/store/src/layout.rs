@@ -1,0 +1,22 @@
+//! What lies where in a data folder, and what room its disk has.
+
+use crate::error::{Named as _, Result};
+use std::path::Path;
+
+/// The archive.
+pub(crate) const ARCHIVE: &str = "archive";
+/// The history that is asked.
+pub(crate) const HISTORY: &str = "history";
+/// The one that grows.
+pub(crate) const GROWING: &str = "history.new";
+/// The one that was replaced.
+pub(crate) const REPLACED: &str = "history.old";
+
+/// Bytes that can still be written to the disk of a folder.
+///
+/// # Errors
+/// When there is no such folder, or the system does not say.
+pub fn free_bytes(folder: &Path) -> Result<u64> {
+    let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
