@@ -39,7 +39,8 @@ export async function inBrowser(work, { whole = false } = {}) {
   const complaints = [];
   const pages = [];
   const open = async (options = {}) => {
-    const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", ...options });
+    // Who wants no motion: a note that comes while axe looks does not fade in before it.
+    const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", reducedMotion: "reduce", ...options });
     context.setDefaultTimeout(15_000);
     const page = await context.newPage();
     pages.push(page);
