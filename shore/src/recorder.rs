@@ -279,7 +279,8 @@ impl Thread {
                 transport: record.transport,
                 link: record.link,
             };
-            match self.store.accept(&accepted) {
+            // The hub looked at its checksum.
+            match self.store.accept_checked(&accepted) {
                 Ok(_) => {}
                 // As much waits as may: make room, then go on with this one.
                 Err(StoreError::Full { .. }) => {

@@ -145,24 +145,35 @@ impl Store {
     /// When the bytes are not just one packet, or too much waits already ([`StoreError::Full`]): commit, and
     /// give it again.
     pub fn accept(&mut self, accepted: &Accepted<'_>) -> Result<Outcome> {
-        let view = PacketView::new(accepted.packet)?;
+        self.take(&PacketView::new(accepted.packet)?, accepted)
+    }
+
+    /// As [`Store::accept`], for bytes whose checksum the caller has found to be right.
+    ///
+    /// # Errors
+    /// As those of [`Store::accept`], but for the checksum.
+    pub fn accept_checked(&mut self, accepted: &Accepted<'_>) -> Result<Outcome> {
+        self.take(&PacketView::unchecked(accepted.packet)?, accepted)
+    }
+
+    fn take(&mut self, view: &PacketView<'_>, accepted: &Accepted<'_>) -> Result<Outcome> {
         let extra = accepted.packet.len() - view.bytes().len();
         if extra > 0 {
             return Err(StoreError::Trailing { extra });
         }
         self.now = self.now.max(accepted.received);
         if accepted.transport.brings_copies() {
-            if self.archive.is_full_for(&view) {
+            if self.archive.is_full_for(view) {
                 return Err(StoreError::Full { waiting: self.archive.waiting_bytes() });
             }
-            if self.repeats.repeats(&view) {
+            if self.repeats.repeats(view) {
                 return Ok(Outcome::Duplicate);
             }
         }
-        let appended = self.archive.append(&view, accepted.received, accepted.transport, accepted.link)?;
+        let appended = self.archive.append(view, accepted.received, accepted.transport, accepted.link)?;
         if appended && !accepted.transport.brings_copies() && accepted.transport != Transport::Import {
             // What comes directly may come once more through a relay.
-            self.repeats.repeats(&view);
+            self.repeats.repeats(view);
         }
         if let Some(link) = accepted.link.filter(|_| appended) {
             self.gaps.revoke(link, view.header().time());
