@@ -120,7 +120,9 @@ impl Fleet {
         let key = SeriesKey::of(view);
         let revision = self.revision + 1;
         let before = system.size();
-        let taken = system.take(now, key, view, revision);
+        // A copy of its own: the bytes that came are a part of a message, which would stay in memory with them.
+        let packet = Bytes::copy_from_slice(view.bytes());
+        let taken = system.take(now, key, &packet, view.timestamp(), revision);
         self.bytes = self.bytes - before + system.size();
         if let Some(before) = taken {
             before.map(|before| self.changed.remove(&before));
@@ -129,7 +131,6 @@ impl Fleet {
         // An event counts even when a later one of its series came first.
         let event = is_event(view.id());
         if event {
-            let packet = Bytes::copy_from_slice(view.bytes());
             self.events.push(Event { revision, packet, received: now.utc, late: false });
         }
         if taken.is_some() || event {

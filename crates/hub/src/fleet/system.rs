@@ -1,6 +1,7 @@
 //! One system: its name, its entities and the last packet of each of its series.
 
 use crate::Transport;
+use bytes::Bytes;
 use imc::catalogue::FieldKind;
 use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _, SystemType};
 use imc::{Address, PacketView};
@@ -84,7 +85,7 @@ impl SeriesKey {
 /// The last packet of a series.
 #[derive(Debug, Clone)]
 pub struct Series {
-    packet: Vec<u8>,
+    packet: Bytes,
     timestamp: f64,
     received: UtcTime,
     heard: MonoTime,
@@ -97,11 +98,6 @@ impl Series {
     /// The packet as it came.
     pub fn packet(&self) -> &[u8] {
         &self.packet
-    }
-
-    #[cfg(test)]
-    pub(crate) fn packet_capacity(&self) -> usize {
-        self.packet.capacity()
     }
 
     /// When it came.
@@ -294,10 +290,10 @@ impl System {
         &mut self,
         now: Now,
         key: SeriesKey,
-        view: &PacketView<'_>,
+        packet: &Bytes,
+        timestamp: f64,
         revision: u64,
     ) -> Option<Option<u64>> {
-        let (bytes, timestamp) = (view.bytes(), view.timestamp());
         if let Some(series) = self.series.get_mut(&key) {
             series.count += 1;
             let after = timestamp - series.timestamp;
@@ -305,32 +301,27 @@ impl System {
             if after < 0.0 && now.mono.since(series.heard) < CLOCK_SET_BACK_AFTER {
                 return None;
             }
-            if self.bytes - series.packet.len() + bytes.len() > BYTES_KEPT {
+            if self.bytes - series.packet.len() + packet.len() > BYTES_KEPT {
                 self.not_kept += 1;
                 return None;
             }
-            self.bytes = self.bytes - series.packet.len() + bytes.len();
+            self.bytes = self.bytes - series.packet.len() + packet.len();
             if after > 0.0 && after < 3_600.0 {
                 let mean = series.period_s.unwrap_or(after as f32);
                 series.period_s = Some(mean + PERIOD_GAIN * (after as f32 - mean));
             }
-            if series.packet.capacity() > 2 * bytes.len() {
-                // A long packet once leaves no long memory behind.
-                series.packet = Vec::with_capacity(bytes.len());
-            }
-            series.packet.clear();
-            series.packet.extend_from_slice(bytes);
+            series.packet = packet.clone();
             series.timestamp = timestamp;
             series.received = now.utc;
             series.heard = now.mono;
             return Some(Some(std::mem::replace(&mut series.revision, revision)));
         }
-        if self.series.len() >= SERIES_KEPT || self.bytes + bytes.len() > BYTES_KEPT {
+        if self.series.len() >= SERIES_KEPT || self.bytes + packet.len() > BYTES_KEPT {
             self.not_kept += 1;
             return None;
         }
-        self.bytes += bytes.len();
-        let packet = bytes.to_vec();
+        self.bytes += packet.len();
+        let packet = packet.clone();
         let (received, heard) = (now.utc, now.mono);
         let series = Series { packet, timestamp, received, heard, revision, count: 1, period_s: None };
         self.series.insert(key, series);

@@ -208,17 +208,6 @@ fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
     assert!(fleet.system(OTTER).is_some(), "who speaks stays");
 }
 
-#[test]
-fn a_long_packet_once_leaves_no_memory_behind() {
-    let mut fleet = Fleet::default();
-    for (n, length) in [60_000, 3].into_iter().enumerate() {
-        let value = "x".repeat(length).into();
-        give(&mut fleet, at(n as f64), 1, n as f64, messages::DevDataText { value });
-    }
-    let (_, series) = fleet.system(OTTER).unwrap().all_series().next().unwrap();
-    assert!(series.packet().len() < 100 && series.packet_capacity() < 1_000);
-}
-
 proptest! {
     /// A reader that comes back at any times, with any limit, ends with the same values as the fleet.
     #[test]
