@@ -154,7 +154,7 @@ fn state(number: u32, at_s: f64) -> EstimatedState {
 /// Lets the fleet speak while `on`.
 fn sail(transport: SocketAddr, vessels: u32, on: &AtomicBool, over: &AtomicBool) {
     let mut stream = connect(transport);
-    // What comes back is nobody's business, but must not pile up.
+    // The answers are read and thrown away, so that they do not pile up.
     let mut back = stream.try_clone().unwrap();
     thread::spawn(move || std::io::copy(&mut back, &mut std::io::sink()));
     let mut out = Vec::new();

@@ -63,7 +63,7 @@ impl Opened {
     /// Opens the data folder, and starts recorder and hub.
     ///
     /// # Errors
-    /// The data folder cannot be used, or is none of Lutra's.
+    /// The data folder cannot be used, or belongs to another program.
     pub fn open(settings: Settings, clock: Clock) -> anyhow::Result<Self> {
         folder::check(&settings.data)?;
         let (tasks, owners, stop) =

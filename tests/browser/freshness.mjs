@@ -142,7 +142,7 @@ await inBrowser(async (open) => {
   console.log("place");
   await live();
 
-  // The clock of the computer is set, or it slept: the page greys, asks anew, and tells the same ages.
+  // The clock of the computer is set, or it slept: the page greys, asks again, and tells the same ages.
   for (const [, page] of all) {
     await page.evaluate(() => {
       window.seen.links = [];

@@ -44,7 +44,7 @@ await inBrowser(async (open) => {
   await viewer.goto(`${url}/vessels/${OTTER}?tab=Parameters`);
   await field(viewer, NAME).waitFor();
   check(await field(viewer, NAME).evaluate((node) => node.readOnly), "a viewer cannot type");
-  check((await box(viewer).getByRole("button").count()) === 1, "a viewer can read anew, and no more");
+  check((await box(viewer).getByRole("button").count()) === 1, "a viewer can read again, and no more");
   await button(viewer, "Read from vessel").click();
   await box(viewer).getByText(/^Read\./).waitFor();
   // Which window has control is known to that window and to the server.

@@ -119,7 +119,7 @@ test("a gamepad lives by what it says, not by the moment that a browser stamps i
   const life = new PadLife();
   const pad = (x, pressed, timestamp) => ({ index: 0, connected: true, id: "p", mapping: "standard", timestamp, axes: [x, 0], buttons: [{ pressed, value: pressed ? 1 : 0 }] });
   const first = life.look(pad(0.5, true, 1));
-  assert.equal(life.look(pad(0.5, true, 2)), first, "stamped anew, but it says the same");
+  assert.equal(life.look(pad(0.5, true, 2)), first, "stamped again, but it says the same");
   const moved = life.look(pad(0.501, true, 3));
   assert.notEqual(moved, first);
   assert.notEqual(life.look(pad(0.501, false, 3)), moved, "a button");

@@ -95,7 +95,7 @@ test("what hangs when the link is lost is given up, and asked again when the ser
   it.linkIs(true);
   await settle();
   assert.ok(meanwhile.signal.aborted);
-  assert.equal(open.length, 4, "asked anew, four at once");
+  assert.equal(open.length, 4, "asked again, four at once");
   while (open.length) {
     const [one] = open;
     one.answer(one.path);

@@ -446,7 +446,7 @@ mod tests {
         import(&db, &large);
         let first = fs::read(&path).unwrap();
         import(&db, &small);
-        let anew = fs::read(&path).unwrap();
+        let rebuilt = fs::read(&path).unwrap();
         fs::write(&path, &first).unwrap();
 
         let set = ChartDb::open(&db).unwrap();
@@ -455,9 +455,9 @@ mod tests {
         assert!(written.changes);
         written.put_in_place().unwrap();
         let changes = fs::read(changes_path(&path)).unwrap();
-        assert!(changes.len() < anew.len() / 4 && fs::read(&path).unwrap() == first);
+        assert!(changes.len() < rebuilt.len() / 4 && fs::read(&path).unwrap() == first);
         let found = open(&path).unwrap().sealed;
-        assert!(found.digest == charts.digest() && packed(&found) == anew);
+        assert!(found.digest == charts.digest() && packed(&found) == rebuilt);
         assert_eq!(load_index(&db).unwrap().rebuilt, None);
 
         // Damaged or of another index they are as good as absent, and the index is made of the charts.
@@ -465,17 +465,17 @@ mod tests {
             fs::write(&path, &first).unwrap();
             fs::write(changes_path(&path), &changes[..length]).unwrap();
             let loaded = load_index(&db).unwrap();
-            assert!(loaded.rebuilt.is_some() && packed(&loaded.sealed) == anew, "cut at {length}");
+            assert!(loaded.rebuilt.is_some() && packed(&loaded.sealed) == rebuilt, "cut at {length}");
             assert!(!changes_path(&path).exists());
         }
         fs::write(changes_path(&path), &changes).unwrap();
         assert_eq!(load_index(&db).unwrap().rebuilt, None);
 
-        // Where little would stay in use all is written anew.
+        // Where little would stay in use all is written again.
         let now = units::UtcTime::from_micros(0);
         crate::remove(&db, &["US4MD81M".to_owned()], now).unwrap();
         let set = ChartDb::open(&db).unwrap();
-        fs::write(&path, &anew).unwrap();
+        fs::write(&path, &rebuilt).unwrap();
         let before = open(&path).unwrap();
         let whole = PartFile::sized(&set.contents().unwrap(), Some(&before), &path, 0).unwrap();
         assert!(!whole.changes);

@@ -112,7 +112,7 @@ pub(crate) fn edges<'a>(paths: impl Iterator<Item = &'a Path> + Clone) -> Option
     Some(out)
 }
 
-/// Gives paths the edges of [`edges`]; false where the bytes are none of theirs.
+/// Gives paths the edges of [`edges`]; false where the bytes do not fit them.
 pub(crate) fn read_edges<'a>(bytes: Option<&[u8]>, paths: impl Iterator<Item = &'a mut Path>) -> bool {
     let Some(mut bytes) = bytes else { return true };
     let number = |bytes: &mut &[u8]| {

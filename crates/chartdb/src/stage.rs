@@ -33,12 +33,12 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Begins anew, whatever an earlier run left.
+    /// Starts from nothing, whatever an earlier run left.
     pub(crate) fn fresh(live: &Path) -> Result<Self> {
         Self::open(live, None)
     }
 
-    /// Goes on with what an earlier run read if these charts are all of it; else begins anew.
+    /// Goes on with what an earlier run read if these charts are all of it; otherwise starts from nothing.
     pub(crate) fn resumed(live: &Path, charts: &BTreeSet<String>) -> Result<Self> {
         Self::open(live, Some(charts))
     }
@@ -141,7 +141,7 @@ impl Stage {
     }
 
     /// What was read goes into the set. The index is written before, so that the set is locked for as short as can be,
-    /// and takes its place after: one that was cut off between makes the index anew, of what there is.
+    /// and takes its place after: a run that was cut off in between builds the index again from the set.
     fn change_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, base, _lock, .. } = self;
         let change = ChartDb::of(connection, &part)?;

@@ -261,7 +261,7 @@ impl Search {
             }
             let ends = match self.wary(bytes, run.bytes) {
                 Err(FrameError::BadSync { .. }) => false,
-                // Half a sync number may still turn out to be none.
+                // Half a sync number may still turn out to be something else.
                 Err(_) if left == 1 && !ended => return self.wait(run),
                 // A second damaged packet right behind the first is a run of its own.
                 _ if run.claimed_end == Some(run.bytes) => true,

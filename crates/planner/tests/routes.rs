@@ -497,7 +497,7 @@ fn agree(index: &DepthIndex, whole: &Router, parts: &Router, count: usize) {
         };
         let request = Request::new(place(), place());
         let one = whole.route(&request, &needs, &Cancel::never());
-        // Each region is prepared anew, which is what takes time here.
+        // Each region is prepared again, which is what takes time here.
         if number % 20 > 0 {
             assert!(one.is_err() || is_safe(&one.unwrap(), index, &needs));
             continue;

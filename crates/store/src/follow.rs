@@ -2,7 +2,7 @@
 //! the archive in slices, the newest day first, while packets keep coming in.
 //!
 //! The history is derived, so nothing that is wrong with it stops the archive. A damaged file goes aside and its
-//! days are read anew; a history of a later version is left alone; one that cannot be opened is tried again.
+//! days are read again; a history of a later version is left alone; one that cannot be opened is tried again.
 
 use crate::archive::{self, Archive, DayKey, DayReader, Lengths, Written, shortened};
 use crate::error::{Named as _, Result, StoreError};

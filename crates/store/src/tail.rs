@@ -93,7 +93,7 @@ impl Tail {
                     return Ok(end.map(|end| Place { key: *key, end }));
                 }
             }
-            // What follows the last packet is none; it is not looked at again.
+            // What follows the last packet is not a packet; it is not looked at again.
             let end = Lengths { data: durable.data, ..end.unwrap_or(at) };
             return Ok(Some(Place { key: *key, end }));
         }

@@ -52,7 +52,7 @@ impl Serving {
 /// Starts a server; it runs until [`Serving::stop`].
 ///
 /// # Errors
-/// The address is taken or not ours, the data folder cannot be used or is none of Lutra's.
+/// The address is taken or not ours, the data folder cannot be used or belongs to another program.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     serve_by(Clock::real(), config).await
 }

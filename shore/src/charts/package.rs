@@ -1,4 +1,4 @@
-//! The chart set as it goes to the vessels: the depth index beside it, as one made anew, under the SHA-256 of its bytes.
+//! The chart set as it goes to the vessels: its depth index as built from the charts, under the SHA-256 of its bytes.
 
 use bytes::Bytes;
 use chartdb::{LoadedIndex, index_path};

@@ -1,7 +1,7 @@
 //! Who may come in, in memory: people and their roles, sessions, tokens, names of vessels.
 //!
 //! A request is let in by what was read from app.db last, so that a disk that hangs, or a file that somebody has locked,
-//! keeps nobody from stopping a boat. Everything is read anew, and put in place at once, by the thread that writes
+//! keeps nobody from stopping a boat. Everything is read again, and put in place at once, by the thread that writes
 //! app.db after each of its changes, and by a reader whenever the count of changes says that another program made some. When a
 //! session or token was used last is remembered here first and written down when app.db takes it.
 

@@ -97,7 +97,7 @@ pub(super) async fn touch(db: &mut SqliteConnection, id: i64, now: UtcTime) -> R
 /// Ends a session; of `person` only, when given.
 ///
 /// # Errors
-/// There is none such.
+/// There is no such session.
 pub(super) async fn end(db: &mut SqliteConnection, id: i64, person: Option<i64>) -> Result<(), Fault> {
     let sql = "DELETE FROM session WHERE id = ?1 AND (?2 IS NULL OR person = ?2)";
     let ended = sqlx::query(sql).bind(id).bind(person).execute(db).await?;

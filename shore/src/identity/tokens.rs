@@ -147,7 +147,7 @@ pub(super) async fn touch(db: &mut SqliteConnection, id: i64, now: UtcTime) -> R
 /// Revokes a token; of `person` only, when given. Returns what it was for.
 ///
 /// # Errors
-/// There is none such.
+/// There is no such token.
 async fn revoke(db: &mut SqliteConnection, id: i64, person: Option<i64>) -> Result<String, Fault> {
     let sql = "DELETE FROM token WHERE id = ?1 AND (?2 IS NULL OR person = ?2) RETURNING label";
     let label: Option<String> = sqlx::query_scalar(sql).bind(id).bind(person).fetch_optional(db).await?;

@@ -77,7 +77,7 @@ async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) 
 /// Forgets a vessel's name and revokes its link tokens. Archive and history stay.
 ///
 /// # Errors
-/// There is none such.
+/// There is no such vessel.
 async fn remove(db: &mut SqliteConnection, address: u16) -> Result<(), Fault> {
     let sql = "DELETE FROM vessel WHERE address = ?1";
     if sqlx::query(sql).bind(address).execute(&mut *db).await?.rows_affected() == 0 {

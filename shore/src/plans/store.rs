@@ -247,7 +247,7 @@ async fn save(
 /// Puts a plan away. The oldest of too many that were deleted are forgotten.
 ///
 /// # Errors
-/// There is none such.
+/// There is no such plan.
 async fn delete(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), Fault> {
     let sql = "UPDATE plan SET deleted_us = ?2 WHERE id = ?1 AND deleted_us IS NULL";
     if sqlx::query(sql).bind(id).bind(now.micros()).execute(&mut *db).await?.rows_affected() == 0 {

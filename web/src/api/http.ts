@@ -77,7 +77,7 @@ export async function postForm(path: string, fields: URLSearchParams, patienceMs
   await inTurn("act", signal, () => fetch(path, { method: "POST", body: fields, redirect: "manual", signal }));
 }
 
-/** A stop that nobody answered is not sent any more after so long: whoever opens a computer hours later starts anew, ms. */
+/** A stop that nobody answered is not sent any more after so long: hours later a person presses again, ms. */
 export const STOP_WANTED_MS = 600_000;
 
 /** STOP waits for no turn: all others leave it a connection. `signal` ends the try. */

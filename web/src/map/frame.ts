@@ -9,7 +9,7 @@ import { t } from "../words/words";
 import { CHART } from "./layers";
 import { CANVAS_FONT, type Palette } from "./palette";
 
-/** A wheel that rests so long is turned anew, ms. */
+/** A wheel that rests so long begins another turn, ms. */
 const WHEEL_MS = 400;
 
 export interface Wheel {

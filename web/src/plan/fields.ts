@@ -71,7 +71,7 @@ export function placeFields(key: string, what: string, place: PlanPlace, minutes
   ];
 }
 
-/** Builds `root` anew; whoever was in a field or on a button is there again. */
+/** Builds `root` again; the focus stays in its field or on its button. */
 export function rebuilt(root: HTMLElement, ...children: readonly Node[]): void {
   const active = document.activeElement;
   const key = active instanceof HTMLElement && root.contains(active) ? active.dataset["key"] : undefined;

@@ -213,7 +213,7 @@ class PlotChart implements Chart {
     plot.over.addEventListener("click", (event) => {
       const left = event.clientX - plot.over.getBoundingClientRect().left;
       window.clearTimeout(picking);
-      // The first half of a double click is none.
+      // The first half of a double click does not count as a click.
       if (Math.abs(event.clientX - down) < CLICK_PX && event.detail < 2) picking = window.setTimeout(() => handlers.pick(plot.posToVal(left, "x") * 1e6), DOUBLE_MS);
     });
     box.addEventListener("dblclick", () => {

@@ -114,8 +114,8 @@ class Events<T extends Event> {
   }
 
   async show(stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void> {
-    const anew = !goesOn || !this.known;
-    if (anew) this.begin(stretch);
+    const fresh = !goesOn || !this.known;
+    if (fresh) this.begin(stretch);
     try {
       const part = await this.kind.ask(question(stretch, this.kind.page, null), signal);
       if (signal.aborted) return;
@@ -126,7 +126,7 @@ class Events<T extends Event> {
       if (signal.aborted) return;
       this.trouble = `${this.known ? t("Not brought up to date") : t("Not known")}: ${reason(error)}`;
     }
-    if (anew) this.doing = "";
+    if (fresh) this.doing = "";
     this.changed();
   }
 
@@ -220,9 +220,9 @@ class Events<T extends Event> {
     const part = await kind.ask(`${question(stretch, kind.page, null)}&received_since_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
     if (signal.aborted || !this.known) return false;
     // More came than one answer holds: begin again with the newest.
-    const anew = part.next ? await kind.ask(question(this.known.stretch, kind.page, null), signal) : undefined;
+    const whole = part.next ? await kind.ask(question(this.known.stretch, kind.page, null), signal) : undefined;
     if (signal.aborted || !this.known) return false;
-    if (anew) this.known = refreshed(undefined, anew, this.known.stretch, kind);
+    if (whole) this.known = refreshed(undefined, whole, this.known.stretch, kind);
     this.missingUs = this.meanwhileUs ?? null;
     [this.trouble, this.latest] = ["", [...this.latest, ...part.items].slice(-LATEST)];
     this.join(part.items, this.known.stretch);

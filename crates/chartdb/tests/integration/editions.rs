@@ -1,5 +1,5 @@
-//! A cell through its life in a chart set: updates, a re-issue, a newer edition, its cancellation; and cells that
-//! are none to sail by.
+//! A cell through its life in a chart set: updates, a re-issue, a newer edition, its cancellation; and cells
+//! that nobody may sail by.
 
 #[path = "../../../charts/tests/integration/writer/mod.rs"]
 mod writer;

@@ -1,4 +1,4 @@
-//! The bytes of an index as one made anew has them, whatever lies between its pieces in the file that it is read from.
+//! The bytes that an index has when it is built from its charts, whatever lies between its pieces in the file it is read from.
 //! Who has the same charts has the same bytes, and so the same checksum of them.
 
 use super::codec::{self, Span};

@@ -32,7 +32,7 @@ pub struct SkinCheck {
     /// Areas of either kind whose boundary does not close.
     pub unreadable: usize,
     /// Of all gaps and overlaps (square degrees), more where the borders around them share no corners; those as narrow
-    /// as coordinates are rounded are none.
+    /// as coordinates are rounded do not count.
     pub amiss_deg2: f64,
     /// A corner of the largest.
     pub amiss_at: Option<GeoPoint>,

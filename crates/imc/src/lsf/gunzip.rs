@@ -135,7 +135,7 @@ impl<R: Read> Gunzip<R> {
                 Ok(Some(self.damage("the file ends inside the header of a gzip member")))
             }
             _ => {
-                // What looks like one and is none must not be found again.
+                // What only looks like one must not be found again.
                 self.at += 1;
                 Ok(Some(self.damage("what follows is no gzip member")))
             }

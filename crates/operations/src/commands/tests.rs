@@ -130,7 +130,7 @@ fn a_refusal_gives_the_vessels_reason() {
     let (id, _) = bench.order(2, start("nowhere"), None);
     bench.commands.receipt(at(2), id, Receipt::Refused("another has control".to_owned()));
     assert_eq!(bench.last(id), (Stage::Refused, "another has control".to_owned()));
-    // Answers to others, and of others, are none.
+    // Answers to others, and from others, do not count.
     let (id, request) = bench.order(3, start("survey"), None);
     let Message::PlanControl(to) = &request else { panic!() };
     let answer = PlanControl { r#type: PlanControlType::Failure, ..(**to).clone() };

@@ -358,11 +358,11 @@ fn a_stop_that_a_lost_connection_took_is_given_to_the_next() {
     let (stop, _) = world.order(500, Order::Stop);
     assert_eq!(world.ids(tcp), [stop]);
     world.hub.leave(tcp);
-    let anew = world.node(Transport::Tcp);
-    world.heard(1_700, anew);
-    assert_eq!(world.ids(anew), [stop], "what the first took was perhaps never on the line");
-    world.heard(1_800, anew);
-    assert_eq!(world.ids(anew), []);
+    let again = world.node(Transport::Tcp);
+    world.heard(1_700, again);
+    assert_eq!(world.ids(again), [stop], "what the first took was perhaps never on the line");
+    world.heard(1_800, again);
+    assert_eq!(world.ids(again), []);
 }
 
 #[test]
@@ -505,12 +505,12 @@ fn a_link_that_ended_without_a_word_is_no_way() {
     let mut world = World::new();
     let lost = world.link();
     world.hub.link_stands(at(0), lost, true);
-    let anew = world.link();
+    let again = world.link();
     let (_, dispatched) = world.order(1_000, Order::Stop);
     assert_eq!(dispatched, Dispatched::Waits(vec![]));
     world.drain();
-    world.hub.link_stands(at(2_000), anew, true);
-    assert_eq!(world.ids(anew).len(), 1);
+    world.hub.link_stands(at(2_000), again, true);
+    assert_eq!(world.ids(again).len(), 1);
 }
 
 #[test]
@@ -576,7 +576,7 @@ fn of_two_stops_the_newer_is_kept() {
     let again = Telecommand { vessel: BOAT, tag: left.tag.unwrap(), packet: left.packet };
     world.hub.give_again(at(11_000), again);
     assert_eq!(world.stage(newer).0, Stage::Waiting);
-    let anew = world.node(Transport::Tcp);
+    let again = world.node(Transport::Tcp);
     world.heard(560_000, anew);
     assert_eq!(world.ids(anew), [newer]);
 }

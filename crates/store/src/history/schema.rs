@@ -65,7 +65,7 @@ impl Column {
         matches!(self.kind, ColumnKind::Integer | ColumnKind::Single | ColumnKind::Double)
     }
 
-    /// Once around, in the unit of an angle. Places are none: their mean is a place between them.
+    /// Once around, in the unit of an angle. Latitudes and longitudes are no such angles: their mean is a place between them.
     pub(crate) fn circle(&self) -> Option<f64> {
         if !self.is_number() || is_place(self.name) {
             return None;

@@ -26,7 +26,7 @@ const CELLS_AT_ONCE: i64 = 50_000;
 /// How closely a range is looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Grain {
-    /// Shorter silences are none.
+    /// Shorter silences do not count.
     least_us: i64,
     /// Width of the roll-ups' cells: every silence has one that is empty.
     cell_us: Option<i64>,
