@@ -21,7 +21,7 @@ use imc::Address;
 use notes::WriteNotes;
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Said, Saved, ShoreState,
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Signature, Saved, ShoreState,
     State,
 };
 use sqlx::SqliteConnection;
@@ -53,7 +53,7 @@ pub fn name(people: &People, alarms: &mut [api::Alarm]) {
 /// An alarm as the hub knows it; [`name`] is for its vessel's name.
 pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
     let advice = alarm.key.kind.advice();
-    let word = |said: &Said| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
+    let word = |said: &Signature| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
     api::Alarm {
         id: alarm.id.0,
         vessel: alarm.key.vessel.map(|vessel| vessel.0),
@@ -115,7 +115,7 @@ pub(crate) fn changes(operations: &Operations, revision: u64, wanted: &Wanted) -
 
 /// What was written down of an alarm; nothing where that means nothing to this server.
 fn saved(alarm: api::Alarm) -> Option<Saved> {
-    let said = |by: String, time_us| Said { by, at: UtcTime::from_micros(time_us) };
+    let said = |by: String, time_us| Signature { by, at: UtcTime::from_micros(time_us) };
     Some(Saved {
         id: AlarmId(alarm.id),
         key: Key { vessel: alarm.vessel.map(Address), kind: Kind::named(&alarm.kind)?, part: alarm.part },

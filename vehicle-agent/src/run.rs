@@ -410,7 +410,8 @@ fn start_uplink(
     clock: Clock,
 ) -> anyhow::Result<Uplink> {
     let inbox = Arc::clone(&net.inbox);
-    // The shore hears at once of what the brain will not obey; the brain looks again when the order's turn comes.
+    // The shore hears at once of what the brain will not obey, and for that an order is decoded here too: the brain looks again
+    // when the order's turn comes.
     let mut gate = LeaseGate::default();
     let deliver = move |what: FromShore<'_>| {
         let now = clock.now().mono;

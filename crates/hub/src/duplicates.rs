@@ -59,11 +59,11 @@ impl Window {
 
 /// The commands of the last seconds, by their digests.
 #[derive(Debug, Default)]
-pub(crate) struct Repeats(BTreeMap<u64, Said>);
+pub(crate) struct Repeats(BTreeMap<u64, PassedOn>);
 
 /// A command that was said.
 #[derive(Debug)]
-struct Said {
+struct PassedOn {
     by: PeerId,
     last: MonoTime,
     passed: u32,
@@ -108,7 +108,7 @@ impl Repeats {
             let oldest = self.0.iter().min_by_key(|(_, said)| said.last).map(|(digest, _)| *digest);
             oldest.map(|digest| self.0.remove(&digest));
         }
-        self.0.insert(digest, Said { by, last: now, passed: 1, passed_at: now });
+        self.0.insert(digest, PassedOn { by, last: now, passed: 1, passed_at: now });
         true
     }
 }

@@ -25,7 +25,7 @@ const LEAST_BURST_BYTES: i64 = 4 << 10;
 pub(crate) struct Pace {
     budget_bytes_per_s: Option<u32>,
     /// Bytes to spend, in millionths; below zero after more was spent than there was.
-    purse: i64,
+    budget: i64,
     filled: MonoTime,
     sent: u64,
     arrived: u64,
@@ -41,7 +41,7 @@ impl Pace {
     pub(crate) fn new(now: MonoTime, budget_bytes_per_s: Option<u32>) -> Self {
         let mut pace = Self {
             budget_bytes_per_s,
-            purse: 0,
+            budget: 0,
             filled: now,
             sent: 0,
             arrived: 0,
@@ -51,7 +51,7 @@ impl Pace {
             cut: now,
             was_cut: false,
         };
-        pace.purse = pace.most();
+        pace.budget = pace.most();
         pace
     }
 
@@ -64,14 +64,14 @@ impl Pace {
         let elapsed_us = now.since(self.filled).as_micros().min(3_600_000_000) as i64;
         self.filled = now;
         let rate = i64::from(self.budget_bytes_per_s.unwrap_or(0));
-        self.purse = self.purse.saturating_add(elapsed_us.saturating_mul(rate)).min(self.most());
+        self.budget = self.budget.saturating_add(elapsed_us.saturating_mul(rate)).min(self.most());
     }
 
     /// A message of so many bytes is sent.
     pub(crate) fn sent(&mut self, now: MonoTime, bytes: usize) {
         self.fill(now);
         self.sent += bytes as u64;
-        self.purse = self.purse.saturating_sub((bytes as i64).saturating_mul(1_000_000));
+        self.budget = self.budget.saturating_sub((bytes as i64).saturating_mul(1_000_000));
         self.under_way.push_back((self.sent, now));
     }
 
@@ -114,8 +114,8 @@ impl Pace {
     pub(crate) fn affordable(&mut self, now: MonoTime) -> MonoTime {
         self.fill(now);
         match self.budget_bytes_per_s {
-            Some(rate) if self.purse <= 0 => {
-                let wait_us = self.purse.unsigned_abs() / u64::from(rate.max(1)) + 1;
+            Some(rate) if self.budget <= 0 => {
+                let wait_us = self.budget.unsigned_abs() / u64::from(rate.max(1)) + 1;
                 now + Duration::from_micros(wait_us)
             }
             _ => now,
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_purse_in_debt_says_when_it_is_not() {
+    fn a_budget_in_debt_says_when_it_is_not() {
         let mut pace = Pace::new(at(0), Some(1_000));
         pace.sent(at(0), 14_096);
         let due = pace.affordable(at(0));

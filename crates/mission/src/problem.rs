@@ -5,7 +5,7 @@ use thiserror::Error;
 use units::Speed;
 
 /// How many problems a text lists before it counts the others.
-const TOLD: usize = 10;
+const LISTED: usize = 10;
 
 /// Everything that is wrong with a plan; never empty.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -13,11 +13,11 @@ pub struct PlanProblems(pub Vec<PlanProblem>);
 
 impl fmt::Display for PlanProblems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.0.iter().take(TOLD).enumerate() {
+        for (index, problem) in self.0.iter().take(LISTED).enumerate() {
             let separator = if index == 0 { "" } else { "; " };
             write!(f, "{separator}{problem}")?;
         }
-        let more = self.0.len().saturating_sub(TOLD);
+        let more = self.0.len().saturating_sub(LISTED);
         if more > 0 { write!(f, "; and {more} more") } else { Ok(()) }
     }
 }

@@ -21,7 +21,7 @@ pub(crate) const LAST_ZOOM: u8 = 8;
 const MAGIC: &[u8; 8] = b"LUTRAOV2";
 
 /// What tiles of these zooms say of their objects.
-const TOLD: [AttributeCode; 3] = [AttributeCode::DRVAL1, AttributeCode::DRVAL2, AttributeCode::VALDCO];
+const KEPT: [AttributeCode; 3] = [AttributeCode::DRVAL1, AttributeCode::DRVAL2, AttributeCode::VALDCO];
 
 /// What is seen of a chart at a zoom up to [`LAST_ZOOM`].
 pub(crate) fn overview(chart: &Piece, zoom: u8) -> Piece {
@@ -52,7 +52,7 @@ pub(crate) fn overview(chart: &Piece, zoom: u8) -> Piece {
     numbers.dedup();
     for object in numbers {
         if let Some(about) = chart.about(object) {
-            let told = about.attributes.iter().filter(|one| TOLD.contains(&one.code)).cloned();
+            let told = about.attributes.iter().filter(|one| KEPT.contains(&one.code)).cloned();
             objects.push((object, About { attributes: told.collect(), ..about.clone() }));
         }
     }

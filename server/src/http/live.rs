@@ -8,7 +8,7 @@
 //! whether its own still hold.
 //!
 //! What the client says is read beside all that, so that a stop is carried out however long a frame, or a look at the
-//! rights, takes. Only a client that takes nothing of what it is sent, or says more than is heeded, is not read.
+//! rights, takes. Only a client that takes nothing of what it is sent, or says more than is taken, is not read.
 
 mod compact;
 
@@ -53,8 +53,8 @@ const RIGHTS_EVERY: Duration = Duration::from_secs(30);
 const LISTED: usize = 1_000;
 /// Bytes of the largest frame.
 const FRAME_BYTES: usize = 64 << 20;
-/// What a client said and is not heeded yet, and stops that wait for their answer; beyond either it is not read.
-const UNHEEDED: usize = 64;
+/// What a client said and is not answered yet, and stops that wait for their answer; beyond either it is not read.
+const WAITING_MESSAGES: usize = 64;
 const STOPS: usize = 32;
 
 /// `GET /api/live`.
@@ -73,7 +73,7 @@ pub(crate) async fn socket(
 }
 
 /// What a client said, for the half that sends.
-enum Said {
+enum ClientMessage {
     Subscribe(Subscription),
     Pinged,
     /// A ping of ours was answered.
@@ -87,7 +87,7 @@ struct Listener {
     state: AppState,
     who: watch::Receiver<Principal>,
     from: String,
-    told: mpsc::Sender<Said>,
+    told: mpsc::Sender<ClientMessage>,
 }
 
 struct Client {
@@ -162,14 +162,14 @@ impl Listener {
         }
     }
 
-    fn understand(&self, message: Option<Result<Message, axum::Error>>) -> Result<Option<Said>, End> {
+    fn understand(&self, message: Option<Result<Message, axum::Error>>) -> Result<Option<ClientMessage>, End> {
         let text = match message {
             Some(Ok(Message::Text(text))) if text.len() > REQUEST_BYTES => return Err(TOO_LARGE),
             Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),
             Some(Err(error)) if is_too_large(&error) => return Err(TOO_LARGE),
             Some(Ok(Message::Text(text))) => text,
-            Some(Ok(Message::Ping(_))) => return Ok(Some(Said::Pinged)),
-            Some(Ok(Message::Pong(answer))) => return Ok(Some(Said::Answered(answer))),
+            Some(Ok(Message::Ping(_))) => return Ok(Some(ClientMessage::Pinged)),
+            Some(Ok(Message::Pong(answer))) => return Ok(Some(ClientMessage::Answered(answer))),
             Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
             Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
         };
@@ -181,11 +181,11 @@ impl Listener {
                 if listed > LISTED {
                     return Err((close_code::POLICY, "too many systems and messages listed"));
                 }
-                Ok(Some(Said::Subscribe(subscription)))
+                Ok(Some(ClientMessage::Subscribe(subscription)))
             }
             LiveRequest::Stop(ask) => {
                 let stop = self.stop(&ask);
-                Ok(Some(Said::Stop(ask, stop)))
+                Ok(Some(ClientMessage::Stop(ask, stop)))
             }
         }
     }
@@ -246,7 +246,7 @@ impl Client {
     async fn run(mut self, socket: WebSocket) {
         metrics::gauge!("lutra_live_clients").increment(1);
         let (sink, stream) = socket.split();
-        let (told, said) = mpsc::channel(UNHEEDED);
+        let (told, said) = mpsc::channel(WAITING_MESSAGES);
         let from = self.remote.address.to_string();
         let listener = Listener { state: self.state.clone(), who: self.who.subscribe(), from, told };
         let mut out = Outgoing::new(sink);
@@ -260,22 +260,22 @@ impl Client {
         tokio::time::timeout(Duration::from_secs(1), good_bye).await.ok();
     }
 
-    async fn converse(&mut self, out: &mut Outgoing, mut said: mpsc::Receiver<Said>) -> End {
+    async fn converse(&mut self, out: &mut Outgoing, mut said: mpsc::Receiver<ClientMessage>) -> End {
         let mut revision = self.state.shore.fleet.revision();
         let mut rights = self.state.shore.people.changes();
         let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
         let mut stops = FuturesUnordered::new();
         loop {
-            // While something has not left, nothing is put behind it and nothing more is heeded.
+            // While something has not left, nothing is put behind it and nothing more is taken.
             let free = !out.waits();
             let step = tokio::select! {
                 left = out.flushed(), if !free => self.left(left),
                 Some(said) = said.recv(), if free && stops.len() < STOPS => {
                     match said {
-                        Said::Subscribe(subscription) => self.subscribe(subscription),
-                        Said::Pinged => out.answers_ping(),
-                        Said::Answered(answer) => self.answered(&answer),
-                        Said::Stop(ask, stop) => stops.push(answered(ask, stop)),
+                        ClientMessage::Subscribe(subscription) => self.subscribe(subscription),
+                        ClientMessage::Pinged => out.answers_ping(),
+                        ClientMessage::Answered(answer) => self.answered(&answer),
+                        ClientMessage::Stop(ask, stop) => stops.push(answered(ask, stop)),
                     }
                     Ok(())
                 }

@@ -1,7 +1,7 @@
 //! The guard's verdict in the words of the API.
 
 use api::{Guard, GuardReason, GuardWarning, PlanPlace};
-use guard::{GuardLimits, LegCheck, Outcome, Reason, ToldLeg, Verdict, Warning};
+use guard::{GuardLimits, LegCheck, Outcome, Reason, ReportedLeg, Verdict, Warning};
 use units::LatLon;
 
 /// Most reasons and warnings that are told.
@@ -67,7 +67,7 @@ pub(crate) fn reason(leg: &LegCheck) -> Option<GuardReason> {
 
 /// The leg that a vessel's sentence tells of.
 pub(crate) fn of_words(text: &str) -> Option<GuardReason> {
-    let leg = ToldLeg::find(text)?;
+    let leg = ReportedLeg::find(text)?;
     Some(GuardReason {
         maneuver: leg.label,
         part: leg.part.code().to_owned(),

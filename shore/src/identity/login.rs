@@ -68,7 +68,7 @@ impl People {
     /// [`Refused`].
     pub async fn login(&self, attempt: Attempt) -> Result<LoggedIn, Refused> {
         let Attempt { name, password, address, agent, device } = attempt;
-        let (account, device) = self.db.ask(Look { name: name.clone(), device }).await?;
+        let (account, device) = self.db.ask(FindAccount { name: name.clone(), device }).await?;
         let account_key: String = name.to_lowercase().chars().take(64).collect();
         let guess = Guess { address, account: account_key, device: device.as_ref().map(Secret::hash) };
         if let Err(wait) = self.limit(|limiter, now| limiter.take(&guess, now)) {
@@ -100,7 +100,7 @@ impl People {
         let device = Some(Sha256::digest(who.csrf()).into());
         let guess = Guess { address, account: who.name.to_lowercase(), device };
         self.limit(|limiter, now| limiter.take(&guess, now)).map_err(Refused::Wait)?;
-        let (account, _) = self.db.ask(Look { name: who.name.clone(), device: None }).await?;
+        let (account, _) = self.db.ask(FindAccount { name: who.name.clone(), device: None }).await?;
         let Some(account) = account else { return Err(persons::unknown(&who.name).into()) };
         if !self.is_right(password, Some(account.password)).await? {
             self.write_refusal(address.to_string(), who.name.clone(), "wrong password").await?;
@@ -132,12 +132,12 @@ impl People {
 
 /// Who wants in, and the browser's cookie if it is known to be theirs.
 #[derive(Debug)]
-struct Look {
+struct FindAccount {
     name: String,
     device: Option<Secret>,
 }
 
-impl Request for Look {
+impl Request for FindAccount {
     type Answer = (Option<Account>, Option<Secret>);
 
     async fn run(self, db: &mut SqliteConnection) -> Result<Self::Answer, Fault> {

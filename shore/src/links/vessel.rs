@@ -426,9 +426,9 @@ impl Task {
     }
 }
 
-async fn until(relay: &Router, due: Option<units::MonoTime>) {
+async fn until(router: &Router, due: Option<units::MonoTime>) {
     match due {
-        Some(due) => relay.clock().sleep_until(due).await,
+        Some(due) => router.clock().sleep_until(due).await,
         None => std::future::pending().await,
     }
 }

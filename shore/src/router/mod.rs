@@ -31,7 +31,7 @@ use units::Now;
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
 /// Bytes of packets that may wait for the hub; transports wait, and so their peers' sockets do, when there are more.
-const UNHEARD_BYTES: u32 = 4 << 20;
+const WAITING_BYTES: u32 = 4 << 20;
 /// How many of them are taken at once before what came of them is handed on.
 const AT_ONCE: usize = 16;
 /// How often the hub is told that time passes.
@@ -114,7 +114,7 @@ impl Router {
             clock: clock.clone(),
         };
         tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
-        let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
+        let room = Arc::new(Semaphore::new(WAITING_BYTES as usize));
         let ledger = Ledger::new(clock.clone());
         Self { messages, urgent, room, revision, control, clock, address, ledger }
     }
@@ -253,7 +253,7 @@ impl Connection {
     /// The server is stopping.
     pub async fn give(&self, batch: Vec<Incoming>) -> Result<(), Stopped> {
         let bytes: usize = batch.iter().map(|incoming| incoming.packet.len()).sum();
-        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX).min(UNHEARD_BYTES);
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX).min(WAITING_BYTES);
         let room = Arc::clone(&self.room).acquire_many_owned(bytes).await.map_err(|_| Stopped)?;
         self.messages.send(Message::Packets(self.id, batch, room)).await.map_err(|_| Stopped)
     }

@@ -40,7 +40,7 @@ impl RateFilter {
     }
 
     /// What to do with a packet that was said at this time.
-    pub(super) fn fate(&mut self, now: UtcTime, packet: &[u8]) -> Disposition {
+    pub(super) fn disposition(&mut self, now: UtcTime, packet: &[u8]) -> Disposition {
         let Ok(view) = PacketView::unchecked(packet) else { return Disposition::Leave };
         let id = view.id();
         if self.filter.carried.as_ref().is_some_and(|carried| !carried.contains(&id)) {
@@ -80,17 +80,17 @@ mod tests {
             most_per_s: BTreeMap::from([(301, 1.0)]),
             important: BTreeSet::from([2007]),
         };
-        let mut sieve = RateFilter::new(filter);
+        let mut rate_filter = RateFilter::new(filter);
         let thrust = |id| packet(SetThrusterActuation { id, value: 0.5 });
         let at = |ms: i64| UtcTime::from_micros(ms * 1000);
-        let mut fates = Vec::new();
+        let mut dispositions = Vec::new();
         for (ms, id) in [(0, 0), (1, 1), (900, 0), (1000, 0), (1001, 1), (500, 0)] {
-            fates.push(sieve.fate(at(ms), &thrust(id)));
+            dispositions.push(rate_filter.disposition(at(ms), &thrust(id)));
         }
         let recorded = Disposition::Record(false);
-        assert_eq!(fates, [recorded, recorded, Disposition::LiveOnly, recorded, recorded, recorded]);
-        assert_eq!(sieve.fate(at(0), &packet(TBRFishTag::default())), Disposition::Record(true));
-        assert_eq!(sieve.fate(at(0), &packet(Rpm { value: 1 })), Disposition::Leave);
-        assert_eq!(sieve.fate(at(0), b"no packet"), Disposition::Leave);
+        assert_eq!(dispositions, [recorded, recorded, Disposition::LiveOnly, recorded, recorded, recorded]);
+        assert_eq!(rate_filter.disposition(at(0), &packet(TBRFishTag::default())), Disposition::Record(true));
+        assert_eq!(rate_filter.disposition(at(0), &packet(Rpm { value: 1 })), Disposition::Leave);
+        assert_eq!(rate_filter.disposition(at(0), b"no packet"), Disposition::Leave);
     }
 }

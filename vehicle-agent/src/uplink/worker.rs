@@ -37,7 +37,7 @@ pub(super) struct Worker {
     queue: Arc<Queue>,
     wake: UnixStream,
     spool: Spool,
-    sieve: RateFilter,
+    rate_filter: RateFilter,
     vessel: Vessel,
     deliver: Deliver,
     socket: Option<(ConnectionId, Socket)>,
@@ -84,7 +84,7 @@ impl Worker {
             tracing::error!("uplink: no thread for the shore's chart: {error}; none is fetched");
         });
         Self {
-            sieve: RateFilter::new(settings.filter.clone()),
+            rate_filter: RateFilter::new(settings.filter.clone()),
             vessel: Vessel::new(now, vessel),
             settings,
             clock,
@@ -134,7 +134,7 @@ impl Worker {
         }
         let mut live = Vec::with_capacity(waiting.packets.len());
         for (recorded, packet) in waiting.packets {
-            match self.sieve.fate(recorded, &packet) {
+            match self.rate_filter.disposition(recorded, &packet) {
                 Disposition::Leave => continue,
                 Disposition::LiveOnly => {}
                 Disposition::Record(important) => self.spool.append(recorded, &packet, important),

@@ -1,6 +1,6 @@
 // A vessel's card: who it is, what it does, how it is, and how old all of that is.
 
-import { type Card, NOT_REPORTED, type Told } from "../state/card";
+import { type Card, NOT_REPORTED, type CardText } from "../state/card";
 import { t } from "../words/words";
 
 export interface CardProps {
@@ -35,11 +35,11 @@ export function VesselCard({ card, selected, select }: CardProps) {
   );
 }
 
-function Text({ told, class: kind }: { readonly told: Told; readonly class: string }) {
+function Text({ told, class: kind }: { readonly told: CardText; readonly class: string }) {
   return <span class={kind} data-old={told.old ? "" : undefined}>{told.text}</span>;
 }
 
-function Fact({ label, told, warn = false }: { readonly label: string; readonly told: Told; readonly warn?: boolean }) {
+function Fact({ label, told, warn = false }: { readonly label: string; readonly told: CardText; readonly warn?: boolean }) {
   return (
     <span class="fact">
       <span class="what">{label} </span>

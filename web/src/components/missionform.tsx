@@ -43,29 +43,29 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
   const choose = (address: number, whether: boolean): void => change({ vessels: whether ? [...draft.vessels, address] : draft.vessels.filter((one) => one !== address) });
   const at = (field: string): string => (wrong?.field === field ? wrong.text : "");
   const marks = (field: string) => ({ id: `mission-${field}`, "aria-invalid": at(field) !== "", "aria-describedby": `mission-${field}-wrong` });
-  const Told = ({ field }: { readonly field: string }) => <p id={`mission-${field}-wrong`} class="wrong" role="alert">{at(field)}</p>;
+  const Trouble = ({ field }: { readonly field: string }) => <p id={`mission-${field}-wrong`} class="wrong" role="alert">{at(field)}</p>;
   return (
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void submit(event)}>
       <div class="filters">
         <div class="field">
           <label for="mission-name">{t("Name")}</label>
           <input ref={name} {...marks("name")} maxLength={120} autocomplete="off" value={draft.name} onInput={(event) => change({ name: event.currentTarget.value })} />
-          {Told({ field: "name" })}
+          {Trouble({ field: "name" })}
         </div>
         <div class="field">
           <label for="mission-from_us">{t("From (UTC)")}</label>
           <input {...marks("from_us")} type="datetime-local" step="1" value={draft.from} onInput={(event) => change({ from: event.currentTarget.value })} />
-          {Told({ field: "from_us" })}
+          {Trouble({ field: "from_us" })}
         </div>
         <div class="field">
           <label for="mission-to_us">{t("To (UTC), empty while it goes on")}</label>
           <input {...marks("to_us")} type="datetime-local" step="1" value={draft.to} onInput={(event) => change({ to: event.currentTarget.value })} />
-          {Told({ field: "to_us" })}
+          {Trouble({ field: "to_us" })}
         </div>
         <div class="field">
           <label for="mission-people">{t("People")}</label>
           <input {...marks("people")} maxLength={500} autocomplete="off" value={draft.people} onInput={(event) => change({ people: event.currentTarget.value })} />
-          {Told({ field: "people" })}
+          {Trouble({ field: "people" })}
         </div>
       </div>
       <fieldset class="vessels-of" aria-describedby="mission-vessels-wrong">
@@ -74,17 +74,17 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
           <label key={address} class="inline"><input {...(index === 0 ? { id: "mission-vessels" } : {})} type="checkbox" checked={draft.vessels.includes(address)} onChange={(event) => choose(address, event.currentTarget.checked)} />{called}</label>
         ))}
         {vessels.length === 0 && <p>{t("No vessel is known yet. An admin names vessels under Admin, Vessels.")}</p>}
-        {Told({ field: "vessels" })}
+        {Trouble({ field: "vessels" })}
       </fieldset>
       <div class="field">
         <label for="mission-purpose">{t("Purpose")}</label>
         <textarea {...marks("purpose")} rows={2} value={draft.purpose} onInput={(event) => change({ purpose: event.currentTarget.value })} />
-        {Told({ field: "purpose" })}
+        {Trouble({ field: "purpose" })}
       </div>
       <div class="field">
         <label for="mission-notes">{t("Notes")}</label>
         <textarea {...marks("notes")} rows={3} value={draft.notes} onInput={(event) => change({ notes: event.currentTarget.value })} />
-        {Told({ field: "notes" })}
+        {Trouble({ field: "notes" })}
       </div>
       <p class="row">
         <button class="main" aria-disabled={busy}>{t("Save")}</button>

@@ -6,7 +6,7 @@ import { createOrders, windowKey } from "../control/orders";
 import { type ControlState, type Part, partOf, whoHas } from "../state/control";
 import { setAttribute, setText } from "../ui/dom";
 import { age } from "../ui/format";
-import { Desk } from "./desk";
+import { ParameterPanel } from "./parameterpanel";
 import { createReader, type Reader } from "./reading";
 import { askSave } from "./saving";
 import { askWrite } from "./writing";
@@ -35,7 +35,7 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
   const path = `/api/v1/vessels/${address}`;
   const [key, reader] = [windowKey(), createReader(path)];
   const orders = createOrders(address, key);
-  const desk: Desk = new Desk(root, address, may, name, reader, {
+  const desk: ParameterPanel = new ParameterPanel(root, address, may, name, reader, {
     read: () => void read(desk, reader),
     write: () => askWrite(desk, orders, reader),
     forget: () => desk.forget(),
@@ -70,7 +70,7 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
 }
 
 /** Asks the vessel for all its parameters. */
-async function read(desk: Desk, reader: Reader): Promise<void> {
+async function read(desk: ParameterPanel, reader: Reader): Promise<void> {
   if (desk.busy) return;
   const { said, fail } = desk.form;
   const name = desk.name();
@@ -90,7 +90,7 @@ async function read(desk: Desk, reader: Reader): Promise<void> {
 }
 
 /** Who has control, and how old the values are where the vessel is not heard. */
-function sayWho({ form: { who, lead }, told, live, may, inControl, name }: Desk, control: ControlState, part: Part, nowUs: number): void {
+function sayWho({ form: { who, lead }, told, live, may, inControl, name }: ParameterPanel, control: ControlState, part: Part, nowUs: number): void {
   const [oldest] = [...(told?.entities ?? [])].map((one) => one.time_us).sort((one, other) => one - other);
   const old = told && oldest !== undefined && !live ? lastKnown(name(), told.recorded, age(Math.max(0, (nowUs - oldest) / 1e6))) : "";
   const control_ = may ? (inControl ? t("You have control: changes can be written.") : `${whoHas(control.lease, part)} ${t("Writing takes control.")}`) : t("Writing takes the role operator.");

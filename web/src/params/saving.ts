@@ -3,19 +3,19 @@
 import { reason } from "../api/http";
 import type { Orders } from "../control/orders";
 import { setText } from "../ui/dom";
-import type { Desk } from "./desk";
+import type { ParameterPanel } from "./parameterpanel";
 import type { Reader } from "./reading";
 import { t } from "../words/words";
 
 /** Shows what the vessel would save; the second step saves it. */
-export function askSave(desk: Desk, orders: Orders, reader: Reader): void {
+export function askSave(desk: ParameterPanel, orders: Orders, reader: Reader): void {
   const found = desk.unsaved();
   const lines = [...found].flatMap(([entity, of]) => of.filter((row) => row.unsaved || desk.outcomes.has(row.key)).map((row) => `${entity}, ${row.told.name}: ${row.shown.saved ?? "?"} → ${row.shown.value}${row.shown.unit ? ` ${row.shown.unit}` : ""}`));
   const name = desk.name();
   desk.confirm.ask(t("Save parameters to {name}?", { name }), [t("{name} will have these values at its next start:", { name }), ...lines], t("Save"), () => void saveAll(desk, orders, reader, [...found.keys()]));
 }
 
-async function saveAll(desk: Desk, orders: Orders, reader: Reader, entities: readonly string[]): Promise<void> {
+async function saveAll(desk: ParameterPanel, orders: Orders, reader: Reader, entities: readonly string[]): Promise<void> {
   if (desk.busy) return;
   desk.begin(t("Saving to {name} …", { name: desk.name() }));
   const { said, fail } = desk.form;

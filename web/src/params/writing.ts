@@ -4,7 +4,7 @@ import { reason } from "../api/http";
 import type { Command } from "../api/types.gen";
 import type { Orders } from "../control/orders";
 import { setText } from "../ui/dom";
-import type { Desk } from "./desk";
+import type { ParameterPanel } from "./parameterpanel";
 import { changesOf, changeText, type Outcome, outcomeOf, OUTCOMES, type Row, wireText } from "./model";
 import type { Reader } from "./reading";
 import { t, tn } from "../words/words";
@@ -13,7 +13,7 @@ import { t, tn } from "../words/words";
 type Changes = ReturnType<typeof changesOf>;
 
 /** Shows what would be written, in words; a second step where it changes at once how a vessel moves. */
-export function askWrite(desk: Desk, orders: Orders, reader: Reader): void {
+export function askWrite(desk: ParameterPanel, orders: Orders, reader: Reader): void {
   const wrong = desk.rows.find((row) => row.problem);
   if (wrong) {
     desk.form.fail(t("{name} of {entity}: {problem}", { name: wrong.told.name, entity: wrong.entity, problem: wrong.problem }));
@@ -33,7 +33,7 @@ export function askWrite(desk: Desk, orders: Orders, reader: Reader): void {
 }
 
 /** Writes what was asked about, whatever was typed since. */
-async function writeAll(desk: Desk, orders: Orders, reader: Reader, changes: Changes): Promise<void> {
+async function writeAll(desk: ParameterPanel, orders: Orders, reader: Reader, changes: Changes): Promise<void> {
   if (desk.busy) return;
   desk.begin(t("Writing to {name} …", { name: desk.name() }));
   const counts = new Map<Outcome["kind"], number>();
@@ -55,7 +55,7 @@ async function writeAll(desk: Desk, orders: Orders, reader: Reader, changes: Cha
 }
 
 /** Writes what was changed of one entity and reads it back; what became of each. */
-async function writeOne(desk: Desk, orders: Orders, reader: Reader, entity: string, changed: readonly Row[]): Promise<Map<string, Outcome>> {
+async function writeOne(desk: ParameterPanel, orders: Orders, reader: Reader, entity: string, changed: readonly Row[]): Promise<Map<string, Outcome>> {
   const all = (outcome: (row: Row) => Outcome): Map<string, Outcome> => new Map(changed.map((row) => [row.key, outcome(row)]));
   const values = changed.map((row) => ({ name: row.told.name, value: wireText(row.edit ?? "", row) }));
   let command: Command;

@@ -29,7 +29,7 @@ export const LIVENESS: Readonly<Record<Liveness, string>> = {
 };
 
 /** A text, and whether it is older than its contract. */
-export interface Told {
+export interface CardText {
   readonly text: string;
   readonly old: boolean;
 }
@@ -44,14 +44,14 @@ export interface Card {
   readonly liveness: Liveness;
   readonly link: string;
   readonly heard: string;
-  readonly doing: Told;
-  readonly plan: Told;
-  readonly progress: Told;
-  readonly speed: Told;
-  readonly heading: Told;
-  readonly battery: Told & { readonly low: boolean };
-  readonly place: Told;
-  readonly placeAge: Told;
+  readonly doing: CardText;
+  readonly plan: CardText;
+  readonly progress: CardText;
+  readonly speed: CardText;
+  readonly heading: CardText;
+  readonly battery: CardText & { readonly low: boolean };
+  readonly place: CardText;
+  readonly placeAge: CardText;
   /** The worst that is wrong, or how its parts are. */
   readonly worst: { readonly text: string; readonly quiet: boolean };
 }
@@ -60,9 +60,9 @@ export interface Card {
 export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs }: Listed, nowUs: number, linked: boolean): Card {
   const { mode, plan, progress, battery } = vitals;
   const { fix } = system;
-  const of = (reading: Reading, text: string): Told => told(reading.ageS === null ? NOT_REPORTED : text, reading.ageS !== null && (reading.old || !linked));
+  const of = (reading: Reading, text: string): CardText => told(reading.ageS === null ? NOT_REPORTED : text, reading.ageS !== null && (reading.old || !linked));
   const old = placeIsOld || system.liveness === "stale" || system.liveness === "lost";
-  const here = (text: string | undefined): Told => told(text ?? "—", fix !== null && (old || !linked));
+  const here = (text: string | undefined): CardText => told(text ?? "—", fix !== null && (old || !linked));
   const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${PRIORITY_WORDS[alarm.priority as Priority] ?? alarm.priority}: ${alarmText(alarm)}` : "";
   const heardS = Math.max(0, (nowUs - system.heard_us) / 1e6);
   const never = !system.heard_us;
@@ -86,7 +86,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
   };
 }
 
-function told(text: string, old: boolean): Told {
+function told(text: string, old: boolean): CardText {
   return { text: tame(text, MOST), old };
 }
 

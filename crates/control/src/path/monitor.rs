@@ -66,12 +66,12 @@ impl JumpConfig {
 /// Fails when two looks in a row see too little progress.
 #[derive(Debug, Clone, Default)]
 pub(super) struct AlongTrackMonitor {
-    last: Option<Look>,
+    last: Option<Observation>,
     failed_once: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Look {
+struct Observation {
     at: MonoTime,
     along_m: f64,
     course_error_rad: f64,
@@ -86,7 +86,7 @@ impl AlongTrackMonitor {
         along_m: f64,
         course_error_rad: f64,
     ) -> bool {
-        let look = Look { at: now, along_m, course_error_rad: course_error_rad.abs() };
+        let look = Observation { at: now, along_m, course_error_rad: course_error_rad.abs() };
         let Some(last) = self.last else {
             self.last = Some(look);
             return false;

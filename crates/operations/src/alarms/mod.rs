@@ -27,7 +27,7 @@ mod tests;
 pub use derive::{LinkClock, ShoreState};
 pub use kind::{Advice, Kind, Priority};
 pub use record::{
-    Alarm, AlarmId, AlarmRefused, Key, Note, Said, Saved, Shelving, State, Trouble, day_and_time,
+    Alarm, AlarmId, AlarmRefused, Key, Note, Signature, Saved, Shelving, State, Trouble, day_and_time,
 };
 
 use api::AlarmSaying;
@@ -395,7 +395,7 @@ impl Alarms {
             State::Acknowledged => return Err(AlarmRefused::Known),
             State::Normal => return Err(AlarmRefused::Gone),
         };
-        alarm.acknowledged = Some(Said { by: by.to_owned(), at: now.utc });
+        alarm.acknowledged = Some(Signature { by: by.to_owned(), at: now.utc });
         if !alarm.holds {
             // Kept for as long as readers need to learn of it.
             alarm.turned = now.mono;
@@ -432,7 +432,7 @@ impl Alarms {
             return Err(AlarmRefused::Reason);
         }
         let until = UtcTime::from_micros(now.utc.micros().saturating_add(span.as_micros() as i64));
-        let said = Said { by: by.to_owned(), at: now.utc };
+        let said = Signature { by: by.to_owned(), at: now.utc };
         alarm.shelved = Some(Shelving { said, until, reason: reason.to_owned(), ends: now.mono + span });
         self.note(now, id, &key, "shelved", by, reason);
         Ok(())

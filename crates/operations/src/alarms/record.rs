@@ -84,9 +84,9 @@ impl State {
     }
 }
 
-/// Who said something, and when.
+/// Who did something, and when.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Said {
+pub struct Signature {
     /// The person.
     pub by: String,
     /// When.
@@ -97,7 +97,7 @@ pub struct Said {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shelving {
     /// By whom and when.
-    pub said: Said,
+    pub said: Signature,
     /// Until when, by UTC as it was then.
     pub until: UtcTime,
     /// Why.
@@ -127,7 +127,7 @@ pub struct Alarm {
     /// How often it came since it was normal.
     pub count: u32,
     /// Who said they know.
-    pub acknowledged: Option<Said>,
+    pub acknowledged: Option<Signature>,
     /// Whether it became more urgent because nobody acknowledged it.
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
@@ -224,11 +224,11 @@ pub struct Saved {
     /// How often it came.
     pub count: u32,
     /// Who said they know.
-    pub acknowledged: Option<Said>,
+    pub acknowledged: Option<Signature>,
     /// Whether it became more urgent by waiting.
     pub escalated: bool,
     /// Put aside: by whom, until when, and why.
-    pub shelved: Option<(Said, UtcTime, String)>,
+    pub shelved: Option<(Signature, UtcTime, String)>,
 }
 
 impl From<&Alarm> for Saved {

@@ -52,7 +52,7 @@ const EVENTS: usize = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// It is to be written into the audit log.
-    OrderedBy,
+    Asked,
     /// It is in the audit log.
     Accepted,
     /// No way leads to the vessel: it waits for one, until its life ends.
@@ -77,7 +77,7 @@ impl Stage {
     /// A stable word for people and machines.
     pub fn name(self) -> &'static str {
         match self {
-            Self::OrderedBy => "asked",
+            Self::Asked => "asked",
             Self::Accepted => "accepted",
             Self::Waiting => "waiting",
             Self::Sent => "sent",
@@ -179,13 +179,13 @@ pub struct Command {
 impl Command {
     /// How far it is.
     pub fn stage(&self) -> Stage {
-        self.steps.last().map_or(Stage::OrderedBy, |step| step.stage)
+        self.steps.last().map_or(Stage::Asked, |step| step.stage)
     }
 
     /// The furthest stage that it reached, whatever did not come in time.
     fn furthest(&self) -> Stage {
         let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
-        reached.max().unwrap_or(Stage::OrderedBy)
+        reached.max().unwrap_or(Stage::Asked)
     }
 
     /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
@@ -353,7 +353,7 @@ impl Commands {
     /// command that is over or was sent.
     pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Telecommand> {
         let own = self.own;
-        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::OrderedBy)?;
+        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::Asked)?;
         let order = command.order.take()?;
         let header = Header {
             timestamp: now.utc.seconds(),
@@ -416,7 +416,7 @@ impl Commands {
             self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
         for (id, stage) in late {
             let text = match stage {
-                Stage::OrderedBy | Stage::Accepted | Stage::Waiting => "it was not sent",
+                Stage::Asked | Stage::Accepted | Stage::Waiting => "it was not sent",
                 Stage::Sent => "the vessel did not say that it has it",
                 Stage::Received => "the vessel has it and does not answer",
                 _ => "the vessel answered, but nothing shows the effect",
@@ -526,7 +526,7 @@ impl Commands {
         }
         command.steps.push(step);
         command.deadline = match stage {
-            Stage::OrderedBy | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
+            Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
             // Its life ends before, and tells so.
             Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),

@@ -9,7 +9,7 @@ use units::LatLon;
 
 /// What a sentence told of a refused leg.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ToldLeg {
+pub struct ReportedLeg {
     /// Whose leg it is, such as the name of a maneuver.
     pub label: String,
     /// What the vessel does.
@@ -32,7 +32,7 @@ pub struct ToldLeg {
     pub area: Option<String>,
 }
 
-impl ToldLeg {
+impl ReportedLeg {
     /// The first leg that a sentence tells of, whatever stands before and after it.
     pub fn find(text: &str) -> Option<Self> {
         // A label stands in quotes after a space, and may hold quotes itself.
@@ -180,7 +180,7 @@ mod tests {
         for reason in plain.into_iter().chain(restricted) {
             for label in ["P2", "Bird's nest", "a' (b)", "'", "the way at 63.00000, 10.00000"] {
                 let leg = leg(label, reason, spot(None, None));
-                let told = ToldLeg::find(&around(&leg)).unwrap_or_else(|| panic!("{leg}"));
+                let told = ReportedLeg::find(&around(&leg)).unwrap_or_else(|| panic!("{leg}"));
                 assert_eq!((&told.label[..], told.part, told.number), (label, Part::Track, 2), "{leg}");
                 assert_eq!((told.reason, told.least_m), (reason, None), "{leg}");
                 assert!((told.at.lat_deg() - 63.440_12).abs() < 1e-9, "{leg}");
@@ -198,7 +198,7 @@ mod tests {
         for (least_m, margin_m) in [(2.5, -2.5), (-0.4, -5.4), (0.0, -5.0)] {
             for reason in [Reason::TooShallow, Reason::TooShallowAlone] {
                 let leg = leg("P2", reason, spot(Some(least_m), Some(margin_m)));
-                let told = ToldLeg::find(&around(&leg)).unwrap();
+                let told = ReportedLeg::find(&around(&leg)).unwrap();
                 assert_eq!(told.reason, Reason::TooShallow);
                 assert!((told.least_m.unwrap() - least_m).abs() < 0.06, "{leg}");
                 assert!((told.needed_m.unwrap() - 5.0).abs() < 0.06, "{leg}");
@@ -221,7 +221,7 @@ mod tests {
             "'P2' (transit 1): land at 63.4400ø, 10.35000",
         ];
         for text in none {
-            assert_eq!(ToldLeg::find(text), None, "{text}");
+            assert_eq!(ReportedLeg::find(text), None, "{text}");
         }
     }
 }
