@@ -21,8 +21,8 @@ use imc::Address;
 use notes::WriteNotes;
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Signature, Saved, ShoreState,
-    State,
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Saved, ShoreState,
+    Signature, State,
 };
 use sqlx::SqliteConnection;
 use std::collections::{BTreeSet, VecDeque};

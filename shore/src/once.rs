@@ -24,7 +24,7 @@ pub(crate) enum Made {
 pub(crate) struct Key {
     made: Made,
     person: i64,
-    key: String,
+    text: String,
 }
 
 impl Key {
@@ -37,7 +37,7 @@ impl Key {
             let text = format!("key: give 1 to {LETTERS} characters, or none");
             return Err(Error::new(ErrorKind::Malformed, text));
         }
-        Ok(key.map(|key| Self { made, person, key }))
+        Ok(key.map(|text| Self { made, person, text }))
     }
 }
 
@@ -47,7 +47,7 @@ impl Request for Key {
 
     async fn run(self, db: &mut SqliteConnection) -> std::result::Result<Option<i64>, Fault> {
         let sql = "SELECT id FROM made_by_key WHERE person = ?1 AND made = ?2 AND key = ?3";
-        let query = sqlx::query_scalar(sql).bind(self.person).bind(self.made as i64).bind(self.key);
+        let query = sqlx::query_scalar(sql).bind(self.person).bind(self.made as i64).bind(self.text);
         Ok(query.fetch_optional(db).await?)
     }
 }
@@ -70,7 +70,7 @@ impl<R: Request<Answer = i64>> Request for Once<R> {
         }
         let id = make.run(&mut *db).await?;
         let sql = "INSERT INTO made_by_key (person, made, key, id) VALUES (?1, ?2, ?3, ?4)";
-        sqlx::query(sql).bind(key.person).bind(key.made as i64).bind(key.key).bind(id).execute(db).await?;
+        sqlx::query(sql).bind(key.person).bind(key.made as i64).bind(key.text).bind(id).execute(db).await?;
         Ok(id)
     }
 }
@@ -101,13 +101,21 @@ mod tests {
             make: Make(id),
         };
         once(Made::Note, 7, Some("a"), None).run(db).await.unwrap_err();
-        assert_eq!(once(Made::Note, 7, Some("a"), Some(1)).run(db).await.unwrap(), 1, "what failed is tried again");
+        assert_eq!(
+            once(Made::Note, 7, Some("a"), Some(1)).run(db).await.unwrap(),
+            1,
+            "what failed is tried again"
+        );
         assert_eq!(once(Made::Note, 7, Some("a"), Some(2)).run(db).await.unwrap(), 1);
         assert_eq!(once(Made::Note, 8, Some("a"), Some(3)).run(db).await.unwrap(), 3, "another person's");
         assert_eq!(once(Made::Note, 7, Some("b"), Some(4)).run(db).await.unwrap(), 4, "another key");
         assert_eq!(once(Made::Mission, 7, Some("a"), Some(5)).run(db).await.unwrap(), 5, "another kind");
         assert_eq!(once(Made::Note, 7, None, Some(6)).run(db).await.unwrap(), 6);
-        assert_eq!(once(Made::Note, 7, None, Some(7)).run(db).await.unwrap(), 7, "without a key each is its own");
+        assert_eq!(
+            once(Made::Note, 7, None, Some(7)).run(db).await.unwrap(),
+            7,
+            "without a key each is its own"
+        );
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use crate::say::say;
 use anyhow::{Context as _, bail};
 use clap::{Subcommand, ValueEnum};
+use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
 use imc::messages::{
     Goto, Message, PlanManeuver, PlanSpecification, PlanTransition, SpeedUnits, StationKeeping, ZUnits,
 };
-use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -190,7 +190,8 @@ mod tests {
     fn lines_and_routes_become_waypoints_and_come_back() {
         let line = br#"{"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.1]]}"#;
         let way = places(&geojson::read(line).unwrap()).unwrap();
-        let route = b"<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
+        let route =
+            b"<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
         assert_eq!(places(&gpx::read(route).unwrap()).unwrap(), way);
         let plan = sequence("x", way.iter().map(|place| goto(*place, 1.0).into()).collect());
         assert_eq!(waypoints(&plan), way);

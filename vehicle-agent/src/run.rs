@@ -5,6 +5,7 @@
 use crate::clock::Clock;
 use crate::disk::recording::{Beginning, Recorder};
 use crate::disk::{DataLock, Disk, Done, Store, Tools, Work, Worker};
+use crate::due::{Due, noting};
 use crate::ending::{Ending, Fault};
 use crate::hull::Hull;
 use crate::motor_gate::MotorGate;
@@ -15,7 +16,6 @@ use crate::setup;
 use crate::transports::{self, Given};
 use crate::trial;
 use crate::uplink::{FromShore, Uplink, UplinkSettings};
-use crate::due::{Due, noting};
 use crate::vehicle::Vehicle;
 use anyhow::{Context as _, bail};
 use clap::Args;
@@ -173,7 +173,7 @@ impl<H: Hull> Agent<H> {
         let context =
             HullContext { config: &config, clock: &clock, utc, seed: uid, inbox: Arc::clone(&net.inbox) };
         let (hull, gate) = build(&context)?;
-        let (inbox, uplinks) = (Arc::clone(&net.inbox), clock.clone());
+        let inbox = Arc::clone(&net.inbox);
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
         let mut vehicle = Vehicle::new(hull, Brain::new(settings, now, kept)?, now);
@@ -409,7 +409,7 @@ fn start_uplink(
     net: &Net,
     clock: Clock,
 ) -> anyhow::Result<Uplink> {
-    let inbox = Arc::clone(&net.inbox);
+    let (inbox, its_clock) = (Arc::clone(&net.inbox), clock.clone());
     // The shore hears at once of what the brain will not obey, and for that an order is decoded here too: the brain looks again
     // when the order's turn comes.
     let mut gate = LeaseGate::default();
@@ -438,7 +438,7 @@ fn start_uplink(
         };
         taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
     };
-    Uplink::start(settings, chart, uplinks, Box::new(deliver))
+    Uplink::start(settings, chart, its_clock, Box::new(deliver))
 }
 
 /// The chart in force, as the shore is told.

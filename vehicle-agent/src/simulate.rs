@@ -2,6 +2,7 @@
 
 use crate::disk::Journal;
 use crate::disk::recording::{Beginning, Recorder};
+use crate::due::{Due, noting};
 use crate::hull::Simulated;
 use crate::open_loop;
 use crate::plan;
@@ -9,7 +10,6 @@ use crate::say::{complain, say};
 use crate::setup;
 use crate::track::{self, Track};
 use crate::trial;
-use crate::due::{Due, noting};
 use crate::vehicle::Vehicle;
 use anyhow::{Context as _, bail};
 use clap::Args;

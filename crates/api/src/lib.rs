@@ -55,7 +55,8 @@ pub use logbook::{
     LogNotesQuery, LogWord,
 };
 pub use missions::{
-    Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Missions, MissionsQuery,
+    Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Missions,
+    MissionsQuery,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

@@ -13,11 +13,11 @@ use crate::{
     Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg,
     PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUnderWay,
     PlanUploadRequest, PlansAboard, ReceiverClock, Recorded, RecordedDay, Recording, Refusal, RefusalReason,
-    Role, RouteLeg, SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteLeg, SeaRouteMoved,
-    SeaRouteClosed, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, Series, SeriesField, Session, ShelveRequest, SpeedUnit, StoredPlan,
-    Subscription, System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token,
-    TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters,
-    VesselQuery, VesselQuerySent,
+    Role, RouteLeg, SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved,
+    SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, Series, SeriesField, Session, ShelveRequest,
+    SpeedUnit, StoredPlan, Subscription, System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus,
+    TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel, VesselChart,
+    VesselParameters, VesselQuery, VesselQuerySent,
 };
 use ts_rs::TS;
 

@@ -136,7 +136,9 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
     }
     // Read before the lengths: the files of a server that runs only grow.
     let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
-    for told in shortened::told(shortened::seen(&root, read.iter().map(|(key, progress)| (*key, progress.lengths)))?) {
+    for told in
+        shortened::told(shortened::seen(&root, read.iter().map(|(key, progress)| (*key, progress.lengths)))?)
+    {
         checks.push(Check::new(
             "archive",
             Health::Problem,

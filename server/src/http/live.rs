@@ -162,7 +162,10 @@ impl Listener {
         }
     }
 
-    fn understand(&self, message: Option<Result<Message, axum::Error>>) -> Result<Option<ClientMessage>, End> {
+    fn understand(
+        &self,
+        message: Option<Result<Message, axum::Error>>,
+    ) -> Result<Option<ClientMessage>, End> {
         let text = match message {
             Some(Ok(Message::Text(text))) if text.len() > REQUEST_BYTES => return Err(TOO_LARGE),
             Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),

@@ -14,13 +14,13 @@ use api::{
     Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, ExportQuery, ExportSize,
     FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseRequest, LinkStatus,
     LiveFrame, LiveRequest, LogBook, LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision,
-    LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionQuery, MissionRequest,
-    MissionSummary, Missions, MissionsQuery, NewToken, OrderRequest, Ordered, Person, PlanChange, PlanCheck,
-    PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay,
-    PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
-    SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest, StopQuery, StoredPlan,
-    System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery, TransportPeer,
-    VesselParameters, VesselQuery, VesselQuerySent,
+    LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionQuery,
+    MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, OrderRequest, Ordered, Person,
+    PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision,
+    PlanSummary, PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role,
+    Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest,
+    StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery,
+    TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use shore::ErrorKind;
 use shore::clock::written;
 use shore::identity::{Language, Principal, Via};
-use shore::notices::{Delivery, Made, Rule, RuleChange, RuleRequest, Way};
+use shore::notices::{Delivery, Made, Rule, RuleChange, Way};
 use std::time::Duration;
 use units::UtcTime;
 
@@ -120,15 +120,12 @@ pub(super) fn new_rule(
     vessels: &[Vessel],
     refused: Option<&Refused>,
 ) -> (RuleForm, &'static str) {
-    match refused.filter(|refused| refused.id.is_none()) {
-        Some(refused) => (rule_form(language, &refused.typed, vessels), refused.way),
-        None => {
-            let (target, after) = (String::new(), Duration::ZERO);
-            let empty =
-                RuleChange { target, least: Priority::Alarm, vessel: None, after, also_over: false };
-            (rule_form(language, &empty, vessels), "")
-        }
+    if let Some(refused) = refused.filter(|refused| refused.id.is_none()) {
+        return (rule_form(language, &refused.typed, vessels), refused.way);
     }
+    let (target, after) = (String::new(), Duration::ZERO);
+    let empty = RuleChange { target, least: Priority::Alarm, vessel: None, after, also_over: false };
+    (rule_form(language, &empty, vessels), "")
 }
 
 fn rule_form(language: Language, rule: &RuleChange, vessels: &[Vessel]) -> RuleForm {
@@ -218,8 +215,13 @@ pub(super) async fn add(
                 }
                 Err(error) if error.kind == ErrorKind::Refused => {
                     let refused = Some(Refused { id: None, way: way.name(), typed });
-                    return show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() })
-                        .await;
+                    return show(
+                        &state,
+                        &who,
+                        frame,
+                        Words { problem: error.text, refused, ..Words::default() },
+                    )
+                    .await;
                 }
                 Err(error) => return Err(ApiError::from(error).into()),
             }
@@ -242,7 +244,8 @@ pub(super) async fn change(
     in_person(&who)?;
     let (id, vessel) = (wanted.id, vessel(&wanted.vessel)?);
     let Some(least) = Priority::named(&wanted.least) else {
-        return show(&state, &who, frame, Words { problem: NO_PRIORITY.to_owned(), ..Words::default() }).await;
+        return show(&state, &who, frame, Words { problem: NO_PRIORITY.to_owned(), ..Words::default() })
+            .await;
     };
     let typed = wanted.typed(vessel, least);
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {

@@ -5,8 +5,7 @@
 
 use super::photos::{self, ALL_BYTES, Photo, Photos};
 use super::rows::{
-    AddPhoto, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw,
-    Write,
+    AddPhoto, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw, Write,
 };
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result, slow};

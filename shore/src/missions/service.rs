@@ -10,7 +10,9 @@ use crate::history::History;
 use crate::identity::{People, Principal};
 use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
 use crate::once::{Key, Made, Once};
-use api::{LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role};
+use api::{
+    LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role,
+};
 use std::sync::Arc;
 use store::TimeRange;
 use tokio::sync::Semaphore;

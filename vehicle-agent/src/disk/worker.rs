@@ -125,7 +125,8 @@ impl Worker {
                 if let Err(error) = self.keep_under_way(UnderWay(packet))
                     && is_news
                 {
-                    let text = "the plan under way, which the next start needs; it is tried again once a second";
+                    let text =
+                        "the plan under way, which the next start needs; it is tried again once a second";
                     answer(Done::NotKept(format!("{text}: {error:#}")));
                 }
             }

@@ -156,7 +156,9 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
     let mut connection = 0;
     for _ in 0..3 {
         let (deliver, delivered) = commands();
-        let uplink = Uplink::start(settings(folder.path(), port), ChartAboard::default(), Clock::system(), deliver).unwrap();
+        let uplink =
+            Uplink::start(settings(folder.path(), port), ChartAboard::default(), Clock::system(), deliver)
+                .unwrap();
         for _ in 0..3 {
             for _ in 0..400 {
                 uplink.record(&packet(said));
@@ -205,7 +207,9 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
         faults += 1;
         if faults == 1 { panic!("a fault of the program") } else { Ok(()) }
     });
-    let uplink = Uplink::start(settings(folder.path(), port), ChartAboard::default(), Clock::system(), deliver).unwrap();
+    let uplink =
+        Uplink::start(settings(folder.path(), port), ChartAboard::default(), Clock::system(), deliver)
+            .unwrap();
     (0..100).for_each(|number| uplink.record(&packet(number)));
     uplink.flush();
     let (stream, _) = listener.accept().unwrap();
@@ -397,7 +401,9 @@ fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
         }
         Ok(())
     });
-    let uplink = Uplink::start(settings(disk.0.path(), port), ChartAboard::default(), Clock::system(), deliver).unwrap();
+    let uplink =
+        Uplink::start(settings(disk.0.path(), port), ChartAboard::default(), Clock::system(), deliver)
+            .unwrap();
     let queue = Arc::clone(&uplink.queue);
     uplink.record(&packet(1));
     uplink.flush();

@@ -2556,9 +2556,9 @@ moved: Array<SeaRouteMoved>,
  */
 guarded: boolean, 
 /**
- * Why not, for people.
+ * The first leg that it refuses, by its number, and why; null where it refuses none.
  */
-guard_text: string | null, };
+guard: GuardReason | null, };
 
 export type SeaRouteAnswer = { 
 /**
@@ -2654,6 +2654,34 @@ distance_m: number,
  */
 text: string, };
 
+export type SeaRouteClosed = { 
+/**
+ * As the code of a [`GuardReason`]; `too-shallow` also where it is deep enough and a danger is too near.
+ */
+code: string, 
+/**
+ * Least charted depth there (m); null where it is no water of known depth.
+ */
+depth_m: number | null, 
+/**
+ * How far the end may be moved (m).
+ */
+may_move_m: number, };
+
+export type SeaRoutePassable = { 
+/**
+ * The greatest least depth (m) that gives one with this clearance; null if none was found.
+ */
+depth_m: number | null, 
+/**
+ * The greatest clearance (m) that gives one of this depth; null if none was found.
+ */
+clearance_m: number | null, 
+/**
+ * Whether there is one without the areas where entry is prohibited or restricted.
+ */
+by_rule_alone: boolean, };
+
 export type SeaRouteRefusal = { 
 /**
  * For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
@@ -2676,13 +2704,17 @@ nearest: [number, number] | null,
  */
 gap_m: number | null, 
 /**
- * The greatest least depth (m) that gives a route with this clearance; null if none was found, or not asked for.
+ * What lies at an end that is closed; null for another reason.
  */
-passable_depth_m: number | null, 
+closed: SeaRouteClosed | null, 
 /**
- * The greatest clearance (m) that gives a route of this depth; null if none was found, or not asked for.
+ * How far start and goal are apart, and how far they may be (m); null for another reason.
  */
-passable_clearance_m: number | null, };
+apart_m: [number, number] | null, 
+/**
+ * What would give a route; null where that was not asked for.
+ */
+passable: SeaRoutePassable | null, };
 
 export type Series = { 
 /**

@@ -6,7 +6,7 @@ import { createOrders, windowKey } from "../control/orders";
 import { type ControlState, type Part, partOf, whoHas } from "../state/control";
 import { setAttribute, setText } from "../ui/dom";
 import { age } from "../ui/format";
-import { ParameterPanel } from "./parameterpanel";
+import { ParameterView } from "./view";
 import { createReader, type Reader } from "./reading";
 import { askSave } from "./saving";
 import { askWrite } from "./writing";
@@ -35,11 +35,11 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
   const path = `/api/v1/vessels/${address}`;
   const [key, reader] = [windowKey(), createReader(path)];
   const orders = createOrders(address, key);
-  const desk: ParameterPanel = new ParameterPanel(root, address, may, name, reader, {
-    read: () => void read(desk, reader),
-    write: () => askWrite(desk, orders, reader),
-    forget: () => desk.forget(),
-    save: () => askSave(desk, orders, reader),
+  const view: ParameterView = new ParameterView(root, address, may, name, reader, {
+    read: () => void read(view, reader),
+    write: () => askWrite(view, orders, reader),
+    forget: () => view.forget(),
+    save: () => askSave(view, orders, reader),
     openControl,
   });
   let begun = false;
@@ -47,50 +47,50 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
 
   return {
     update(control, now, nowUs, underWay, shown) {
-      [desk.system, desk.moves] = [now, underWay];
+      [view.system, view.moves] = [now, underWay];
       const part = partOf(control.lease, me, key);
-      const before = desk.inControl;
-      desk.inControl = part === "here";
-      if (before && !desk.inControl) desk.confirm.close();
-      if (before !== desk.inControl) desk.enable();
+      const before = view.inControl;
+      view.inControl = part === "here";
+      if (before && !view.inControl) view.confirm.close();
+      if (before !== view.inControl) view.enable();
       if (!shown) return;
       if (!begun && now) {
         begun = true;
-        void desk.look().then(() => (desk.live ? read(desk, reader) : desk.draw()));
+        void view.look().then(() => (view.live ? read(view, reader) : view.draw()));
       }
-      sayWho(desk, control, part, nowUs);
-      if (desk.told) desk.table.ages(desk.told, nowUs);
+      sayWho(view, control, part, nowUs);
+      if (view.told) view.table.ages(view.told, nowUs);
     },
     heard({ events }) {
-      if (!begun || desk.busy || !events.some((one) => one.system === address && one.abbrev === "EntityParameters")) return;
+      if (!begun || view.busy || !events.some((one) => one.system === address && one.abbrev === "EntityParameters")) return;
       window.clearTimeout(settle);
-      settle = window.setTimeout(() => void (desk.busy || desk.look()), SETTLE_MS);
+      settle = window.setTimeout(() => void (view.busy || view.look()), SETTLE_MS);
     },
   };
 }
 
 /** Asks the vessel for all its parameters. */
-async function read(desk: ParameterPanel, reader: Reader): Promise<void> {
-  if (desk.busy) return;
-  const { said, fail } = desk.form;
-  const name = desk.name();
-  desk.begin(t("Asking {name} for its parameters …", { name }));
+async function read(view: ParameterView, reader: Reader): Promise<void> {
+  if (view.busy) return;
+  const { said, fail } = view.form;
+  const name = view.name();
+  view.begin(t("Asking {name} for its parameters …", { name }));
   try {
     const { told: now, silent, reached } = await reader.read();
     const answered = now.entities.length > 0 && !now.recorded;
-    desk.silence = !reached ? t("{name} has no connection at present.", { name: desk.name() }) : answered ? "" : t("{name} did not answer. See whether it is heard (Link, above) and ask again; some programs report no parameters at all.", { name: desk.name() });
-    setText(said, desk.silence || (silent.length ? tn(silent.length, "Read. 1 part of the vessel reported none.", "Read. {n} parts of the vessel reported none.") : t("Read.")));
-    desk.take(now);
+    view.silence = !reached ? t("{name} has no connection at present.", { name: view.name() }) : answered ? "" : t("{name} did not answer. See whether it is heard (Link, above) and ask again; some programs report no parameters at all.", { name: view.name() });
+    setText(said, view.silence || (silent.length ? tn(silent.length, "Read. 1 part of the vessel reported none.", "Read. {n} parts of the vessel reported none.") : t("Read.")));
+    view.take(now);
   } catch (error) {
     setText(said, "");
     fail(reason(error));
-    await desk.look();
+    await view.look();
   }
-  desk.end();
+  view.end();
 }
 
 /** Who has control, and how old the values are where the vessel is not heard. */
-function sayWho({ form: { who, lead }, told, live, may, inControl, name }: ParameterPanel, control: ControlState, part: Part, nowUs: number): void {
+function sayWho({ form: { who, lead }, told, live, may, inControl, name }: ParameterView, control: ControlState, part: Part, nowUs: number): void {
   const [oldest] = [...(told?.entities ?? [])].map((one) => one.time_us).sort((one, other) => one - other);
   const old = told && oldest !== undefined && !live ? lastKnown(name(), told.recorded, age(Math.max(0, (nowUs - oldest) / 1e6))) : "";
   const control_ = may ? (inControl ? t("You have control: changes can be written.") : `${whoHas(control.lease, part)} ${t("Writing takes control.")}`) : t("Writing takes the role operator.");

@@ -3,36 +3,36 @@
 import { reason } from "../api/http";
 import type { Orders } from "../control/orders";
 import { setText } from "../ui/dom";
-import type { ParameterPanel } from "./parameterpanel";
+import type { ParameterView } from "./view";
 import type { Reader } from "./reading";
 import { t } from "../words/words";
 
 /** Shows what the vessel would save; the second step saves it. */
-export function askSave(desk: ParameterPanel, orders: Orders, reader: Reader): void {
-  const found = desk.unsaved();
-  const lines = [...found].flatMap(([entity, of]) => of.filter((row) => row.unsaved || desk.outcomes.has(row.key)).map((row) => `${entity}, ${row.told.name}: ${row.shown.saved ?? "?"} → ${row.shown.value}${row.shown.unit ? ` ${row.shown.unit}` : ""}`));
-  const name = desk.name();
-  desk.confirm.ask(t("Save parameters to {name}?", { name }), [t("{name} will have these values at its next start:", { name }), ...lines], t("Save"), () => void saveAll(desk, orders, reader, [...found.keys()]));
+export function askSave(view: ParameterView, orders: Orders, reader: Reader): void {
+  const found = view.unsaved();
+  const lines = [...found].flatMap(([entity, of]) => of.filter((row) => row.unsaved || view.outcomes.has(row.key)).map((row) => `${entity}, ${row.told.name}: ${row.shown.saved ?? "?"} → ${row.shown.value}${row.shown.unit ? ` ${row.shown.unit}` : ""}`));
+  const name = view.name();
+  view.confirm.ask(t("Save parameters to {name}?", { name }), [t("{name} will have these values at its next start:", { name }), ...lines], t("Save"), () => void saveAll(view, orders, reader, [...found.keys()]));
 }
 
-async function saveAll(desk: ParameterPanel, orders: Orders, reader: Reader, entities: readonly string[]): Promise<void> {
-  if (desk.busy) return;
-  desk.begin(t("Saving to {name} …", { name: desk.name() }));
-  const { said, fail } = desk.form;
+async function saveAll(view: ParameterView, orders: Orders, reader: Reader, entities: readonly string[]): Promise<void> {
+  if (view.busy) return;
+  view.begin(t("Saving to {name} …", { name: view.name() }));
+  const { said, fail } = view.form;
   try {
     for (const entity of entities) {
       const last = (await orders.settle({ kind: "parameters.save", entity })).steps.at(-1);
       if (last?.stage !== "received" && last?.stage !== "effect seen") throw new Error(`${entity}: ${last?.stage ?? t("not sent")} ${last?.text ?? ""}`);
     }
     const { told: now } = await reader.read(entities);
-    desk.take(now);
-    const left = desk.unsaved();
-    const tells = desk.rows.some((row) => row.unsaved !== null);
+    view.take(now);
+    const left = view.unsaved();
+    const tells = view.rows.some((row) => row.unsaved !== null);
     setText(said, !tells ? t("Sent. This vessel does not report what it saved.") : left.size ? "" : t("Saved: the vessel reports these values for its next start."));
     if (tells && left.size) fail(t("Not saved: {parts}. The vessel's log book says why.", { parts: [...left.keys()].join(", ") }));
   } catch (error) {
     setText(said, "");
     fail(error instanceof Error && error.constructor === Error ? t("Not saved: {message}", { message: error.message }) : t("Not saved: {reason}", { reason: reason(error) }));
   }
-  desk.end();
+  view.end();
 }

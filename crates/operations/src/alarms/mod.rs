@@ -27,7 +27,7 @@ mod tests;
 pub use derive::{LinkClock, ShoreState};
 pub use kind::{Advice, Kind, Priority};
 pub use record::{
-    Alarm, AlarmId, AlarmRefused, Key, Note, Signature, Saved, Shelving, State, Trouble, day_and_time,
+    Alarm, AlarmId, AlarmRefused, Key, Note, Saved, Shelving, Signature, State, Trouble, day_and_time,
 };
 
 use api::AlarmSaying;

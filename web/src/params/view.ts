@@ -11,7 +11,7 @@ import type { Reader } from "./reading";
 import { createTable, type ParameterTable } from "./table";
 import { t } from "../words/words";
 
-export class ParameterPanel {
+export class ParameterView {
   told: VesselParameters | undefined;
   edits: Edits;
   rows: readonly Row[] = [];
