@@ -114,7 +114,7 @@ impl Afloat {
     }
 }
 
-fn note(said: &mut Vec<Bytes>, event: BrainEvent) {
+fn note(said: &mut Vec<Bytes>, event: BrainEvent<'_>) {
     if let BrainEvent::Output(Output::Packet { bytes, .. }) = event {
         said.push(bytes.into());
     }

@@ -577,8 +577,8 @@ fn of_two_stops_the_newer_is_kept() {
     world.hub.give_again(at(11_000), again);
     assert_eq!(world.stage(newer).0, Stage::Waiting);
     let again = world.node(Transport::Tcp);
-    world.heard(560_000, anew);
-    assert_eq!(world.ids(anew), [newer]);
+    world.heard(560_000, again);
+    assert_eq!(world.ids(again), [newer]);
 }
 
 #[test]
