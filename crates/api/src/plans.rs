@@ -4,6 +4,7 @@
 
 use crate::Guard;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use utoipa::{IntoParams, ToSchema};
 
 /// A plan as somebody draws it: its maneuvers are sailed in their order.
@@ -203,11 +204,17 @@ pub struct PlanCheck {
 }
 
 /// Something about a plan that its author should know.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanTrouble {
     /// Name of the maneuver; null for the plan itself.
     pub maneuver: Option<String>,
+    /// What, for programs; `other` where there are words only.
+    pub code: String,
+    /// What the code is about: a quantity, a kind of maneuver; null where it is about the whole.
+    pub about: Option<String>,
+    /// The figures of the code by their names, SI units.
+    pub values: BTreeMap<String, f64>,
     /// What, in words.
     pub text: String,
 }

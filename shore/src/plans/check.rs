@@ -1,10 +1,11 @@
 //! What a plan takes and what is wrong with it, judged as vessels judge.
 
-use super::translate::{degrees_of, place, specification, trouble};
+use super::translate::{degrees_of, place, specification};
+use super::trouble::{of_problem, of_warning, too_long, too_many_row_points};
 use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
 use imc::Address;
 use imc::messages::PlanSpecification;
-use mission::{Cost, Maneuver, Plan, PlanProblem, PlanStatistics, PlanWarning, ProblemKind, VehicleModel};
+use mission::{Cost, Maneuver, Plan, PlanStatistics, PlanWarning, VehicleModel};
 use onboard::{LONGEST_PLAN, LONGEST_PLAN_NAME, Settings};
 use std::collections::BTreeMap;
 use units::{LatLon, MonoTime, Now, UtcTime};
@@ -72,8 +73,7 @@ pub fn check_with(
     let laid_out: f64 = plan.maneuvers.iter().map(|step| row_points(&step.task)).sum();
     // Not a number where a width is nothing by nothing; the vessel's own checks tell that.
     if laid_out > PLACES as f64 {
-        let text = format!("its rows have more than {PLACES} points together; widen them or divide the plan");
-        return PlanCheck { problems: vec![trouble(None, text)], ..PlanCheck::default() };
+        return PlanCheck { problems: vec![too_many_row_points(PLACES)], ..PlanCheck::default() };
     }
     let specification = match specification(plan) {
         Ok(specification) => specification,
@@ -81,21 +81,21 @@ pub fn check_with(
     };
     let digest = match digest(&specification) {
         Ok(digest) => digest,
-        Err(text) => return PlanCheck { problems: vec![trouble(None, text)], ..PlanCheck::default() },
+        Err(text) => return PlanCheck { problems: vec![too_long(text)], ..PlanCheck::default() },
     };
     let settings = Settings::otter("shore", Address(0));
     match onboard::checked_plan(&specification, &settings) {
         Ok(checked) => {
             let wanted = |warning: &&PlanWarning| !(plan.repeat && matches!(warning, PlanWarning::Cycle));
             PlanCheck {
-                warnings: checked.warnings().iter().filter(wanted).map(warning).collect(),
+                warnings: checked.warnings().iter().filter(wanted).map(of_warning).collect(),
                 digest: Some(digest),
                 guard: guard(&checked),
                 ..costs(plan, &checked, now)
             }
         }
         Err(problems) => {
-            let problems = problems.0.iter().map(|one| problem(one, &settings)).collect();
+            let problems = problems.0.iter().map(|one| of_problem(one, &settings.mission.limits.speed)).collect();
             PlanCheck { problems, ..PlanCheck::default() }
         }
     }
@@ -139,29 +139,6 @@ fn digest(plan: &PlanSpecification) -> Result<String, String> {
     }
     let digest = imc::plan_digest::plan_md5(plan).map_err(|error| long(error.to_string()))?;
     Ok(hex::encode(digest))
-}
-
-fn problem(problem: &PlanProblem, settings: &Settings) -> PlanTrouble {
-    let most = settings.mission.limits.speed;
-    let text = match &problem.kind {
-        ProblemKind::Speed(speed) => format!(
-            "a speed of {speed} is not possible; above 0 and up to {} m/s, {} rpm or {} % are",
-            most.max_mps, most.max_rpm, most.max_percent
-        ),
-        ProblemKind::Empty => "the plan has no maneuvers yet".to_owned(),
-        kind => kind.to_string(),
-    };
-    trouble(problem.maneuver.as_deref(), text)
-}
-
-fn warning(warning: &PlanWarning) -> PlanTrouble {
-    match warning {
-        PlanWarning::Unheeded { maneuver, text } => trouble(maneuver.as_deref(), text.as_str()),
-        PlanWarning::CircleInstead(maneuver) => {
-            trouble(Some(maneuver), "a circle is sailed in place of the shape")
-        }
-        other => trouble(None, other.to_string()),
-    }
 }
 
 /// What a plan takes from its first place on; if it repeats, from where a round ends.

@@ -9,6 +9,7 @@ mod files;
 mod route;
 mod store;
 mod translate;
+mod trouble;
 
 #[cfg(test)]
 mod tests;

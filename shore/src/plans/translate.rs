@@ -3,6 +3,7 @@
 //! Degrees are taken to 1e-10 (0.01 mm) and offsets of paths to 1/128 m, which single precision holds exactly up to
 //! 131 km: so a plan that goes there and back has the same bytes, and with them the same digest.
 
+use super::trouble::trouble;
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, SpeedUnit};
 use imc::messages::{
     FollowPath, Goto, Loiter, LoiterDirection, LoiterType, Message, PathPoint, PlanManeuver,
@@ -18,11 +19,6 @@ const PER_DEGREE: f64 = 1e10;
 const PER_METRE: f64 = 128.0;
 /// What every transition waits for.
 const WHEN_DONE: &str = "ManeuverIsDone";
-
-/// A trouble with one maneuver, or with the plan itself.
-pub(crate) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTrouble {
-    PlanTrouble { maneuver: maneuver.map(str::to_owned), text: text.into() }
-}
 
 /// The plan as a vessel gets it.
 ///

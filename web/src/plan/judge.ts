@@ -1,8 +1,9 @@
 // What a plan takes and what is wrong with it: asked of the server soon after each change, and told beside the map.
 
 import { postJson, Refusal } from "../api/http";
-import type { GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import type { GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace, PlanTrouble } from "../api/types.gen";
 import { wayOfAll } from "../state/plan";
+import { troubleText } from "../state/plantrouble";
 import type { Judgement } from "../state/planverdict";
 import { make, setText } from "../ui/dom";
 import { t, tn } from "../words/words";
@@ -99,8 +100,8 @@ export function totalText({ total: { length_m, duration_s, energy_j }, problems,
   return `${repeats ? `${t("Per lap:")} ` : ""}${takes}${guard?.outcome === "refused" ? `: ${t("refused by the chart")}` : ""}`;
 }
 
-function box(kind: string, title: string, all: readonly { readonly maneuver: string | null; readonly text: string }[]): HTMLElement[] {
+function box(kind: string, title: string, all: readonly PlanTrouble[]): HTMLElement[] {
   if (!all.length) return [];
-  const words = all.slice(0, LISTED).map(({ maneuver, text }) => (maneuver === null ? text : `${maneuver}: ${text}`));
+  const words = all.slice(0, LISTED).map((one) => (one.maneuver === null ? troubleText(one) : `${one.maneuver}: ${troubleText(one)}`));
   return [make("div", { class: `note ${kind}` }, make("strong", {}, title), make("ul", {}, ...words.map((text) => make("li", {}, text))))];
 }

@@ -3,6 +3,7 @@
 
 import type { PlanCheck, PlanCost, PlanDocument, PlanPlace, PlanSpeed, PlanStep } from "../api/types.gen";
 import { KIND_WORDS, placesOf, type Vertex } from "../state/plan";
+import { troubleText } from "../state/plantrouble";
 import { whyNotReversed } from "../state/wholes";
 import { make } from "../ui/dom";
 import { createPopupMenu, type MenuItem } from "../ui/popupmenu";
@@ -88,7 +89,7 @@ class StepList implements Steps {
       const own = troubles.filter((one) => one.maneuver === step.id);
       row?.toggleAttribute("data-bad", told.problems.some((one) => one.maneuver === step.id));
       row?.querySelector(".cost")?.replaceChildren(cost(costs.get(step.id)));
-      row?.querySelector(".told")?.replaceChildren(own.map((one) => one.text).join("; "));
+      row?.querySelector(".told")?.replaceChildren(own.map(troubleText).join("; "));
     }
   }
 

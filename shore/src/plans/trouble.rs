@@ -1,0 +1,106 @@
+//! What is wrong or odd about a plan, by code and figures, so that pages say it in their reader's language.
+
+use api::PlanTrouble;
+use mission::{PlanProblem, PlanWarning, ProblemKind, SpeedLimits};
+
+/// What is said in words alone has this code.
+const OTHER: &str = "other";
+
+/// A trouble with one maneuver, or with the plan itself, that has words only.
+pub(crate) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTrouble {
+    coded(maneuver, (OTHER, &[], ""), text.into())
+}
+
+/// Code, figures by name, and what it is about.
+type Coded<'a> = (&'static str, &'a [(&'static str, f64)], &'a str);
+
+fn coded(maneuver: Option<&str>, (code, values, about): Coded<'_>, text: String) -> PlanTrouble {
+    PlanTrouble {
+        maneuver: maneuver.map(str::to_owned),
+        code: code.to_owned(),
+        about: (!about.is_empty()).then(|| about.to_owned()),
+        // What is not a number, and what stands for no limit, is left out.
+        values: values
+            .iter()
+            .filter(|(_, value)| value.abs() < f64::MAX)
+            .map(|(name, value)| ((*name).to_owned(), *value))
+            .collect(),
+        text,
+    }
+}
+
+/// Points of rows together that are more than are laid out.
+pub(crate) fn too_many_row_points(most: usize) -> PlanTrouble {
+    let text = format!("its rows have more than {most} points together; widen them or divide the plan");
+    coded(None, ("too-many-row-points", &[("most", most as f64)], ""), text)
+}
+
+/// A plan that does not fit into one message.
+pub(crate) fn too_long(text: String) -> PlanTrouble {
+    coded(None, ("too-long", &[], ""), text)
+}
+
+/// A problem; `most` is what speeds are held to.
+pub(crate) fn of_problem(problem: &PlanProblem, most: &SpeedLimits) -> PlanTrouble {
+    let maneuver = problem.maneuver.as_deref();
+    let text = match &problem.kind {
+        ProblemKind::Speed(speed) => format!(
+            "a speed of {speed} is not possible; above 0 and up to {} m/s, {} rpm or {} % are",
+            most.max_mps, most.max_rpm, most.max_percent
+        ),
+        ProblemKind::Empty => "the plan has no maneuvers yet".to_owned(),
+        kind => kind.to_string(),
+    };
+    let code = |coded_by: Coded<'_>| coded(maneuver, coded_by, text.clone());
+    match &problem.kind {
+        ProblemKind::NoPlanId => code(("no-name", &[], "")),
+        ProblemKind::Empty => code(("empty", &[], "")),
+        ProblemKind::TooManyManeuvers { count, limit } => {
+            code(("too-many-maneuvers", &[("count", *count as f64), ("most", *limit as f64)], ""))
+        }
+        ProblemKind::BadId => code(("bad-name", &[], "")),
+        ProblemKind::DuplicateId => code(("name-twice", &[], "")),
+        ProblemKind::Unreachable => code(("unreachable", &[], "")),
+        ProblemKind::Unsupported(kind) => code(("unsupported", &[], kind)),
+        ProblemKind::Depth { depth_m, limit_m } => {
+            code(("too-deep", &[("depth_m", *depth_m), ("most_m", *limit_m)], ""))
+        }
+        ProblemKind::Place(_) => code(("no-place", &[], "")),
+        ProblemKind::NullIsland => code(("null-island", &[], "")),
+        ProblemKind::OutsideArea(by_m) => code(("outside-area", &[("by_m", *by_m)], "")),
+        ProblemKind::Speed(_) => {
+            let (mps, rpm, percent) = (most.max_mps, most.max_rpm, most.max_percent);
+            code(("speed", &[("mps", mps), ("rpm", rpm), ("percent", percent)], ""))
+        }
+        ProblemKind::Range { what, value, min, max } => {
+            code(("range", &[("value", *value), ("least", *min), ("most", *max)], what))
+        }
+        ProblemKind::TooManyPoints { count, limit } => {
+            code(("too-many-points", &[("count", *count as f64), ("most", *limit as f64)], ""))
+        }
+        ProblemKind::UnknownStart(_)
+        | ProblemKind::TransitionFrom(_)
+        | ProblemKind::TransitionTo(_)
+        | ProblemKind::NoManeuver
+        | ProblemKind::Refused(_)
+        | ProblemKind::Timetable { .. } => code((OTHER, &[], "")),
+    }
+}
+
+/// What its author may not have meant.
+pub(crate) fn of_warning(warning: &PlanWarning) -> PlanTrouble {
+    match warning {
+        PlanWarning::Unheeded { maneuver, text } => trouble(maneuver.as_deref(), text.as_str()),
+        PlanWarning::CircleInstead(maneuver) => {
+            let text = "a circle is sailed in place of the shape".to_owned();
+            coded(Some(maneuver), ("circle-instead", &[], ""), text)
+        }
+        PlanWarning::NoPoints(maneuver) => {
+            coded(Some(maneuver), ("no-points", &[], ""), "has no points and is done at once".to_owned())
+        }
+        PlanWarning::Cycle => coded(None, ("never-ends", &[], ""), warning.to_string()),
+        PlanWarning::NeverReached(_) | PlanWarning::TransitionIgnored { .. } => {
+            trouble(None, warning.to_string())
+        }
+    }
+}
