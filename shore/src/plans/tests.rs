@@ -176,7 +176,7 @@ fn problems_come_by_maneuver_with_the_remedy() {
     let of =
         |id: &str| problems.iter().find(|one| one.maneuver.as_deref() == Some(id)).unwrap().text.as_str();
     assert_eq!(of("b"), "a speed of 9 m/s is not possible; above 0 and up to 3.09 m/s, 980 rpm or 100 % are");
-    let b = check.problems.iter().find(|one| one.maneuver.as_deref() == Some("b")).unwrap();
+    let b = problems.iter().find(|one| one.maneuver.as_deref() == Some("b")).unwrap();
     assert_eq!((&*b.code, b.values["rpm"]), ("speed", 980.0));
     assert!(of("c").contains("latitude") && of("d").contains("0, 0"), "{problems:?}");
     let empty = check(&plan("p", vec![step("x", PlanTask::FollowPath { points: vec![] })]), NOW).problems;
