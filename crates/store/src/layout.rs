@@ -1,6 +1,7 @@
 //! What lies where in a data folder, and what room its disk has.
 
 use crate::error::{Named as _, Result};
+use std::fs;
 use std::path::Path;
 
 /// The archive.
@@ -19,4 +20,16 @@ pub(crate) const REPLACED: &str = "history.old";
 pub fn free_bytes(folder: &Path) -> Result<u64> {
     let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// Ends a change from one history to another that a crash broke off.
+pub(crate) fn finish_swap(data: &Path) -> Result<()> {
+    let (history, growing, replaced) = (data.join(HISTORY), data.join(GROWING), data.join(REPLACED));
+    if replaced.exists() {
+        if !history.exists() && growing.exists() {
+            fs::rename(&growing, &history).named(&growing)?;
+        }
+        fs::remove_dir_all(&replaced).named(&replaced)?;
+    }
+    Ok(())
 }

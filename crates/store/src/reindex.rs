@@ -8,7 +8,7 @@ use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::look::{self, Sound};
 use crate::history::{Extent, load_progress};
-use crate::layout::{ARCHIVE, GROWING, HISTORY, REPLACED};
+use crate::layout::{ARCHIVE, GROWING, HISTORY, REPLACED, finish_swap};
 use crate::reader::Reader;
 use crate::store::Store;
 use std::collections::BTreeMap;
@@ -136,18 +136,6 @@ fn why_less(
         before.saturating_sub(grown),
         causes.join("; ")
     ))
-}
-
-/// Ends a swap that a crash broke off.
-pub(crate) fn finish_swap(data: &Path) -> Result<()> {
-    let (history, growing, replaced) = (data.join(HISTORY), data.join(GROWING), data.join(REPLACED));
-    if replaced.exists() {
-        if !history.exists() && growing.exists() {
-            fs::rename(&growing, &history).named(&growing)?;
-        }
-        fs::remove_dir_all(&replaced).named(&replaced)?;
-    }
-    Ok(())
 }
 
 /// The files of the history that cannot be asked: damaged, or of a later version.

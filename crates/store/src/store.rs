@@ -7,10 +7,9 @@ use crate::fingerprint::RepeatWindow;
 use crate::follow::Follower;
 use crate::gaps::{Gap, Gaps};
 use crate::history::MonthKey;
-use crate::layout::{GROWING, HISTORY};
+use crate::layout::{GROWING, HISTORY, finish_swap};
 use crate::lock::FolderLock;
 use crate::packet::{Accepted, Committed, Outcome, Repairs};
-use crate::reindex;
 use crate::tail::Marks;
 use imc::PacketView;
 use link::{LinkSeq, Transport};
@@ -109,7 +108,7 @@ impl Store {
         let root = folder.join("archive");
         fs::create_dir_all(&root).named(&root)?;
         let lock = FolderLock::take(folder)?;
-        reindex::finish_swap(folder)?;
+        finish_swap(folder)?;
         let mut store = Self {
             folder: folder.to_owned(),
             gaps: Gaps::open(&root)?,

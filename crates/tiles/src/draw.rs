@@ -1,12 +1,12 @@
 //! Draws one tile.
 
+use crate::about::About;
 use crate::clip::{Frame, simplified, simplified_ring};
 use crate::layer::Layer;
 use crate::mvt::{Drawn, EXTENT, LayerWriter, Value};
-use crate::overview::LAST_ZOOM;
 use crate::shape::Shape;
-use crate::sheet::{About, Changed, Placed, Scene, Sheet};
-use crate::world::{BITS, Bounds, Point};
+use crate::sheet::{Changed, Placed, Scene, Sheet};
+use crate::world::{BITS, Bounds, LAST_ZOOM, Point, SMALLEST, TILE_BITS, local, rounded};
 use charts::depth_index::{clearance_m, is_structure};
 use charts::s57::{AttributeCode, value_words};
 use std::collections::BTreeMap;
@@ -17,14 +17,10 @@ pub const MOST_ZOOM: u8 = 18;
 /// dangers the shallowest, unknown depths first of all.
 pub const ALL_DANGERS: u8 = 11;
 
-/// A tile is 2^12 units wide.
-pub(crate) const TILE_BITS: u32 = 12;
 /// Units around a tile that are drawn too, so that lines and symbols go on.
 const BUFFER: i32 = 64;
 /// How far simplified geometry may be off (units): half a pixel where a tile has 512.
 const WITHIN: f64 = 4.0;
-/// What is smaller is not drawn (units), but dangers are, as points.
-pub(crate) const SMALLEST: i64 = 2;
 /// Squares in which soundings and points are thinned: 2^8 units wide, 16 by 16 in a tile.
 const SQUARE_BITS: u32 = 8;
 
@@ -113,23 +109,6 @@ impl Place {
         }
         rounded(line, self.origin, self.bits)
     }
-}
-
-fn local(at: Point, origin: Point, bits: u32) -> Point {
-    let half = (1 << bits) >> 1;
-    Point::new((at.x - origin.x + half) >> bits, (at.y - origin.y + half) >> bits)
-}
-
-/// A line in units of 2^bits from an origin on, without repeated points.
-pub(crate) fn rounded(line: &[Point], origin: Point, bits: u32) -> Vec<Point> {
-    let mut out: Vec<Point> = Vec::with_capacity(line.len().min(1024));
-    for at in line {
-        let local = local(*at, origin, bits);
-        if out.last() != Some(&local) {
-            out.push(local);
-        }
-    }
-    out
 }
 
 /// What one tile looks at.

@@ -14,6 +14,7 @@
 //!   however small.
 //! - [`Sheet::near`] gives what is [`Near`] a place, and [`About`] what is known of it.
 
+mod about;
 mod cache;
 mod clip;
 mod cut;
@@ -31,4 +32,5 @@ mod world;
 
 pub use draw::{ALL_DANGERS, MOST_ZOOM, NoTile};
 pub use near::Near;
-pub use sheet::{About, Changed, Sheet, SheetChart, SheetReader, Unread};
+pub use about::About;
+pub use sheet::{Changed, Sheet, SheetChart, SheetReader, Unread};

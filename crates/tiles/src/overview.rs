@@ -6,16 +6,12 @@
 //! one vertex to the next, most of which take two bytes. Bytes that are no overview answer `None`, and it is made again
 //! of the chart.
 
-use crate::draw::{SMALLEST, TILE_BITS, rounded};
+use crate::about::About;
 use crate::layer::Layer;
 use crate::piece::{Item, Piece};
 use crate::shape::{Polygon, Shape};
-use crate::sheet::About;
-use crate::world::{BITS, Bounds, Point};
+use crate::world::{BITS, Bounds, LAST_ZOOM, Point, SMALLEST, TILE_BITS, rounded};
 use charts::s57::{Attribute, AttributeCode, ObjectClass};
-
-/// The last zoom that is drawn of overviews.
-pub(crate) const LAST_ZOOM: u8 = 8;
 
 /// Another one whenever the layout or the way of drawing changes.
 const MAGIC: &[u8; 8] = b"LUTRAOV2";

@@ -1,9 +1,9 @@
 //! What is drawn of one chart, in the world's square: its objects where no better chart hides them.
 
+use crate::about::About;
 use crate::cut::Cover;
 use crate::layer::Layer;
 use crate::shape::{Shape, shapes};
-use crate::sheet::About;
 use crate::world::Bounds;
 use charts::coverage::is_coverage;
 use charts::s57::{AttributeCode, Feature, ObjectClass};

@@ -1,12 +1,13 @@
 //! The charts of a set as they are drawn, each read when a tile touches it.
 
+use crate::about::About;
 use crate::cache::PieceCache;
 use crate::cut::Cover;
 use crate::layer::Layer;
-use crate::overview::{self, LAST_ZOOM, overview};
+use crate::overview::{self, overview};
 use crate::piece::{Item, Piece};
 use crate::shape::{Shape, contains};
-use crate::world::{Bounds, Point, point};
+use crate::world::{Bounds, LAST_ZOOM, Point, point};
 use charts::coverage::{self, Source};
 use charts::s57::{Attribute, AttributeCode, Feature, GeoPoint, ObjectClass};
 use std::fmt;
@@ -62,37 +63,6 @@ pub enum Unread {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the chart set changed a moment ago; ask again")]
 pub struct Changed;
-
-/// What is known of an object; its number in the sheet is its `id` in tiles.
-#[derive(Debug, Clone, PartialEq)]
-pub struct About {
-    /// Class.
-    pub class: ObjectClass,
-    /// Record number in its chart.
-    pub record: u32,
-    /// Number of its chart: [`Sheet::source`].
-    pub source: u32,
-    /// Attributes in the order of the file, then the national ones.
-    pub attributes: Vec<Attribute>,
-}
-
-impl About {
-    /// The value of an attribute; `None` where it is absent or empty.
-    pub fn text(&self, code: AttributeCode) -> Option<&str> {
-        let mut values = self.attributes.iter().filter(|one| one.code == code).map(|one| one.value.trim());
-        values.find(|value| !value.is_empty())
-    }
-
-    /// Its value as a finite number.
-    pub fn number(&self, code: AttributeCode) -> Option<f64> {
-        self.text(code)?.parse().ok().filter(|value: &f64| value.is_finite())
-    }
-
-    /// Its name, the international one first.
-    pub fn name(&self) -> Option<&str> {
-        self.text(AttributeCode::OBJNAM).or_else(|| self.text(AttributeCode::NOBJNM))
-    }
-}
 
 /// A chart set as it is drawn.
 #[derive(Debug)]

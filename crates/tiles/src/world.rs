@@ -7,6 +7,12 @@ use std::f64::consts::PI;
 /// A place in the world's square.
 pub(crate) type Point = IntPoint<i32>;
 
+/// The last zoom that is drawn of overviews.
+pub(crate) const LAST_ZOOM: u8 = 8;
+/// A tile is 2^12 units wide.
+pub(crate) const TILE_BITS: u32 = 12;
+/// What is smaller is not drawn (units), but dangers are, as points.
+pub(crate) const SMALLEST: i64 = 2;
 /// The world is so many bits wide.
 pub(crate) const BITS: u32 = 30;
 const SIZE: f64 = (1_u32 << BITS) as f64;
@@ -24,6 +30,24 @@ pub(crate) fn point(place: GeoPoint) -> Point {
 /// Metres per unit at a latitude, on the sphere that the projection takes the Earth for: within 0.4 %.
 pub(crate) fn metres_per_unit(lat_deg: f64) -> f64 {
     EQUATOR_M / SIZE * lat_deg.to_radians().cos()
+}
+
+/// A point in units of 2^bits from an origin on, to the nearest.
+pub(crate) fn local(at: Point, origin: Point, bits: u32) -> Point {
+    let half = (1 << bits) >> 1;
+    Point::new((at.x - origin.x + half) >> bits, (at.y - origin.y + half) >> bits)
+}
+
+/// A line in units of 2^bits from an origin on, without repeated points.
+pub(crate) fn rounded(line: &[Point], origin: Point, bits: u32) -> Vec<Point> {
+    let mut out: Vec<Point> = Vec::with_capacity(line.len().min(1024));
+    for at in line {
+        let local = local(*at, origin, bits);
+        if out.last() != Some(&local) {
+            out.push(local);
+        }
+    }
+    out
 }
 
 /// A box.
