@@ -141,17 +141,16 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** A page as it should be: no wider than its window, and without a violation by axe. Scripts that go through tasks look at the
- * narrowest size, where nearly all that sticks out does, and in one palette: which ink stands on which ground is held to the same
- * contrast in all of them by web/test/palettes.test.mjs, and [`lookInAll`] looks at each page at each size in each. Texts that look alike are judged by two of
- * them, and of targets those that are small or under others. With LUTRA_LONG set axe looks at each, in all palettes; with
- * LUTRA_PICTURES set pictures of it all lie in target/screenshots. */
+/** A state of a page in a flow: no wider than its window, at a desk and on a phone. With LUTRA_LONG set it is looked at as by
+ * [`lookInAll`], and axe judges each text and target instead of one of those that look alike; with LUTRA_PICTURES set pictures of
+ * it all lie in target/screenshots. */
 export async function look(page, name) {
-  if (process.env.LUTRA_LONG) await lookIn(page, name, PALETTES, SIZES);
-  else await lookIn(page, name, PALETTES.slice(0, 1), [SIZES[0], SIZES.at(-1)]);
+  if (process.env.LUTRA_LONG) return lookIn(page, name, PALETTES, SIZES);
+  await fitAt(page, name, [SIZES[0], SIZES.at(-1)]);
 }
 
-/** As [`look`], at all sizes and in all palettes. */
+/** A page as it should be: no wider than its window at each size, and without a violation by axe in each palette. Texts that look
+ * alike are judged by two of them, and of targets those that are small or under others. */
 export async function lookInAll(page, name) {
   await lookIn(page, name, PALETTES, SIZES);
 }
@@ -166,7 +165,12 @@ async function lookIn(page, name, palettes, sizes) {
     await violations(page, `${name} in ${palette}`, runs);
     if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
-  // Palettes do not change widths. The size in which flows go on comes last.
+  // Palettes do not change widths.
+  await fitAt(page, name, sizes);
+}
+
+/** The size in which flows go on comes last. */
+async function fitAt(page, name, sizes) {
   for (const size of [...sizes].reverse()) {
     await resize(page, size);
     await fits(page, `${name} at ${size.width} px`);

@@ -24,6 +24,8 @@ await inBrowser(async (open) => {
   const goto = (id, lat_deg) => ({ id, speed: { value: 1.5, unit: "mps" }, task: { kind: "goto", at: { lat_deg, lon_deg: 10.4 } } });
   const made = await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: { name: "a plan", description: "", vessel: null, repeat: false, maneuvers: [goto("a", 63.44), goto("b", 63.45)] } });
   const plan = (await made.json()).id;
+  const recorded = { name: "a mission", people: "", purpose: "", notes: "", vessels: [BOAT], from_us: 1_700_000_000_000_000, to_us: 1_700_000_060_000_000 };
+  const mission = (await (await page.request.post(`${url}/api/v1/missions`, { headers: { "x-csrf-token": csrf }, data: recorded })).json()).id;
   const go = async (path) => {
     await page.goto(url + path);
     await page.getByText("Live", { exact: true }).waitFor();
@@ -66,7 +68,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Replay what is shown" }).click();
   await look(page, "vessel in the past");
 
-  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();
