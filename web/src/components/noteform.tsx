@@ -1,10 +1,10 @@
 // The form of a note: text first, then what it is about. What is wrong is said at its field.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { type Draft, LETTERS, PHOTO_KINDS, type Wrong, wrongOf } from "../state/notes";
-import { sendingText } from "../state/sending";
 import { t } from "../words/words";
+import { Field, FormEnd, type Marks, useSent } from "./sentform";
 
 interface Needs {
   readonly draft: Draft;
@@ -27,11 +27,11 @@ const PLACE_MS = 20_000;
 export function NoteForm(needs: Needs) {
   const { vessels, withPhoto, label, id, cancel, focus } = needs;
   const form = useNote(needs);
-  const { draft, wrong, busy, tries, text, photo, change } = form;
+  const { draft, busy, text, photo, change } = form;
   useEffect(() => {
     if (focus) text.current?.focus();
   }, []);
-  const field = (name: string, title: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`${id}-${name}`} label={title} wrong={wrong?.field === name ? wrong.text : ""} input={input} />;
+  const field = (name: string, title: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`${id}-${name}`} label={title} wrong={form.at(name)} input={input} />;
   return (
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>
       {field("text", t("Text"), (marks) => <textarea ref={text} {...marks} rows={3} maxLength={LETTERS * 2} value={draft.text} onInput={(event) => change({ text: event.currentTarget.value })} />)}
@@ -48,77 +48,44 @@ export function NoteForm(needs: Needs) {
         {"geolocation" in navigator && <button type="button" disabled={busy} onClick={form.here}>{t("My position")}</button>}
         {withPhoto && field("photo", t("Photo (JPEG, PNG or WebP)"), (marks) => <input ref={photo} {...marks} type="file" accept={PHOTO_KINDS} />)}
       </div>
-      <p class="row">
-        <button class="main" aria-disabled={busy}>{cancel ? t("Save") : t("Write")}</button>
-        {cancel && <button type="button" onClick={cancel}>{t("Cancel")}</button>}
-        <span role="status">{busy ? sendingText(tries) : ""}</span>
-        {wrong && !document.getElementById(`${id}-${wrong.field}`) && <span class="bad-text" role="alert">{wrong.text}</span>}
-      </p>
+      <FormEnd of={form.end} save={cancel ? t("Save") : t("Write")} cancel={cancel} />
     </form>
   );
 }
 
-/** What ties a field to its label and to what is wrong with it. */
-interface Marks {
-  readonly id: string;
-  readonly "aria-invalid": boolean;
-  readonly "aria-describedby": string;
-}
-
-function Field({ id, label, wrong, input }: { readonly id: string; readonly label: string; readonly wrong: string; readonly input: (marks: Marks) => ComponentChildren }) {
-  return (
-    <div class="field">
-      <label for={id}>{label}</label>
-      {input({ id, "aria-invalid": wrong !== "", "aria-describedby": `${id}-wrong` })}
-      <p id={`${id}-wrong`} class="wrong" role="alert">{wrong}</p>
-    </div>
-  );
-}
-
-/** The draft of a form, and what becomes of it. */
+/** The draft of a note, and what becomes of it. */
 function useNote({ draft: first, id, send, cancel }: Needs) {
-  const [draft, set] = useState(first);
-  const [wrong, told] = useState<Wrong | undefined>(undefined);
-  const [busy, work] = useState(false);
-  const [tries, waits] = useState(0);
   const text = useRef<HTMLTextAreaElement>(null);
   const photo = useRef<HTMLInputElement>(null);
-  const change = (part: Partial<Draft>): void => {
-    set({ ...draft, ...part });
-    told(undefined);
-  };
-  const emptied = (sent: Draft, picture: File | undefined): void => {
-    // The next note is often about the same vessel. What was typed while this one was on its way stays.
-    set((now) => (now === sent ? { ...sent, text: "", time: "", lat: "", lon: "" } : now));
-    if (photo.current && photo.current.files?.[0] === picture) photo.current.value = "";
-    text.current?.focus();
-  };
-  const submit = async (event: Event): Promise<void> => {
-    event.preventDefault();
-    if (busy) return;
-    let now = wrongOf(draft);
-    const picture = photo.current?.files?.[0];
-    if (!now) {
-      work(true);
-      waits(0);
-      now = await send(draft, picture, waits);
-      work(false);
-    }
-    told(now);
-    if (now) document.getElementById(`${id}-${now.field}`)?.focus();
-    else if (!cancel) emptied(draft, picture);
-  };
+  const picture = (): File | undefined => photo.current?.files?.[0];
+  let underWay: File | undefined;
+  const form = useSent<Draft>({
+    id,
+    first,
+    wrongOf,
+    send(draft, waits) {
+      underWay = picture();
+      return send(draft, underWay, waits);
+    },
+    sent(draft) {
+      if (cancel) return;
+      // The next note is often about the same vessel. What was typed while this one was on its way stays.
+      form.set((now) => (now === draft ? { ...draft, text: "", time: "", lat: "", lon: "" } : now));
+      if (photo.current && picture() === underWay) photo.current.value = "";
+      text.current?.focus();
+    },
+  });
   const here = (): void => {
-    work(true);
+    form.work(true);
     const found = ({ coords }: GeolocationPosition): void => {
-      work(false);
-      change({ lat: coords.latitude.toFixed(6), lon: coords.longitude.toFixed(6) });
+      form.work(false);
+      form.change({ lat: coords.latitude.toFixed(6), lon: coords.longitude.toFixed(6) });
     };
     const none = (): void => {
-      work(false);
-      told({ field: "lat_deg", text: t("Your device did not give a position. Type one, or leave it empty.") });
+      form.work(false);
+      form.told({ field: "lat_deg", text: t("Your device did not give a position. Type one, or leave it empty.") });
     };
     navigator.geolocation.getCurrentPosition(found, none, { enableHighAccuracy: true, timeout: PLACE_MS });
   };
-  return { draft, wrong, busy, tries, text, photo, change, submit, here };
+  return { ...form, text, photo, here };
 }
