@@ -150,7 +150,11 @@ fn circles_of_modules_become_fewer_and_never_more() {
         let circular = circles::in_circles(&Path::new(&package.folder).with_file_name("src"));
         let known = known.get(package.name.as_str()).copied().unwrap_or_default();
         if circular.len() != known {
-            wrong.push(format!("{}: {known} are known, these are {}: {circular:?}", package.name, circular.len()));
+            wrong.push(format!(
+                "{}: {known} are known, these are {}: {circular:?}",
+                package.name,
+                circular.len()
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -30,7 +30,7 @@ mod sheet;
 mod tests;
 mod world;
 
+pub use about::About;
 pub use draw::{ALL_DANGERS, MOST_ZOOM, NoTile};
 pub use near::Near;
-pub use about::About;
 pub use sheet::{Changed, Sheet, SheetChart, SheetReader, Unread};

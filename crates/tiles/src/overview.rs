@@ -10,7 +10,7 @@ use crate::about::About;
 use crate::layer::Layer;
 use crate::piece::{Item, Piece};
 use crate::shape::{Polygon, Shape};
-use crate::world::{BITS, Bounds, LAST_ZOOM, Point, SMALLEST, TILE_BITS, rounded};
+use crate::world::{BITS, Bounds, Point, SMALLEST, TILE_BITS, rounded};
 use charts::s57::{Attribute, AttributeCode, ObjectClass};
 
 /// Another one whenever the layout or the way of drawing changes.
@@ -19,7 +19,7 @@ const MAGIC: &[u8; 8] = b"LUTRAOV2";
 /// What tiles of these zooms say of their objects.
 const KEPT: [AttributeCode; 3] = [AttributeCode::DRVAL1, AttributeCode::DRVAL2, AttributeCode::VALDCO];
 
-/// What is seen of a chart at a zoom up to [`LAST_ZOOM`].
+/// What is seen of a chart at a zoom up to [`LAST_ZOOM`](crate::world::LAST_ZOOM).
 pub(crate) fn overview(chart: &Piece, zoom: u8) -> Piece {
     let bits = BITS - u32::from(zoom) - TILE_BITS;
     let seen = |item: &&Item| {

@@ -9,7 +9,7 @@ use crate::piece::{Item, Piece};
 use crate::shape::{Shape, contains};
 use crate::world::{Bounds, LAST_ZOOM, Point, point};
 use charts::coverage::{self, Source};
-use charts::s57::{Attribute, AttributeCode, Feature, GeoPoint, ObjectClass};
+use charts::s57::{AttributeCode, Feature, GeoPoint};
 use std::fmt;
 use std::sync::Arc;
 

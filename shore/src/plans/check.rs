@@ -95,7 +95,8 @@ pub fn check_with(
             }
         }
         Err(problems) => {
-            let problems = problems.0.iter().map(|one| of_problem(one, &settings.mission.limits.speed)).collect();
+            let problems =
+                problems.0.iter().map(|one| of_problem(one, &settings.mission.limits.speed)).collect();
             PlanCheck { problems, ..PlanCheck::default() }
         }
     }

@@ -21,8 +21,7 @@ fn modules(src: &Path) -> BTreeMap<Module, String> {
                 folders.push(path);
             } else if path.extension().is_some_and(|ending| ending == "rs") {
                 let name = path.strip_prefix(src).unwrap().with_extension("");
-                let mut module: Module =
-                    name.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+                let mut module: Module = name.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
                 module.retain(|part| !["mod", "lib", "main"].contains(&part.as_str()));
                 if !module.iter().any(|part| part == "bin" || part.ends_with("tests")) {
                     all.insert(module, outside_tests(&fs::read_to_string(&path).unwrap()));

@@ -2313,6 +2313,18 @@ export type PlanTrouble = {
  */
 maneuver: string | null, 
 /**
+ * What, for programs; `other` where there are words only.
+ */
+code: string, 
+/**
+ * What the code is about: a quantity, a kind of maneuver; null where it is about the whole.
+ */
+about: string | null, 
+/**
+ * The figures of the code by their names, SI units.
+ */
+values: { [key in string]?: number }, 
+/**
  * What, in words.
  */
 text: string, };
