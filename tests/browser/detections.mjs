@@ -57,5 +57,16 @@ await inBrowser(async (open) => {
   await page.getByLabel("To (UTC)").fill("2026-11-21T10:00");
   await page.getByText("The end is before the beginning.").waitFor();
   await page.getByRole("button", { name: "All", exact: true }).click();
+  await row("R64K-102").waitFor();
+
+  // A question that nobody answers does not say that there are none.
+  await page.route(/\/api\/v1\/detections\?/, (route) => route.abort());
+  await page.getByRole("button", { name: "Show", exact: true }).click();
+  await region.getByRole("alert").waitFor();
+  await page.getByText(/^Below are the \d detections of the filter before\.$/).waitFor();
+  check((await page.getByText("No tag was heard").count()) === 0, "nothing is known of this filter");
+  await page.unroute(/\/api\/v1\/detections\?/);
+  await page.getByRole("button", { name: "Show", exact: true }).click();
+  await page.getByText(/^\d detections\.$/).waitFor();
   await look(page, "detections");
 });

@@ -314,7 +314,7 @@ test("parts that fell silent are told, and are not normal", () => {
   const four = [1, 2, 3, 4].map((entity) => part(entity, "NORMAL", entity > 1));
   assert.deepEqual(partsInWords(four), { text: "3 of 4 parts silent: Part 2, Part 3 and 1 more", bad: true });
   assert.deepEqual(partsInWords(four.map((one) => ({ ...one, old: true }))), { text: "all 4 parts silent, normal before (old)", bad: false }, "then the link is what is bad");
-  assert.deepEqual(partsInWords([part(1, "ERROR", true, "hot"), part(2, "NORMAL")]), { text: "Part 1: ERROR, hot (old) · 1 of 2 parts silent: Part 1", bad: true });
+  assert.deepEqual(partsInWords([part(1, "ERROR", true, "hot"), part(2, "NORMAL")]), { text: "Part 1: error, hot (old) · 1 of 2 parts silent: Part 1", bad: true });
 });
 
 test("a place is as old as its arrival, whatever the vessel's clock says", () => {

@@ -112,12 +112,15 @@ function Found({ heard, called }: { readonly heard: Heard; readonly called: Call
 /** How many were found, and the way to take them away for who `may`. */
 function Count({ heard: { answer, more, rows, asked, tagWrong }, may }: { readonly heard: Heard; readonly may: boolean }) {
   const n = rows.value.length;
+  const [busy, trouble] = [answer.busy.value, answer.trouble.value];
+  // What failed says nothing of how many there are: what was found before stays, and is said to be that.
+  const count = trouble ? (n ? t("Below are the {n} detections of the filter before.", { n }) : "") : more.value ? t("{n} newest detections.", { n }) : t("{n} detections.", { n });
   return (
     <>
-      {answer.trouble.value && !tagWrong.value && <p class="bad-text" role="alert">{answer.trouble.value}</p>}
-      <p role="status">{answer.busy.value ? t("Fetching …") : more.value ? t("{n} newest detections.", { n }) : t("{n} detections.", { n })}</p>
+      {trouble && !tagWrong.value && <p class="bad-text" role="alert">{trouble}</p>}
+      <p role="status">{busy ? t("Fetching …") : count}</p>
       {may && asked.value && n > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
-      {n === 0 && !answer.busy.value && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
+      {n === 0 && !busy && !trouble && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
     </>
   );
 }

@@ -106,6 +106,8 @@ export interface EntityReading {
   readonly old: boolean;
 }
 
+/** What is not normal, in words. */
+const STATE_WORDS: Readonly<Record<string, string>> = { BOOT: t("starting"), FAULT: t("fault"), ERROR: t("error"), FAILURE: t("failure") };
 /** States from good to bad; the vessel's worst is the worst of its parts. */
 const RANKS = ["NORMAL", "BOOT", "FAULT", "ERROR", "FAILURE"];
 
@@ -150,7 +152,7 @@ export function partsInWords(all: readonly EntityReading[]): { text: string; bad
   const names = silent.slice(0, 2).map(called).join(", ") + (silent.length > 2 ? ` ${t("and {n} more", { n: silent.length - 2 })}` : "");
   const some = silent.length > 0 && silent.length < spoke.length ? t("{n} of {all} parts silent: {names}", { n: silent.length, all: spoke.length, names }) : "";
   if (found.state !== "NORMAL") {
-    const said = `${called(found)}: ${[found.state, found.description].filter(Boolean).join(", ")}${found.old ? ` ${t("(old)")}` : ""}`;
+    const said = `${called(found)}: ${[STATE_WORDS[found.state] ?? found.state, found.description].filter(Boolean).join(", ")}${found.old ? ` ${t("(old)")}` : ""}`;
     return { text: [said, some].filter(Boolean).join(" · "), bad: true };
   }
   if (some) return { text: some, bad: true };
