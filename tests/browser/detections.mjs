@@ -62,7 +62,7 @@ await inBrowser(async (open) => {
   // A question that nobody answers does not say that there are none.
   await page.route(/\/api\/v1\/detections\?/, (route) => route.abort());
   await page.getByRole("button", { name: "Show", exact: true }).click();
-  await page.locator("main p[role=alert]").waitFor();
+  await page.getByText("The server cannot be reached.", { exact: true }).waitFor();
   await page.getByText(/^Below are the \d detections of the filter before\.$/).waitFor();
   check((await page.getByText("No tag was heard").count()) === 0, "nothing is known of this filter");
   await page.unroute(/\/api\/v1\/detections\?/);
