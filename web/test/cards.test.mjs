@@ -34,6 +34,8 @@ test("a mode is told in words of the field, and what is not reported is not made
   assert.equal(doing(told("MANEUVER"), told("READY")), "Executing maneuver");
   assert.equal(doing(told("SERVICE"), told("READY")), "Ready");
   assert.equal(doing(told("ERROR"), told("READY")), "Error");
+  assert.equal(doing(told("ERROR", { note: "stopped by 0x4f00" }), told("READY")), "Stopped", "nothing is wrong");
+  assert.equal(doing(told("ERROR", { note: "GPS" }), told("READY")), "Error");
   assert.equal(doing(told("17"), told("")), "17", "what nobody knows stands as it came");
   assert.equal(doing(told("", { ageS: null }), told("")), "State not reported");
 });

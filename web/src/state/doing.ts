@@ -21,11 +21,20 @@ export function runs(plan: Pick<Reading, "word">): boolean {
   return /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
 }
 
-/** What the vessel says that it does. */
-export function doing(mode: Pick<Reading, "word" | "ageS">, plan: Pick<Reading, "word">): string {
+/** What a vessel says of a stop: by whom, as an address. */
+const STOPPED = /^stopped by 0x[0-9a-f]{4}$/i;
+
+/** What the vessel says that it does. After a stop it is in IMC's mode of errors, though nothing is wrong. */
+export function doing(mode: Pick<Reading, "word" | "ageS" | "note">, plan: Pick<Reading, "word">): string {
   if (mode.ageS === null) return t("State not reported");
+  if (mode.word.toUpperCase() === "ERROR" && STOPPED.test(mode.note)) return t("Stopped");
   if (mode.word.toUpperCase() !== "MANEUVER") return MODES[mode.word.toUpperCase()] ?? mode.word;
   return runs(plan) ? t("Executing plan") : t("Executing maneuver");
+}
+
+/** Why the vessel is as it is: who stopped it is among the commands, by name. */
+export function whyText({ note }: Pick<Reading, "note">): string {
+  return STOPPED.test(note) ? t("by an order to stop") : note;
 }
 
 /** How far the plan is: the maneuver and how many there are, else its share; empty while none runs. */

@@ -2,7 +2,7 @@
 
 import type { System } from "../api/types.gen";
 import type { LinkStatus, RouteLeg } from "../api/types.gen";
-import { doing, progressText, runs } from "../state/doing";
+import { doing, progressText, runs, whyText } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
 import { t } from "../words/words";
 import { make, setAttribute, setText } from "./dom";
@@ -118,7 +118,7 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       const told = link?.chart.told_us ?? null;
       const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
-      show("mode", doing(mode, plan), "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
+      show("mode", doing(mode, plan), "", whyText(mode), mode, linked, mode.word === "ERROR" && whyText(mode) === mode.note ? "bad" : "");
       show("plan", plan.note || t("none"), "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
       show("progress", progressText(plan, progress, legs) || t("no plan runs"), "", runs(plan) ? progress.note : "", progress, linked);
