@@ -46,6 +46,13 @@ impl Serial {
         Ok(serial)
     }
 
+    /// Goes over to another speed (bit/s); what came and what has left stay as they are.
+    pub(super) fn set_speed(&self, baud: u32) -> rustix::io::Result<()> {
+        let mut settings = tcgetattr(&self.0)?;
+        settings.set_speed(baud)?;
+        tcsetattr(&self.0, OptionalActions::Now, &settings)
+    }
+
     fn set_raw(&self, baud: u32) -> rustix::io::Result<()> {
         let mut settings = tcgetattr(&self.0)?;
         settings.make_raw();
