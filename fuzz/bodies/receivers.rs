@@ -71,7 +71,8 @@ fn framed(data: &[u8], cut: usize) {
 fn driven(data: &[u8], cut: usize) {
     let settings: Vec<Setting> =
         ["FC=69", "FV?"].iter().filter_map(|text| Setting::parse(text).ok()).collect();
-    drive(&mut Compass::new(CompassSettings::default()), data, cut, GNSS_LINE);
+    let compass = CompassSettings { baud: Some(19_200), ..CompassSettings::default() };
+    drive(&mut Compass::new(compass), data, cut, GNSS_LINE);
     drive(&mut Gpsd::new(Watch::Nmea, &CompassSettings::default()), data, cut, GNSS_LINE);
     drive(
         &mut Gpsd::new(Watch::Json, &CompassSettings::default()),

@@ -17,7 +17,7 @@ use std::time::Duration;
 use units::{LatLon, UtcTime};
 
 /// Which part of the vessel a task of the files is.
-const TASKS: [(&SectionSpec, Entity); 23] = [
+const TASKS: [(&SectionSpec, Entity); 27] = [
     (&loops::course_speed::COURSE_SPEED, Entity::Control),
     (&loops::course_speed_force::COURSE_SPEED_FORCE, Entity::Control),
     (&path::ilos::ILOS, Entity::Path),
@@ -39,6 +39,10 @@ const TASKS: [(&SectionSpec, Entity); 23] = [
     (&transport::announce::ANNOUNCE, Entity::Announcer),
     (&transport::udp::UDP, Entity::Udp),
     (&transport::logging::LOGGING, Entity::Logger),
+    (&device::compass::COMPASS, Entity::Gps),
+    (&simulate::gps::GPS, Entity::Gps),
+    (&device::hydrophone::HYDROPHONE, Entity::Hydrophone),
+    (&device::line_receiver::LINE_RECEIVER, Entity::Hydrophone),
     (&device::board::WATCHDOG, Entity::Watchdog),
     (&device::board::LIGHTS, Entity::Light),
 ];
@@ -115,15 +119,21 @@ fn hydrophone(config: &Config, settings: &mut Settings) {
     }
 }
 
-/// What the motor card's section gives names to: batteries, power rails and power channels.
+/// What the motor card's section gives names to: motors, batteries, power rails and power channels.
 fn card_names(config: &Config, settings: &mut Settings) {
-    use device::torqeedo::{BATTERY_LABEL, RAIL_LABEL, TORQEEDO};
+    use device::torqeedo::{BATTERY_LABEL, MOTOR_LABEL, PORT_MOTOR, RAIL_LABEL, TORQEEDO};
     for section in config.running(&TORQEEDO) {
+        // By the card's numbers, of which either may be to port.
+        let mut motors = [Entity::MotorPort, Entity::MotorStarboard];
+        if section.get(&PORT_MOTOR) == 1 {
+            motors.reverse();
+        }
         // A section that cannot be is refused, by name, where its driver is made.
         let channels = motors_config(section).map(|card| card.channels).unwrap_or_default();
         let named = channels.into_iter().map(|one| PowerChannel { name: one.name, rail: one.rail });
         settings.power.extend(named);
-        for (param, parts) in [(&BATTERY_LABEL, &BATTERIES[..]), (&RAIL_LABEL, &RAILS[..])] {
+        let named = [(&MOTOR_LABEL, &motors[..]), (&BATTERY_LABEL, &BATTERIES), (&RAIL_LABEL, &RAILS)];
+        for (param, parts) in named {
             for (number, label) in section.each(param) {
                 let entity = number.parse().ok().and_then(|number: usize| parts.get(number));
                 if let Some(entity) = entity.filter(|_| !label.is_empty()) {

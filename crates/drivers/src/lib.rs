@@ -59,6 +59,13 @@ pub enum Output {
         /// From then on they must not begin to leave; `None` where they are always right.
         until: Option<MonoTime>,
     },
+    /// The line goes over to another speed, once all that was to be sent before has left. A port without one ignores it.
+    Speed {
+        /// Which (bit/s).
+        baud: u32,
+        /// When at the earliest.
+        at: MonoTime,
+    },
     /// The state of the device is another.
     State(State),
     /// Something for the log.

@@ -12,7 +12,7 @@ mod needs;
 mod numbers;
 pub mod sea;
 
-pub use needs::{Need, absent, so_many};
+pub use needs::{Need, absent, is_emulated, so_many};
 pub use numbers::Numbers;
 
 use std::path::{Path, PathBuf};

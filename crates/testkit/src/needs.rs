@@ -25,6 +25,8 @@ pub enum Need {
     Influxd,
     /// The right to mount a disk.
     Mount,
+    /// The processor that the program is for, and not one that is emulated.
+    Native,
     /// The right to make a network namespace.
     Netns,
     /// OpenVPN.
@@ -47,6 +49,7 @@ impl Need {
             Self::Gpsd => "gpsd",
             Self::Influxd => "influxd",
             Self::Mount => "mount",
+            Self::Native => "native",
             Self::Netns => "netns",
             Self::Openvpn => "openvpn",
             Self::Shared => "shared",
@@ -68,6 +71,12 @@ pub fn absent(need: Need, why: &str) {
     let line = format!("{name}: {why}\n");
     let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
     file.and_then(|mut file| file.write_all(line.as_bytes())).expect("what is skipped is written down");
+}
+
+/// Whether another processor is emulated, as by `make test-aarch64`: everything takes many times as long, and not all that a
+/// kernel tells is there.
+pub fn is_emulated() -> bool {
+    std::env::var_os("LUTRA_EMULATED").is_some()
 }
 
 /// How much of something a test does: `short` in the gate, `long` with `LUTRA_LONG` set, as `make test-long` sets it.

@@ -58,7 +58,8 @@ impl Driven {
             match output {
                 OfDriver::Reading { at, reading } => self.readings.push_back((at.mono, reading)),
                 OfDriver::Send { bytes, .. } => self.vessel.receive_serial(Port::Gnss, &bytes),
-                OfDriver::Newest { .. } | OfDriver::State(_) | OfDriver::Note(_) => {}
+                OfDriver::Newest { .. } | OfDriver::Speed { .. } | OfDriver::State(_) | OfDriver::Note(_) => {
+                }
             }
         }
         while let Some(output) = self.motors.poll_output() {

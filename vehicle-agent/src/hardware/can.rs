@@ -304,7 +304,7 @@ mod tests {
                 }
                 Output::State(state) => all.states.push(state),
                 Output::Note(note) if note.warning => all.warnings.push(note.text),
-                Output::Note(_) | Output::Reading { .. } => {}
+                Output::Note(_) | Output::Reading { .. } | Output::Speed { .. } => {}
             }
         }
         all

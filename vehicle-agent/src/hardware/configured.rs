@@ -192,8 +192,10 @@ fn compass_of(section: &Section) -> anyhow::Result<ConfiguredDevice> {
         ..CompassSettings::default()
     };
     if section.task() != GPSD_TASK {
-        let driver = Box::new(Compass::new(settings));
-        return Ok(ConfiguredDevice { device: Device::Compass, driver, place: serial(section)? });
+        let place = serial(section)?;
+        let baud = if let Place::Serial { baud, .. } = &place { Some(*baud) } else { None };
+        let driver = Box::new(Compass::new(CompassSettings { baud, ..settings }));
+        return Ok(ConfiguredDevice { device: Device::Compass, driver, place });
     }
     let (host, port) = (section.get(&compass::GPSD_HOST), section.get(&compass::GPSD_PORT));
     let place = Place::parse(&format!("tcp://{host}:{port}"), 0)?;

@@ -147,4 +147,33 @@ mod tests {
         let long = [&EXTENDED.to_ne_bytes()[..], &[9; 12]].concat();
         assert_eq!(kernel_frame(&long), None, "a length beyond eight");
     }
+
+    /// Each vector of the card, as the kernel's structure of an independent crate has it.
+    #[test]
+    fn the_card_s_frames_have_the_layout_of_the_kernel_s_structure() {
+        use socketcan::{CanDataFrame, EmbeddedFrame as _, ExtendedId};
+        let Some(vectors) = testkit::shared("data/onboard/torqeedo_can_vectors.csv") else { return };
+        let text = std::fs::read_to_string(vectors).unwrap();
+        let mut seen = 0;
+        for line in text.lines().skip(1) {
+            let mut fields = line.split(',');
+            let id = u32::from_str_radix(fields.next().unwrap(), 16).unwrap();
+            let hex = fields.next().unwrap();
+            let byte = |at: usize| u8::from_str_radix(&hex[2 * at..2 * at + 2], 16).unwrap();
+            let data: Vec<u8> = (0..hex.len() / 2).map(byte).collect();
+            let theirs = CanDataFrame::new(ExtendedId::new(id).unwrap(), &data).unwrap();
+            let structure = theirs.as_ref();
+            let mut expected = structure.can_id.to_ne_bytes().to_vec();
+            expected.extend([structure.can_dlc, 0, 0, 0]);
+            expected.extend(structure.data);
+            let frame = CanFrame::new(id, &data).unwrap();
+            assert_eq!(kernel_bytes(&frame), expected, "{line}");
+            // As a candump of a little-endian computer, the Pi among them, has the first word.
+            #[cfg(target_endian = "little")]
+            assert_eq!(expected[..4], (id | 0x8000_0000).to_le_bytes());
+            assert_eq!(kernel_frame(&expected), Some(frame));
+            seen += 1;
+        }
+        assert!(seen >= 24, "{seen}");
+    }
 }

@@ -20,6 +20,8 @@ struct Letter {
     next: MonoTime,
     /// Time from one byte to the next.
     pace: Duration,
+    /// No bytes, but another speed of the line (bit/s).
+    speed: Option<u32>,
 }
 
 /// Bytes of which the newest alone counts.
@@ -44,9 +46,35 @@ impl Outbox {
         let fits = self.bytes + bytes.len() <= MOST_BYTES;
         if fits && !bytes.is_empty() {
             self.bytes += bytes.len();
-            self.letters.push_back(Letter { bytes, sent: 0, next: at, pace });
+            self.letters.push_back(Letter { bytes, sent: 0, next: at, pace, speed: None });
         }
         fits
+    }
+
+    /// Has the line go over to another speed (bit/s) from `at` on, behind all that waits already. Answers whether there was room.
+    pub(super) fn put_speed(&mut self, baud: u32, at: MonoTime) -> bool {
+        let fits = self.bytes < MOST_BYTES;
+        if fits {
+            // It counts as a byte, so that these do not pile up either.
+            self.bytes += 1;
+            let speed = Some(baud);
+            self.letters.push_back(Letter {
+                bytes: Vec::new(),
+                sent: 0,
+                next: at,
+                pace: Duration::ZERO,
+                speed,
+            });
+        }
+        fits
+    }
+
+    /// The speed that the line goes over to at this moment; it is given once.
+    pub(super) fn speed_due(&mut self, now: MonoTime) -> Option<u32> {
+        let baud = self.letters.front().filter(|letter| letter.next <= now)?.speed?;
+        self.letters.pop_front();
+        self.bytes -= 1;
+        Some(baud)
     }
 
     /// Takes bytes that go ahead of all that has not begun to leave, in place of earlier ones of this kind. They do not begin
@@ -64,7 +92,7 @@ impl Outbox {
         {
             return Some(&newest.bytes);
         }
-        let letter = self.letters.front().filter(|letter| letter.next <= now)?;
+        let letter = self.letters.front().filter(|letter| letter.next <= now && letter.speed.is_none())?;
         let rest = &letter.bytes[letter.sent..];
         Some(if letter.pace.is_zero() { rest } else { &rest[..1] })
     }
@@ -76,7 +104,8 @@ impl Outbox {
         {
             if count < bytes.len() {
                 self.bytes += bytes.len() - count;
-                self.letters.push_front(Letter { bytes, sent: count, next: now, pace: Duration::ZERO });
+                let pace = Duration::ZERO;
+                self.letters.push_front(Letter { bytes, sent: count, next: now, pace, speed: None });
             }
             return;
         }
@@ -161,6 +190,24 @@ mod tests {
         outbox.put(b"power".to_vec(), at(0), Duration::ZERO);
         assert_eq!(all(&mut outbox, at(10_500)), ["power"]);
         assert_eq!((outbox.next_due(), outbox.bytes), (None, 0));
+    }
+
+    #[test]
+    fn the_line_changes_its_speed_between_what_was_to_be_sent_before_and_after() {
+        let mut outbox = Outbox::default();
+        outbox.put(b"at the old".to_vec(), at(0), Duration::ZERO);
+        assert!(outbox.put_speed(4_800, at(100)));
+        outbox.put(b"at the new".to_vec(), at(0), Duration::ZERO);
+        assert_eq!(outbox.speed_due(at(200)), None, "what was put before has not left");
+        assert_eq!(all(&mut outbox, at(10)), ["at the old"]);
+        assert_eq!((outbox.speed_due(at(99)), outbox.next_due()), (None, Some(at(100))));
+        assert_eq!(outbox.due(at(100)), None);
+        assert_eq!(outbox.speed_due(at(100)), Some(4_800));
+        assert_eq!(outbox.speed_due(at(100)), None);
+        assert_eq!(all(&mut outbox, at(100)), ["at the new"]);
+        assert_eq!(outbox.bytes, 0);
+        while outbox.put_speed(4_800, at(0)) {}
+        assert_eq!(outbox.bytes, MOST_BYTES, "these do not pile up");
     }
 
     #[test]

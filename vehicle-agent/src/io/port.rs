@@ -186,6 +186,19 @@ impl Port {
         }
     }
 
+    /// Goes over to another speed of the line (bit/s), where there is one.
+    ///
+    /// # Errors
+    /// When the port is lost, or has no such speed.
+    pub(super) fn set_speed(&self, baud: u32) -> io::Result<()> {
+        match self {
+            Self::Serial(serial) => serial.set_speed(baud).map_err(io::Error::from),
+            Self::Can(..) | Self::Tcp(_) | Self::Udp(_) | Self::Recording(_) => Ok(()),
+            #[cfg(test)]
+            Self::Scripted(_) => Ok(()),
+        }
+    }
+
     /// What to wait at; `None` for what is never waited for.
     pub(super) fn waits_at(&self) -> Option<BorrowedFd<'_>> {
         match self {
@@ -281,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_serial_port_carries_every_byte_both_ways_and_tells_when_the_device_is_gone() {
-        let mut pty = Pty::open().unwrap();
+        let Some(mut pty) = Pty::for_test() else { return };
         let mut port = Port::open(&Place::Serial { path: pty.path().to_owned(), baud: 19_200 }).unwrap();
         assert_eq!(pty.baud(), Some(19_200));
         assert_eq!(port.read(&mut [0; 8]).unwrap(), Got::Nothing);
@@ -292,6 +305,10 @@ mod tests {
         let mut back = vec![0; 256];
         assert_eq!(pty.read(&mut back).unwrap(), Some(256));
         assert_eq!(back, all);
+        pty.write(b"still there").unwrap();
+        port.set_speed(4_800).unwrap();
+        assert_eq!(pty.baud(), Some(4_800));
+        assert_eq!(read_to(&mut port, 11), (b"still there".to_vec(), false));
         drop(pty);
         assert_eq!(read_to(&mut port, 1), (Vec::new(), true));
     }
@@ -332,6 +349,33 @@ mod tests {
         assert!(ended && all == [7; 3000]);
         // 3000 bytes at 11520 a second.
         assert!(begun.elapsed() >= Duration::from_millis(260), "{:?}", begun.elapsed());
+    }
+
+    #[test]
+    fn a_socket_of_frames_takes_and_gives_them_whole_and_waits_for_nobody() {
+        // A pair that keeps frames apart and has a bounded queue stands in for the bus: many kernels have none, not even a virtual one.
+        use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
+        let (own, card) =
+            socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::NONBLOCK, None).unwrap();
+        let interface = format!("test-{}", std::process::id());
+        let mut port = Port::Can(CanSocket::from(own), BusLock::take(&interface).unwrap());
+        let frames: Vec<u8> = (0..48).collect();
+        assert_eq!(port.write(&frames[..40]).unwrap(), 32, "of what is no whole frame nothing leaves");
+        let mut frame = [0; 64];
+        for wanted in frames[..32].chunks(16) {
+            assert_eq!(rustix::io::read(&card, &mut frame).unwrap(), 16);
+            assert_eq!(&frame[..16], wanted);
+        }
+        assert_eq!(port.read(&mut [0; 64]).unwrap(), Got::Nothing);
+        rustix::io::write(&card, &frames[16..32]).unwrap();
+        assert_eq!(read_to(&mut port, 16), (frames[16..32].to_vec(), false));
+        let mut taken = 0;
+        while port.write(&frames).unwrap() == 48 {
+            taken += 48;
+            assert!(taken < 1 << 20, "a queue that nobody empties is full at some time");
+        }
+        drop(card);
+        assert_eq!(read_to(&mut port, 16), (Vec::new(), true), "a bus that goes away is a lost port");
     }
 
     #[test]

@@ -39,6 +39,19 @@ impl Pty {
         Ok(Self { device, path })
     }
 
+    /// A new one for a test; `None` where there cannot be one, which is told: qemu-user (7.2 at least) has none of the calls by
+    /// which terminals of any speed are set (`TCGETS2`).
+    #[cfg(test)]
+    pub(crate) fn for_test() -> Option<Self> {
+        match Self::open() {
+            Err(error) if error.kind() == io::ErrorKind::Unsupported => {
+                testkit::absent(testkit::Need::Native, &format!("a pseudo-terminal: {error}"));
+                None
+            }
+            opened => Some(opened.expect("a pseudo-terminal")),
+        }
+    }
+
     /// The path of the other end.
     pub(crate) fn path(&self) -> &Path {
         &self.path

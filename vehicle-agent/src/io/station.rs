@@ -198,7 +198,14 @@ impl Attendant {
         while let Some(output) = self.driver.poll_output() {
             match output {
                 Output::Reading { at, reading } => self.sink.take(Report::Reading(at, reading)),
-                Output::Send { bytes, at, pace } => self.post(bytes, at, pace),
+                Output::Send { bytes, at, pace } => {
+                    let fits = self.port.is_none() || self.outbox.put(bytes, at, pace);
+                    self.told_whether_it_fits(fits);
+                }
+                Output::Speed { baud, at } => {
+                    let fits = self.port.is_none() || self.outbox.put_speed(baud, at);
+                    self.told_whether_it_fits(fits);
+                }
                 Output::Newest { bytes, until } if self.port.is_some() => {
                     self.outbox.put_newest(bytes, until);
                 }
@@ -210,11 +217,8 @@ impl Attendant {
         }
     }
 
-    fn post(&mut self, bytes: Vec<u8>, at: MonoTime, pace: Duration) {
-        if self.port.is_none() {
-            return;
-        }
-        let fits = self.outbox.put(bytes, at, pace);
+    /// Says once that the outbox is full.
+    fn told_whether_it_fits(&mut self, fits: bool) {
         if !fits && !self.full {
             let text = format!("{} takes nothing: what was to be sent is left out", self.place);
             self.sink.take(Report::Note(Note { warning: true, text }));
@@ -237,7 +241,14 @@ impl Attendant {
             if now < self.write_at {
                 return;
             }
-            let (Some(port), Some(bytes)) = (&mut self.port, self.outbox.due(now)) else { return };
+            let Some(port) = &mut self.port else { return };
+            if let Some(baud) = self.outbox.speed_due(now) {
+                match port.set_speed(baud) {
+                    Ok(()) => continue,
+                    Err(error) => return self.lost(&format!("at {baud} bit/s: {error}")),
+                }
+            }
+            let Some(bytes) = self.outbox.due(now) else { return };
             match port.write(bytes) {
                 Ok(0) => {
                     self.write_at = now + TOOK_NOTHING;

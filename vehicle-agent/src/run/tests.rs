@@ -190,6 +190,10 @@ fn a_vessel_whose_loop_hangs_loses_its_thrust_and_goes_on_afterwards() {
 
 #[test]
 fn a_log_that_was_asked_for_without_end_neither_holds_the_loop_up_nor_loses_the_log() {
+    if testkit::is_emulated() {
+        let why = "the end of many logs within the 10 s that the program gives its disk: 8 s alone, more beside other tests";
+        return testkit::absent(testkit::Need::Native, why);
+    }
     let mut bench = Bench::new();
     bench.pass(Duration::from_secs(5));
     for _ in 0..200 {

@@ -116,6 +116,28 @@ fn batteries_and_power_rails_have_the_labels_of_the_card_s_section() {
 }
 
 #[test]
+fn compass_hydrophone_and_motors_have_the_labels_of_their_sections() {
+    let labels = |more: &str| {
+        let (settings, doubts) = settings(&load(&format!("{}\n{more}", crate::OTTER_INI), ""), 1).unwrap();
+        assert_eq!(doubts, Vec::<String>::new());
+        let all = [Entity::Gps, Entity::Hydrophone, Entity::MotorPort, Entity::MotorStarboard];
+        all.map(|entity| settings.labels.of(entity).to_owned())
+    };
+    let usual = ["GPS", "Hydrophone", "Motor Port", "Motor Starboard"];
+    assert_eq!(labels(""), usual, "what does not run gives no name");
+    let devices = "[Simulators.GPS]\nEnabled = Never\n[Sensors.GPS]\nEnabled = Simulation\nEntity Label = Kompass\n\
+                   [Navigation.General.GPSNavigation]\nEntity Label - GPS = Kompass\nEntity Label - IMU = Kompass\n\
+                   Entity Label - Yaw = Kompass\n[Monitors.Entities]\nDefault Monitoring = Kompass\n\
+                   [Supervisors.Vehicle]\nVital Entities = Kompass\n\
+                   [Sensors.ThelmaHydrophone]\nEnabled = Simulation\nEntity Label = Lytter\n\
+                   [Actuators.Torqeedo]\nEnabled = Simulation\nPort Motor - Number = 1\nMotor 0 - Label = Styrbord\n\
+                   Motor 1 - Label = Babord\n";
+    assert_eq!(labels(devices), ["Kompass", "Lytter", "Babord", "Styrbord"]);
+    let line = "[Sensors.LineReceiver]\nEnabled = Simulation\nEntity Label = VR2C\n";
+    assert_eq!(labels(line)[1], "VR2C");
+}
+
+#[test]
 fn voltages_and_silences_of_the_files_are_obeyed() {
     let more = "[Monitors.FuelLevel]\nWarning Voltage = 26\nError Voltage = 24.5\n\
                 [Supervisors.Vehicle]\nManeuver Handling Timeout = 3\nVital Entities = GPS\n\

@@ -111,7 +111,7 @@ fn a_compass_that_is_unplugged_in_a_plan_stops_the_boat_until_it_is_back_and_the
 }
 
 #[test]
-fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_line_says_so() {
+fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_line_says_so_and_mends_it() {
     let devices = Devices::start(&["--gnss-baud", "19200"]);
     let config = devices.folder.path().join("otter.ini");
     let wrong = std::fs::read_to_string(&config).unwrap();
@@ -133,6 +133,10 @@ fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_lin
     let mut console = Console::connect(&agent);
     wait_state(&mut console, Entity::Gps, EntityStateState::Error, "bytes come but no valid NMEA");
     wait_state(&mut console, Entity::MotorPort, EntityStateState::Normal, "");
+    // It is told to go over to the speed of the line, at the speed that it has.
+    wait_state(&mut console, Entity::Gps, EntityStateState::Normal, "");
+    assert!(devices.received("gnss").contains("$JBAUD,115200"), "{}", devices.received("gnss"));
+    console.wait_for::<GpsFix>("a position", |fix| fix.validity.contains(GpsFixValidity::VALID_POS));
 }
 
 #[test]

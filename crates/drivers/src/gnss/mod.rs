@@ -8,6 +8,9 @@
 //! baud rate), or sentences of no use (its settings). While it fails its settings are sent again, after waits that double, for
 //! a receiver that lost its power forgets them; what writes them into its flash memory goes once a day at most. One epoch and
 //! one sentence are kept.
+//!
+//! A Hemisphere that talks at another speed than its line (as delivered, 4800 bit/s) is told to change: `$JBAUD` goes to it at
+//! each speed that it can have, and then the line is what it was.
 
 use crate::outbox::Outbox;
 use crate::{Driver, Input, Output, State};
@@ -24,6 +27,14 @@ const BABBLE_LEAST: u64 = 64;
 const LONGEST_WAIT: Duration = Duration::from_mins(1);
 /// Settings are written into the receiver's memory again after this.
 const SAVE_AGAIN: Duration = Duration::from_hours(24);
+/// Speeds that a receiver can have (bit/s): what Hemisphere's `$JBAUD` takes, the one it is delivered with first.
+const SPEEDS: [u32; 6] = [4_800, 9_600, 19_200, 38_400, 57_600, 115_200];
+/// Bits on the line for a byte: start, eight data, stop.
+const BITS_PER_BYTE: u32 = 10;
+/// How long the line keeps a speed after the last byte has left, and the receiver has to change its own.
+const SETTLING: Duration = Duration::from_millis(50);
+/// What commands of a Hemisphere begin with.
+const HEMISPHERE: &str = "$J";
 /// Epochs that must agree before their kinds of sentences are waited for, or a position is missed.
 const LEARNED: usize = 3;
 
@@ -32,6 +43,8 @@ const LEARNED: usize = 3;
 pub struct CompassSettings {
     /// Sent one after another when the port opens, each with CR LF behind it.
     pub init: Vec<String>,
+    /// Speed of the serial line (bit/s), which a Hemisphere is told to go over to; `None` for what has no speed.
+    pub baud: Option<u32>,
     /// Added to the true heading for how the antennas are mounted (rad, clockwise).
     pub heading_offset_rad: f64,
     /// Added to a magnetic heading to stand in while the compass gives no true one (rad, east positive); `None` leaves it out.
@@ -50,6 +63,7 @@ impl Default for CompassSettings {
         init.push("$JATT,NMEAHE,0".to_owned());
         Self {
             init,
+            baud: None,
             heading_offset_rad: 0.0,
             variation_rad: None,
             input_timeout: Duration::from_secs(4),
@@ -146,11 +160,11 @@ impl Compass {
         self.watch = Some(Watch { deadline: now.mono + self.settings.input_timeout, babble: 0, useless: 0 });
         self.outbox.state(State::Starting);
         self.resend.wait = self.settings.input_timeout;
-        self.send_settings(now);
+        self.send_settings(now, now.mono);
     }
 
-    /// Sends the settings, and lays down when they are sent again at the earliest.
-    fn send_settings(&mut self, now: Now) {
+    /// Sends the settings from `at` on, and lays down when they are sent again at the earliest.
+    fn send_settings(&mut self, now: Now, at: MonoTime) {
         self.resend.at = now.mono + self.resend.wait;
         self.resend.wait = (self.resend.wait * 2).min(LONGEST_WAIT.max(self.settings.input_timeout));
         let save = self.resend.saved.is_none_or(|saved| now.mono.since(saved) >= SAVE_AGAIN);
@@ -160,8 +174,28 @@ impl Compass {
         }
         for line in init.iter().filter(|line| save || !saves(line)) {
             let bytes = format!("{line}\r\n").into_bytes();
-            self.outbox.push(Output::Send { bytes, at: now.mono, pace: Duration::ZERO });
+            self.outbox.push(Output::Send { bytes, at, pace: Duration::ZERO });
         }
+    }
+
+    /// Tells a Hemisphere at each other speed to go over to that of the line; answers when the line has its own again.
+    fn change_speed(&mut self, now: Now) -> MonoTime {
+        let told = self.settings.init.iter().any(|line| line.starts_with(HEMISPHERE));
+        let Some(baud) = self.settings.baud.filter(|baud| told && SPEEDS.contains(baud)) else {
+            return now.mono;
+        };
+        let mut at = now.mono;
+        for other in SPEEDS.into_iter().filter(|speed| *speed != baud) {
+            let bytes = format!("$JBAUD,{baud}\r\n").into_bytes();
+            // A command has some twenty bytes.
+            let bits = bytes.len() as u32 * BITS_PER_BYTE;
+            let leaving = Duration::from_secs_f64(f64::from(bits) / f64::from(other));
+            self.outbox.push(Output::Speed { baud: other, at });
+            self.outbox.push(Output::Send { bytes, at, pace: Duration::ZERO });
+            at = at + leaving + SETTLING;
+        }
+        self.outbox.push(Output::Speed { baud, at });
+        at + SETTLING
     }
 
     fn bytes(&mut self, now: Now, bytes: &[u8]) {
@@ -255,6 +289,7 @@ impl Compass {
     fn fail(&mut self, now: Now) {
         let Some(watch) = &mut self.watch else { return };
         let seconds = self.settings.input_timeout.as_secs_f64();
+        let other_speed = watch.useless == 0;
         let why = if watch.babble >= BABBLE_LEAST {
             "bytes come but no valid NMEA sentence: check the baud rate of the port and of the receiver"
                 .to_owned()
@@ -268,7 +303,8 @@ impl Compass {
         *watch = Watch { deadline: now.mono + self.settings.input_timeout, babble: 0, useless: 0 };
         self.outbox.state(State::Failing(why));
         if self.resend.at <= now.mono {
-            self.send_settings(now);
+            let at = if other_speed { self.change_speed(now) } else { now.mono };
+            self.send_settings(now, at);
         }
     }
 

@@ -284,3 +284,89 @@ fn a_magnetic_heading_stands_in_with_the_variation_while_there_is_no_true_one() 
     }
     assert_eq!(seconds(None, &Sentence::EPOCH)[8], None, "not without being asked to");
 }
+
+/// A line and the receiver at its end, which hears what is sent at its own speed.
+struct Line {
+    baud: u32,
+    receiver: u32,
+    heard: Vec<String>,
+    changes: usize,
+}
+
+impl Line {
+    /// What leaves by `ms`: outputs in their order, none before its time.
+    fn carry(&mut self, outputs: Vec<Output>) {
+        let mut last = MonoTime::default();
+        for output in outputs {
+            match output {
+                Output::Speed { baud, at } => {
+                    assert!(at >= last);
+                    (self.baud, last) = (baud, at);
+                    self.changes += 1;
+                }
+                Output::Send { bytes, at, .. } => {
+                    let text = String::from_utf8(bytes).unwrap();
+                    if self.baud == self.receiver {
+                        if let Some(speed) = text.strip_prefix("$JBAUD,") {
+                            self.receiver = speed.trim().parse().unwrap();
+                        }
+                        self.heard.push(text.clone());
+                    }
+                    // The next may not come before this has left at the speed of the line.
+                    let bits = text.len() as u64 * 10;
+                    last = at + Duration::from_micros(bits * 1_000_000 / u64::from(self.baud));
+                    if !text.starts_with("$JBAUD") {
+                        last = at;
+                    }
+                }
+                Output::Reading { .. } | Output::Newest { .. } | Output::State(_) | Output::Note(_) => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn a_receiver_of_another_speed_is_told_that_of_the_line_and_then_its_settings() {
+    for receiver in SPEEDS {
+        let mut compass = open(CompassSettings { baud: Some(19_200), ..CompassSettings::default() });
+        let mut line = Line { baud: 19_200, receiver, heard: Vec::new(), changes: 0 };
+        line.carry(outputs(&mut compass));
+        assert_eq!(line.changes, 0, "a receiver that works is left alone");
+        // Whether noise comes of it or nothing: at another speed it is one or the other.
+        if receiver % 9_600 == 0 {
+            for ms in 0..100 {
+                compass.handle(at(ms), Input::Bytes(&[0x80, 0xF8, 0x00, 0x1E, 0x66, 0x78]));
+            }
+        }
+        run_to(&mut compass, 4500);
+        line.carry(outputs(&mut compass));
+        assert_eq!((line.baud, line.receiver, line.changes), (19_200, 19_200, 6));
+        let asc = line.heard.iter().rposition(|text| text.starts_with("$JASC")).unwrap();
+        let baud = line.heard.iter().position(|text| text.starts_with("$JBAUD"));
+        assert!(baud.is_none_or(|baud| baud < asc), "{:?}", line.heard);
+        assert_eq!(baud.is_some(), receiver != 19_200);
+    }
+}
+
+#[test]
+fn what_is_no_hemisphere_or_says_something_is_not_told_a_speed() {
+    let changes = |settings: CompassSettings, bytes: &[u8]| {
+        let mut compass = open(settings);
+        for second in 0..60 {
+            compass.handle(at(second * 1000), Input::Bytes(bytes));
+            run_to(&mut compass, second * 1000 + 999);
+        }
+        outputs(&mut compass).iter().filter(|output| matches!(output, Output::Speed { .. })).count()
+    };
+    let with = |init: &[&str], baud| CompassSettings {
+        init: init.iter().map(|line| (*line).to_owned()).collect(),
+        baud,
+        ..CompassSettings::default()
+    };
+    let useless = b"$GPGSV,3,1,11*7B\r\n";
+    assert_eq!(changes(with(&["$JASC,GPGGA,1"], Some(19_200)), useless), 0, "NMEA comes at this speed");
+    assert_eq!(changes(with(&["$PMTK220,200"], Some(19_200)), b""), 0, "another maker's");
+    assert_eq!(changes(with(&["$JASC,GPGGA,1"], None), b""), 0, "no serial port");
+    assert_eq!(changes(with(&["$JASC,GPGGA,1"], Some(250_000)), b""), 0, "no speed of a Hemisphere");
+    assert!(changes(with(&["$JASC,GPGGA,1"], Some(19_200)), b"") > 0);
+}

@@ -74,7 +74,7 @@ impl Bench {
                     self.sent.push((START_US + self.set_us + first_us as i64, text));
                     self.wire.extend((first_us + self.late_us..).step_by(self.pace_us).zip(bytes));
                 }
-                Output::Newest { .. } => panic!("{output:?} is not for a hydrophone"),
+                Output::Newest { .. } | Output::Speed { .. } => panic!("{output:?} is not for a hydrophone"),
                 Output::State(state) => self.states.push(state),
                 Output::Note(note) => self.notes.push(note),
                 Output::Reading { reading: Reading::Receiver(told), .. } => self.told.push(told),

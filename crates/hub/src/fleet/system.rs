@@ -138,6 +138,8 @@ pub struct System {
     last_heard: MonoTime,
     last_heard_utc: UtcTime,
     entities: BTreeMap<u8, String>,
+    /// When it was first known that it had started again.
+    restarted: Option<MonoTime>,
     series: BTreeMap<SeriesKey, Series>,
     bytes: usize,
     not_kept: u64,
@@ -155,6 +157,7 @@ impl System {
             last_heard: now.mono,
             last_heard_utc: now.utc,
             entities: BTreeMap::new(),
+            restarted: None,
             series: BTreeMap::new(),
             bytes: 0,
             not_kept: 0,
@@ -221,6 +224,12 @@ impl System {
         self.entities.get(&number).map(String::as_str)
     }
 
+    /// Whether the last packet of a series is of the system's present life: what its entities are may be another since it started
+    /// again.
+    pub fn is_of_this_life(&self, series: &Series) -> bool {
+        self.restarted.is_none_or(|at| series.heard >= at)
+    }
+
     /// One series.
     pub fn series(&self, key: SeriesKey) -> Option<&Series> {
         self.series.get(&key)
@@ -259,6 +268,7 @@ impl System {
                 if uid(&services) != uid(&self.services) && uid(&services).is_some() {
                     // It started again: numbers of entities are handed out at start.
                     self.entities.clear();
+                    self.restarted = uid(&self.services).map(|_| now.mono).or(self.restarted);
                 }
                 self.services = services.chars().take(4_096).collect();
                 self.name = Some(shortened(&announce.sys_name.to_str_lossy()));

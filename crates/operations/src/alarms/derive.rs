@@ -3,6 +3,7 @@
 //! How old a reading is counts to the moment when its vessel was last heard: what stops with the link is the link's
 //! silence and nothing else. Of a vessel that is silent nothing else is said at all.
 
+use super::part::{PartKind, SentKinds, charge_rank};
 use super::{Key, Kind, Priority, Trouble, shorten};
 use api::AlarmSaying;
 use hub::{Contradiction, Fleet, Liveness, Series, SeriesKey, System, Transport};
@@ -91,13 +92,6 @@ impl Observed {
     }
 }
 
-/// Whether this follows from a lost position.
-pub(super) fn is_of_position(key: &Key) -> bool {
-    let part = key.part.to_lowercase();
-    key.kind == Kind::Part
-        && ["gps", "compass", "navigation", "path control"].iter().any(|word| part.contains(word))
-}
-
 /// What must be remembered between two observations.
 #[derive(Debug, Default)]
 pub(super) struct Observer {
@@ -109,11 +103,20 @@ pub(super) struct Observer {
     entries: BTreeMap<(Address, String), (MonoTime, Priority, AlarmSaying)>,
     /// What was beyond its threshold when it was observed last.
     beyond: BTreeMap<(Address, Kind), Priority>,
+    /// Labels of the parts that need a position, of the vessels that are heard.
+    of_position: BTreeMap<Address, BTreeSet<String>>,
     /// When it was looked first.
     began: Option<UtcTime>,
 }
 
 impl Observer {
+    /// Whether this follows from a lost position. Of a vessel that was not heard since the start only labels are known.
+    pub(super) fn is_of_position(&self, key: &Key) -> bool {
+        let labels = key.vessel.and_then(|vessel| self.of_position.get(&vessel));
+        let called_so = || PartKind::of_label(&key.part).is_some_and(PartKind::needs_position);
+        key.kind == Kind::Part && (labels.is_some_and(|labels| labels.contains(&key.part)) || called_so())
+    }
+
     pub(super) fn observe(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) -> Observed {
         let mut seen = Observed::default();
         self.read_log_books(now, fleet);
@@ -128,6 +131,7 @@ impl Observer {
             }
         }
         self.beyond.retain(|(vessel, _), _| fleet.system(*vessel).is_some());
+        self.of_position.retain(|vessel, _| fleet.system(*vessel).is_some());
         let began = *self.began.get_or_insert(now.utc);
         let never = shore.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
         seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
@@ -139,9 +143,15 @@ impl Observer {
     fn of_vessel(&mut self, now: Now, system: &System, shore: &ShoreState) -> Vec<Trouble> {
         let vessel = system.address();
         let mut parts = Parts::default();
-        for (label, state) in states(now, system) {
-            parts.take(&label, &state);
+        let (sent, mut of_position) = (SentKinds::of(system), BTreeSet::new());
+        for (entity, label, state) in states(now, system) {
+            let kind = sent.kind(entity, &label);
+            parts.take(kind, &label, &state);
+            if kind.is_some_and(PartKind::needs_position) {
+                of_position.insert(label);
+            }
         }
+        self.of_position.insert(vessel, of_position);
         if let Some(old) = old_position(now, system) {
             parts.position = Some(old);
         }
@@ -281,7 +291,7 @@ struct Parts {
 }
 
 impl Parts {
-    fn take(&mut self, label: &str, state: &EntityState) {
+    fn take(&mut self, kind: Option<PartKind>, label: &str, state: &EntityState) {
         let word = match state.state {
             EntityStateState::Fault => "fault",
             EntityStateState::Error => "error",
@@ -292,36 +302,33 @@ impl Parts {
         self.bad.push(label.to_owned());
         let said = state.description.to_str_lossy();
         let says = AlarmSaying::Part { part: bounded(label), state: word.to_owned(), words: bounded(&said) };
-        let low = label.to_lowercase();
-        let is = |words: &[&str]| words.iter().any(|one| low.contains(one));
-        if is(&["grounding"]) {
-            // The supervisor cannot work: nothing is known of any danger.
-            let blind = said.contains("not watched");
-            let priority = match (blind, bad) {
-                (true, _) => Priority::Warning,
-                (false, true) => Priority::Emergency,
-                (false, false) => Priority::Alarm,
-            };
-            self.grounding = Some((priority, says));
-        } else if is(&["navigation"]) && bad {
-            self.position = Some(says);
-        } else if is(&["motor", "torqeedo"]) {
-            self.motors.push(says);
-        } else if is(&["fuel", "battery"]) {
-            let priority = if bad { Priority::Alarm } else { Priority::Warning };
-            let worse = self.battery.as_ref().is_none_or(|(known, _)| *known < priority);
-            if worse {
-                self.battery = Some((priority, says));
+        match kind {
+            Some(PartKind::Grounding) => {
+                // The supervisor cannot work: nothing is known of any danger.
+                let blind = said.contains("not watched");
+                let priority = match (blind, bad) {
+                    (true, _) => Priority::Warning,
+                    (false, true) => Priority::Emergency,
+                    (false, false) => Priority::Alarm,
+                };
+                self.grounding = Some((priority, says));
             }
-        } else if is(&["hydrophone", "tbr"]) {
-            self.hydrophone = Some(says);
-        } else if is(&["clock"]) {
-            self.clock = Some(says);
-        } else if is(&["lost comm", "lostcomm"]) {
-            self.console = Some(says);
-        } else {
-            let priority = if bad { Priority::Warning } else { Priority::Caution };
-            self.others.push((label.to_owned(), priority, says));
+            Some(PartKind::Navigation) if bad => self.position = Some(says),
+            Some(PartKind::Motor) => self.motors.push(says),
+            Some(PartKind::Battery) => {
+                let priority = if bad { Priority::Alarm } else { Priority::Warning };
+                let worse = self.battery.as_ref().is_none_or(|(known, _)| *known < priority);
+                if worse {
+                    self.battery = Some((priority, says));
+                }
+            }
+            Some(PartKind::Hydrophone) => self.hydrophone = Some(says),
+            Some(PartKind::Clock) => self.clock = Some(says),
+            Some(PartKind::Console) => self.console = Some(says),
+            Some(PartKind::Navigation | PartKind::Compass | PartKind::Path) | None => {
+                let priority = if bad { Priority::Warning } else { Priority::Caution };
+                self.others.push((label.to_owned(), priority, says));
+            }
         }
     }
 
@@ -416,14 +423,14 @@ fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     all
 }
 
-/// What the parts of a vessel said of themselves last, by label.
-fn states(now: Now, system: &System) -> Vec<(String, EntityState)> {
+/// What the parts of a vessel said of themselves last, with number and label.
+fn states(now: Now, system: &System) -> Vec<(u8, String, EntityState)> {
     let said = system.all_series().filter(|(key, _)| key.id == EntityState::ID);
     // What a part said long before its vessel was last heard is no news: another took its number, or it is gone.
     let fresh = said.filter(|(_, series)| age_then(now, system, series) < Duration::from_mins(1));
     let read = |(key, series): (SeriesKey, &Series)| {
         let label = system.entity(key.entity).map_or_else(|| format!("entity {}", key.entity), str::to_owned);
-        Some((label, decode::<EntityState>(series)?))
+        Some((key.entity, label, decode::<EntityState>(series)?))
     };
     fresh.filter_map(read).collect()
 }
@@ -445,8 +452,7 @@ fn silent_hydrophone(now: Now, system: &System) -> Option<AlarmSaying> {
 fn charge(system: &System) -> Option<f32> {
     let all = system.all_series().filter(|(key, _)| key.id == FuelLevel::ID);
     let read = |(key, series): (SeriesKey, &Series)| {
-        let monitor = system.entity(key.entity).is_some_and(|label| label.to_lowercase().contains("fuel"));
-        Some((!monitor, decode::<FuelLevel>(series)?.value))
+        Some((charge_rank(system, key.entity), decode::<FuelLevel>(series)?.value))
     };
     let known = all.filter_map(read).filter(|(_, value)| value.is_finite());
     known.min_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1))).map(|(_, value)| value)

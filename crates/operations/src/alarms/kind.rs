@@ -164,7 +164,7 @@ impl Kind {
             Self::Position => (
                 "The satellite compass gives no good position, or navigation does not run.",
                 "The vessel cannot keep its plan; where it is shown is not where it is.",
-                "Stop it or steer by sight; look at the parts GPS and Navigation.",
+                "Stop it or steer by sight; look at the parts of compass and navigation.",
             ),
             Self::NoConsole => (
                 "The way from the shore to the vessel is broken, while the way back works.",
@@ -184,7 +184,7 @@ impl Kind {
             Self::Hydrophone => (
                 "The receiver is off, its cable is loose, or its serial port is wrong.",
                 "No fish are heard meanwhile.",
-                "Look at the part Hydrophone and at its cable.",
+                "Look at the receiver's part and at its cable.",
             ),
             Self::Clock => (
                 "The vessel's computer does not get the time, or was set by hand.",

@@ -20,6 +20,7 @@
 
 mod derive;
 mod kind;
+mod part;
 mod record;
 #[cfg(test)]
 mod tests;
@@ -269,7 +270,7 @@ impl Alarms {
                 None
             } else if silent.contains(&vessel) {
                 Some(Kind::NotHeard)
-            } else if lost.contains(&vessel) && derive::is_of_position(&alarm.key) {
+            } else if lost.contains(&vessel) && self.observer.is_of_position(&alarm.key) {
                 Some(Kind::Position)
             } else {
                 None

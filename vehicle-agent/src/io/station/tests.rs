@@ -129,7 +129,7 @@ fn serial(path: &std::path::Path) -> Place {
 fn a_device_is_greeted_heard_answered_and_after_a_replug_greeted_again() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("tbr");
-    let mut pty = Pty::open().unwrap();
+    let Some(mut pty) = Pty::for_test() else { return };
     symlink(pty.path(), &link).unwrap();
     let attended = attend(serial(&link));
     expect(&mut pty, b"hello\r");

@@ -5,6 +5,7 @@ use imc::{Header, Packet, PacketView};
 use proptest::prelude::*;
 use units::MonoTime;
 
+mod parts;
 mod returned;
 
 const BOAT: Address = Address(0x2810);
