@@ -8,7 +8,7 @@ use imc::PacketView;
 use imc::messages::{
     Goto, PlanControl, PlanControlOp, PlanControlType, PlanManeuver, PlanSpecification, ZUnits,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -185,7 +185,7 @@ async fn what_the_devices_heard_is_ashore_at_the_places_where_the_vessel_was() {
     })
     .await;
     let mut worst_m = 0.0_f64;
-    let mut places = Vec::new();
+    let (mut places, mut truths) = (Vec::new(), Vec::new());
     for one in &found {
         let truth = devices.at(one["heard_us"].as_f64().unwrap() / 1e6 - SENDING_S);
         let (lat_deg, lon_deg) = (one["lat_deg"].as_f64().unwrap(), one["lon_deg"].as_f64().unwrap());
@@ -196,11 +196,21 @@ async fn what_the_devices_heard_is_ashore_at_the_places_where_the_vessel_was() {
         assert!(one["raw"].as_str().unwrap().starts_with('$'), "{one}");
         worst_m = worst_m.max(off_m);
         places.push(lat_deg * DEGREE_M);
+        truths.push(json!({"heard_us": one["heard_us"], "lat_deg": truth.lat_deg, "lon_deg": truth.lon_deg}));
     }
     let extent_m =
         places.iter().copied().fold(f64::MIN, f64::max) - places.iter().copied().fold(f64::MAX, f64::min);
     assert!(extent_m > 10.0, "all at one place: {extent_m} m");
     println!("{} detections along {extent_m:.0} m, the worst {worst_m:.2} m from the truth", found.len());
+    if testkit::browser::is_there() {
+        let (url, truths) = (format!("http://{}", server.web), Value::from(truths).to_string());
+        let vessel = OTTER.0.to_string();
+        let show = move || {
+            let arguments = [&*url, "nils", "seven small boats", &vessel, &truths];
+            testkit::browser::run("devices.mjs", &arguments, |_| ());
+        };
+        tokio::task::spawn_blocking(show).await.unwrap();
+    }
     agent.process.terminate();
     server.process.terminate();
 }
