@@ -214,7 +214,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::Closed { end: End::Start, nearest_m, .. } => ("closed_start", None, *nearest_m),
         Refusal::Closed { end: End::Goal, nearest_m, .. } => ("closed_goal", None, *nearest_m),
         Refusal::NoWay { nearest, gap_m } => ("no_way", Some(degrees(*nearest)), Some(*gap_m)),
-        Refusal::TooFar { .. } => ("too_far", None, None),
+        Refusal::TooFar { .. } | Refusal::TooLong { .. } => ("too_far", None, None),
         Refusal::NotConfirmed { .. } => ("not_confirmed", None, None),
         Refusal::Needs(_) | Refusal::Plan(_) => ("failed", None, None),
     };
