@@ -128,6 +128,7 @@ bench: setup web chromium
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package mission --bench guard
 	@sh scripts/bench-routes
+	cargo bench --locked --package onboard --bench routes
 	@command -v ogr2ogr >/dev/null || { \
 	  echo "Installing GDAL (135 MB, once), to import the same cells beside"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends gdal-bin; } || \

@@ -204,7 +204,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::Closed { end: End::Start, .. } => "closed_start",
         Refusal::Closed { end: End::Goal, .. } => "closed_goal",
         Refusal::NoWay { .. } => "no_way",
-        Refusal::TooFar { .. } => "too_far",
+        Refusal::TooFar { .. } | Refusal::TooLong { .. } => "too_far",
         Refusal::NotConfirmed { .. } => "not_confirmed",
         Refusal::Needs(_) | Refusal::Plan(_) => "failed",
     };
@@ -230,7 +230,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::TooFar { straight_km, most_km } => {
             told.apart_m = Some([straight_km * 1e3, most_km * 1e3]);
         }
-        Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
+        Refusal::TooLong { .. } | Refusal::NotConfirmed { .. } | Refusal::Needs(_) | Refusal::Plan(_) => {}
     }
     told
 }

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What the names of the threads between vessel and shore begin with.
 pub(crate) const UPLINK_THREADS: &str = "uplink";
+/// The thread that looks for routes.
+pub(crate) const ROUTING_THREAD: &str = "routing";
 
 /// The program broke off by a fault of its own.
 #[derive(Debug)]
@@ -56,14 +58,14 @@ impl Ending {
         Ok(())
     }
 
-    /// Ends at a panic of any thread but those of the way to the shore, which commands no motor and is started over:
-    /// its first deed is to stop the motors.
+    /// Ends at a panic of any thread but those of the way to the shore and the one that looks for routes, which command no
+    /// motor and go on: its first deed is to stop the motors.
     pub(crate) fn at_panics(&self, gate: &Arc<MotorGate>) {
         let (gate, ending) = (Arc::clone(gate), self.clone());
         std::panic::set_hook(Box::new(move |panic| {
             let thread = std::thread::current();
             let thread = thread.name().unwrap_or("?");
-            if thread.starts_with(UPLINK_THREADS) {
+            if thread.starts_with(UPLINK_THREADS) || thread == ROUTING_THREAD {
                 tracing::error!(thread, "the vessel goes on: {panic}");
                 return;
             }

@@ -1,7 +1,7 @@
 //! The program aboard an Otter: it runs [`onboard::Brain`] against the clock, the devices, the network and the disk.
 //!
 //! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `motor_gate` stops the motors
-//! when the loop stalls. `net`, `disk` and `uplink` have threads of their own. It decides nothing about the voyage: that is
+//! when the loop stalls. `net`, `disk`, `uplink` and `routing` have threads of their own. It decides nothing about the voyage: that is
 //! `onboard`. It knows the shore by `link` only.
 
 mod board;
@@ -20,6 +20,7 @@ mod net;
 mod open_loop;
 mod plan;
 mod plot;
+mod routing;
 mod run;
 mod say;
 mod sea_chart;

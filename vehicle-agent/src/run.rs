@@ -10,6 +10,7 @@ use crate::ending::{Ending, Fault};
 use crate::hull::Hull;
 use crate::motor_gate::MotorGate;
 use crate::net::{Event, Losses, Net};
+use crate::routing::Routing;
 use crate::say::{LogFormat, briefly, say};
 use crate::sea_chart::ChartFolder;
 use crate::setup;
@@ -100,6 +101,7 @@ struct Agent<H> {
     vehicle: Vehicle<H>,
     net: Net,
     disk: Disk,
+    routing: Routing,
     uplink: Option<Uplink>,
     /// Whether the shore's chart takes the place of the configured one.
     takes_chart: bool,
@@ -178,6 +180,9 @@ impl<H: Hull> Agent<H> {
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
         let mut vehicle = Vehicle::new(hull, Brain::new(settings, now, kept)?, now);
         vehicle.virtual_disk = false;
+        vehicle.routes = None;
+        let inbox = Arc::clone(&net.inbox);
+        let routing = Routing::start(move |answer| inbox.route(answer))?;
         let aboard = chart_aboard(&vehicle.brain, takes_chart);
         let uplink = shore.map(|shore| start_uplink(shore, aboard, &net, clock.clone())).transpose()?;
         let mut agent = Self {
@@ -186,6 +191,7 @@ impl<H: Hull> Agent<H> {
             vehicle,
             net,
             disk,
+            routing,
             uplink,
             takes_chart,
             due: Vec::new(),
@@ -297,6 +303,7 @@ impl<H: Hull> Agent<H> {
             Event::Lease(lease) => Input::Lease(lease),
             Event::Connected(number) => Input::Connected(Peer::Tcp(number)),
             Event::Disconnected(number) => Input::Disconnected(Peer::Tcp(number)),
+            Event::Route(answer) => Input::Route(answer),
             Event::Disk(Done::LogOpened(outcome)) => Input::LogOpened(outcome),
             Event::Disk(Done::Stored(ticket, outcome)) => Input::Stored(ticket, outcome),
             Event::Disk(Done::ParametersKept(label, outcome)) => Input::ParametersKept(label, outcome),
@@ -333,6 +340,7 @@ impl<H: Hull> Agent<H> {
                 self.record(&bytes);
                 self.disk.hand(Work::Packet(now.mono, bytes));
             }
+            Output::Route(request) => self.routing.ask(self.vehicle.brain.chart(), request),
             Output::Announce(bytes) => self.net.announce(&bytes),
             Output::OpenLog { label, utc } => self.disk.hand(Work::Open(now.mono, utc, label)),
             Output::CloseLog => self.disk.hand(Work::Close(now.utc)),
@@ -370,6 +378,7 @@ impl<H: Hull> Agent<H> {
         let now = self.vehicle.now;
         self.disk.hand(Work::Tick(now.mono, now.utc));
         self.tell_chart();
+        self.routing.keep_to(self.vehicle.brain.chart());
         let lapses = self.gate.lapses();
         if lapses > self.lapses {
             tracing::error!(

@@ -378,6 +378,7 @@ fn grounding(config: &Config, settings: &mut Settings) {
             Err(error) => Chart::Unreadable { reason: format!("{path}: {error}") },
         };
     }
+    grounding.routes.around = section.get(&schema::ROUTES);
     grounding.refuses_without = section.get(&schema::WITHOUT_CHART) == "refuse";
     grounding.action = match section.get(&schema::ACTION) {
         "warn" => GroundingAction::Warn,

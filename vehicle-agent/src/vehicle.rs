@@ -5,7 +5,8 @@
 //! settings under a virtual clock give the same outputs at the same times.
 
 use super::hull::Hull;
-use onboard::{Brain, Input, Keep, Output};
+use onboard::{Brain, Input, Keep, Output, Routes};
+use planner::Cancel;
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
@@ -29,12 +30,14 @@ pub(crate) struct Vehicle<H> {
     pub(crate) now: Now,
     /// Whether plans and parameters are kept by pretending; otherwise the caller tells what became of them.
     pub(crate) virtual_disk: bool,
+    /// Who answers at once for what routes the brain looks; otherwise the caller does.
+    pub(crate) routes: Option<Routes>,
 }
 
 impl<H: Hull> Vehicle<H> {
-    /// A hull and its brain at a moment, with a virtual disk.
+    /// A hull and its brain at a moment, with a virtual disk and routes that are there at once.
     pub(crate) fn new(hull: H, brain: Brain, now: Now) -> Self {
-        Self { hull, brain, now, virtual_disk: true }
+        Self { hull, brain, now, virtual_disk: true, routes: Some(Routes::default()) }
     }
 
     /// Tells the brain something at this moment.
@@ -42,23 +45,29 @@ impl<H: Hull> Vehicle<H> {
         let now = self.now;
         sink(now, BrainEvent::Input(&input));
         self.brain.handle(now, input);
-        let mut stored = Vec::new();
+        let mut answers = Vec::new();
         while let Some(output) = self.brain.poll_output() {
             match &output {
                 Output::Motors(motors) => self.hull.command(*motors),
                 Output::Power { channel, on } => self.hull.switch(channel, *on),
                 Output::Keep(Keep::Plans(effect)) if self.virtual_disk => {
-                    stored.push(Input::Stored(effect.ticket(), Ok(())));
+                    answers.push(Input::Stored(effect.ticket(), Ok(())));
                 }
                 Output::Keep(Keep::Parameters(label, _)) if self.virtual_disk => {
-                    stored.push(Input::ParametersKept(label.clone(), Ok(())));
+                    answers.push(Input::ParametersKept(label.clone(), Ok(())));
+                }
+                Output::Route(Some(request)) => {
+                    let chart = self.brain.chart();
+                    let routes = self.routes.as_mut();
+                    let answer = routes.and_then(|routes| routes.answer(chart, request, &Cancel::never()));
+                    answers.extend(answer.map(Input::Route));
                 }
                 _ => {}
             }
             sink(now, BrainEvent::Output(output));
         }
-        // A virtual disk never fails and takes no time.
-        for input in stored {
+        // A virtual disk never fails and takes no time, nor does looking for a route.
+        for input in answers {
             self.tell(input, sink);
         }
     }

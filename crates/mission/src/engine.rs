@@ -258,7 +258,8 @@ impl Engine {
             Event::PathFailed { .. }
             | Event::Reference(_)
             | Event::Sighting(_)
-            | Event::TeleoperationDone { .. } => {}
+            | Event::TeleoperationDone { .. }
+            | Event::Way(_) => {}
         }
         self.with_maneuver(now, |running, cx| running.event(cx, event));
         self.go_on(now);
@@ -332,6 +333,7 @@ impl Engine {
         for signal in signals {
             match signal {
                 Signal::Command(command) => self.command(now, command),
+                Signal::Way(from, to) => self.outputs.push_back(Output::LookForWay { from, to }),
                 Signal::Reference(state) => self.outputs.push_back(Output::Reference(state)),
                 Signal::Warning(text) => self.note(NoteLevel::Warning, text),
             }

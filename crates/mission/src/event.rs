@@ -23,6 +23,8 @@ pub enum Event {
     Sighting(Sighting),
     /// What the vessel is in.
     Medium(Medium),
+    /// A way that the maneuver FollowReference looked for.
+    Way(Way),
     /// Somebody ended the teleoperation.
     TeleoperationDone {
         /// Address of the sender.
@@ -81,6 +83,15 @@ pub struct Reference {
     pub direct: bool,
     /// The maneuver is over (flag MANDONE).
     pub done: bool,
+}
+
+/// What became of a way that was looked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Way {
+    /// The place that it was to lead to.
+    pub to: LatLon,
+    /// Its corners from where the vessel was, or why there is none.
+    pub places: Result<Vec<LatLon>, String>,
 }
 
 /// Where another system is, from its announcement.

@@ -37,7 +37,7 @@ pub use engine::{
     Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply, Request,
     RequestKind, RunId, StartOptions, Success, VehicleState,
 };
-pub use event::{Event, Fix, Medium, PathProgress, Reference, Sighting};
+pub use event::{Event, Fix, Medium, PathProgress, Reference, Sighting, Way};
 pub use kind::ManeuverKind;
 pub use maneuver::{
     FailReason, FollowPath, FollowReference, FollowReferenceConfig, FollowSystem, FollowSystemConfig,

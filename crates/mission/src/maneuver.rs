@@ -5,6 +5,7 @@
 //! Depths play no part: the vessel stays on the surface.
 
 mod behaviour;
+mod detour;
 mod drift;
 mod follow_path;
 mod follow_reference;

@@ -102,6 +102,11 @@ impl Arbiter {
         self.demands.values_mut().for_each(|demand| demand.settled = true);
     }
 
+    /// What keeps a remedy from being carried out has changed: it is tried now.
+    pub(crate) fn try_now(&mut self, now: MonoTime) {
+        self.next_try = now;
+    }
+
     /// The run that carries out a remedy.
     pub(crate) fn run(&self) -> Option<RunId> {
         self.running.as_ref().map(|running| running.run)

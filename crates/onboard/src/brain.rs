@@ -238,6 +238,10 @@ impl Brain {
                 let (_, mut live, estimate) = self.live();
                 live.chart_came(chart, estimate);
             }
+            Input::Route(answer) => {
+                self.plans.route_came(&mut self.bus, &mut self.pilot, &answer);
+                self.with_supervisors(|supervise, context, _| supervise.route_came(context, &answer));
+            }
             Input::Connected(peer) => self.bus.node.connected(peer),
             Input::Disconnected(peer) => self.bus.node.disconnected(peer),
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),

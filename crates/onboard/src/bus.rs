@@ -5,6 +5,7 @@ use crate::entity::Entity;
 use crate::input::Peer;
 use crate::node::Node;
 use crate::output::{Level, Output};
+use crate::routing::RouteRequest;
 use crate::settings::Settings;
 use imc::messages::{LogBookEntry, LogBookEntryType};
 use imc::{ANY_ENTITY, Address, Header, Payload};
@@ -35,6 +36,8 @@ pub(crate) struct Bus {
     out: VecDeque<Output>,
     entries: VecDeque<LogBookEntry>,
     lost: u64,
+    /// Routes asked for since the start.
+    routes: u32,
 }
 
 impl Bus {
@@ -46,6 +49,7 @@ impl Bus {
             out: VecDeque::new(),
             entries: VecDeque::new(),
             lost: 0,
+            routes: 0,
         }
     }
 
@@ -86,6 +90,21 @@ impl Bus {
 
     pub(crate) fn put(&mut self, output: Output) {
         self.out.push_back(output);
+    }
+
+    /// Asks for a route, in place of the one before; answers its number.
+    pub(crate) fn ask_route(&mut self, mut request: RouteRequest) -> u32 {
+        self.routes = self.routes.wrapping_add(1);
+        request.number = self.routes;
+        self.put(Output::Route(Some(Box::new(request))));
+        self.routes
+    }
+
+    /// A route is not wanted any more, unless another took its place since.
+    pub(crate) fn give_up_route(&mut self, number: u32) {
+        if number == self.routes {
+            self.put(Output::Route(None));
+        }
     }
 
     /// To everyone who listens.

@@ -6,6 +6,7 @@
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
 use crate::lease::Lease;
+use crate::routing::RouteAnswer;
 use crate::states::Condition;
 use devices::Reading;
 use mission::Ticket;
@@ -34,6 +35,8 @@ pub enum Input {
     Lease(Lease),
     /// Another sea chart came, to take the place of the one in force as soon as that is safe.
     Chart(ChartFile),
+    /// What became of a route that was looked for.
+    Route(RouteAnswer),
     /// A peer connected by TCP.
     Connected(Peer),
     /// A peer is gone.

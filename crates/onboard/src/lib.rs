@@ -9,7 +9,7 @@
 //! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors.
 //! Around them the bus: entity states, discovery, contacts, parameters, the log book.
 //!
-//! It translates between IMC and the cores `control`, `mission`, `guard` and `charts`. It knows readings (`devices`) but no port,
+//! It translates between IMC and the cores `control`, `mission`, `guard`, `planner` and `charts`. It knows readings (`devices`) but no port,
 //! file or socket, and nothing of the shore.
 
 mod arbiter;
@@ -43,6 +43,7 @@ mod power;
 mod preflight;
 mod reception;
 pub mod record;
+mod routing;
 mod sensors;
 mod settings;
 mod sight;
@@ -65,6 +66,7 @@ pub use output::{Keep, Level, Output};
 pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};
 pub use poses::LeverArm;
 pub use power::PowerChannel;
+pub use routing::{FoundRoute, RouteAnswer, RouteRequest, RouteSettings, Routes};
 pub use settings::{
     AfterRestart, HydrophoneSettings, MissionSettings, NodeSettings, RestartSettings, Settings,
     TransportSettings, WatchSettings,

@@ -1,6 +1,7 @@
 //! What the brain wants done.
 
 use crate::input::Peer;
+use crate::routing::RouteRequest;
 use control::MotorPair;
 use mission::Effect;
 use units::UtcTime;
@@ -37,6 +38,9 @@ pub enum Output {
         /// On or off.
         on: bool,
     },
+    /// A route to look for by [`Brain::chart`](crate::Brain::chart), in place of the one before; nothing if none is wanted any
+    /// more. What is found is to be told by [`Input::Route`](crate::Input::Route).
+    Route(Option<Box<RouteRequest>>),
     /// A line for the console and the log's text.
     Console(Level, String),
 }

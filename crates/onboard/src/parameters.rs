@@ -326,6 +326,8 @@ fn grounding() -> Vec<Parameter> {
         of(schema::ABORT_AFTER.spec, |s| Some(&mut s.grounding.abort_after_s)).file_only(),
         of(schema::OVERRIDE.spec, |s| Some(&mut s.grounding.override_request_s)),
         of(schema::CONFIRM.spec, |s| Some(&mut s.grounding.override_confirm_s)),
+        of(schema::ROUTE_CLEARANCE.spec, |s| Some(&mut s.grounding.routes.clearance_m)).file_only(),
+        of(schema::LONGEST_ROUTE.spec, |s| Some(&mut s.grounding.routes.longest_m)).file_only(),
     ]
 }
 

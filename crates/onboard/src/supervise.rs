@@ -8,14 +8,16 @@
 mod battery;
 mod context;
 mod grounding;
+mod limits;
 mod restart;
+mod way_home;
 
 pub(crate) use context::Context;
 
 use crate::arbiter::{Arbiter, Picture, Source, Standing};
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::grounding::{Exempted, Grounding};
+use crate::grounding::{DEEP_WATER, Exempted, Grounding};
 use crate::output::Level;
 use crate::pilot::Pilot;
 use crate::plans::{Failed, Plans};
@@ -25,12 +27,13 @@ use crate::states::Condition;
 use crate::under_way::{Doing, UnderWay};
 use context::Started;
 use mission::{
-    Activity, BatteryOutput, BatteryReserve, BatteryStage, Drive, LastOutcome, LimitsConfig, LimitsOutput,
-    LostComms, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
+    Activity, BatteryOutput, BatteryReserve, BatteryStage, Drive, LastOutcome, LimitsOutput, LostComms,
+    LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
 };
 pub(crate) use restart::Restart;
 use std::time::Duration;
 use units::MonoTime;
+use way_home::WayHome;
 
 /// A console that was heard so lately is in contact: heartbeats come once a second.
 const QUIET: Duration = Duration::from_secs(10);
@@ -58,6 +61,7 @@ pub(crate) struct Supervise {
     /// The plan that failed, for which the vessel holds its station.
     failure: Option<String>,
     pub(crate) restart: Restart,
+    way_home: WayHome,
     /// The position is not known.
     blind: bool,
     next_told: MonoTime,
@@ -79,6 +83,7 @@ impl Supervise {
             how: None,
             failure: None,
             restart,
+            way_home: WayHome::default(),
             blind: false,
             next_told: now,
             next_fuel: now,
@@ -202,6 +207,7 @@ impl Supervise {
             self.drain(context);
             self.carry_out(context);
         }
+        self.look_at_way_home(context.bus);
     }
 
     fn activity(&mut self, context: &Context<'_>) -> Activity {
@@ -237,6 +243,7 @@ impl Supervise {
             match output {
                 LostCommsOutput::Regained => {
                     self.arbiter.withdraw(Source::LostComms);
+                    context.plans.tell_own_again(context.bus);
                     context.bus.entry(Entity::LostComms, Level::Info, "a console is heard again");
                 }
                 LostCommsOutput::Act(remedy) => {
@@ -291,7 +298,13 @@ impl Supervise {
             if remedy != wanted && self.arbiter.carries(&remedy) {
                 break;
             }
-            match context.start(&remedy, source != Source::Failure) {
+            let started = match &remedy {
+                Remedy::Run { plan_id } if plan_id != DEEP_WATER => {
+                    self.way_home.start(context, source, plan_id)
+                }
+                other => context.start(other, source != Source::Failure),
+            };
+            match started {
                 Ok(Started { run: Some(run), how }) => {
                     if let Some(how) = &how {
                         let level = if how.is_doubtful { Level::Error } else { Level::Warning };
@@ -313,6 +326,7 @@ impl Supervise {
         }
         let now = context.bus.mono();
         if let Some(reason) = &obstacle
+            && !self.way_home.waits()
             && (self.obstacle.as_ref() != Some(reason) || now >= self.next_told)
         {
             self.next_told = now + OBSTACLE_TOLD;
@@ -405,32 +419,6 @@ impl Supervise {
         context.states.set(context.bus, Entity::PlanEngine, condition, text);
         self.tell_limits(context);
         self.tell_grounding(context);
-    }
-
-    fn tell_limits(&self, context: &mut Context<'_>) {
-        let LimitsConfig { area, area_remedy, max_speed_mps, speed_remedy, .. } = &self.config.limits;
-        let what = |remedy: &Option<Remedy>| remedy.as_ref().map_or("tell".to_owned(), Remedy::to_string);
-        let mut watched = Vec::new();
-        if area.is_some() {
-            watched.push(format!("outside the area: {}", what(area_remedy)));
-        }
-        if let Some(limit_mps) = max_speed_mps {
-            watched.push(format!("above {limit_mps:.1} m/s: {}", what(speed_remedy)));
-        }
-        let passed: Vec<_> = self.limits.passed().map(passed_text).collect();
-        let (condition, text) = if !passed.is_empty() {
-            let done = self.standing(context.bus, Source::Limits).unwrap_or_else(|| "only told".to_owned());
-            (Condition::Error, format!("{}; {done}", passed.join(", ")))
-        } else if let Some(next) = self.limits.outlook() {
-            (Condition::Fault, format!("a limit is passed; next: {}", outlook_text(context.bus, &next)))
-        } else if watched.is_empty() {
-            (Condition::Normal, "no limits are set".to_owned())
-        } else {
-            let depth = self.limits.depth_m().map(|depth_m| format!("{depth_m:.0} m inside the area; "));
-            let kept = depth.unwrap_or_else(|| "kept; ".to_owned());
-            (Condition::Normal, format!("{kept}next: {}", watched.join(", ")))
-        };
-        context.states.set(context.bus, Entity::Limits, condition, text);
     }
 }
 

@@ -21,6 +21,8 @@ const LOOK_M: f64 = 50_000.0;
 
 /// Greatest turning radius that routes are planned for (m).
 const MOST_TURN_RADIUS_M: f64 = 2_000.0;
+/// Greatest length that can be asked for as the longest (m): half way round the globe.
+const MOST_LENGTH_M: f64 = 2e7;
 
 /// From where to where.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,12 +38,14 @@ pub struct Request {
     /// Turning radius of the vessel (m): corners are joined and moved so that its turns keep clear as the legs do, and
     /// where the water does not allow that, [`RouteLeg::turn`] says so. `None` where it is not known.
     pub turn_radius_m: Option<f64>,
+    /// A longer route is of no use (m): none is looked for in water farther off than it could lead. `None` for any length.
+    pub longest_m: Option<f64>,
 }
 
 impl Request {
-    /// With ends that may be moved by 1 km, and legs of 15 m and more, for a vessel that turns on the spot.
+    /// With ends that may be moved by 1 km, and legs of 15 m and more, for a vessel that turns on the spot; of any length.
     pub fn new(from: LatLon, to: LatLon) -> Self {
-        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0, turn_radius_m: None }
+        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0, turn_radius_m: None, longest_m: None }
     }
 
     /// Whether all its lengths are numbers in range.
@@ -50,7 +54,16 @@ impl Request {
     /// The first that is not.
     pub fn validate(&self) -> Result<(), NeedsError> {
         let radius_m = self.turn_radius_m.unwrap_or(0.0);
-        NeedsError::of("turning radius (m)", radius_m, 0.0, MOST_TURN_RADIUS_M)
+        NeedsError::of("turning radius (m)", radius_m, 0.0, MOST_TURN_RADIUS_M)?;
+        NeedsError::of("longest route (m)", self.longest_m.unwrap_or(0.0), 0.0, MOST_LENGTH_M)
+    }
+
+    /// The answer, if it is not longer than is of use.
+    pub(crate) fn not_too_long(&self, route: Route) -> Result<Route, Refusal> {
+        match self.longest_m.filter(|most_m| route.length_m > *most_m) {
+            Some(most_m) => Err(Refusal::TooLong { length_m: route.length_m, most_m }),
+            None => Ok(route),
+        }
     }
 }
 
@@ -208,6 +221,14 @@ pub enum Refusal {
         straight_km: f64,
         /// The greatest one (km).
         most_km: f64,
+    },
+    /// There is a route, longer than one that is of use.
+    #[error("the shortest route is {:.1} km long, more than the {:.1} km that it may have", .length_m / 1e3, .most_m / 1e3)]
+    TooLong {
+        /// Its length (m).
+        length_m: f64,
+        /// The greatest that was asked for (m).
+        most_m: f64,
     },
     /// Planning failed.
     #[error(transparent)]

@@ -13,7 +13,7 @@ use units::LatLon;
 /// A chart set with no more vertices, and no wider, is prepared as a whole.
 const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
-/// Rooms that are kept; the one not asked for longest goes first.
+/// Rooms that are kept where nothing else is said; the one not asked for longest goes first.
 const MOST_ROOMS: usize = 8;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
@@ -28,6 +28,7 @@ const FARTHEST_M: f64 = 800_000.0;
 pub struct Router {
     index: Arc<DepthIndex>,
     whole: bool,
+    most_rooms: usize,
     rooms: Mutex<Vec<Kept>>,
 }
 
@@ -59,12 +60,18 @@ impl Router {
                 && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
-        Self { index, whole, rooms: Mutex::default() }
+        Self { index, whole, most_rooms: MOST_ROOMS, rooms: Mutex::default() }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
     pub fn by_regions(index: Arc<DepthIndex>) -> Self {
         Self { whole: false, ..Self::new(index) }
+    }
+
+    /// With so many rooms kept at most, and never less than one, where memory is short.
+    #[must_use]
+    pub fn keeping(self, most_rooms: usize) -> Self {
+        Self { most_rooms: most_rooms.max(1), ..self }
     }
 
     /// The chart.
@@ -77,7 +84,7 @@ impl Router {
     /// # Errors
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
-        let mut route = self.stretch(request, needs, cancel)?;
+        let mut route = request.not_too_long(self.stretch(request, needs, cancel)?)?;
         route.judge_turns(request, &self.index, needs);
         Ok(route)
     }
@@ -103,6 +110,10 @@ impl Router {
                 Err(refusal @ Refusal::NoWay { .. }) => answer.or(Err(refusal)),
                 Err(other) => return Err(other),
             };
+            // A way stays within half its length of the middle between its ends, and the region's middle lies near that.
+            if request.longest_m.is_some_and(|longest_m| square.half_m >= 0.6 * longest_m) {
+                break;
+            }
         }
         answer
     }
@@ -133,6 +144,7 @@ impl Router {
             });
         }
         let mut whole = whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))?;
+        whole = request.not_too_long(whole).map_err(|refusal| (places.len().saturating_sub(2), refusal))?;
         // With the turns at places on the way.
         whole.judge_turns(request, &self.index, needs);
         Ok(whole)
@@ -197,10 +209,14 @@ impl Router {
                 rooms.push(kept.clone());
                 return Ok(kept.room);
             }
+            // Before the next one is prepared, which takes more memory than it has in the end.
+            if rooms.len() >= self.most_rooms {
+                rooms.remove(0);
+            }
         }
         let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
-        if rooms.len() >= MOST_ROOMS {
+        if rooms.len() >= self.most_rooms {
             rooms.remove(0);
         }
         rooms.push(Kept { key, room: Arc::clone(&room) });

@@ -524,3 +524,26 @@ fn agree(index: &DepthIndex, whole: &Router, parts: &Router, count: usize) {
     }
     assert!(found > 0 && bent > 0, "{found} {bent}");
 }
+
+#[test]
+fn a_route_that_is_longer_than_is_of_use_is_refused_with_its_length() {
+    // Round a wall, in water that is prepared region by region, with one room kept.
+    let wall = Sea::new(middle(), HALF_M, 20.0).with(Ground::Land, at(0.0, 0.0), 800.0, 16);
+    let router = Router::by_regions(Arc::new(wall.index())).keeping(0);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let any = Request::new(place(at(-1000.0, 0.0)), place(at(1000.0, 0.0)));
+    let length_m = router.route(&any, &needs, &Cancel::never()).unwrap().length_m;
+    let of = |longest_m: f64| {
+        let request = Request { longest_m: Some(longest_m), ..any };
+        router.route(&request, &needs, &Cancel::never())
+    };
+    assert!((of(length_m + 1.0).unwrap().length_m - length_m).abs() < 1e-6);
+    assert!(matches!(of(length_m - 1.0), Err(Refusal::TooLong { most_m, .. }) if most_m < length_m));
+    assert!(matches!(of(f64::NAN), Err(Refusal::Needs(_))));
+    let two = [any.from, any.to, any.from];
+    let request = Request { longest_m: Some(1.5 * length_m), ..any };
+    assert!(matches!(
+        router.route_by(&two, &request, &needs, &Cancel::never()),
+        Err((_, Refusal::TooLong { .. }))
+    ));
+}

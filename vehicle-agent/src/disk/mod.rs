@@ -113,6 +113,8 @@ impl Disk {
             while let Some(next) = work.take() {
                 worker.carry_out(next, &answer);
             }
+            // What the recording still holds is written with it.
+            drop(worker);
             end.send(()).ok();
         })?;
         Ok(Self { queue, ended, recording })

@@ -11,7 +11,7 @@
 
 use crate::disk::{Done, is_record};
 use imc::{Address, PacketView};
-use onboard::{Lease, Peer};
+use onboard::{Lease, Peer, RouteAnswer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -45,6 +45,8 @@ pub(crate) enum Event {
     Disconnected(u32),
     /// What became of work for the disk.
     Disk(Done),
+    /// What became of a route that was looked for.
+    Route(RouteAnswer),
 }
 
 /// What was not handed on since the last look.
@@ -75,6 +77,8 @@ struct Waiting {
     aborts: BTreeMap<Peer, Vec<u8>>,
     after_abort: bool,
     done: VecDeque<Done>,
+    /// The newest answer: others are not waited for any more.
+    route: Option<RouteAnswer>,
     peers: BTreeMap<Peer, Queue>,
     /// Peers with something waiting, the next first.
     turns: VecDeque<Peer>,
@@ -192,6 +196,12 @@ impl Inbox {
     /// The disk has done something.
     pub(crate) fn done(&self, done: Done) {
         self.lock().done.push_back(done);
+        self.arrived.notify_one();
+    }
+
+    /// A route was found, or there is none.
+    pub(crate) fn route(&self, answer: RouteAnswer) {
+        self.lock().route = Some(answer);
         self.arrived.notify_one();
     }
 
@@ -339,6 +349,9 @@ impl Waiting {
         }
         if let Some(done) = self.done.pop_front() {
             return Some(Event::Disk(done));
+        }
+        if let Some(answer) = self.route.take() {
+            return Some(Event::Route(answer));
         }
         let next = self.next_in_turn();
         next.or_else(|| self.aborts.pop_first().map(|(peer, bytes)| Event::Packet(peer, bytes)))

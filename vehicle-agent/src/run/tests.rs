@@ -10,9 +10,11 @@ use imc::messages::*;
 use imc::{Address, Header, Packet};
 use std::path::Path;
 use std::sync::Mutex;
-use units::UtcTime;
+use testkit::sea::{Ground, Sea};
+use units::{LatLon, LocalFrame, LocalPoint, UtcTime};
 
 const STEP: Duration = Duration::from_millis(50);
+const RECORDING: &str = "run.recording";
 const PEER: Peer = Peer::Tcp(1);
 
 struct Bench {
@@ -31,14 +33,20 @@ fn get<T: Copy>(value: &Mutex<T>) -> T {
 
 impl Bench {
     fn new() -> Self {
+        Self::with("", false)
+    }
+
+    /// With more configuration; what the brain is told and wants may be recorded.
+    fn with(more: &str, records: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let config = folder.path().join("otter.ini");
-        std::fs::write(&config, crate::OTTER_INI).unwrap();
+        std::fs::write(&config, format!("{}\n{more}", crate::OTTER_INI)).unwrap();
         let line = ["lutra-agent", "run", "otter.ini", "--bind", "127.0.0.1", "--udp-port", "0"];
-        let more = ["--tcp-port", "0", "--announce-port", "0", "--data", folder.path().to_str().unwrap()];
-        let Command::Run(arguments) = Arguments::parse_from(line.into_iter().chain(more)).command else {
-            panic!()
-        };
+        let data = ["--tcp-port", "0", "--announce-port", "0", "--data", folder.path().to_str().unwrap()];
+        let record = folder.path().join(RECORDING);
+        let record = if records { vec!["--record", record.to_str().unwrap()] } else { vec![] };
+        let line = line.into_iter().chain(data).chain(record);
+        let Command::Run(arguments) = Arguments::parse_from(line).command else { panic!() };
         let (elapsed, ahead_us) = (Arc::new(Mutex::new(Duration::ZERO)), Arc::new(Mutex::new(0)));
         let (of_elapsed, of_utc, of_ahead) =
             (Arc::clone(&elapsed), Arc::clone(&elapsed), Arc::clone(&ahead_us));
@@ -74,10 +82,33 @@ impl Bench {
         }
     }
 
+    /// The same, waiting each second for the disk: a recording that it cannot keep up with ends.
+    fn pass_recorded(&mut self, span: Duration) {
+        for _ in 0..span.as_secs() {
+            self.pass(SECOND);
+            let now = self.agent.vehicle.now;
+            self.agent.disk.hand(Work::Tick(now.mono, now.utc));
+            loop {
+                let event = self.agent.net.inbox.take(Duration::from_secs(30)).unwrap();
+                let has_caught_up = matches!(event, Event::Disk(Done::Host(_)));
+                self.agent.take(event);
+                if has_caught_up {
+                    break;
+                }
+            }
+        }
+    }
+
     fn send(&mut self, message: impl Into<Message>) {
         let header = Header { src: Address(0x4001), dst: Address(0x2810), ..Header::default() };
         let packet = Packet::new(header, message).encode().unwrap();
         self.agent.take(Event::Packet(PEER, packet));
+    }
+
+    /// Whether the disk has it that this plan is under way.
+    fn has_under_way(&self, plan_id: &str) -> bool {
+        let kept = std::fs::read(self.folder.path().join("under-way.imc")).unwrap_or_default();
+        kept.windows(plan_id.len()).any(|bytes| bytes == plan_id.as_bytes())
     }
 
     fn shafts(&self) -> f64 {
@@ -233,4 +264,65 @@ fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
     let packets = logged(&folder);
     let end = packets.last().and_then(|packet| packet.get::<LoggingControl>()).unwrap();
     assert_eq!(end.op, LoggingControlOp::Stopped);
+}
+
+/// The route comes from the thread that looks for it, in the time that takes; what came of it is in the recording. Takes some
+/// seconds: half a minute of the whole agent, recorded, and again.
+#[test]
+fn a_vessel_that_hears_nobody_returns_by_a_route_and_that_is_replayed() {
+    let middle = LatLon::from_deg(63.33, 10.083_333).unwrap();
+    let land = (0..12).map(|n| LocalPoint { north_m: 150.0, east_m: 60.0 - 80.0 * f64::from(n) });
+    let chart = land.fold(Sea::new(middle, 1_200.0, 20.0), |sea, at| sea.with(Ground::Land, at, 60.0, 24));
+    let charts = tempfile::tempdir().unwrap();
+    let path = charts.path().join("chart.lutra-index");
+    std::fs::write(&path, chart.index().to_bytes()).unwrap();
+    let more = format!(
+        "[Supervisors.Grounding]\nChart = {}\n[Supervisors.ASV.LostComms]\nLost Comms Timeout = 5\nAction During Plan = return\n",
+        path.display()
+    );
+    let mut bench = Bench::with(&more, true);
+    bench.pass_recorded(Duration::from_secs(10));
+    let place = |north_m, east_m| LocalFrame::new(middle).to_place(LocalPoint { north_m, east_m });
+    let named = |plan_id: &str, at: LatLon| {
+        let goto = Goto { lat: at.lat_rad(), lon: at.lon_rad(), speed: 1.5, ..Goto::default() };
+        let node = PlanManeuver {
+            maneuver_id: "go".into(),
+            data: Message::from(goto).into(),
+            ..PlanManeuver::default()
+        };
+        PlanSpecification {
+            plan_id: plan_id.into(),
+            start_man_id: "go".into(),
+            maneuvers: [node].into_iter().collect(),
+            ..PlanSpecification::default()
+        }
+    };
+    let home = named("lost_comms", place(300.0, 0.0));
+    bench.send(PlanDB {
+        op: PlanDBOp::Set,
+        plan_id: "lost_comms".into(),
+        arg: home.into(),
+        ..PlanDB::default()
+    });
+    bench.send(PlanControl {
+        plan_id: "far".into(),
+        arg: named("far", place(0.0, -600.0)).into(),
+        ..start()
+    });
+    // The thread takes as long as it takes: the vessel's own time goes on meanwhile.
+    let begun = std::time::Instant::now();
+    let mut returns = false;
+    while !returns && begun.elapsed() < Duration::from_mins(1) {
+        bench.pass_recorded(SECOND);
+        returns = bench.has_under_way("lost_comms");
+    }
+    assert!(returns);
+    bench.pass_recorded(Duration::from_secs(5));
+    let Bench { agent, folder, .. } = bench;
+    agent.end(&Ending::default()).unwrap();
+    let entries = logged(&folder).into_iter().filter_map(|packet| packet.get::<LogBookEntry>().cloned());
+    let told = |entry: &LogBookEntry| entry.text.to_str_lossy().contains("returning by a route of");
+    assert_eq!(entries.filter(told).count(), 1);
+    let replayed = crate::disk::recording::replay(&folder.path().join(RECORDING)).unwrap();
+    assert!(replayed.outputs > 1_000 && !replayed.cut, "{replayed:?}");
 }

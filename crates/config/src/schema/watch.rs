@@ -247,6 +247,15 @@ pub mod grounding {
     pub const CONFIRM: Param<f64> = float("Override Confirmation", 0.0, Unit::Second)
         .within(0.0, 600.0)
         .doc("The same time again, within 30 s of the request: only then the guard is lifted.");
+    pub const ROUTES: Param<bool> = flag("Route Around Land", true).doc(
+        "Whether the vessel looks for a route on the chart where the straight way home or to a reference is refused.",
+    );
+    pub const ROUTE_CLEARANCE: Param<f64> = float("Route Clearance", 25.0, Unit::Metre)
+        .within(0.0, 2000.0)
+        .doc("How far such routes keep from danger where the water allows it; never less than plans must.");
+    pub const LONGEST_ROUTE: Param<f64> = float("Longest Route", 20_000.0, Unit::Metre)
+        .within(100.0, 200_000.0)
+        .doc("Longer ones are not taken. It also bounds the memory that looking for them takes.");
 
     pub static GROUNDING: SectionSpec = SectionSpec::task(
         &["Supervisors.Grounding"],
@@ -280,6 +289,9 @@ pub mod grounding {
             ABORT_AFTER.spec,
             OVERRIDE.spec,
             CONFIRM.spec,
+            ROUTES.spec,
+            ROUTE_CLEARANCE.spec,
+            LONGEST_ROUTE.spec,
         ],
     ]);
 }

@@ -5,7 +5,7 @@ use crate::command::{Command, Drive};
 use crate::kind::ManeuverKind;
 use crate::maneuver::ReferenceState;
 use std::time::Duration;
-use units::UtcTime;
+use units::{LatLon, UtcTime};
 
 /// Something the engine wants carried out or told, in this order.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +59,13 @@ pub enum Output {
     },
     /// State of FollowReference, for its commander.
     Reference(ReferenceState),
+    /// A way to a place is to be looked for, in place of the one before; [`Event::Way`](crate::Event::Way) answers.
+    LookForWay {
+        /// Where the vessel is.
+        from: LatLon,
+        /// The place.
+        to: LatLon,
+    },
     /// The state of plans changed.
     PlanState(Box<PlanState>),
     /// The state of the vehicle changed.

@@ -7,7 +7,7 @@ use crate::event::{Event, Fix, Medium};
 use guard::Waters;
 use std::time::Duration;
 use thiserror::Error;
-use units::{MonoTime, Now};
+use units::{LatLon, MonoTime, Now};
 
 /// Why a maneuver failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -50,6 +50,8 @@ pub(crate) enum Outcome {
 pub(crate) enum Signal {
     Command(Command),
     Reference(ReferenceState),
+    /// A way is to be looked for, from a place to a place.
+    Way(LatLon, LatLon),
     /// For the log book.
     Warning(String),
 }
@@ -79,6 +81,11 @@ impl Context<'_> {
     pub(crate) fn follow(&mut self, path: Path) {
         *self.path_ref = self.path_ref.wrapping_add(1);
         self.command(Command::Follow(Path { path_ref: *self.path_ref, ..path }));
+    }
+
+    /// Asks for a way; [`Event::Way`] answers.
+    pub(crate) fn look_for_way(&mut self, from: LatLon, to: LatLon) {
+        self.signals.push(Signal::Way(from, to));
     }
 
     pub(crate) fn warn(&mut self, text: String) {

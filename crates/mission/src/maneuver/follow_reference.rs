@@ -6,14 +6,17 @@
 //! keeps the timeout from passing and changes nothing else. A place outside the area, or one that no safe way leads to,
 //! is refused: what was followed before goes on. While another vessel is announced close by, it
 //! hovers, and goes on when the other is gone or silent. A reference that only stops, or that only changes the speed
-//! on the way to the place before, is never refused. Without a position it waits for one and looks at the way then.
+//! on the way to the place before, is never refused. Where ways can be looked for ([`FollowReferenceConfig::routes_around`]),
+//! a place behind land is gone to around it once a way is found ([`Detour`]). Without a position it waits for one and
+//! looks at the way then.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
+use super::detour::{Detour, Search, Standing};
 use super::goto::{distance_m, path_to};
 use super::reference_state::{ReferencePhase, ReferenceState};
 use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
-use crate::event::{Event, Fix, Reference, Sighting};
+use crate::event::{Event, Fix, Reference, Sighting, Way};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::Speed;
@@ -50,6 +53,8 @@ pub struct FollowReferenceConfig {
     pub default_radius_m: f64,
     /// The vessel hovers while another one is announced closer than this (m); 0 never does.
     pub separation_m: f64,
+    /// Whether a way is looked for to a place that no safe straight way leads to.
+    pub routes_around: bool,
 }
 
 impl Default for FollowReferenceConfig {
@@ -60,6 +65,7 @@ impl Default for FollowReferenceConfig {
             default_speed: Speed::Percent(50.0),
             default_radius_m: 7.5,
             separation_m: 0.0,
+            routes_around: false,
         }
     }
 }
@@ -84,6 +90,10 @@ pub(crate) struct Machine {
     others: BTreeMap<u16, (MonoTime, LatLon)>,
     /// It hovers because of them, or until its own position is known.
     held_off: bool,
+    /// A way that is looked for, to a place that no straight one leads to.
+    search: Option<Search>,
+    /// The way around that leads to what is followed.
+    detour: Option<Detour>,
     /// The place that was refused last.
     refused: Option<LatLon>,
     /// When a way that is refused while it hovers is looked at again.
@@ -100,6 +110,8 @@ impl Machine {
             near: false,
             others: BTreeMap::new(),
             held_off: false,
+            search: None,
+            detour: None,
             refused: None,
             next_look: MonoTime::default(),
         }
@@ -161,6 +173,11 @@ impl Machine {
     /// its place can be judged.
     fn may_go(&mut self, cx: &mut Context<'_>, next: &Reference) -> bool {
         let Some(goal) = next.location else { return true };
+        let detour =
+            self.detour.as_ref().filter(|detour| detour.leads_to(goal) && next.start_point.is_none());
+        if detour.is_some_and(|detour| detour.check(cx).is_ok()) {
+            return true;
+        }
         let allowed = match cx.fix {
             Some(fix) => {
                 let start = next.start_point.unwrap_or(fix.place);
@@ -173,14 +190,63 @@ impl Machine {
             self.refused = None;
             return true;
         };
+        if self.looks_around(cx, next, &why) {
+            return false;
+        }
+        self.refuse(cx, goal, &why);
+        false
+    }
+
+    /// Tells once that a place is refused.
+    fn refuse(&mut self, cx: &mut Context<'_>, goal: LatLon, why: &str) {
         if self.refused.replace(goal) != Some(goal) {
-            let before = match self.phase {
-                ReferencePhase::Goto => "the one before goes on",
-                ReferencePhase::Wait | ReferencePhase::Hover | ReferencePhase::Timeout => "it waits",
-            };
+            let before = self.meanwhile();
             cx.warn(format!("a reference is refused, {before}: {why}"));
         }
-        false
+    }
+
+    fn meanwhile(&self) -> &'static str {
+        match self.phase {
+            ReferencePhase::Goto => "the one before goes on",
+            ReferencePhase::Wait | ReferencePhase::Hover | ReferencePhase::Timeout => "it waits",
+        }
+    }
+
+    /// Whether a way around is looked for to the place of a reference, to which the straight way is refused.
+    fn looks_around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> bool {
+        let (Some(fix), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return false };
+        // No way leads to a place that is closed itself.
+        if !cx.config.reference.routes_around || cx.waters.way(goal, goal).is_err() {
+            return false;
+        }
+        let before = self.search.as_mut().filter(|search| search.leads_to(goal));
+        match before.map(|search| search.standing(cx.now.mono, *next)) {
+            Some(Standing::Asked) => return true,
+            Some(Standing::Nothing) => return false,
+            Some(Standing::Over) => {}
+            None => {
+                let text = format!("{}: {why}; a route around is looked for", self.meanwhile());
+                cx.warn(format!("no straight way leads to a reference, {text}"));
+            }
+        }
+        self.search = Some(Search::ask(cx, fix.place, goal, *next));
+        true
+    }
+
+    /// An answer to what was looked for.
+    fn way(&mut self, cx: &mut Context<'_>, way: &Way) {
+        match self.search.as_mut().and_then(|search| search.take(cx, way)) {
+            None => return,
+            Some(Err(why)) => self.refuse(cx, way.to, &format!("no route leads there: {why}")),
+            Some(Ok((wanted, detour))) => {
+                cx.warn("a reference is followed by a route around what lies between".to_owned());
+                (self.refused, self.search) = (None, None);
+                (self.reference, self.detour) = (Some(wanted), Some(detour));
+                self.locate(cx, cx.fix.as_ref());
+                self.go(cx);
+            }
+        }
+        self.report(cx);
     }
 
     /// Whether a reference asks for no way that the vessel is not on already: to refuse it would only keep it from
@@ -198,6 +264,10 @@ impl Machine {
             self.report(cx);
             return;
         }
+        // What was looked for is of no use to what is followed from here on.
+        self.search = None;
+        let leads_there = |detour: &Detour| next.location.is_some_and(|goal| detour.leads_to(goal));
+        self.detour = self.detour.take().filter(|detour| next.start_point.is_none() && leads_there(detour));
         let before = self.reference.replace(next);
         if new.done {
             self.report(cx);
@@ -234,8 +304,22 @@ impl Machine {
             self.phase = ReferencePhase::Goto;
             // One message that names a place both as start and as goal leaves no track but the straight one.
             let start = start_point.filter(|start| *start != end).map_or(PathStart::Here, PathStart::At);
-            cx.follow(Path { start, ..path_to(end, speed) });
+            let next = self.detour.as_ref().and_then(Detour::next).unwrap_or(end);
+            cx.follow(Path { start, ..path_to(next, speed) });
         }
+    }
+
+    /// At the place, or at a corner of the way around.
+    fn arrived(&mut self, cx: &mut Context<'_>) {
+        let speed = self.reference.and_then(|reference| reference.speed);
+        let corner = self.detour.as_mut().and_then(Detour::pass);
+        if let (Some(corner), Some(speed)) = (corner, speed) {
+            cx.follow(path_to(corner, speed));
+            return;
+        }
+        self.detour = None;
+        self.hover(cx);
+        self.report(cx);
     }
 
     fn hover(&mut self, cx: &mut Context<'_>) {
@@ -298,11 +382,9 @@ impl Behaviour for Machine {
     fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
         match event {
             Event::Fix(fix) => self.fix(cx, fix),
-            Event::Path(progress) if progress.near && self.phase == ReferencePhase::Goto => {
-                self.hover(cx);
-                self.report(cx);
-            }
+            Event::Path(progress) if progress.near && self.phase == ReferencePhase::Goto => self.arrived(cx),
             Event::PathFailed { reason, .. } => cx.fail(FailReason::Path(reason.clone())),
+            Event::Way(way) => self.way(cx, way),
             Event::Reference(reference) if self.hears(reference) => self.reference(cx, reference),
             Event::Sighting(sighting) if sighting.afloat => self.sighting(cx, sighting),
             Event::Path(_)

@@ -175,7 +175,8 @@ impl Behaviour for Machine {
             | Event::Path(_)
             | Event::Reference(_)
             | Event::Medium(_)
-            | Event::TeleoperationDone { .. } => {}
+            | Event::TeleoperationDone { .. }
+            | Event::Way(_) => {}
         }
     }
 

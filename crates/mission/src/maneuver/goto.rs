@@ -55,7 +55,8 @@ impl Behaviour for Machine {
             | Event::Reference(_)
             | Event::Sighting(_)
             | Event::Medium(_)
-            | Event::TeleoperationDone { .. } => {}
+            | Event::TeleoperationDone { .. }
+            | Event::Way(_) => {}
         }
     }
 

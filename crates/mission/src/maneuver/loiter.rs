@@ -152,8 +152,11 @@ impl Behaviour for Machine {
             Event::Fix(fix) => self.fix(cx, fix),
             Event::Path(progress) => self.progress(cx, progress),
             Event::PathFailed { reason, .. } => cx.fail(FailReason::Path(reason.clone())),
-            Event::Reference(_) | Event::Sighting(_) | Event::Medium(_) | Event::TeleoperationDone { .. } => {
-            }
+            Event::Reference(_)
+            | Event::Sighting(_)
+            | Event::Medium(_)
+            | Event::TeleoperationDone { .. }
+            | Event::Way(_) => {}
         }
     }
 

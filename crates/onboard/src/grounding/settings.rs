@@ -1,5 +1,6 @@
 //! How the grounding supervisor is set up, and its chart.
 
+use crate::routing::RouteSettings;
 use charts::depth_index::{DepthIndex, IndexError, SealedIndex};
 use guard::GuardLimits;
 use sha2::{Digest as _, Sha256};
@@ -33,6 +34,8 @@ pub struct GroundingSettings {
     pub override_request_s: f64,
     /// The same again.
     pub override_confirm_s: f64,
+    /// Routes around what the chart refuses.
+    pub routes: RouteSettings,
 }
 
 impl Default for GroundingSettings {
@@ -50,6 +53,7 @@ impl Default for GroundingSettings {
             abort_after_s: 60.0,
             override_request_s: 0.0,
             override_confirm_s: 0.0,
+            routes: RouteSettings::default(),
         }
     }
 }

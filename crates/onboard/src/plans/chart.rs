@@ -6,7 +6,7 @@ use crate::grounding::Chart;
 use crate::output::Level;
 use crate::settings::Settings;
 use guard::WaterChart;
-use guard::{GuardLimits, Warning};
+use guard::{GuardLimits, Verdict, Warning};
 use mission::check_plan;
 use mission::{ManeuverKind, Plan};
 use units::LatLon;
@@ -33,14 +33,21 @@ pub(super) fn refusal(
     from: Option<LatLon>,
     limits: &GuardLimits,
 ) -> Result<(), String> {
-    match of_waters(settings) {
-        WaterChart::Off => Ok(()),
-        WaterChart::Unreadable => Err("the chart that is configured cannot be read".to_owned()),
-        WaterChart::Loaded(index, _) => {
-            let verdict = check_plan(plan, from, &index, limits);
-            if verdict.is_refused() { Err(verdict.summary()) } else { Ok(()) }
-        }
+    if matches!(of_waters(settings), WaterChart::Unreadable) {
+        return Err("the chart that is configured cannot be read".to_owned());
     }
+    let refused = verdict(settings, plan, from, limits).filter(Verdict::is_refused);
+    refused.map_or(Ok(()), |verdict| Err(verdict.summary()))
+}
+
+/// The guard's answer about a plan by these limits, if there is a chart.
+pub(super) fn verdict(
+    settings: &Settings,
+    plan: &Plan,
+    from: Option<LatLon>,
+    limits: &GuardLimits,
+) -> Option<Verdict> {
+    Some(check_plan(plan, from, settings.grounding.chart.index()?, limits))
 }
 
 /// Whether a plan that starts at `from`, if that is known, keeps to deep water; doubts go to the log book.

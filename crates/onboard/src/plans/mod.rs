@@ -8,7 +8,9 @@ mod chart;
 mod database;
 mod notes;
 mod requests;
+mod routed;
 pub(crate) mod translate;
+mod ways;
 mod wire;
 
 use crate::bus::{Asker, Bus};
@@ -31,6 +33,7 @@ use mission::{
     PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success, Ticket,
 };
 pub(crate) use requests::reads;
+pub(crate) use routed::Behind;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
@@ -88,6 +91,8 @@ pub(crate) struct Plans {
     starts_own: bool,
     /// A plan is being resumed.
     resumes: bool,
+    /// A plan led by a route is being started, which was checked just now.
+    starts_routed: bool,
     /// Why nobody else may start anything yet.
     pub(crate) unready: Option<String>,
     /// Why the last start on the vessel's own account came to nothing.
@@ -101,6 +106,8 @@ pub(crate) struct Plans {
     next_supervisor: MonoTime,
     next_maneuver: MonoTime,
     command_id: u16,
+    /// The way that a maneuver looks for.
+    way: Option<ways::Search>,
     /// The last reference, and who gave it.
     reference: Option<(u16, u8, Message)>,
     /// Messages of plans to be acted upon as if they had been sent.
@@ -125,6 +132,7 @@ impl Plans {
             own_run: None,
             starts_own: false,
             resumes: false,
+            starts_routed: false,
             unready: None,
             own_refusal: None,
             runs: BTreeMap::new(),
@@ -136,6 +144,7 @@ impl Plans {
             next_supervisor: now,
             next_maneuver: now,
             command_id: 0,
+            way: None,
             reference: None,
             actions: VecDeque::new(),
         }
@@ -281,7 +290,9 @@ impl Plans {
             mission::Output::Command(command) => self.command(bus, pilot, &command),
             mission::Output::Reply(reply) => self.reply(bus, &reply),
             mission::Output::PlanBegins { run, plan_id } => self.begin(bus, run, &plan_id),
+            mission::Output::LookForWay { from, to } => self.look_for_way(bus, from, to),
             mission::Output::PlanEnded { run, plan_id, reason } => {
+                self.give_up_way(bus);
                 open_log(bus, "");
                 // A remedy that failed is its supervisor's business.
                 let failed = reason.is_failure() && self.own_run != Some(run);
@@ -449,7 +460,9 @@ fn engine_config(settings: &Settings) -> EngineConfig {
     let bridged = [Entity::Gps, Entity::Navigation, Entity::Path];
     let bridged = bridged.map(|entity| settings.labels.of(entity).to_owned()).into();
     let waters = Waters { area: settings.mission.limits.area.clone(), chart: chart::of_waters(settings) };
-    EngineConfig { vital, bridged, waters, ..settings.mission.engine.clone() }
+    let mut config = EngineConfig { vital, bridged, waters, ..settings.mission.engine.clone() };
+    config.maneuver.reference.routes_around = settings.grounding.routes.around;
+    config
 }
 
 /// Asks for a new log as DUNE's engine does, and has it opened.

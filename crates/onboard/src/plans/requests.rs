@@ -19,7 +19,8 @@ use units::LatLon;
 enum Way {
     /// Here, if the vessel knows where it is.
     From(Option<LatLon>),
-    /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area.
+    /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area. What a route leads to
+    /// was held against both.
     Own,
 }
 
@@ -77,7 +78,8 @@ impl Plans {
         let (verb, ask) = match request.op {
             PlanControlOp::Start => {
                 let own = asker.system == bus.address();
-                let own_maneuver = own && request.arg.get().is_some_and(|arg| translate::is_maneuver(&arg));
+                let is_maneuver = || request.arg.get().is_some_and(|arg| translate::is_maneuver(&arg));
+                let own_maneuver = own && (self.starts_routed || is_maneuver());
                 let way = if own_maneuver { Way::Own } else { Way::From(pilot.place()) };
                 let plan = match &self.unready {
                     Some(why) if !(own || self.starts_own || self.resumes) => {
@@ -161,7 +163,7 @@ impl Plans {
         self.begun_since(before)
     }
 
-    fn begun_since(&mut self, before: Option<RunId>) -> Result<RunId, String> {
+    pub(super) fn begun_since(&mut self, before: Option<RunId>) -> Result<RunId, String> {
         let run = self.plan_state.run.filter(|run| Some(*run) != before);
         run.ok_or_else(|| self.own_refusal.take().unwrap_or_else(|| "the plan engine refuses".to_owned()))
     }
@@ -217,8 +219,8 @@ impl Plans {
         let specification: PlanSpecification = match arg {
             None => self.database.plan(plan_id).ok_or(NoPlan::Undefined)?,
             Some(Message::PlanSpecification(plan)) => {
-                // One that resumes is the rest of a plan only.
-                came = plan.plan_id == *plan_id && !self.resumes;
+                // One that resumes is the rest of a plan only, one led by a route more than it.
+                came = plan.plan_id == *plan_id && !self.resumes && !self.starts_routed;
                 *plan
             }
             Some(message) if translate::is_maneuver(&message) => translate::quick_plan(plan_id, message),

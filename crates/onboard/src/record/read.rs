@@ -4,6 +4,7 @@ use crate::entity::Entity;
 use crate::grounding::ChartFile;
 use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
+use crate::routing::{FoundRoute, RouteAnswer};
 use crate::states::Condition;
 use charts::depth_index::DepthIndex;
 use devices::{
@@ -14,7 +15,7 @@ use devices::{
 use mission::Ticket;
 use std::net::SocketAddrV4;
 use std::time::Duration;
-use units::{MonoTime, Now, UtcTime};
+use units::{LatLon, MonoTime, Now, UtcTime};
 
 /// Bytes that are no record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -80,6 +81,10 @@ impl<'a> Take<'a> {
         take: impl FnOnce(&mut Self) -> Result<T, Garbled>,
     ) -> Result<Option<T>, Garbled> {
         if self.flag()? { take(self).map(Some) } else { Ok(None) }
+    }
+
+    fn place(&mut self) -> Result<LatLon, Garbled> {
+        LatLon::from_rad(self.f64()?, self.f64()?).map_err(|_| Garbled)
     }
 
     fn socket(&mut self) -> Result<SocketAddrV4, Garbled> {
@@ -162,8 +167,20 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
             let index = DepthIndex::from_bytes(take.bytes()?).map_err(|_| Garbled)?;
             Input::Chart(ChartFile::whole(name, digest, index))
         }
+        26 => Input::Route(route(take)?),
         _ => return Err(Garbled),
     })
+}
+
+fn route(take: &mut Take<'_>) -> Result<RouteAnswer, Garbled> {
+    let (number, found) = (take.u32()?, take.flag()?);
+    let outcome = if found {
+        let places = (0..take.u32()?).map(|_| take.place()).collect::<Result<_, _>>()?;
+        Ok(FoundRoute { places, length_m: take.f64()?, start_moved: take.flag()? })
+    } else {
+        Err(take.text()?)
+    };
+    Ok(RouteAnswer { number, outcome })
 }
 
 fn condition(number: u8) -> Result<Condition, Garbled> {
@@ -364,6 +381,15 @@ mod tests {
             Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
             Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),
             Input::Chart(ChartFile::whole("sea".into(), [7; 32], DepthIndex::default())),
+            Input::Route(RouteAnswer { number: 3, outcome: Err("land".into()) }),
+            Input::Route(RouteAnswer {
+                number: 4,
+                outcome: Ok(FoundRoute {
+                    places: vec![LatLon::from_deg(63.33, 10.08).unwrap(); 3],
+                    length_m: 1_200.0,
+                    start_moved: true,
+                }),
+            }),
         ];
         let at = MonoTime::from_micros(70);
         readings().into_iter().map(|reading| Input::Reading(at, reading)).chain(others).collect()

@@ -4,13 +4,15 @@ use crate::grounding::ChartFile;
 use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
 use crate::output::{Keep, Level, Output};
+use crate::routing::{FoundRoute, RouteAnswer, RouteRequest};
+use charts::depth_index::{ChartTrust, Demand};
 use devices::{
     BatteryReading, ClockState, GnssReading, MotorReading, Part, PowerChannelReading, PulseReading, Quality,
     RailReading, Reading, ReceiverReading, Side, TagReading, TroubleReading, WaterReading,
 };
 use mission::{Change, Effect};
 use std::net::SocketAddrV4;
-use units::{MonoTime, Now, UtcTime};
+use units::{LatLon, MonoTime, Now, UtcTime};
 
 struct Put<'a>(&'a mut Vec<u8>);
 
@@ -39,6 +41,10 @@ impl Put<'_> {
         for value in values {
             self.f64(*value);
         }
+    }
+
+    fn place(&mut self, place: LatLon) {
+        self.numbers(&[place.lat_rad(), place.lon_rad()]);
     }
 
     fn utc(&mut self, value: UtcTime) {
@@ -170,6 +176,27 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.u8(18);
             chart(&mut put, file);
         }
+        Input::Route(answer) => {
+            put.u8(26);
+            route(&mut put, answer);
+        }
+    }
+}
+
+fn route(put: &mut Put<'_>, RouteAnswer { number, outcome }: &RouteAnswer) {
+    put.u32(*number);
+    put.u8(u8::from(outcome.is_ok()));
+    match outcome {
+        Ok(FoundRoute { places, length_m, start_moved }) => {
+            // A route has far fewer corners than 32 bits count.
+            put.u32(places.len() as u32);
+            for place in places {
+                put.place(*place);
+            }
+            put.f64(*length_m);
+            put.u8(u8::from(*start_moved));
+        }
+        Err(why) => put.bytes(why.as_bytes()),
     }
 }
 
@@ -342,6 +369,10 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
             put.bytes(channel.as_bytes());
             put.u8(u8::from(*on));
         }
+        Output::Route(wanted) => {
+            put.u8(8);
+            put.option(wanted.as_deref(), request);
+        }
         Output::Console(level, text) => {
             put.u8(6);
             put.u8(match level {
@@ -353,6 +384,26 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
             put.bytes(text.as_bytes());
         }
     }
+}
+
+fn request(put: &mut Put<'_>, request: &RouteRequest) {
+    let RouteRequest { number, from, to, needs, longest_m } = request;
+    put.u32(*number);
+    put.place(*from);
+    put.place(*to);
+    put.numbers(&[needs.clearance_m, *longest_m]);
+    let Demand { water_level_m, draught_m, squat_m, reserve_m, air_draught_m, position_m, trust, entry } =
+        needs.demand;
+    put.numbers(&[water_level_m, draught_m, squat_m, reserve_m, position_m]);
+    put.option(air_draught_m, Put::f64);
+    // The errors that are believed come from the program itself.
+    put.u8(match trust {
+        ChartTrust::AsCharted => 0,
+        ChartTrust::DepthErrors(_) => 1,
+        ChartTrust::AllErrors(_) => 2,
+    });
+    put.u8(entry.prohibited as u8);
+    put.u8(entry.restricted as u8);
 }
 
 fn keep(put: &mut Put<'_>, keep: &Keep) {

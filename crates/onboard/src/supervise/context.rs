@@ -5,6 +5,7 @@ use crate::grounding::{Chart, DEEP_WATER, Grounding, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::pilot::Pilot;
 use crate::plans::Plans;
+use crate::routing::FoundRoute;
 use crate::settings::RestartSettings;
 use crate::states::States;
 use guard::Area;
@@ -82,7 +83,19 @@ impl Context<'_> {
         Ok(Started { run: Some(run), how })
     }
 
-    fn position(&self) -> Result<&Estimate, String> {
+    /// Starts a plan of the database by a route to its beginning, if guard and area allow it from here.
+    pub(super) fn start_by_route(
+        &mut self,
+        plan_id: &str,
+        from: LatLon,
+        route: &FoundRoute,
+        in_need: bool,
+    ) -> Result<RunId, String> {
+        let ways_out = self.looser_and_looser();
+        self.plans.start_by_route(self.bus, self.pilot, (plan_id, from), route, &ways_out, in_need)
+    }
+
+    pub(super) fn position(&self) -> Result<&Estimate, String> {
         let known = self.estimate.filter(|estimate| estimate.age < POSITION_KEPT);
         known.ok_or_else(|| "the position is not known".to_owned())
     }

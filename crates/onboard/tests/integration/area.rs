@@ -126,6 +126,7 @@ fn a_reference_over_shallows_or_out_of_the_area_is_refused_with_a_word() {
         let north = LocalPoint { north_m: 40.0, east_m: 0.0 };
         let sea = Chartlet::new(frame().origin(), 600.0, 30.0).with(Ground::Depth(2.0), north, 10.0, 12);
         settings.grounding.chart = Chart::of("bank", sea.index());
+        settings.grounding.routes.around = false;
     });
     let follow = FollowReference {
         control_src: 0xFFFF,

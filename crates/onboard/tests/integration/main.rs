@@ -21,3 +21,4 @@ mod remedies;
 mod remedy_matrix;
 mod restart;
 mod stillness;
+mod ways;

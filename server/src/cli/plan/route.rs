@@ -348,7 +348,7 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
             value["gap_m"] = json!(gap_m);
         }
-        Refusal::TooFar { .. } => value["code"] = json!("too_far"),
+        Refusal::TooFar { .. } | Refusal::TooLong { .. } => value["code"] = json!("too_far"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),

@@ -2,7 +2,7 @@
 
 use super::{Bench, path};
 use crate::command::{Command, PathStart};
-use crate::event::{Event, Reference, Sighting};
+use crate::event::{Event, Reference, Sighting, Way};
 use crate::maneuver::{
     FailReason, FollowReference, FollowSystem, Late, Maneuver, Outcome, ReferencePhase, ScheduledGoto,
     Signal, distance_m,
@@ -86,7 +86,7 @@ fn following() -> Bench {
 fn phase(bench: &Bench) -> Option<ReferencePhase> {
     bench.signals.iter().rev().find_map(|signal| match signal {
         Signal::Reference(state) => Some(state.phase),
-        Signal::Command(_) | Signal::Warning(_) => None,
+        Signal::Command(_) | Signal::Way(..) | Signal::Warning(_) => None,
     })
 }
 
@@ -324,4 +324,68 @@ fn a_system_that_leaves_the_area_is_waited_for_inside() {
     let commands = bench.event(&Event::Fix(fix(40.0, 30.0)));
     assert_eq!(path(&commands).end, place(40.0, 0.0));
     assert_eq!(path(&seen(&mut bench, 90.0)).end, place(90.0, 0.0), "the other is back");
+}
+
+/// Following in the square with the bay, south of which the vessel lies; ways around are looked for.
+fn beside_the_bay() -> Bench {
+    let mut bench = following();
+    bench.config.reference.routes_around = true;
+    bench.waters = bay();
+    bench.fix(fix(0.0, 60.0));
+    bench
+}
+
+/// To the place behind the bay.
+fn behind() -> Event {
+    Event::Reference(Reference { location: Some(place(80.0, 60.0)), ..reference(0.0) })
+}
+
+fn way(corners: &[(f64, f64)]) -> Event {
+    let places = corners.iter().map(|(north_m, east_m)| place(*north_m, *east_m)).collect();
+    Event::Way(Way { to: place(80.0, 60.0), places: Ok(places) })
+}
+
+fn asks(bench: &Bench) -> bool {
+    bench.signals.iter().any(|signal| matches!(signal, Signal::Way(..)))
+}
+
+#[test]
+fn a_reference_behind_the_border_is_followed_corner_by_corner() {
+    let mut bench = beside_the_bay();
+    assert_eq!(bench.event(&behind()), []);
+    assert!(asks(&bench) && warnings(&bench) == 1);
+    assert_eq!(bench.event(&behind()), []);
+    assert!(!asks(&bench) && warnings(&bench) == 0, "it is asked for once");
+    let around = way(&[(0.0, 60.0), (40.0, -10.0), (80.0, 60.0)]);
+    assert_eq!(path(&bench.event(&around)).end, place(40.0, -10.0));
+    assert_eq!(phase(&bench), Some(ReferencePhase::Goto));
+    assert_eq!(bench.event(&behind()), [], "the same again changes nothing");
+    bench.fix = Some(fix(40.0, -10.0));
+    assert_eq!(path(&bench.near()).end, place(80.0, 60.0));
+    assert_eq!(bench.near(), [Command::Drift]);
+    assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
+}
+
+#[test]
+fn a_way_that_is_not_wanted_any_more_or_leads_elsewhere_is_not_followed() {
+    let around = way(&[(0.0, 60.0), (40.0, -10.0), (80.0, 60.0)]);
+    let mut bench = beside_the_bay();
+    assert_eq!(bench.event(&around), [], "nobody asked");
+    bench.event(&behind());
+    // It stops meanwhile, or goes elsewhere.
+    let stop = Reference { speed: Some(Speed::MetresPerSecond(0.0)), ..reference(0.0) };
+    bench.event(&Event::Reference(stop));
+    assert_eq!(bench.event(&around), []);
+    let refused = [way(&[(0.0, 60.0), (80.0, 60.0)]), way(&[(0.0, 60.0), (0.0, 0.0)]), way(&[])];
+    for answer in refused {
+        let mut bench = beside_the_bay();
+        bench.event(&behind());
+        assert_eq!(bench.event(&answer), []);
+        assert_eq!((phase(&bench), warnings(&bench)), (Some(ReferencePhase::Wait), 1));
+        bench.event(&behind());
+        assert!(!asks(&bench), "not at once again");
+        bench.now_s = 61.0;
+        bench.event(&behind());
+        assert!(asks(&bench));
+    }
 }

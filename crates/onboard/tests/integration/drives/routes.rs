@@ -7,15 +7,17 @@
 use super::archipelago::{EAST_M, Known, NORTH_M, known};
 use crate::common::*;
 use charts::demo::SeaFloor;
-use guard::GuardLimits;
+use guard::{GuardLimits, check_way};
 use imc::messages::*;
+use mission::{LostCommsConfig, Remedy, Step};
 use onboard::{GroundingSettings, Settings};
 use planner::{Cancel, Needs, Refusal, Request, Route, Router};
 use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 use testkit::Numbers;
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
 
 /// Clearance of the routes (m).
 const CLEARANCE_M: f64 = 25.0;
@@ -159,4 +161,54 @@ fn some_routes_are_sailed_without_entering_their_margins() {
 #[ignore = "minutes; run it optimised as the head of this folder's mod.rs says"]
 fn a_hundred_routes_are_sailed_without_entering_their_margins() {
     sail(0..100);
+}
+
+/// Nobody is heard any more while an operator steers, and home lies behind the archipelago's land. Takes some seconds: a
+/// quarter of an hour at sea.
+#[test]
+fn a_return_over_the_demonstrations_chart_keeps_out_of_all_margins() {
+    let Known { chart, index, .. } = known();
+    let grounding = GroundingSettings { chart: chart.clone(), ..GroundingSettings::default() };
+    let limits = grounding.limits;
+    let mut numbers = Numbers(11);
+    let way = loop {
+        let way = route(&mut numbers, &limits);
+        let straight = check_way("straight", way.start, way.goal(), index, &limits);
+        if straight.reason.is_some() && (500.0..1_200.0).contains(&way.length_m) {
+            break way;
+        }
+    };
+    let remedy = Remedy::Run { plan_id: "home".to_owned() };
+    let ladder = vec![Step { after: Duration::from_secs(20), remedy }];
+    let mut wanting = Settings { grounding, ..settings() };
+    wanting.watch.lost_comms = LostCommsConfig { teleoperation: ladder, ..LostCommsConfig::default() };
+    let mut sea = Sea::with(wanting, |vessel| {
+        vessel.start_place = way.start;
+        (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = (0.2, 1.0);
+        (vessel.environment.wind.speed_mps, vessel.environment.wind.from_rad) = (6.0, 4.0);
+    })
+    .ready();
+    let goal = way.goal();
+    let berth = Goto { lat: goal.lat_rad(), lon: goal.lon_rad(), ..goto(0.0, 0.0, SPEED_MPS as f32) };
+    sea.upload(&plan("home", vec![("berth".to_owned(), berth.into())]));
+    sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
+    sea.run(1.0);
+    sea.heartbeats = false;
+    let returns = |sea: &Sea| {
+        sea.plan_state().plan_id == "home" && sea.plan_state().state == PlanControlStateState::Executing
+    };
+    assert!(sea.run_until(40.0, returns), "{:?}", sea.plan_state());
+    let told = sea.all::<LogBookEntry>();
+    assert!(told.iter().any(|(_, entry)| entry.text.to_str_lossy().contains("returning by a route of")));
+    let frame = LocalFrame::new(way.start);
+    // What it keeps clear by, without what it may stray; the start may lie as near as the guard lets it.
+    let least_m = limits.hull_m + limits.position_m;
+    while returns(&sea) {
+        sea.run(1.0);
+        let near = index.distance_to_shallower(frame.to_place(sea.position()), limits.autonomous_m, 60.0);
+        assert!(near.is_none_or(|near| near.distance_m > least_m), "{:?} {near:?}", sea.position());
+        assert!(sea.vehicle.now.mono < MonoTime::from_micros(3_600_000_000), "it never arrives");
+    }
+    assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Success);
+    assert!(sea.position().distance_m(frame.to_local(goal)) < 30.0, "{:?}", sea.position());
 }

@@ -1,0 +1,179 @@
+//! A plan that is led to by a route: where its beginning lies behind land, and how the route becomes its first maneuvers.
+
+use super::{Plans, chart, checked, checked_own};
+use crate::bus::{Asker, Bus};
+use crate::entity::Entity;
+use crate::pilot::Pilot;
+use crate::routing::FoundRoute;
+use guard::{GuardLimits, Reason, WaterChart, Waters, check_way};
+use imc::messages::{
+    Goto, Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver,
+    PlanSpecification, PlanTransition, SpeedUnits, ZUnits,
+};
+use mission::{Node, RunId};
+use units::LatLon;
+
+/// Speed of a route to a plan that names none (m/s).
+const SPEED_MPS: f32 = 1.0;
+
+/// The straight way to the beginning of a plan is refused, and the plan itself is not.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Behind {
+    /// Why.
+    pub(crate) why: String,
+    /// What is in the way, in a word or two.
+    pub(crate) what: &'static str,
+    /// Where the plan begins.
+    pub(crate) to: LatLon,
+}
+
+impl Plans {
+    /// Whether a route would lead to a plan of the database to which the straight way from here does not.
+    pub(crate) fn behind(&self, plan_id: &str, from: LatLon) -> Option<Behind> {
+        let plan = checked(&self.database.plan(plan_id)?, &self.settings).ok()?;
+        let limits = self.settings.guard_limits();
+        let verdict = chart::verdict(&self.settings, &plan, Some(from), &limits)?;
+        let reason = verdict.refused().next()?.reason?;
+        if chart::verdict(&self.settings, &plan, None, &limits)?.is_refused() {
+            return None;
+        }
+        let to = plan.node(plan.start()).map(Node::maneuver)?.places().first().copied()?;
+        Some(Behind { why: verdict.summary(), what: word(reason), to })
+    }
+
+    /// Starts a plan of the database by a route to its beginning, on the vessel's own account; `ways_out` are what the way
+    /// to a route that begins elsewhere than here is held against, one of them being enough.
+    ///
+    /// # Errors
+    /// Why it came to nothing: guard or area refuse it, or the engine.
+    pub(crate) fn start_by_route(
+        &mut self,
+        bus: &mut Bus,
+        pilot: &mut Pilot,
+        (plan_id, from): (&str, LatLon),
+        route: &FoundRoute,
+        ways_out: &[GuardLimits],
+        in_need: bool,
+    ) -> Result<RunId, String> {
+        let plan = self.database.plan(plan_id).ok_or_else(|| format!("there is no plan '{plan_id}'"))?;
+        // The first corner is where the vessel was when it asked, unless it is told to go there first.
+        let corners =
+            if route.start_moved { &route.places[..] } else { route.places.get(1..).unwrap_or_default() };
+        let led = led_by(&plan, corners);
+        self.may_be_sailed(&led, from, corners, if route.start_moved { ways_out } else { &[] })?;
+        let before = self.plan_state.run;
+        self.own_refusal = None;
+        let request = PlanControl {
+            r#type: PlanControlType::Request,
+            op: PlanControlOp::Start,
+            plan_id: plan_id.into(),
+            flags: if in_need { PlanControlFlags::IGNORE_ERRORS } else { PlanControlFlags::empty() },
+            arg: Message::from(led).into(),
+            ..PlanControl::default()
+        };
+        let own = Asker { system: bus.address(), entity: Entity::Supervisor.number() };
+        (self.starts_own, self.starts_routed) = (true, true);
+        self.control(bus, pilot, own, "the vessel itself", &request);
+        (self.starts_own, self.starts_routed) = (false, false);
+        self.begun_since(before)
+    }
+
+    /// Tells the plan under way again if it is the vessel's own: who has not heard it for a while knows no route by its name.
+    pub(crate) fn tell_own_again(&self, bus: &mut Bus) {
+        let run = self.plan_state.run.filter(|run| self.own_run == Some(*run));
+        if let Some(plan) = run.and_then(|run| self.runs.get(&run)) {
+            bus.send(Entity::PlanEngine, plan);
+        }
+    }
+
+    /// Whether guard and area let the vessel sail a plan led by a route from where it is.
+    fn may_be_sailed(
+        &self,
+        plan: &PlanSpecification,
+        from: LatLon,
+        corners: &[LatLon],
+        ways_out: &[GuardLimits],
+    ) -> Result<(), String> {
+        let limits = self.settings.guard_limits();
+        let checked = checked_own(plan, &self.settings).map_err(|problems| problems.to_string())?;
+        let start = match (corners.first(), &chart::of_waters(&self.settings)) {
+            (Some(first), WaterChart::Loaded(index, _)) if !ways_out.is_empty() => {
+                let way = |limits: &GuardLimits| {
+                    check_way("the way back to deep water", from, *first, index, limits)
+                };
+                if ways_out.iter().all(|limits| way(limits).reason.is_some()) {
+                    return Err(way(&limits).to_string());
+                }
+                *first
+            }
+            _ => from,
+        };
+        chart::refusal(&self.settings, &checked, Some(start), &limits)?;
+        let waters = Waters { area: self.settings.mission.limits.area.clone(), chart: WaterChart::Off };
+        // A vessel outside has left the area already, and is led back into it.
+        if waters.place(from).is_err() {
+            return Ok(());
+        }
+        let starts = std::iter::once(&from).chain(corners);
+        starts.zip(corners).try_for_each(|(from, to)| waters.way(*from, *to))
+    }
+}
+
+/// What a leg is refused for, in a word or two.
+fn word(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Land => "land",
+        Reason::TooShallow | Reason::TooShallowAlone => "shallow water",
+        Reason::NoData => "uncharted water",
+        Reason::Entry(_) => "a closed area",
+        Reason::Obstacle | Reason::UnknownDepth | Reason::TooLow => "a danger",
+    }
+}
+
+/// The plan with a maneuver for each corner before its first.
+fn led_by(plan: &PlanSpecification, corners: &[LatLon]) -> PlanSpecification {
+    let nodes: Vec<PlanManeuver> = plan.maneuvers.of().collect();
+    let first = nodes.iter().find(|node| node.maneuver_id == plan.start_man_id);
+    let (speed, speed_units) =
+        first.and_then(|node| speed_of(&node.data.get()?)).unwrap_or((SPEED_MPS, SpeedUnits::MetersPs));
+    let mut name = "route".to_owned();
+    while nodes.iter().any(|node| node.maneuver_id.to_str_lossy().starts_with(&name)) {
+        name.push('_');
+    }
+    let names: Vec<String> = (1..=corners.len()).map(|number| format!("{name} {number}")).collect();
+    let legs = names.iter().zip(corners).map(|(name, corner)| {
+        let (lat, lon) = (corner.lat_rad(), corner.lon_rad());
+        let goto = Goto { lat, lon, z_units: ZUnits::Depth, speed, speed_units, ..Goto::default() };
+        PlanManeuver {
+            maneuver_id: name.as_str().into(),
+            data: Message::from(goto).into(),
+            ..PlanManeuver::default()
+        }
+    });
+    let next = names.iter().skip(1).map(|name| name.as_str().into()).chain([plan.start_man_id.clone()]);
+    let ways = names.iter().zip(next).map(|(from, to)| PlanTransition {
+        source_man: from.as_str().into(),
+        dest_man: to,
+        ..PlanTransition::default()
+    });
+    PlanSpecification {
+        start_man_id: names.first().map_or_else(|| plan.start_man_id.clone(), |name| name.as_str().into()),
+        maneuvers: legs.chain(nodes.iter().cloned()).collect(),
+        transitions: ways.chain(plan.transitions.of::<PlanTransition>()).collect(),
+        ..plan.clone()
+    }
+}
+
+fn speed_of(maneuver: &Message) -> Option<(f32, SpeedUnits)> {
+    Some(match maneuver {
+        Message::Goto(m) => (m.speed, m.speed_units),
+        Message::Launch(m) => (m.speed, m.speed_units),
+        Message::Loiter(m) => (m.speed, m.speed_units),
+        Message::StationKeeping(m) => (m.speed, m.speed_units),
+        Message::FollowPath(m) => (m.speed, m.speed_units),
+        Message::FollowTrajectory(m) => (m.speed, m.speed_units),
+        Message::Rows(m) => (m.speed, m.speed_units),
+        Message::RowsCoverage(m) => (m.speed, m.speed_units),
+        _ => return None,
+    })
+}

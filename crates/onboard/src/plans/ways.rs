@@ -1,0 +1,63 @@
+//! Ways that maneuvers look for under way: first with the clearance that is set, then with the guard's own.
+//!
+//! The maneuver holds what comes against area and chart before it follows it.
+
+use super::Plans;
+use crate::bus::Bus;
+use crate::pilot::Pilot;
+use crate::routing::{RouteAnswer, RouteRequest};
+use mission::{Event, Way};
+use units::LatLon;
+
+/// A way that is looked for.
+#[derive(Debug)]
+pub(super) struct Search {
+    number: u32,
+    from: LatLon,
+    to: LatLon,
+    /// Which of the clearances is asked for.
+    attempt: usize,
+}
+
+impl Plans {
+    /// A maneuver wants a way.
+    pub(super) fn look_for_way(&mut self, bus: &mut Bus, from: LatLon, to: LatLon) {
+        self.ask_for_way(bus, from, to, 0);
+    }
+
+    /// Nobody waits for a way any more.
+    pub(super) fn give_up_way(&mut self, bus: &mut Bus) {
+        if let Some(search) = self.way.take() {
+            bus.give_up_route(search.number);
+        }
+    }
+
+    /// An answer came; nothing happens if it is not what the maneuver under way waits for.
+    pub(crate) fn route_came(&mut self, bus: &mut Bus, pilot: &mut Pilot, answer: &RouteAnswer) {
+        let Some(search) = self.way.take_if(|search| search.number == answer.number) else { return };
+        let Search { from, to, attempt, .. } = search;
+        let places = match &answer.outcome {
+            Err(_) if attempt + 1 < self.clearances_m().len() => {
+                self.ask_for_way(bus, from, to, attempt + 1);
+                return;
+            }
+            Err(why) => Err(why.clone()),
+            Ok(found) if found.start_moved => Err("the vessel lies too near danger to set out".to_owned()),
+            Ok(found) => Ok(found.places.clone()),
+        };
+        self.tell(bus, pilot, mission::Input::Event(Event::Way(Way { to, places })));
+    }
+
+    fn ask_for_way(&mut self, bus: &mut Bus, from: LatLon, to: LatLon, attempt: usize) {
+        let limits = self.settings.guard_limits();
+        let clearances_m = self.clearances_m();
+        let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
+        let longest_m = self.settings.grounding.routes.longest_m;
+        let number = bus.ask_route(RouteRequest::new(from, to, &limits, clearance_m, longest_m));
+        self.way = Some(Search { number, from, to, attempt });
+    }
+
+    fn clearances_m(&self) -> Vec<f64> {
+        self.settings.grounding.routes.clearances_m(&self.settings.guard_limits())
+    }
+}

@@ -1,0 +1,153 @@
+//! Routes that the vessel looks for by itself: what it asks for, and how that is answered.
+//!
+//! Water is prepared in up to a second, so the brain does not plan: it asks by [`Output::Route`](crate::Output::Route)
+//! and goes on, and hears of it by [`Input::Route`](crate::Input::Route). Both bear a number, so that an answer to
+//! what is not asked any more is known as such, and both are recorded. [`Routes`] answers, aboard on a thread of its own, in
+//! simulations at once. The guard judges what is found where the vessel is by then, whoever found it.
+
+use crate::grounding::Chart;
+use guard::GuardLimits;
+use planner::{Cancel, Needs, PlanError, Refusal, Request, Router};
+use std::sync::Arc;
+use units::LatLon;
+
+/// Rooms of prepared water that are kept: one for each clearance that is asked for. Preparing one takes more memory than
+/// keeping two.
+const ROOMS: usize = 2;
+/// Turning radius that routes are planned for (m): an Otter's at full speed.
+const TURN_RADIUS_M: f64 = 8.0;
+/// Shorter legs are joined (m).
+const LEAST_LEG_M: f64 = 15.0;
+/// A vessel that was steered into water where it may not go by itself looks for open water so far off (m).
+const MOVE_UP_TO_M: f64 = 300.0;
+
+/// Routes that the vessel looks for by itself. Set in the files alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RouteSettings {
+    /// Whether it looks for any.
+    pub around: bool,
+    /// How far they keep from danger where the water allows it (m); never less than the guard demands.
+    pub clearance_m: f64,
+    /// Longer ones are not taken (m).
+    pub longest_m: f64,
+}
+
+impl Default for RouteSettings {
+    fn default() -> Self {
+        Self { around: true, clearance_m: 25.0, longest_m: 20_000.0 }
+    }
+}
+
+impl RouteSettings {
+    /// The clearances to ask for, one after the other: as set, then what the guard demands.
+    pub(crate) fn clearances_m(&self, limits: &GuardLimits) -> Vec<f64> {
+        let least_m = limits.half_width_m();
+        if self.clearance_m > least_m { vec![self.clearance_m, least_m] } else { vec![least_m] }
+    }
+}
+
+/// A route to look for on the chart in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RouteRequest {
+    /// Its number; the answer bears it too.
+    pub number: u32,
+    /// Start.
+    pub from: LatLon,
+    /// Goal.
+    pub to: LatLon,
+    /// What of the water around it.
+    pub needs: Needs,
+    /// A longer one is of no use (m).
+    pub longest_m: f64,
+}
+
+impl RouteRequest {
+    /// For a vessel with these limits, this far from danger (m). It gets its number when it is asked.
+    pub(crate) fn new(
+        from: LatLon,
+        to: LatLon,
+        limits: &GuardLimits,
+        clearance_m: f64,
+        longest_m: f64,
+    ) -> Self {
+        let needs = Needs { demand: limits.demand(limits.autonomous_m), clearance_m };
+        Self { number: 0, from, to, needs, longest_m }
+    }
+}
+
+/// What became of a request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RouteAnswer {
+    /// Whose.
+    pub number: u32,
+    /// The route, or what stands in the way.
+    pub outcome: Result<FoundRoute, String>,
+}
+
+/// A route.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundRoute {
+    /// Its corners, ends included.
+    pub places: Vec<LatLon>,
+    /// Its length (m).
+    pub length_m: f64,
+    /// It does not begin where it was asked for but in the nearest open water.
+    pub start_moved: bool,
+}
+
+/// Answers requests, and keeps prepared water for those that come.
+#[derive(Debug, Default)]
+pub struct Routes {
+    router: Option<Router>,
+}
+
+impl Routes {
+    /// Lets go of another chart than this and of the water prepared on it.
+    pub fn keep_to(&mut self, chart: &Chart) {
+        let index = match chart {
+            Chart::Loaded(file) => Some(file.shared_index()),
+            Chart::Off | Chart::Unreadable { .. } => None,
+        };
+        let same = |router: &Router| index.is_some_and(|index| Arc::ptr_eq(router.index(), &index));
+        self.router = self.router.take().filter(same);
+    }
+
+    /// The answer by a chart; none when it was cancelled.
+    pub fn answer(
+        &mut self,
+        chart: &Chart,
+        request: &RouteRequest,
+        cancel: &Cancel<'_>,
+    ) -> Option<RouteAnswer> {
+        let outcome = match chart {
+            Chart::Loaded(file) => {
+                self.keep_to(chart);
+                let fresh = || Router::by_regions(file.shared_index()).keeping(ROOMS);
+                let outcome = find(self.router.get_or_insert_with(fresh), request, cancel);
+                if outcome == Err(Refusal::Plan(PlanError::Cancelled)) {
+                    return None;
+                }
+                outcome.map_err(|refusal| refusal.to_string())
+            }
+            Chart::Off | Chart::Unreadable { .. } => Err("there is no chart to find one on".to_owned()),
+        };
+        Some(RouteAnswer { number: request.number, outcome })
+    }
+}
+
+fn find(router: &Router, request: &RouteRequest, cancel: &Cancel<'_>) -> Result<FoundRoute, Refusal> {
+    let RouteRequest { from, to, needs, longest_m, .. } = request;
+    let ask = Request {
+        move_up_to_m: MOVE_UP_TO_M,
+        least_leg_m: LEAST_LEG_M,
+        turn_radius_m: Some(TURN_RADIUS_M),
+        longest_m: Some(*longest_m),
+        ..Request::new(*from, *to)
+    };
+    let route = router.route(&ask, needs, cancel)?;
+    Ok(FoundRoute {
+        places: route.places().collect(),
+        length_m: route.length_m,
+        start_moved: route.moved_start.is_some(),
+    })
+}

@@ -1,0 +1,185 @@
+//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel looks for a route.
+//!
+//! A route is asked for, first with the clearance that is set, then with the guard's own. Meanwhile the next weaker remedy
+//! stands in. What is found is held against guard and area from where the vessel is by then; what they refuse is never sailed.
+//! Where nothing is found that is told with what is in the way, and it is tried again once a minute. Whatever settles
+//! the remedy (a stop, an abort, an operator who steps in) makes the answer one that nobody waits for.
+
+use super::{Context, Supervise, entity_of};
+use crate::arbiter::Source;
+use crate::bus::Bus;
+use crate::output::Level;
+use crate::plans::Behind;
+use crate::routing::{FoundRoute, RouteAnswer, RouteRequest};
+use crate::supervise::context::{How, Started};
+use mission::Remedy;
+use std::time::Duration;
+use units::{LatLon, MonoTime};
+
+/// An answer that takes longer is asked for again: it may be lost.
+const ANSWER_WITHIN: Duration = Duration::from_mins(1);
+/// Where there is no route, one is looked for again after this time.
+const AGAIN: Duration = Duration::from_mins(1);
+
+/// The search for a way.
+#[derive(Debug, Default)]
+pub(super) struct WayHome {
+    search: Option<Search>,
+}
+
+#[derive(Debug)]
+struct Search {
+    plan_id: String,
+    to: LatLon,
+    /// Which of the clearances is asked for.
+    attempt: usize,
+    number: u32,
+    state: State,
+}
+
+#[derive(Debug)]
+enum State {
+    Asked { until: MonoTime },
+    Found(FoundRoute),
+    Nothing { why: String, until: MonoTime },
+}
+
+impl Search {
+    fn is_over(&self, now: MonoTime) -> bool {
+        match &self.state {
+            State::Asked { until } | State::Nothing { until, .. } => now >= *until,
+            State::Found(_) => false,
+        }
+    }
+}
+
+impl WayHome {
+    /// Starts a plan of the database, by a route if the straight way to its beginning is refused.
+    pub(super) fn start(
+        &mut self,
+        context: &mut Context<'_>,
+        source: Source,
+        plan_id: &str,
+    ) -> Result<Started, String> {
+        let in_need = source != Source::Failure;
+        let here = context.position().ok().map(|estimate| estimate.place);
+        let behind = here.filter(|_| context.grounding.routes.around);
+        let behind = behind.and_then(|from| Some((from, context.plans.behind(plan_id, from)?)));
+        let Some((from, behind)) = behind else {
+            self.forget(context.bus);
+            return context.start(&Remedy::Run { plan_id: plan_id.to_owned() }, in_need);
+        };
+        let now = context.bus.mono();
+        let same = |search: &&Search| search.plan_id == plan_id && search.to == behind.to;
+        let goes_on = self.search.as_ref().filter(same).is_some_and(|search| !search.is_over(now));
+        if !goes_on {
+            let text = format!("{}; a route around {} is looked for", behind.why, behind.what);
+            context.bus.entry(entity_of(source), Level::Warning, text);
+            self.ask(context, plan_id, (from, behind.to), 0);
+        }
+        if let Some(Search { state: State::Found(found), attempt, .. }) = &self.search {
+            let (found, attempt) = (found.clone(), *attempt);
+            match context.start_by_route(plan_id, from, &found, in_need) {
+                Ok(run) => {
+                    self.search = None;
+                    let text = format!("returning by {}", route_text(&found, &behind));
+                    return Ok(Started { run: Some(run), how: Some(How { text, is_doubtful: false }) });
+                }
+                Err(why) => self.next(context, attempt, why),
+            }
+        }
+        let Behind { why, what, .. } = behind;
+        Err(match self.search.as_ref().map(|search| &search.state) {
+            Some(State::Nothing { why: nothing, .. }) => {
+                format!("{why}; there is no route around {what} either: {nothing}")
+            }
+            _ => format!("{why}; a route around {what} is looked for"),
+        })
+    }
+
+    /// Whether an answer is waited for.
+    pub(super) fn waits(&self) -> bool {
+        self.search.as_ref().is_some_and(|search| matches!(search.state, State::Asked { .. }))
+    }
+
+    /// Takes an answer; false if nobody waits for it.
+    fn take(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) -> bool {
+        let asked = |search: &&mut Search| {
+            search.number == answer.number && matches!(search.state, State::Asked { .. })
+        };
+        let Some(search) = self.search.as_mut().filter(asked) else { return false };
+        let attempt = search.attempt;
+        match &answer.outcome {
+            Ok(found) => search.state = State::Found(found.clone()),
+            Err(why) => self.next(context, attempt, why.clone()),
+        }
+        true
+    }
+
+    /// What was looked for is not wanted any more.
+    fn forget(&mut self, bus: &mut Bus) {
+        if let Some(Search { number, state: State::Asked { .. }, .. }) = self.search.take() {
+            bus.give_up_route(number);
+        }
+    }
+
+    fn ask(
+        &mut self,
+        context: &mut Context<'_>,
+        plan_id: &str,
+        (from, to): (LatLon, LatLon),
+        attempt: usize,
+    ) {
+        let routes = &context.grounding.routes;
+        let clearances_m = routes.clearances_m(&context.guard);
+        let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
+        let request = RouteRequest::new(from, to, &context.guard, clearance_m, routes.longest_m);
+        let number = context.bus.ask_route(request);
+        let state = State::Asked { until: context.bus.mono() + ANSWER_WITHIN };
+        self.search = Some(Search { plan_id: plan_id.to_owned(), to, attempt, number, state });
+    }
+
+    /// A search came to nothing: the next clearance, or none for a while.
+    fn next(&mut self, context: &mut Context<'_>, attempt: usize, why: String) {
+        let here = context.position().ok().map(|estimate| estimate.place);
+        let Some(search) = &mut self.search else { return };
+        let more = attempt + 1 < context.grounding.routes.clearances_m(&context.guard).len();
+        match here.filter(|_| more) {
+            Some(from) => {
+                let (plan_id, to) = (search.plan_id.clone(), search.to);
+                self.ask(context, &plan_id, (from, to), attempt + 1);
+            }
+            None => search.state = State::Nothing { why, until: context.bus.mono() + AGAIN },
+        }
+    }
+}
+
+impl Supervise {
+    /// An answer came. It moves nothing by itself: the remedy is decided upon anew, if it is still wanted.
+    pub(crate) fn route_came(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) {
+        if self.way_home.take(context, answer) {
+            self.arbiter.try_now(context.bus.mono());
+            self.carry_out(context);
+        }
+    }
+
+    /// Gives up looking for a way to a plan that is not wanted any more.
+    pub(super) fn look_at_way_home(&mut self, bus: &mut Bus) {
+        let Some(search) = &self.way_home.search else { return };
+        let wanted =
+            matches!(self.arbiter.wanted(), Some(Remedy::Run { plan_id }) if plan_id == search.plan_id);
+        if !(wanted && self.under_way) {
+            self.way_home.forget(bus);
+        }
+    }
+}
+
+/// A route in words.
+fn route_text(found: &FoundRoute, behind: &Behind) -> String {
+    let length = match found.length_m {
+        length_m if length_m < 1_000.0 => format!("{length_m:.0} m"),
+        length_m => format!("{:.1} km", length_m / 1e3),
+    };
+    let out = if found.start_moved { ", first back to deep water" } else { "" };
+    format!("a route of {length} around {}{out}", behind.what)
+}
