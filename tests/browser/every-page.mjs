@@ -74,8 +74,12 @@ await inBrowser(async (open) => {
     if (name === "plan") await page.locator(".steps .step").first().click();
     if (name === "people") await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
     if (name === "style") await judgeStyle(page);
+    if (name === "missions") await page.getByRole("button", { name: "New mission" }).click();
     await look(page, name);
   }
+  await page.getByRole("button", { name: "Help" }).click();
+  await page.getByRole("dialog", { name: "Help" }).waitFor();
+  await look(page, "help");
   const missing = await page.goto(`${url}/nowhere`);
   check(missing.status() === 404, "there is no such page");
   await look(page, "no such page");

@@ -85,7 +85,7 @@ await inBrowser(async (open) => {
   // A problem is told at its maneuver, and what has problems is no saved plan.
   await page.getByLabel("Speed", { exact: true }).fill("18");
   await page.keyboard.press("Enter");
-  await steps.nth(2).getByText(/This speed is not possible: above 0 and up to 3\.09 m\/s/).waitFor();
+  await steps.nth(2).getByText(/This speed is not possible\. Choose one above 0 and up to 3\.09 m\/s/).waitFor();
   await page.getByText("1 problem: cannot be sailed as it is").waitFor();
   await look(page, "plan-problem");
   await page.keyboard.press("Control+s");

@@ -1,6 +1,6 @@
 //! Plans as files: IMC JSON, GeoJSON lines, GPX routes.
 
-use crate::say::say;
+use crate::say::{complain, say};
 use anyhow::{Context as _, bail};
 use clap::{Subcommand, ValueEnum};
 use geofile::{Geometry, Position, Shape, Shapes, geojson, gpx};
@@ -14,7 +14,7 @@ use units::{LatLon, LocalFrame, LocalPoint};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum PlanCommand {
-    /// Make a plan of waypoints (IMC JSON) from the points or the first line of a GeoJSON or GPX file.
+    /// Make a plan of waypoints (IMC JSON) from the points or the line of a GeoJSON or GPX file.
     Import {
         /// The file; `.gpx` is read as GPX, anything else as GeoJSON.
         file: PathBuf,
@@ -52,6 +52,9 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
             let gpx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gpx"));
             let bytes = text.as_bytes();
             let shapes = if gpx { gpx::read(bytes)? } else { geojson::read(bytes)? };
+            for note in &shapes.notes {
+                complain!("{}: {note}", file.display());
+            }
             let places = places(&shapes).with_context(|| file.display().to_string())?;
             let points = places.into_iter().map(|place| goto(place, *speed).into()).collect();
             say!("{}", to_json(sequence(id, points))?);
@@ -153,20 +156,25 @@ fn waypoints(plan: &PlanSpecification) -> Vec<LatLon> {
         .collect()
 }
 
-/// The places of a file: its points, or else its first line.
+/// The places of a file: its points, or its one line.
 fn places(shapes: &Shapes) -> anyhow::Result<Vec<LatLon>> {
-    let mut points = Vec::new();
+    let (mut points, mut lines) = (Vec::new(), Vec::new());
     for shape in &shapes.shapes {
         match &shape.geometry {
             Geometry::Point(at) => points.push(*at),
-            Geometry::Line(line) if points.is_empty() => return located(line),
-            Geometry::Line(_) => {}
+            Geometry::Line(line) => lines.push((&shape.name, line)),
         }
     }
-    if points.is_empty() {
-        bail!("the file holds no line, route or point");
+    match (&points[..], &lines[..]) {
+        ([], []) => bail!("the file holds no line, route or point"),
+        (points, []) => located(points),
+        ([], [(_, line)]) => located(line),
+        ([], lines) => {
+            let names: Vec<&str> = lines.iter().map(|(name, _)| name.as_str()).collect();
+            bail!("the file holds {} lines ({}): leave one of them in it", lines.len(), names.join(", "))
+        }
+        _ => bail!("the file holds points and lines: leave the points or one line in it"),
     }
-    located(&points)
 }
 
 fn located(line: &[Position]) -> anyhow::Result<Vec<LatLon>> {
@@ -199,6 +207,14 @@ mod tests {
         assert_eq!(places(&geojson::read(geojson::write(&out).as_bytes()).unwrap()).unwrap(), way);
         assert_eq!(places(&gpx::read(gpx::write(&out).as_bytes()).unwrap()).unwrap(), way);
         assert!(places(&Shapes::default()).unwrap_err().to_string().contains("no line"));
+        let mixed = br#"{"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [10.0, 63.0]}},
+            {"type": "Feature", "properties": {"name": "a"}, "geometry":
+                {"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.1]]}}]}"#;
+        let mut mixed = geojson::read(mixed).unwrap();
+        assert!(places(&mixed).unwrap_err().to_string().contains("points and lines"));
+        mixed.shapes[0] = mixed.shapes[1].clone();
+        assert!(places(&mixed).unwrap_err().to_string().contains("2 lines (a, a)"));
     }
 
     #[test]

@@ -28,14 +28,14 @@ async function sent(answers, withinMs = 120_000) {
     bodies.push(`${path} ${body}`);
     return answers[bodies.length - 1]();
   };
-  const outcome = await postUntilAnswered((waited) => `/note?key=a&waited=${waited}`, 1_000, withinMs, { text: "x" }, (tries) => told.push(tries)).catch((error) => error);
+  const outcome = await postUntilAnswered(() => `/note?key=a&at=${nowMs}`, 1_000, withinMs, { text: "x" }, (tries) => told.push(tries)).catch((error) => error);
   return { outcome, bodies, told };
 }
 
-test("what nobody answers is sent again with the same key and words, and how long ago it was sent first", async () => {
+test("what nobody answers is sent again with the same key and words, by a path of that moment", async () => {
   const { outcome, bodies, told } = await sent([silence, answer(503, refusal("unavailable")), answer(200, { id: 7 })]);
   assert.deepEqual([outcome, told], [{ id: 7 }, [1, 2]]);
-  assert.deepEqual(bodies, [0, 1_000, 3_000].map((waited) => `/note?key=a&waited=${waited} {"text":"x"}`));
+  assert.deepEqual(bodies, [0, 1_000, 3_000].map((at) => `/note?key=a&at=${at} {"text":"x"}`));
   assert.deepEqual(pauses.splice(0), [1_000, 2_000]);
 });
 

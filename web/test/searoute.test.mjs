@@ -36,8 +36,8 @@ test("what is moved, refused or against the guard is told", () => {
   const none = { text: "in English", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, passable: null };
   const told = (refusal) => remarks({ route: null, refusal: { ...none, ...refusal } });
   assert.deepEqual(told({ code: "failed" }), ["in English"]);
-  assert.deepEqual(told({ code: "closed_start", gap_m: 740.2, closed: { code: "land", depth_m: null, may_move_m: 200 } }), ["The start is closed (land). The nearest open water is 740 m away; it may be moved by 200 m."]);
-  assert.deepEqual(told({ code: "closed_goal", closed: { code: "too-shallow", depth_m: -1, may_move_m: 200 } }), ["The goal is closed (charted depth dries 1.0 m, or too near a danger), and there is no open water within 50 km."]);
+  assert.deepEqual(told({ code: "closed_start", gap_m: 740.2, closed: { code: "land", depth_m: null, may_move_m: 200 } }), ["No route can begin there (land). The nearest open water is 740 m away; the start is moved by 200 m at most."]);
+  assert.deepEqual(told({ code: "closed_goal", closed: { code: "too-shallow", depth_m: -1, may_move_m: 200 } }), ["No route can end there (charted depth dries 1.0 m, or too near a danger), and there is no open water within 50 km."]);
   assert.deepEqual(told({ code: "too_far", apart_m: [812_000, 500_000] }), ["Start and goal are 812 km apart; routes are planned up to 500 km: add places on the way."]);
   const noWay = "No route is deep enough and keeps this clearance. The nearest place that can be reached is 812 m from the goal.";
   assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);

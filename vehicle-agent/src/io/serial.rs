@@ -46,11 +46,11 @@ impl Serial {
         Ok(serial)
     }
 
-    /// Goes over to another speed (bit/s); what came and what has left stay as they are.
+    /// Goes over to another speed (bit/s) once all that was written has left; what came stays.
     pub(super) fn set_speed(&self, baud: u32) -> rustix::io::Result<()> {
         let mut settings = tcgetattr(&self.0)?;
         settings.set_speed(baud)?;
-        tcsetattr(&self.0, OptionalActions::Now, &settings)
+        tcsetattr(&self.0, OptionalActions::Drain, &settings)
     }
 
     fn set_raw(&self, baud: u32) -> rustix::io::Result<()> {

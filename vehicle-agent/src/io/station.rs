@@ -243,10 +243,11 @@ impl Attendant {
             }
             let Some(port) = &mut self.port else { return };
             if let Some(baud) = self.outbox.speed_due(now) {
-                match port.set_speed(baud) {
-                    Ok(()) => continue,
-                    Err(error) => return self.lost(&format!("at {baud} bit/s: {error}")),
+                // A port that does not know this speed stays at its own; one that is gone says so at the next write.
+                if let Err(error) = port.set_speed(baud) {
+                    tracing::warn!(%error, baud, "the port does not take this speed");
                 }
+                continue;
             }
             let Some(bytes) = self.outbox.due(now) else { return };
             match port.write(bytes) {

@@ -19,13 +19,13 @@ export function pauseMs(tries: number): number {
 
 /**
  * Sends `body` until it is answered or `within_ms` are over; `waits` is told before each further try. The browser ends a pause
- * early when it has a network again. The path is made for each try, of how long ago the first one was, ms.
+ * early when it has a network again. The path is made for each try.
  */
-export async function postUntilAnswered<T>(path: (waitedMs: number) => string, patienceMs: number, withinMs: number, body: unknown, waits: (tries: number) => void): Promise<T> {
+export async function postUntilAnswered<T>(path: () => string, patienceMs: number, withinMs: number, body: unknown, waits: (tries: number) => void): Promise<T> {
   const began = performance.now();
   for (let tries = 1; ; tries++) {
     try {
-      return await postJson<T>(path(Math.round(performance.now() - began)), patienceMs, body);
+      return await postJson<T>(path(), patienceMs, body);
     } catch (error) {
       if (!mayPass(error) || performance.now() - began + pauseMs(tries) > withinMs) throw error;
       waits(tries);

@@ -1,7 +1,7 @@
 // The form of a note: text first, then what it is about. What is wrong is said at its field.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { type Draft, LETTERS, PHOTO_KINDS, type Wrong, wrongOf } from "../state/notes";
 import { t } from "../words/words";
 import { Field, FormEnd, type Marks, useSent } from "./sentform";
@@ -27,7 +27,7 @@ const PLACE_MS = 20_000;
 export function NoteForm(needs: Needs) {
   const { vessels, withPhoto, label, id, cancel, focus } = needs;
   const form = useNote(needs);
-  const { draft, busy, text, photo, change } = form;
+  const { draft, locating, text, photo, change } = form;
   useEffect(() => {
     if (focus) text.current?.focus();
   }, []);
@@ -45,7 +45,7 @@ export function NoteForm(needs: Needs) {
         {field("time_us", t("Time (UTC), empty for now"), (marks) => <input {...marks} type="datetime-local" step="1" value={draft.time} onInput={(event) => change({ time: event.currentTarget.value })} />)}
         {field("lat_deg", t("Latitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lat} onInput={(event) => change({ lat: event.currentTarget.value })} />)}
         {field("lon_deg", t("Longitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lon} onInput={(event) => change({ lon: event.currentTarget.value })} />)}
-        {"geolocation" in navigator && <button type="button" disabled={busy} onClick={form.here}>{t("My position")}</button>}
+        {"geolocation" in navigator && <button type="button" disabled={locating} onClick={form.here}>{locating ? t("Asking your device …") : t("My position")}</button>}
         {withPhoto && field("photo", t("Photo (JPEG, PNG or WebP)"), (marks) => <input ref={photo} {...marks} type="file" accept={PHOTO_KINDS} />)}
       </div>
       <FormEnd of={form.end} save={cancel ? t("Save") : t("Write")} cancel={cancel} />
@@ -75,17 +75,18 @@ function useNote({ draft: first, id, send, cancel }: Needs) {
       text.current?.focus();
     },
   });
+  const [locating, locate] = useState(false);
   const here = (): void => {
-    form.work(true);
+    locate(true);
     const found = ({ coords }: GeolocationPosition): void => {
-      form.work(false);
+      locate(false);
       form.change({ lat: coords.latitude.toFixed(6), lon: coords.longitude.toFixed(6) });
     };
     const none = (): void => {
-      form.work(false);
+      locate(false);
       form.told({ field: "lat_deg", text: t("Your device did not give a position. Type one, or leave it empty.") });
     };
     navigator.geolocation.getCurrentPosition(found, none, { enableHighAccuracy: true, timeout: PLACE_MS });
   };
-  return { ...form, text, photo, here };
+  return { ...form, locating, text, photo, here };
 }

@@ -41,7 +41,7 @@ export function useSent<D extends object>({ id, first, wrongOf, send, sent }: Se
   const [busy, work] = useState(false);
   const [tries, waits] = useState(0);
   const change = (part: Partial<D>): void => {
-    set({ ...draft, ...part });
+    set((now) => ({ ...now, ...part }));
     told(undefined);
   };
   const submit = async (event: Event): Promise<void> => {
@@ -60,7 +60,7 @@ export function useSent<D extends object>({ id, first, wrongOf, send, sent }: Se
   };
   const at = (field: string): string => (wrong?.field === field ? wrong.text : "");
   const end = { id, busy, tries, wrong };
-  return { draft, set, told, busy, work, change, submit, at, end };
+  return { draft, set, told, change, submit, at, end };
 }
 
 /** The buttons of a form, what it does, and what is wrong where no field shows it. */

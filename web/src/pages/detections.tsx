@@ -13,7 +13,7 @@ import { countsOf, tagSeries } from "../state/tags";
 import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
-import { t } from "../words/words";
+import { t, tn } from "../words/words";
 
 /** Rows that are shown at first, and more with each asking. */
 const PAGE = 500;
@@ -49,12 +49,16 @@ class Heard {
     return wanted.toString();
   }
 
+  /** Whether the rows are those of another filter, for the question of this one failed. */
+  readonly before = signal(false);
+
   readonly show = async (): Promise<void> => {
     if (this.wrong.value) return;
     const wanted = this.query();
+    this.before.value = wanted !== this.asked.value;
     const found = await this.answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
     if (!found) return;
-    [this.rows.value, this.asked.value, this.picked.value] = [found.detections, wanted, undefined];
+    [this.rows.value, this.asked.value, this.picked.value, this.before.value] = [found.detections, wanted, undefined, false];
     this.more.value = olderOf(found, wanted);
   };
 
@@ -110,15 +114,17 @@ function Found({ heard, called }: { readonly heard: Heard; readonly called: Call
 }
 
 /** How many were found, and the way to take them away for who `may`. */
-function Count({ heard: { answer, more, rows, asked, tagWrong }, may }: { readonly heard: Heard; readonly may: boolean }) {
+function Count({ heard: { answer, before, more, rows, asked, tagWrong }, may }: { readonly heard: Heard; readonly may: boolean }) {
   const n = rows.value.length;
   const [busy, trouble] = [answer.busy.value, answer.trouble.value];
   // What failed says nothing of how many there are: what was found before stays, and is said to be that.
-  const count = trouble ? (n ? t("Below are the {n} detections of the filter before.", { n }) : "") : more.value ? t("{n} newest detections.", { n }) : t("{n} detections.", { n });
+  const count = more.value ? tn(n, "1 newest detection.", "{n} newest detections.") : tn(n, "1 detection.", "{n} detections.");
+  const old = tn(n, "Below is the 1 detection of the filter before.", "Below are the {n} detections of the filter before.");
+  const told = trouble && !n ? "" : trouble && before.value ? old : count;
   return (
     <>
       {trouble && !tagWrong.value && <p class="bad-text" role="alert">{trouble}</p>}
-      <p role="status">{busy ? t("Fetching …") : count}</p>
+      <p role="status">{busy ? t("Fetching …") : told}</p>
       {may && asked.value && n > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
       {n === 0 && !busy && !trouble && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
     </>

@@ -71,8 +71,8 @@ class Book {
 
   readonly write = async (written: Draft, photo: File | undefined, waits: (tries: number) => void): Promise<Wrong | undefined> => {
     try {
-      const key = this.keys.of(written);
-      const path = (waited_ms: number): string => `/api/v1/logbook?${new URLSearchParams({ key, waited_ms: String(waited_ms) })}`;
+      const sent = this.keys.of(written);
+      const path = (): string => `/api/v1/logbook?${new URLSearchParams({ key: sent.key, waited_ms: String(this.keys.waitedMs(sent)) })}`;
       const note = await postUntilAnswered<LogNote>(path, PATIENCE_MS, SENT_WITHIN_MS, askOf(written), waits);
       this.keys.answered();
       if (photo) await this.addPhoto(note, photo);

@@ -62,7 +62,7 @@ const keys = new Keys<MissionDraft>(newKey);
 
 async function create(draft: MissionDraft, waits: (tries: number) => void): Promise<Wrong | undefined> {
   try {
-    const query = new URLSearchParams({ key: keys.of(draft) });
+    const query = new URLSearchParams({ key: keys.of(draft).key });
     const made = await postUntilAnswered<Mission>(() => `/api/v1/missions?${query}`, PATIENCE_MS, SENT_WITHIN_MS, missionAsk(draft), waits);
     keys.answered();
     location.assign(`/missions/${made.id}`);

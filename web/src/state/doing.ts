@@ -32,9 +32,10 @@ export function doing(mode: Pick<Reading, "word" | "ageS" | "note">, plan: Pick<
   return runs(plan) ? t("Executing plan") : t("Executing maneuver");
 }
 
-/** Why the vessel is as it is: who stopped it is among the commands, by name. */
-export function whyText({ note }: Pick<Reading, "note">): string {
-  return STOPPED.test(note) ? t("by an order to stop") : note;
+/** Why the vessel is as it is, or what ended its last plan: who stopped it is among the commands, by name. */
+export function whyText({ word, note }: Pick<Reading, "word" | "note">): string {
+  if (!STOPPED.test(note)) return note;
+  return word.toUpperCase() === "ERROR" ? t("after an order to stop") : t("last plan ended by a stop");
 }
 
 /** How far the plan is: the maneuver and how many there are, else its share; empty while none runs. */

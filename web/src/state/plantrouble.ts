@@ -5,22 +5,22 @@ import { t } from "../words/words";
 
 type Figure = (name: string, decimals?: number) => string;
 
-/** What a maneuver's numbers are called. */
-const QUANTITIES: Readonly<Record<string, string>> = {
-  radius: t("radius"),
-  width: t("width"),
-  length: t("length"),
-  step: t("spacing"),
-  bearing: t("bearing"),
-  "cross angle": t("cross angle"),
-  "curve offset": t("curve offset"),
-  alternation: t("alternation"),
-  range: t("range of the swath"),
-  aperture: t("aperture of the swath"),
-  overlap: t("overlap"),
-  "offset north": t("offset to the north"),
-  "offset east": t("offset to the east"),
-  "loiter radius": t("radius of the circle"),
+/** What a maneuver's numbers are called, and how people read them: the unit, and how much of it the plan's own one is. */
+const QUANTITIES: Readonly<Record<string, readonly [name: string, unit: string, factor: number]>> = {
+  radius: [t("radius"), "m", 1],
+  width: [t("width"), "m", 1],
+  length: [t("length"), "m", 1],
+  step: [t("distance between rows"), "m", 1],
+  bearing: [t("bearing"), "°", 180 / Math.PI],
+  "cross angle": [t("cross angle"), "°", 180 / Math.PI],
+  "curve offset": [t("curve offset"), "m", 1],
+  alternation: [t("alternation"), "%", 100],
+  range: [t("range of the swath"), "m", 1],
+  aperture: [t("opening angle of the swath"), "°", 180 / Math.PI],
+  overlap: [t("overlap"), "%", 100],
+  "offset north": [t("offset to the north"), "m", 1],
+  "offset east": [t("offset to the east"), "m", 1],
+  "loiter radius": [t("radius of the circle"), "m", 1],
 };
 
 /** In words; what has no code of its own is said as the server said it. */
@@ -51,13 +51,13 @@ export function troubleText(trouble: PlanTrouble): string {
     case "outside-area":
       return t("It leaves the area of operation by {distance} m", { distance: figure("by_m") });
     case "speed":
-      return t("This speed is not possible: above 0 and up to {mps} m/s, {rpm} rpm or {percent} % are", { mps: figure("mps", 2), rpm: figure("rpm"), percent: figure("percent") });
+      return t("This speed is not possible. Choose one above 0 and up to {mps} m/s, {rpm} rpm or {percent} %.", { mps: figure("mps", 2), rpm: figure("rpm"), percent: figure("percent") });
     case "range":
       return rangeText(trouble);
     case "too-many-points":
       return t("{count} points; {most} are allowed", { count: figure("count"), most: figure("most") });
     case "too-many-row-points":
-      return t("Its rows have more than {most} points together: widen them or divide the plan", { most: figure("most") });
+      return t("Its rows have more than {most} points together: put more distance between rows, or divide the plan", { most: figure("most") });
     case "too-long":
       return t("The plan is too long for one message: divide it");
     case "circle-instead":
@@ -72,9 +72,9 @@ export function troubleText(trouble: PlanTrouble): string {
 }
 
 function rangeText({ about, values }: PlanTrouble): string {
-  const what = QUANTITIES[about ?? ""] ?? about ?? "";
+  const [what, unit, factor] = QUANTITIES[about ?? ""] ?? [about ?? "", "", 1];
   const { value, least, most } = values;
   if (value === undefined || least === undefined || most === undefined) return t("{what} is not a number", { what });
-  const said = (number: number): string => String(Number(number.toPrecision(6)));
-  return t("{what} {value} is not within {least} to {most}", { what, value: said(value), least: said(least), most: said(most) });
+  const said = (number: number): string => String(Number((number * factor).toPrecision(6)));
+  return t("{what} {value} {unit} is not within {least} to {most} {unit}", { what, unit, value: said(value), least: said(least), most: said(most) });
 }

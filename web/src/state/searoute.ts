@@ -63,10 +63,12 @@ function refusalTexts(refusal: SeaRouteRefusal): string[] {
 }
 
 function closedText(start: boolean, { code, depth_m, may_move_m }: SeaRouteClosed, gap_m: number | null): string {
-  const place = start ? t("The start") : t("The goal");
   const why = code === "too-shallow" && depth_m !== null ? t("charted depth {depth}, or too near a danger", { depth: depthText(depth_m) }) : spotName(code);
-  if (gap_m === null) return t("{place} is closed ({why}), and there is no open water within 50 km.", { place, why });
-  return t("{place} is closed ({why}). The nearest open water is {distance} m away; it may be moved by {most} m.", { place, why, distance: Math.round(gap_m), most: Math.round(may_move_m) });
+  if (gap_m === null) return start ? t("No route can begin there ({why}), and there is no open water within 50 km.", { why }) : t("No route can end there ({why}), and there is no open water within 50 km.", { why });
+  const values = { why, distance: Math.round(gap_m), most: Math.round(may_move_m) };
+  return start
+    ? t("No route can begin there ({why}). The nearest open water is {distance} m away; the start is moved by {most} m at most.", values)
+    : t("No route can end there ({why}). The nearest open water is {distance} m away; the goal is moved by {most} m at most.", values);
 }
 
 function passableTexts({ depth_m, clearance_m, by_rule_alone }: SeaRoutePassable): string[] {
