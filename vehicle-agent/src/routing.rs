@@ -10,6 +10,9 @@ use planner::Cancel;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+/// Planning recurses over the chart's trees: more than a thread has by default.
+const STACK_BYTES: usize = 8 << 20;
+
 /// The way to the thread; the thread ends with it.
 #[derive(Debug)]
 pub(crate) struct Routing {
@@ -72,7 +75,8 @@ impl Routing {
     pub(crate) fn start(answer: impl Fn(RouteAnswer) + Send + 'static) -> anyhow::Result<Self> {
         let desk = Arc::new(Desk::default());
         let work = Arc::clone(&desk);
-        std::thread::Builder::new().name(ROUTING_THREAD.to_owned()).spawn(move || {
+        let builder = std::thread::Builder::new().name(ROUTING_THREAD.to_owned()).stack_size(STACK_BYTES);
+        builder.spawn(move || {
             let mut routes = Routes::default();
             while let Some(order) = work.next() {
                 let (chart, request) = match order {

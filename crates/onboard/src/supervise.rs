@@ -326,7 +326,7 @@ impl Supervise {
         }
         let now = context.bus.mono();
         if let Some(reason) = &obstacle
-            && !self.way_home.waits()
+            && !(self.way_home.waits() && context.plans.plan_state().run.is_some())
             && (self.obstacle.as_ref() != Some(reason) || now >= self.next_told)
         {
             self.next_told = now + OBSTACLE_TOLD;

@@ -60,9 +60,14 @@ impl Request {
 
     /// The answer, if it is not longer than is of use.
     pub(crate) fn not_too_long(&self, route: Route) -> Result<Route, Refusal> {
-        match self.longest_m.filter(|most_m| route.length_m > *most_m) {
-            Some(most_m) => Err(Refusal::TooLong { length_m: route.length_m, most_m }),
-            None => Ok(route),
+        self.not_longer(route.length_m).map(|()| route)
+    }
+
+    /// Whether a way of this length (m) is of use.
+    pub(crate) fn not_longer(&self, length_m: f64) -> Result<(), Refusal> {
+        match self.longest_m.filter(|most_m| length_m > *most_m) {
+            Some(most_m) => Err(Refusal::TooLong { length_m, most_m }),
+            None => Ok(()),
         }
     }
 }
@@ -222,10 +227,10 @@ pub enum Refusal {
         /// The greatest one (km).
         most_km: f64,
     },
-    /// There is a route, longer than one that is of use.
-    #[error("the shortest route is {:.1} km long, more than the {:.1} km that it may have", .length_m / 1e3, .most_m / 1e3)]
+    /// A route is longer than one that is of use.
+    #[error("a route there is {:.1} km long or more; it may have {:.1} km", .length_m / 1e3, .most_m / 1e3)]
     TooLong {
-        /// Its length (m).
+        /// Its length, or how far the ends are apart (m).
         length_m: f64,
         /// The greatest that was asked for (m).
         most_m: f64,

@@ -93,10 +93,12 @@ impl Router {
     fn stretch(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
         needs.validate()?;
         request.validate()?;
+        let straight_m = Leg { from: request.from, to: request.to }.length_m();
+        // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
+        request.not_longer(straight_m)?;
         if self.whole {
             return self.ask(None, request, needs, cancel).map(|(route, _)| route);
         }
-        let straight_m = Leg { from: request.from, to: request.to }.length_m();
         if straight_m > FARTHEST_M {
             return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
         }

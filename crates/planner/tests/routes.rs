@@ -540,6 +540,10 @@ fn a_route_that_is_longer_than_is_of_use_is_refused_with_its_length() {
     assert!((of(length_m + 1.0).unwrap().length_m - length_m).abs() < 1e-6);
     assert!(matches!(of(length_m - 1.0), Err(Refusal::TooLong { most_m, .. }) if most_m < length_m));
     assert!(matches!(of(f64::NAN), Err(Refusal::Needs(_))));
+    // What is too far in any case is refused before anything is prepared for it.
+    let far = Request { to: LatLon::from_deg(60.0, 5.0).unwrap(), longest_m: Some(20_000.0), ..any };
+    let cancelled = Cancel::unless(&|| false);
+    assert!(matches!(router.route(&far, &needs, &cancelled), Err(Refusal::TooLong { .. })));
     let two = [any.from, any.to, any.from];
     let request = Request { longest_m: Some(1.5 * length_m), ..any };
     assert!(matches!(

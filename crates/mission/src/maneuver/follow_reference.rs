@@ -173,11 +173,14 @@ impl Machine {
     /// its place can be judged.
     fn may_go(&mut self, cx: &mut Context<'_>, next: &Reference) -> bool {
         let Some(goal) = next.location else { return true };
-        let detour =
-            self.detour.as_ref().filter(|detour| detour.leads_to(goal) && next.start_point.is_none());
-        if detour.is_some_and(|detour| detour.check(cx).is_ok()) {
+        if let Some(detour) = self.detour.take_if(|detour| detour.leads_to(goal))
+            && next.start_point.is_none()
+            && detour.check(cx).is_ok()
+        {
+            self.detour = Some(detour);
             return true;
         }
+        // A way around that is refused from here is gone: what follows is the straight way, or another search.
         let allowed = match cx.fix {
             Some(fix) => {
                 let start = next.start_point.unwrap_or(fix.place);
@@ -226,7 +229,7 @@ impl Machine {
             Some(Standing::Over) => {}
             None => {
                 let text = format!("{}: {why}; a route around is looked for", self.meanwhile());
-                cx.warn(format!("no straight way leads to a reference, {text}"));
+                cx.warn(format!("the place asked for cannot be reached straight, {text}"));
             }
         }
         self.search = Some(Search::ask(cx, fix.place, goal, *next));
@@ -239,7 +242,7 @@ impl Machine {
             None => return,
             Some(Err(why)) => self.refuse(cx, way.to, &format!("no route leads there: {why}")),
             Some(Ok((wanted, detour))) => {
-                cx.warn("a reference is followed by a route around what lies between".to_owned());
+                cx.warn("the place asked for is reached by a route around what lies between".to_owned());
                 (self.refused, self.search) = (None, None);
                 (self.reference, self.detour) = (Some(wanted), Some(detour));
                 self.locate(cx, cx.fix.as_ref());
@@ -313,7 +316,9 @@ impl Machine {
     fn arrived(&mut self, cx: &mut Context<'_>) {
         let speed = self.reference.and_then(|reference| reference.speed);
         let corner = self.detour.as_mut().and_then(Detour::pass);
-        if let (Some(corner), Some(speed)) = (corner, speed) {
+        // The chart may have changed since the way was found, and the vessel is not quite at the corner.
+        let refused = self.detour.as_ref().is_some_and(|detour| detour.check(cx).is_err());
+        if let (Some(corner), Some(speed), false) = (corner, speed, refused) {
             cx.follow(path_to(corner, speed));
             return;
         }

@@ -11,10 +11,12 @@ use imc::messages::{
     PlanSpecification, PlanTransition, SpeedUnits, ZUnits,
 };
 use mission::{Node, RunId};
-use units::LatLon;
+use units::{LatLon, LocalFrame, LocalPoint};
 
 /// Speed of a route to a plan that names none (m/s).
 const SPEED_MPS: f32 = 1.0;
+/// A vessel outside its area is back inside after so much of a route at most (m).
+const OUTSIDE_M: f64 = 1_000.0;
 
 /// The straight way to the beginning of a plan is refused, and the plan itself is not.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,6 +103,9 @@ impl Plans {
                 let way = |limits: &GuardLimits| {
                     check_way("the way back to deep water", from, *first, index, limits)
                 };
+                // Looser limits lead out of water that the guard refuses already, and never into it.
+                let is_stuck = check_way("here", from, from, index, &limits).reason.is_some();
+                let ways_out = if is_stuck { ways_out } else { std::slice::from_ref(&limits) };
                 if ways_out.iter().all(|limits| way(limits).reason.is_some()) {
                     return Err(way(&limits).to_string());
                 }
@@ -110,13 +115,22 @@ impl Plans {
         };
         chart::refusal(&self.settings, &checked, Some(start), &limits)?;
         let waters = Waters { area: self.settings.mission.limits.area.clone(), chart: WaterChart::Off };
-        // A vessel outside has left the area already, and is led back into it.
-        if waters.place(from).is_err() {
-            return Ok(());
+        // A vessel outside has left the area already: it is led back in, and stays inside from there on.
+        let way: Vec<LatLon> = std::iter::once(from).chain(corners.iter().copied()).collect();
+        let outside = way.iter().take_while(|place| waters.place(**place).is_err()).count();
+        if outside > 0 {
+            let back_m: f64 = way.windows(2).take(outside).map(|leg| length_m(leg[0], leg[1])).sum();
+            if outside == way.len() || back_m > OUTSIDE_M {
+                return Err(format!("the route goes on for {back_m:.0} m outside the area of operation"));
+            }
         }
-        let starts = std::iter::once(&from).chain(corners);
-        starts.zip(corners).try_for_each(|(from, to)| waters.way(*from, *to))
+        way[outside..].windows(2).try_for_each(|leg| waters.way(leg[0], leg[1]))
     }
+}
+
+fn length_m(from: LatLon, to: LatLon) -> f64 {
+    let LocalPoint { north_m, east_m } = LocalFrame::new(from).to_local(to);
+    north_m.hypot(east_m)
 }
 
 /// What a leg is refused for, in a word or two.

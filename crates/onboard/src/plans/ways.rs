@@ -37,13 +37,13 @@ impl Plans {
         let Some(search) = self.way.take_if(|search| search.number == answer.number) else { return };
         let Search { from, to, attempt, .. } = search;
         let places = match &answer.outcome {
-            Err(_) if attempt + 1 < self.clearances_m().len() => {
+            Ok(found) if !found.start_moved => Ok(found.places.clone()),
+            Ok(_) | Err(_) if attempt + 1 < self.clearances_m().len() => {
                 self.ask_for_way(bus, from, to, attempt + 1);
                 return;
             }
+            Ok(_) => Err("the vessel lies too near danger to set out".to_owned()),
             Err(why) => Err(why.clone()),
-            Ok(found) if found.start_moved => Err("the vessel lies too near danger to set out".to_owned()),
-            Ok(found) => Ok(found.places.clone()),
         };
         self.tell(bus, pilot, mission::Input::Event(Event::Way(Way { to, places })));
     }

@@ -16,7 +16,7 @@ use mission::Remedy;
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// An answer that takes longer is asked for again: it may be lost.
+/// An answer that takes longer is told to be missing. It is still taken when it comes, until it is asked for again.
 const ANSWER_WITHIN: Duration = Duration::from_mins(1);
 /// Where there is no route, one is looked for again after this time.
 const AGAIN: Duration = Duration::from_mins(1);
@@ -40,6 +40,7 @@ struct Search {
 #[derive(Debug)]
 enum State {
     Asked { until: MonoTime },
+    Overdue { until: MonoTime },
     Found(FoundRoute),
     Nothing { why: String, until: MonoTime },
 }
@@ -47,9 +48,14 @@ enum State {
 impl Search {
     fn is_over(&self, now: MonoTime) -> bool {
         match &self.state {
-            State::Asked { until } | State::Nothing { until, .. } => now >= *until,
-            State::Found(_) => false,
+            State::Overdue { until } | State::Nothing { until, .. } => now >= *until,
+            State::Asked { .. } | State::Found(_) => false,
         }
+    }
+
+    /// Whether an answer to it is still taken.
+    fn is_open(&self) -> bool {
+        matches!(self.state, State::Asked { .. } | State::Overdue { .. })
     }
 }
 
@@ -70,6 +76,11 @@ impl WayHome {
             return context.start(&Remedy::Run { plan_id: plan_id.to_owned() }, in_need);
         };
         let now = context.bus.mono();
+        if let Some(search) = &mut self.search
+            && matches!(search.state, State::Asked { until } if now >= until)
+        {
+            search.state = State::Overdue { until: now + AGAIN };
+        }
         let same = |search: &&Search| search.plan_id == plan_id && search.to == behind.to;
         let goes_on = self.search.as_ref().filter(same).is_some_and(|search| !search.is_over(now));
         if !goes_on {
@@ -93,6 +104,9 @@ impl WayHome {
             Some(State::Nothing { why: nothing, .. }) => {
                 format!("{why}; there is no route around {what} either: {nothing}")
             }
+            Some(State::Overdue { .. }) => {
+                format!("{why}; no route around {what} has been found within a minute")
+            }
             _ => format!("{why}; a route around {what} is looked for"),
         })
     }
@@ -104,9 +118,7 @@ impl WayHome {
 
     /// Takes an answer; false if nobody waits for it.
     fn take(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) -> bool {
-        let asked = |search: &&mut Search| {
-            search.number == answer.number && matches!(search.state, State::Asked { .. })
-        };
+        let asked = |search: &&mut Search| search.number == answer.number && search.is_open();
         let Some(search) = self.search.as_mut().filter(asked) else { return false };
         let attempt = search.attempt;
         match &answer.outcome {
@@ -118,8 +130,8 @@ impl WayHome {
 
     /// What was looked for is not wanted any more.
     fn forget(&mut self, bus: &mut Bus) {
-        if let Some(Search { number, state: State::Asked { .. }, .. }) = self.search.take() {
-            bus.give_up_route(number);
+        if let Some(search) = self.search.take().filter(Search::is_open) {
+            bus.give_up_route(search.number);
         }
     }
 
@@ -155,8 +167,10 @@ impl WayHome {
 }
 
 impl Supervise {
-    /// An answer came. It moves nothing by itself: the remedy is decided upon anew, if it is still wanted.
+    /// An answer came. It moves nothing by itself: the remedy is decided upon again, if it is still wanted.
     pub(crate) fn route_came(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) {
+        // Who came back meanwhile was first.
+        self.drain(context);
         if self.way_home.take(context, answer) {
             self.arbiter.try_now(context.bus.mono());
             self.carry_out(context);

@@ -57,7 +57,11 @@ fn under_way(mut sea: Sea) -> Sea {
 
 /// The same, and nobody is heard any more; who looks for routes is the test.
 fn lost() -> (Sea, RouteRequest) {
-    let mut sea = under_way(Sea::with(wanting(&headland()), |_| {}).ready());
+    lost_by(wanting(&headland()))
+}
+
+fn lost_by(settings: Settings) -> (Sea, RouteRequest) {
+    let mut sea = under_way(Sea::with(settings, |_| {}).ready());
     sea.vehicle.routes = None;
     sea.heartbeats = false;
     assert!(sea.run_until(30.0, |sea| !requests(sea).is_empty()), "it asks for a route");
@@ -263,10 +267,48 @@ fn an_answer_that_leads_over_land_is_not_sailed() {
 }
 
 #[test]
-fn a_search_whose_answer_is_lost_is_made_again() {
+fn out_of_deep_water_no_way_leads_over_a_shoal() {
+    let shoal = LocalPoint { north_m: 25.0, east_m: 90.0 };
+    let (mut sea, request) = lost_by(wanting(&headland().with(Ground::Depth(3.0), shoal, 20.0, 24)));
+    let over =
+        FoundRoute { start_moved: true, places: around(&request).places.split_off(1), length_m: 900.0 };
+    answer(&mut sea, request.number, Ok(over.clone()));
+    let second = requests(&sea).pop().flatten().unwrap();
+    answer(&mut sea, second.number, Ok(over));
+    sea.run(5.0);
+    assert!(runs(&sea, "hold"), "{:?}", sea.plan_state());
+}
+
+#[test]
+fn what_leads_out_of_the_area_again_is_not_sailed() {
+    let mut settings = wanting(&headland());
+    let corners = [(-60.0, -1_300.0), (-60.0, 300.0), (330.0, 300.0), (330.0, -1_300.0)];
+    let corners = corners.map(|(north_m, east_m)| place(north_m, east_m));
+    settings.mission.limits.area = Some(guard::Area::new(&corners).unwrap());
+    let (mut sea, request) = lost_by(settings);
+    let mut out = around(&request);
+    out.places.insert(2, place(50.0, 400.0));
+    answer(&mut sea, request.number, Ok(out));
+    sea.run(1.0);
+    assert!(runs(&sea, "hold"), "{:?}", sea.plan_state());
+}
+
+#[test]
+fn a_search_whose_answer_is_lost_is_told_and_made_again() {
     let (mut sea, request) = lost();
+    sea.run(65.0);
+    assert!(state(&sea, Entity::LostComms).contains("has been found within a minute"));
     assert!(sea.run_until(70.0, |sea| requests(sea).len() > 1));
     assert!(requests(&sea).pop().flatten().unwrap().number > request.number);
+}
+
+#[test]
+fn a_late_answer_is_taken_until_it_is_asked_for_again() {
+    let (mut sea, request) = lost();
+    sea.run(65.0);
+    answer(&mut sea, request.number, Ok(around(&request)));
+    sea.run(1.0);
+    assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
 }
 
 #[test]

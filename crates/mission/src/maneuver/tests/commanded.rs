@@ -366,6 +366,19 @@ fn a_reference_behind_the_border_is_followed_corner_by_corner() {
     assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
 }
 
+/// It was carried past the border while it stood: its place is in sight, and the corner of the way around is not.
+#[test]
+fn a_corner_that_is_refused_from_where_the_vessel_is_is_not_gone_to() {
+    let mut bench = beside_the_bay();
+    bench.event(&behind());
+    let around = way(&[(0.0, 60.0), (0.0, -10.0), (40.0, -10.0), (80.0, 60.0)]);
+    assert_eq!(path(&bench.event(&around)).end, place(0.0, -10.0));
+    let stop = Reference { speed: Some(Speed::MetresPerSecond(0.0)), ..reference(0.0) };
+    assert_eq!(bench.event(&Event::Reference(stop)), [Command::Drift]);
+    bench.fix = Some(fix(75.0, 40.0));
+    assert_eq!(path(&bench.event(&behind())).end, place(80.0, 60.0));
+}
+
 #[test]
 fn a_way_that_is_not_wanted_any_more_or_leads_elsewhere_is_not_followed() {
     let around = way(&[(0.0, 60.0), (40.0, -10.0), (80.0, 60.0)]);
