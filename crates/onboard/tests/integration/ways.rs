@@ -369,7 +369,7 @@ fn a_reference_behind_land_is_followed_around_it() {
     }
     assert!(sea.position().distance_m(goal) < 30.0, "{:?}", sea.position());
     assert_eq!(requests(&sea).len(), 1, "asked once");
-    assert_eq!(told(&sea, "a reference is followed by a route"), 1);
+    assert_eq!(told(&sea, "the place asked for is reached by a route"), 1);
 }
 
 #[test]
