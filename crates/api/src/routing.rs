@@ -137,7 +137,7 @@ pub struct SeaRouteClosed {
     pub may_move_m: f64,
 }
 
-/// What would give a route where there is none.
+/// Smaller demands that give a route, where the ones asked for give no route.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRoutePassable {

@@ -20,7 +20,7 @@ impl Snapshot {
     /// Opens a set.
     ///
     /// # Errors
-    /// When there is none, or it cannot be read.
+    /// When the chart set does not exist or cannot be read.
     pub fn open(path: &Path) -> Result<Self> {
         let set = ChartDb::open(path)?;
         let mut new = Self { set, charts: Vec::new(), digest: [0; 32], edited: String::new(), version: 0 };

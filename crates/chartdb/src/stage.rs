@@ -94,7 +94,7 @@ impl Stage {
         find().named(&self.part)
     }
 
-    /// Takes a chart out, with an entry in the log; nothing where there is none.
+    /// Takes a chart out, with an entry in the log; does nothing if the set does not hold it.
     pub(crate) fn take_out(&mut self, time: &str, entry: &Entry<'_>) -> Result<()> {
         let held = self.held.contains_key(entry.cell);
         let take = |connection: &mut Connection| -> rusqlite::Result<()> {

@@ -16,7 +16,8 @@ pub struct ReportedLeg {
     pub part: Part,
     /// Number of the leg within the part, from 0.
     pub number: u32,
-    /// Why it is refused. Which of the two limits a shallow leg breaks is not told: [`Reason::TooShallow`] stands for both.
+    /// Why it is refused. The sentence does not say which of the two depth limits a shallow leg
+    /// breaks: [`Reason::TooShallow`] stands for both.
     pub reason: Reason,
     /// The worst spot, to the fifth decimal of a degree.
     pub at: LatLon,

@@ -90,7 +90,7 @@ pub struct Reference {
 pub struct Way {
     /// The place that it was to lead to.
     pub to: LatLon,
-    /// Its corners from where the vessel was, or why there is none.
+    /// Its corners from where the vessel was, or why no way was found.
     pub places: Result<Vec<LatLon>, String>,
 }
 

@@ -3,7 +3,7 @@
 //! Water is prepared in up to a second, so the brain does not plan: it asks by [`Output::Route`](crate::Output::Route)
 //! and goes on, and hears of it by [`Input::Route`](crate::Input::Route). Both bear a number, so that an answer to
 //! what is not asked any more is known as such, and both are recorded. [`Routes`] answers, aboard on a thread of its own, in
-//! simulations at once. The guard judges what is found where the vessel is by then, whoever found it.
+//! simulations at once. The guard judges each route from where the vessel is by then.
 
 use crate::grounding::Chart;
 use guard::GuardLimits;

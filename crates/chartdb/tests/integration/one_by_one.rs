@@ -1,5 +1,5 @@
 //! Charts that come and go one by one leave the set, the index and the answers that charts leave which came all at once;
-//! and whoever reads meanwhile, or after a loss of power, sees one state.
+//! and a reader sees one whole state, also after a loss of power.
 
 use crate::support::{contents, import, options, put};
 use chartdb::{ChartDb, Snapshot, load_index};
@@ -123,7 +123,7 @@ fn who_reads_a_set_over_hours_notices_that_it_changed() {
         snapshot.read(|set| set.features(&chart)).unwrap().map(|features| features.len() as u64)
     };
     assert_eq!(count(&mut snapshot), Some(chart.features));
-    // Somebody writes what is no chart; the charts are the same.
+    // Another program changes a description; the charts stay the same.
     let text = "UPDATE gpkg_contents SET description = 'mine' WHERE table_name = 'skin'";
     Connection::open(&db).unwrap().execute(text, []).unwrap();
     assert_eq!(count(&mut snapshot), Some(chart.features));

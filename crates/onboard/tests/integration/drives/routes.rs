@@ -49,7 +49,7 @@ fn place_in_harbour(numbers: &mut Numbers) -> LatLon {
     middle.to_place(LocalPoint { north_m, east_m: numbers.within(EAST_M[0], EAST_M[1]) })
 }
 
-/// A route between two random places; one of another pair where there is none.
+/// A route between two random places; another pair is taken if they have no route.
 fn route(numbers: &mut Numbers, limits: &GuardLimits) -> Route {
     let needs = Needs { demand: limits.demand(limits.autonomous_m), clearance_m: CLEARANCE_M };
     loop {
