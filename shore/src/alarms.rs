@@ -4,13 +4,14 @@
 //! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement; so is what happened to
 //! alarms.
 
+mod keep;
 mod notes;
 
 pub use notes::Notes;
 
 use crate::Wanted;
 use crate::error::{Error, ErrorKind, Result};
-use crate::identity::{ASK_PATIENCE, Fault, Line, People, Principal, Request};
+use crate::identity::{ASK_PATIENCE, Line, People, Principal};
 use crate::links::Links;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
@@ -18,24 +19,25 @@ use crate::router::Router;
 use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, Role};
 use hub::Fleet;
 use imc::Address;
-use notes::WriteNotes;
+use keep::{PendingNotes, ReadStanding, Standing, keep};
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Saved, ShoreState,
-    Signature, State,
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, Priority, Saved, ShoreState, Signature, State,
 };
-use sqlx::SqliteConnection;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
+use tokio::time::Interval;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use units::{Now, UtcTime};
 
 /// How often it looks.
 const EVERY: Duration = Duration::from_secs(1);
+/// How long an answer waits for what was done to be in app.db.
+const WRITE_PATIENCE: Duration = Duration::from_secs(2);
 /// The disk, and which vessels are expected, are looked at each so many looks.
 const SLOW_EVERY: u32 = 30;
 
@@ -135,44 +137,15 @@ fn saved(alarm: api::Alarm) -> Option<Saved> {
     })
 }
 
-/// Reads what stood when the server ended.
-#[derive(Debug)]
-struct ReadStanding;
-
-impl Request for ReadStanding {
-    type Answer = Vec<api::Alarm>;
-
-    async fn run(self, db: &mut SqliteConnection) -> std::result::Result<Vec<api::Alarm>, Fault> {
-        let sql = "SELECT body FROM alarm ORDER BY id";
-        let bodies: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
-        Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
-    }
-}
-
-/// Writes down what stands, in place of what stood.
-#[derive(Debug)]
-struct WriteStanding(Vec<api::Alarm>);
-
-impl Request for WriteStanding {
-    type Answer = ();
-
-    async fn run(self, db: &mut SqliteConnection) -> std::result::Result<(), Fault> {
-        sqlx::query("DELETE FROM alarm").execute(&mut *db).await?;
-        for alarm in &self.0 {
-            let body = serde_json::to_string(alarm).unwrap_or_default();
-            let insert = sqlx::query("INSERT INTO alarm (id, body) VALUES (?1, ?2)");
-            let insert = insert.bind(i64::try_from(alarm.id).unwrap_or(i64::MAX)).bind(body);
-            insert.execute(&mut *db).await?;
-        }
-        Ok(())
-    }
-}
-
 /// The alarm service; cheap to clone.
 #[derive(Clone)]
 pub struct Alarms {
     router: Router,
     people: People,
+    /// Wakes the watch: somebody did something to an alarm.
+    done: Arc<Notify>,
+    /// Up to which revision of the alarms all is in app.db; `None` while nobody writes it down.
+    kept: watch::Sender<Option<u64>>,
 }
 
 /// What the watch needs beside the alarms: who knows what the hub cannot.
@@ -188,7 +161,7 @@ pub(crate) struct Watch {
 
 impl Alarms {
     pub(crate) fn new(router: Router, people: People) -> Self {
-        Self { router, people }
+        Self { router, people, done: Arc::default(), kept: watch::Sender::default() }
     }
 
     /// What stands, the most urgent first, and what changed lately: as far as somebody may see it.
@@ -289,22 +262,42 @@ impl Alarms {
         }
         let place = known.vessel.map_or("server".to_owned(), |vessel| Address(vessel).to_string());
         let subject = format!("{place} {} {}: {}", known.kind, known.part, known.text);
-        // The word counts even where it cannot be written down: an alarm must not sound for want of a disk.
         let done = move |operations: &mut Operations, now: Now| {
             act(operations, now)?;
             let known = operations.alarms().get(id).map(|one| alarm(operations.fleet(), one));
-            known.ok_or(AlarmRefused::Gone)
+            let known = known.ok_or(AlarmRefused::Gone)?;
+            Ok((operations.alarms().revision(), known))
         };
         let mut outcome = self.router.ask(done).await?;
-        if let Ok(known) = &mut outcome {
+        if let Ok((_, known)) = &mut outcome {
             name(&self.people, std::slice::from_mut(known));
         }
         let result = outcome.as_ref().err().map_or_else(|| "done".to_owned(), ToString::to_string);
         let line = Line { actor: who.actor(), address: from, action, subject, outcome: result };
-        if let Err(error) = self.people.record(vec![line], ASK_PATIENCE).await {
-            tracing::error!(%error, action, "is not in the audit log");
+        let recorded = async {
+            if let Err(error) = self.people.record(vec![line], ASK_PATIENCE).await {
+                tracing::error!(%error, action, "is not in the audit log");
+            }
+        };
+        let written = async {
+            if let Ok((revision, _)) = &outcome {
+                self.written(*revision).await;
+            }
+        };
+        tokio::join!(recorded, written);
+        outcome.map(|(_, known)| known).map_err(|why: AlarmRefused| Error::refused(why.to_string()))
+    }
+
+    /// Waits until all up to a revision is in app.db, so that whoever reads the answer finds it in the history too, and
+    /// a server that is killed then has not forgotten it. It waits only so long: what somebody says of an alarm counts
+    /// even where it cannot be written down, as an alarm must not sound for want of a disk.
+    async fn written(&self, revision: u64) {
+        self.done.notify_one();
+        let mut kept = self.kept.subscribe();
+        let written = kept.wait_for(|kept| kept.is_none_or(|kept| kept >= revision));
+        if tokio::time::timeout(WRITE_PATIENCE, written).await.is_err() {
+            tracing::warn!("what somebody did to an alarm is not in app.db yet");
         }
-        outcome.map_err(|why| Error::refused(why.to_string()))
     }
 
     /// Takes over what stood when the server ended.
@@ -331,19 +324,20 @@ impl Alarms {
         }
         let mut every = tokio::time::interval(EVERY);
         every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        let (told, standing) = watch::channel(Vec::new());
+        let (told, standing) = watch::channel(Standing::default());
         let happened = PendingNotes::default();
-        let kept = keep(self.people.clone(), standing, happened.clone(), watch.stop.clone());
-        watch.tasks.spawn(watch.owners.watch("the list of alarms", kept));
+        let keep =
+            keep(self.people.clone(), standing, happened.clone(), self.kept.clone(), watch.stop.clone());
+        watch.tasks.spawn(watch.owners.watch("the list of alarms", keep));
         let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
-        while watch.stop.run_until_cancelled(every.tick()).await.is_some() {
-            if looks.is_multiple_of(SLOW_EVERY) {
+        while let Some(due) = watch.stop.run_until_cancelled(self.next_look(&mut every)).await {
+            if due && looks.is_multiple_of(SLOW_EVERY) {
                 expected = self.people.linked().into_iter().map(Address).collect();
                 self.believe(&watch.links, &expected).await;
                 let folder = watch.data.clone();
                 disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
             }
-            looks = looks.wrapping_add(1);
+            looks = looks.wrapping_add(u32::from(due));
             let looked = self.look(watch.shore_state(disk, expected.clone()), kept).await;
             let Ok((revision, changed)) = looked else { return };
             if let Some((mut standing, notes)) = changed {
@@ -355,8 +349,16 @@ impl Alarms {
                 }
                 logged = standing.iter().map(|alarm| alarm.id).max().unwrap_or_default().max(logged);
                 kept = revision;
-                told.send_replace(standing);
+                told.send_replace(Standing { revision, alarms: standing });
             }
+        }
+    }
+
+    /// When it is to look next: whether a second passed, or somebody did something.
+    async fn next_look(&self, every: &mut Interval) -> bool {
+        tokio::select! {
+            _ = every.tick() => true,
+            () = self.done.notified() => false,
         }
     }
 
@@ -422,72 +424,6 @@ impl Watch {
     }
 }
 
-/// What happened to alarms and is not written down yet.
-#[derive(Debug, Clone, Default)]
-struct PendingNotes(Arc<Mutex<VecDeque<AlarmNote>>>);
-
-impl PendingNotes {
-    fn waiting(&self) -> MutexGuard<'_, VecDeque<AlarmNote>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Where a disk hangs for long, the oldest are given up.
-    fn add(&self, notes: Vec<AlarmNote>) {
-        let mut waiting = self.waiting();
-        waiting.extend(notes);
-        let over = waiting.len().saturating_sub(NOTES_KEPT);
-        waiting.drain(..over);
-    }
-
-    fn all(&self) -> Vec<AlarmNote> {
-        self.waiting().iter().cloned().collect()
-    }
-
-    /// The oldest are written down.
-    fn written(&self, notes: &[AlarmNote]) {
-        let mut waiting = self.waiting();
-        for note in notes {
-            if waiting.front() == Some(note) {
-                waiting.pop_front();
-            }
-        }
-    }
-}
-
-/// Writes down what stands and what happened whenever that changed, until the server ends. Of what stands only the latest
-/// waits for a disk that hangs.
-async fn keep(
-    people: People,
-    mut standing: watch::Receiver<Vec<api::Alarm>>,
-    happened: PendingNotes,
-    stop: CancellationToken,
-) {
-    let mut told = false;
-    while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
-        loop {
-            let now = standing.borrow_and_update().clone();
-            let notes = happened.all();
-            let write = async {
-                people.change(WriteNotes(notes.clone())).await?;
-                happened.written(&notes);
-                people.change(WriteStanding(now)).await
-            };
-            match write.await {
-                Ok(()) => break told = false,
-                Err(Fault::Stopped) => return,
-                Err(error) => {
-                    if !std::mem::replace(&mut told, true) {
-                        tracing::error!(%error, "alarms are not kept over a restart");
-                    }
-                    if stop.run_until_cancelled(tokio::time::sleep(EVERY)).await.is_none() {
-                        return;
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Free and all bytes of the disk on which a folder lies.
 pub fn room(folder: &Path) -> Option<(u64, u64)> {
     let disk = rustix::fs::statvfs(folder).ok()?;
@@ -497,6 +433,8 @@ pub fn room(folder: &Path) -> Option<(u64, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identity::Request;
+    use keep::WriteStanding;
     use units::MonoTime;
 
     #[tokio::test]

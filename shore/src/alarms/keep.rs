@@ -1,0 +1,123 @@
+//! Alarms in app.db: what stands, so that a restart forgets no acknowledgement, and what happened, as it comes.
+
+use super::EVERY;
+use super::notes::WriteNotes;
+use crate::identity::{Fault, People, Request};
+use api::AlarmNote;
+use operations::alarms::NOTES_KEPT;
+use sqlx::SqliteConnection;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+
+/// What stands, and the revision of which that is true.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Standing {
+    pub(super) revision: u64,
+    pub(super) alarms: Vec<api::Alarm>,
+}
+
+/// Reads what stood when the server ended.
+#[derive(Debug)]
+pub(super) struct ReadStanding;
+
+impl Request for ReadStanding {
+    type Answer = Vec<api::Alarm>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<api::Alarm>, Fault> {
+        let sql = "SELECT body FROM alarm ORDER BY id";
+        let bodies: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
+        Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+    }
+}
+
+/// Writes down what stands, in place of what stood.
+#[derive(Debug)]
+pub(super) struct WriteStanding(pub(super) Vec<api::Alarm>);
+
+impl Request for WriteStanding {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        sqlx::query("DELETE FROM alarm").execute(&mut *db).await?;
+        for alarm in &self.0 {
+            let body = serde_json::to_string(alarm).unwrap_or_default();
+            let insert = sqlx::query("INSERT INTO alarm (id, body) VALUES (?1, ?2)");
+            let insert = insert.bind(i64::try_from(alarm.id).unwrap_or(i64::MAX)).bind(body);
+            insert.execute(&mut *db).await?;
+        }
+        Ok(())
+    }
+}
+
+/// What happened to alarms and is not written down yet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PendingNotes(Arc<Mutex<VecDeque<AlarmNote>>>);
+
+impl PendingNotes {
+    fn waiting(&self) -> MutexGuard<'_, VecDeque<AlarmNote>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Where a disk hangs for long, the oldest are given up.
+    pub(super) fn add(&self, notes: Vec<AlarmNote>) {
+        let mut waiting = self.waiting();
+        waiting.extend(notes);
+        let over = waiting.len().saturating_sub(NOTES_KEPT);
+        waiting.drain(..over);
+    }
+
+    fn all(&self) -> Vec<AlarmNote> {
+        self.waiting().iter().cloned().collect()
+    }
+
+    /// The oldest are written down.
+    fn written(&self, notes: &[AlarmNote]) {
+        let mut waiting = self.waiting();
+        for note in notes {
+            if waiting.front() == Some(note) {
+                waiting.pop_front();
+            }
+        }
+    }
+}
+
+/// Writes down what stands and what happened whenever that changed, until the server ends, and says in `kept` up to which
+/// revision it did. Of what stands only the latest waits for a disk that hangs.
+pub(super) async fn keep(
+    people: People,
+    mut standing: watch::Receiver<Standing>,
+    happened: PendingNotes,
+    kept: watch::Sender<Option<u64>>,
+    stop: CancellationToken,
+) {
+    let mut told = false;
+    kept.send_replace(Some(0));
+    while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
+        loop {
+            let Standing { revision, alarms } = standing.borrow_and_update().clone();
+            let notes = happened.all();
+            let write = async {
+                people.change(WriteNotes(notes.clone())).await?;
+                happened.written(&notes);
+                people.change(WriteStanding(alarms)).await
+            };
+            match write.await {
+                Ok(()) => {
+                    kept.send_replace(Some(revision));
+                    break told = false;
+                }
+                Err(Fault::Stopped) => return,
+                Err(error) => {
+                    if !std::mem::replace(&mut told, true) {
+                        tracing::error!(%error, "alarms are not kept over a restart");
+                    }
+                    if stop.run_until_cancelled(tokio::time::sleep(EVERY)).await.is_none() {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
