@@ -1,10 +1,12 @@
 // Several vessels in one view, on two simulated Otters: node beside.mjs URL PASSWORD.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, look, sameSamples } from "./browser.mjs";
+import { check, inBrowser, logIn, look, sameSamples, until } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const [OWN, OTHER] = [10449, 10450];
+/** Farther back than the place in the plot that is clicked at. */
+const PAST_MS = 10_000;
 
 await inBrowser(async (open) => {
   const page = await open();
@@ -35,7 +37,12 @@ await inBrowser(async (open) => {
   check(new URL(await link.getAttribute("href"), url).searchParams.get("vessel") === String(OTHER), "the file is the other's");
   await look(page, "beside-live");
 
-  // The past: one time for both. Their places then are what the history has of each.
+  // The past: one time for both. Their places then are what the history has of each, once it goes back far enough.
+  const forwardSpeed = async (timeUs) => {
+    const at = await (await page.request.get(`${url}/api/v1/vessels/${OTHER}/at?time_us=${Math.round(timeUs)}`)).json();
+    return at.values.find((one) => one.abbrev === "EstimatedState")?.fields.find(({ name }) => name === "u").value;
+  };
+  await until(async () => (await forwardSpeed((Date.now() - PAST_MS) * 1e3)) !== undefined, "a past of some seconds");
   await page.getByRole("button", { name: "Zoom out" }).click();
   const over = plot.locator(".u-over");
   await over.scrollIntoViewIfNeeded();
@@ -47,8 +54,7 @@ await inBrowser(async (open) => {
   const query = new URL(page.url()).searchParams;
   const t = Number(query.get("t"));
   const then = await told(/otter-2 Navigation forward speed\s*−?\d.* m\/s/).locator(".num").innerText();
-  const at = await (await page.request.get(`${url}/api/v1/vessels/${OTHER}/at?time_us=${t}`)).json();
-  const u = at.values.find((one) => one.abbrev === "EstimatedState").fields.find(({ name }) => name === "u").value;
+  const u = await forwardSpeed(t);
   check(Math.abs(Number.parseFloat(then.replace("−", "-")) - u) < 0.3, `${then} is about ${u}`);
   // Its file holds what the history has of it in the time that is shown.
   const saved = page.waitForEvent("download");

@@ -93,6 +93,16 @@ export async function later(seen, stepS) {
   throw new Error(`not ${seen}, 40 times ${stepS} s later`);
 }
 
+/** Asks again and again, until something that no page shows holds; gives what was answered then. */
+export async function until(holds, what, withinMs = 30_000) {
+  for (const end = Date.now() + withinMs; Date.now() < end; ) {
+    const answer = await holds();
+    if (answer) return answer;
+    await new Promise((done) => setTimeout(done, 200));
+  }
+  throw new Error(`${what}: not within ${withinMs / 1e3} s`);
+}
+
 /** Whether two values are the same all through; else the first difference is told. */
 export function same(found, wanted, what) {
   if (!Array.isArray(found) || !Array.isArray(wanted)) return check(Object.is(found, wanted), `${what}: ${JSON.stringify(found)} in place of ${JSON.stringify(wanted)}`);

@@ -1,6 +1,6 @@
 // The Parameters tab on a simulated Otter: node params.mjs URL PASSWORD. Prints what it wants done to processes.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, look, until } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10449;
@@ -128,7 +128,10 @@ await inBrowser(async (open) => {
   const link = async () => (await (await page.request.get(`${url}/api/v1/links`)).json()).find((one) => one.vessel === OTTER);
   const { connections } = await link();
   console.log("kill otter-1");
-  for (let now = await link(); !now.up || now.connections === connections; now = await link()) await new Promise((done) => setTimeout(done, 200));
+  await until(async () => {
+    const now = await link();
+    return now.up && now.connections !== connections;
+  }, "a new connection of the vessel", 90_000);
   await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
   await button(page, "Read from vessel").click();
   await box(page).getByText(/^Read\./).waitFor();
