@@ -16,13 +16,14 @@ use crate::links::Links;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::router::Router;
-use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, Role};
+use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, ChartDifference, Role};
 use hub::Fleet;
 use imc::Address;
 use keep::{PendingNotes, ReadStanding, Standing, keep};
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, Priority, Saved, ShoreState, Signature, State,
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, OtherChart, Priority, Saved, ShoreState,
+    Signature, State,
 };
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -406,8 +407,13 @@ impl Watch {
         });
         let charts = status.iter().filter(|(_, status)| status.up).filter_map(|(vessel, _)| {
             let chart = self.links.chart(*vessel);
-            let other = ["fetching", "waiting", "failed", "other"].contains(&&chart.state[..]);
-            other.then_some((*vessel, chart.text))
+            let held = chart.digest.is_some();
+            let difference = chart.difference.filter(|difference| match difference {
+                ChartDifference::Declined => false,
+                ChartDifference::NoneAshore => held,
+                _ => true,
+            })?;
+            Some(OtherChart { vessel: *vessel, held, difference })
         });
         let recorder = self.recorder.state();
         let recorder = recorder.borrow();

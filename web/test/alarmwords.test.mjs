@@ -23,7 +23,7 @@ const ALL = [
   { code: "other_source", peer: "10.0.0.9:6002", transport: "udp" },
   { code: "charge", percent: 19 },
   { code: "clock", ahead_ms: -340 },
-  { code: "chart", words: "fetching" },
+  { code: "chart", held: true, difference: { stage: "fetching", percent: 43 } },
   { code: "log_book", part: "Logger", words: "the leak sensor is wet" },
   { code: "server", words: "no space left" },
   { code: "disk", free_mib: 1_536 },
@@ -67,4 +67,16 @@ test("who reads Bokmål reads alarms and their advice in it, and a vessel's word
     assert.deepEqual(advice({ cause: "No fish are heard meanwhile.", consequence: "Of a newer server.", action: "It may happen again." }), { cause: "Ingen fisk høres imens.", consequence: "Of a newer server.", action: "Det kan skje igjen." });
   });
   assert.equal(adviceOf({ cause: "No fish are heard meanwhile.", consequence: "", action: "" }).cause, "No fish are heard meanwhile.");
+});
+
+test("each way in which a chart differs from the shore's has words, in Bokmål too", async () => {
+  const stages = [{ stage: "other" }, { stage: "fetching", percent: 43 }, { stage: "waiting", why: "sailing" }, { stage: "failed", why: "disk full" }, { stage: "declined" }, { stage: "none_ashore" }];
+  const all = stages.flatMap((difference) => [true, false].map((held) => ({ code: "chart", held, difference })));
+  const english = all.map((one) => said(one));
+  assert.equal(new Set(english).size, all.length);
+  assert.equal(english[2], "another sea chart than ashore; 43 % of the shore's is transferred");
+  assert.equal(english[7], "no sea chart aboard; the shore's was not taken over: disk full");
+  await inBokmal(async () => {
+    for (const [at, one] of all.entries()) assert.notEqual(said(one), english[at]);
+  });
 });

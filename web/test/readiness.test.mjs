@@ -15,7 +15,7 @@ async function load(path) {
 const { readiness } = await load("state/readiness");
 
 const part = (label, state, description = "", more = {}) => ({ entity: 1, label, state, description, ageS: 0.2, old: false, ...more });
-const link = (more = {}) => ({ up: true, backlog_records: 0, backlog_age_s: 0, chart: { state: "same", text: "the same as ashore" }, ...more });
+const link = (more = {}) => ({ up: true, backlog_records: 0, backlog_age_s: 0, chart: { state: "same", text: "up to date", digest: "07", difference: null }, ...more });
 
 test("a vessel whose parts are all normal is ready", () => {
   const { grade, verdict, remarks } = readiness([part("GPS", "NORMAL"), part("Preflight", "NORMAL"), part("unheard", "")], link());
@@ -27,7 +27,7 @@ test("what stands against it comes with what to do, the worst first", () => {
     part("Clock", "FAULT", "-15.0 ms off the satellites"),
     part("Preflight", "BOOT", "the motors are not armed; missing: heading"),
     part("Motor Port", "ERROR", "nothing from the motor card: check its power"),
-  ], link({ chart: { state: "other", text: "another edition than ashore" } }));
+  ], link({ chart: { state: "other", text: "", digest: "07", difference: { stage: "other" } } }));
   assert.deepEqual([grade, verdict], ["bad", "Not ready to sail"]);
   assert.deepEqual(remarks.map(({ part }) => part), ["Motor Port", "Clock", "Sea chart", "Preflight"]);
   assert.equal(remarks[0].says, "nothing from the motor card: check its power");

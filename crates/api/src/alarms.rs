@@ -117,8 +117,10 @@ pub enum AlarmSaying {
     },
     /// The vessel has another sea chart than the shore.
     Chart {
-        /// How far it is, in words.
-        words: String,
+        /// Whether it has any.
+        held: bool,
+        /// How they differ, and what becomes of that.
+        difference: ChartDifference,
     },
     /// The vessel wrote an error into its log book.
     LogBook {
@@ -167,7 +169,7 @@ impl AlarmSaying {
                 "the vessel's clock is {seconds} s ahead of the server's"
             }
             Self::Clock { .. } => "the vessel's clock is {seconds} s behind the server's",
-            Self::Chart { .. } => "sea chart: {words}",
+            Self::Chart { held, difference } => difference.template(*held),
             Self::LogBook { .. } => "{part}: {words}",
             Self::Server { .. } => "{words}",
             Self::Disk { .. } => "{free} GiB are free on the server's disk",
@@ -193,11 +195,84 @@ impl AlarmSaying {
             }
             Self::Charge { percent } => vec![("percent", percent.to_string())],
             Self::Clock { ahead_ms } => vec![("seconds", format!("{:.1}", ahead_ms.abs() as f64 / 1e3))],
-            Self::Chart { words } | Self::Server { words } => vec![("words", words.clone())],
+            Self::Chart { difference, .. } => difference.values(),
+            Self::Server { words } => vec![("words", words.clone())],
             Self::LogBook { part, words } => vec![("part", part.clone()), ("words", words.clone())],
             Self::Disk { free_mib } => vec![("free", format!("{:.1}", *free_mib as f64 / 1024.0))],
             Self::TooMany { count, most } => vec![("count", count.to_string()), ("most", most.to_string())],
         }
+    }
+}
+
+/// How a vessel's sea chart differs from the shore's, and what becomes of that.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "stage", rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum ChartDifference {
+    /// Nothing is done about it.
+    Other,
+    /// The shore's is on its way.
+    Fetching {
+        /// How much of it is aboard (%).
+        percent: u8,
+    },
+    /// The shore's is aboard and not in force yet.
+    Waiting {
+        /// Why, in the vessel's words.
+        why: String,
+    },
+    /// The shore's could not be taken over.
+    Failed {
+        /// Why, in the vessel's words.
+        why: String,
+    },
+    /// The vessel is set up to take none from ashore.
+    Declined,
+    /// There is none ashore to compare with.
+    NoneAshore,
+}
+
+impl ChartDifference {
+    /// The English words, with places for the values; `held` says whether the vessel has any chart.
+    pub const fn template(&self, held: bool) -> &'static str {
+        match (self, held) {
+            (Self::Other, true) => "another sea chart than ashore",
+            (Self::Other, false) => "no sea chart aboard",
+            (Self::Fetching { .. }, true) => {
+                "another sea chart than ashore; {percent} % of the shore's is transferred"
+            }
+            (Self::Fetching { .. }, false) => {
+                "no sea chart aboard; {percent} % of the shore's is transferred"
+            }
+            (Self::Waiting { .. }, true) => {
+                "another sea chart than ashore; the shore's is aboard and waits: {why}"
+            }
+            (Self::Waiting { .. }, false) => "no sea chart aboard; the shore's is aboard and waits: {why}",
+            (Self::Failed { .. }, true) => {
+                "another sea chart than ashore; the shore's was not taken over: {why}"
+            }
+            (Self::Failed { .. }, false) => "no sea chart aboard; the shore's was not taken over: {why}",
+            (Self::Declined, true) => {
+                "another sea chart than ashore; the vessel is set up to take none from ashore"
+            }
+            (Self::Declined, false) => "no sea chart aboard; the vessel is set up to take none from ashore",
+            (Self::NoneAshore, true) => "there is no sea chart ashore to compare the vessel's with",
+            (Self::NoneAshore, false) => "no sea chart aboard, and none ashore",
+        }
+    }
+
+    /// The values for the places.
+    pub fn values(&self) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Fetching { percent } => vec![("percent", percent.to_string())],
+            Self::Waiting { why } | Self::Failed { why } => vec![("why", why.clone())],
+            Self::Other | Self::Declined | Self::NoneAshore => Vec::new(),
+        }
+    }
+
+    /// All of it in English.
+    pub fn english(&self, held: bool) -> String {
+        filled(self.template(held), &self.values())
     }
 }
 

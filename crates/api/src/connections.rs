@@ -1,5 +1,6 @@
 //! How the server itself is: who is connected, how the links and the recording go.
 
+use crate::ChartDifference;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -81,8 +82,8 @@ pub struct VesselChart {
     pub edition: Option<String>,
     /// SHA-256 of its file in hexadecimal digits; null for none.
     pub digest: Option<String>,
-    /// How much of the shore's is aboard while it is fetched (%).
-    pub percent: Option<f64>,
+    /// How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
+    pub difference: Option<ChartDifference>,
     /// When the vessel said so, µs since 1970 UTC; null while unknown.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub told_us: Option<i64>,

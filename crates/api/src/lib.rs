@@ -29,7 +29,7 @@ mod vessel_reports;
 
 pub use alarms::{
     Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmSaying, AlarmShelving, AlarmWord,
-    ShelveRequest, filled,
+    ChartDifference, ShelveRequest, filled,
 };
 pub use charts::{
     ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorRequest, ChartDepth,

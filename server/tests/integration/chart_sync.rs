@@ -131,7 +131,7 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
     assert_eq!(load(&mut console, 801, land).await.r#type, PlanControlType::Success);
     let told =
         until("told how far", || Some(held(&mut browser)).filter(|chart| chart["state"] == "fetching")).await;
-    assert!(told["percent"].as_f64().unwrap() > 0.0 && told["edition"].is_null(), "{told}");
+    assert!(told["difference"]["percent"].as_f64().unwrap() > 0.0 && told["edition"].is_null(), "{told}");
 
     // The vessel dies, then the server; nothing is fetched twice.
     agent.process.kill();

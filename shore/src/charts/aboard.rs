@@ -1,7 +1,7 @@
 //! Which chart each vessel holds, as it said last. Kept in a file, so that it is known over restarts, and to
 //! `lutra-server chart sync` while no server runs.
 
-use api::VesselChart;
+use api::{ChartDifference, VesselChart};
 use imc::Address;
 use link::{ChartDigest, ChartReport, ChartStage};
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,20 @@ impl Reported {
             of: report.of,
             text: report.text,
             at_us,
+        }
+    }
+
+    /// What becomes of a chart that is not the shore's, if there is one ashore.
+    fn difference(&self, ashore: bool) -> ChartDifference {
+        match self.stage {
+            _ if !ashore => ChartDifference::NoneAshore,
+            Stage::Settled => ChartDifference::Other,
+            Stage::Fetching => {
+                ChartDifference::Fetching { percent: (self.have * 100 / self.of.max(1)).min(100) as u8 }
+            }
+            Stage::Waiting => ChartDifference::Waiting { why: self.text.clone() },
+            Stage::Failed => ChartDifference::Failed { why: self.text.clone() },
+            Stage::Declined => ChartDifference::Declined,
         }
     }
 }
@@ -129,32 +143,23 @@ fn compared(told: Option<&Reported>, ashore: Option<ChartDigest>) -> VesselChart
         return VesselChart { state: "unknown".to_owned(), text: text.to_owned(), ..VesselChart::default() };
     };
     let ashore = ashore.map(hex::encode);
-    let same = ashore.is_some() && told.held == ashore;
-    let percent = 100.0 * told.have as f64 / (told.of.max(1)) as f64;
-    let holds = if told.held.is_some() { "another than ashore" } else { "none aboard" };
-    let (state, text) = match (told.stage, &ashore) {
-        _ if same => ("same", "up to date".to_owned()),
-        (_, None) => {
-            let text =
-                if told.held.is_some() { "there is no chart ashore" } else { "none aboard, none ashore" };
-            (if told.held.is_some() { "other" } else { "none" }, text.to_owned())
-        }
-        (Stage::Declined, _) => {
-            ("declined", format!("{holds}: the vessel is set up to take none from ashore"))
-        }
-        (Stage::Waiting, _) => {
-            ("waiting", format!("{holds}: the shore's is aboard and waits: {}", told.text))
-        }
-        (Stage::Failed, _) => ("failed", format!("{holds}: {}", told.text)),
-        (Stage::Fetching, _) => ("fetching", format!("{holds}: {percent:.0} % transferred")),
-        (Stage::Settled, _) => ("other", holds.to_owned()),
+    let held = told.held.is_some();
+    let difference = (told.held != ashore || !held).then(|| told.difference(ashore.is_some()));
+    let state = match &difference {
+        None => "same",
+        Some(ChartDifference::NoneAshore) if !held => "none",
+        Some(ChartDifference::NoneAshore | ChartDifference::Other) => "other",
+        Some(ChartDifference::Fetching { .. }) => "fetching",
+        Some(ChartDifference::Waiting { .. }) => "waiting",
+        Some(ChartDifference::Failed { .. }) => "failed",
+        Some(ChartDifference::Declined) => "declined",
     };
     VesselChart {
         state: state.to_owned(),
-        text,
-        edition: told.held.is_some().then(|| told.edition.clone()),
+        text: difference.as_ref().map_or_else(|| "up to date".to_owned(), |one| one.english(held)),
+        edition: held.then(|| told.edition.clone()),
         digest: told.held.clone(),
-        percent: (state == "fetching").then_some(percent),
+        difference,
         told_us: Some(told.at_us),
     }
 }
@@ -179,17 +184,26 @@ mod tests {
         };
         let told = |state: &str, text: &str| (state.to_owned(), text.to_owned());
         assert_eq!(state(&report, Some([6; 32])), told("same", "up to date"));
-        assert_eq!(state(&report, Some([7; 32])), told("other", "another than ashore"));
-        assert_eq!(state(&report, None), told("other", "there is no chart ashore"));
+        assert_eq!(state(&report, Some([7; 32])), told("other", "another sea chart than ashore"));
+        assert_eq!(
+            state(&report, None),
+            told("other", "there is no sea chart ashore to compare the vessel's with")
+        );
         let fetching = ChartReport { stage: ChartStage::Fetching, have: 43, of: 100, ..report.clone() };
         assert_eq!(
             state(&fetching, Some([7; 32])),
-            told("fetching", "another than ashore: 43 % transferred")
+            told("fetching", "another sea chart than ashore; 43 % of the shore's is transferred")
         );
         let none = ChartReport { held: [0; 32], ..fetching };
-        assert_eq!(state(&none, Some([7; 32])), told("fetching", "none aboard: 43 % transferred"));
+        assert_eq!(
+            state(&none, Some([7; 32])),
+            told("fetching", "no sea chart aboard; 43 % of the shore's is transferred")
+        );
         let failed = ChartReport { stage: ChartStage::Failed, text: "disk full".to_owned(), ..report };
-        assert_eq!(state(&failed, Some([7; 32])), told("failed", "another than ashore: disk full"));
+        assert_eq!(
+            state(&failed, Some([7; 32])),
+            told("failed", "another sea chart than ashore; the shore's was not taken over: disk full")
+        );
         assert_eq!(aboard.vessels(), [0x2810]);
 
         // Rubbish is as good as nothing.

@@ -215,9 +215,13 @@ percent: number, } | { "code": "clock",
  */
 ahead_ms: number, } | { "code": "chart", 
 /**
- * How far it is, in words.
+ * Whether it has any.
  */
-words: string, } | { "code": "log_book", 
+held: boolean, 
+/**
+ * How they differ, and what becomes of that.
+ */
+difference: ChartDifference, } | { "code": "log_book", 
 /**
  * Which part did.
  */
@@ -242,6 +246,20 @@ count: number,
  * How many are kept.
  */
 most: number, };
+
+export type ChartDifference = { "stage": "other" } | { "stage": "fetching", 
+/**
+ * How much of it is aboard (%).
+ */
+percent: number, } | { "stage": "waiting", 
+/**
+ * Why, in the vessel's words.
+ */
+why: string, } | { "stage": "failed", 
+/**
+ * Why, in the vessel's words.
+ */
+why: string, } | { "stage": "declined" } | { "stage": "none_ashore" };
 
 export type AlarmShelving = { 
 /**
@@ -3175,9 +3193,9 @@ edition: string | null,
  */
 digest: string | null, 
 /**
- * How much of the shore's is aboard while it is fetched (%).
+ * How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
  */
-percent: number | null, 
+difference: ChartDifference | null, 
 /**
  * When the vessel said so, µs since 1970 UTC; null while unknown.
  */

@@ -1,6 +1,6 @@
 // What alarms say, in the person's language: their codes and figures as words. Pure.
 
-import type { Alarm, AlarmSaying } from "../api/types.gen";
+import type { Alarm, AlarmSaying, ChartDifference } from "../api/types.gen";
 import { utc } from "../ui/format";
 import { fromServer, t } from "../words/words";
 
@@ -35,7 +35,7 @@ function saying(one: AlarmSaying): string {
     case "clock":
       return clock(one.ahead_ms);
     case "chart":
-      return t("sea chart: {words}", { words: one.words });
+      return chartDiffers(one.held, one.difference);
     case "log_book":
       return `${one.part}: ${one.words}`;
     case "server":
@@ -44,6 +44,30 @@ function saying(one: AlarmSaying): string {
       return t("{free} GiB are free on the server's disk", { free: (one.free_mib / 1024).toFixed(1) });
     case "too_many":
       return t("{count} alarms have no place in the list of {most}", { count: one.count, most: one.most });
+  }
+}
+
+/** How a vessel's sea chart differs from the shore's; `held` says whether it has any. */
+export function chartDiffers(held: boolean, difference: ChartDifference): string {
+  switch (difference.stage) {
+    case "other":
+      return held ? t("another sea chart than ashore") : t("no sea chart aboard");
+    case "fetching": {
+      const { percent } = difference;
+      return held ? t("another sea chart than ashore; {percent} % of the shore's is transferred", { percent }) : t("no sea chart aboard; {percent} % of the shore's is transferred", { percent });
+    }
+    case "waiting": {
+      const { why } = difference;
+      return held ? t("another sea chart than ashore; the shore's is aboard and waits: {why}", { why }) : t("no sea chart aboard; the shore's is aboard and waits: {why}", { why });
+    }
+    case "failed": {
+      const { why } = difference;
+      return held ? t("another sea chart than ashore; the shore's was not taken over: {why}", { why }) : t("no sea chart aboard; the shore's was not taken over: {why}", { why });
+    }
+    case "declined":
+      return held ? t("another sea chart than ashore; the vessel is set up to take none from ashore") : t("no sea chart aboard; the vessel is set up to take none from ashore");
+    case "none_ashore":
+      return held ? t("there is no sea chart ashore to compare the vessel's with") : t("no sea chart aboard, and none ashore");
   }
 }
 

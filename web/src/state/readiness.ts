@@ -2,6 +2,7 @@
 
 import type { LinkStatus } from "../api/types.gen";
 import { t, tn } from "../words/words";
+import { chartDiffers } from "./alarmwords";
 import type { EntityReading } from "./vitals";
 
 export type Grade = "bad" | "attention" | "starting";
@@ -51,6 +52,10 @@ function ofLink({ up, backlog_records, backlog_age_s, chart }: LinkStatus): Rema
   const remarks: Remark[] = [];
   if (!up) remarks.push({ part: t("Link"), grade: "attention", says: t("is down: what happens aboard comes ashore when it stands again") });
   else if (backlog_age_s > OLD_BACKLOG_S) remarks.push({ part: t("Link"), grade: "attention", says: tn(backlog_records, "one record waits aboard", "{n} records wait aboard") });
-  if (!["same", "none", "unknown", "declined"].includes(chart.state)) remarks.push({ part: t("Sea chart"), grade: chart.state === "failed" ? "bad" : "attention", says: chart.text });
+  const { difference, digest } = chart;
+  // A vessel that takes no chart from ashore is set up so; without any chart, here or there, there is nothing to compare.
+  if (difference && difference.stage !== "declined" && (digest || difference.stage !== "none_ashore")) {
+    remarks.push({ part: t("Sea chart"), grade: difference.stage === "failed" ? "bad" : "attention", says: chartDiffers(digest !== null, difference) });
+  }
   return remarks;
 }

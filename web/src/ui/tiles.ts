@@ -1,14 +1,14 @@
 // Instruments: value, unit and age; hatched and struck when over the contract.
 
-import type { System } from "../api/types.gen";
-import type { LinkStatus, RouteLeg } from "../api/types.gen";
+import type { LinkStatus, RouteLeg, System } from "../api/types.gen";
+import { chartDiffers } from "../state/alarmwords";
+import { LIVENESS } from "../state/card";
 import { doing, progressText, runs, whyText } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
 import { t } from "../words/words";
+import { createDial } from "./dial";
 import { make, setAttribute, setText } from "./dom";
 import { age, bearing, knots } from "./format";
-import { createDial } from "./dial";
-import { LIVENESS } from "../state/card";
 
 interface Tile {
   readonly root: HTMLElement;
@@ -155,10 +155,11 @@ function more(further: HTMLElement): HTMLButtonElement {
 /** The chart that the vessel holds: a word, all of it, and whether somebody has to look. */
 function chart(link: LinkStatus | undefined): { word: string; note: string; alert: string } {
   if (!link) return { word: "", note: "", alert: "" };
-  const { state, text, edition, percent } = link.chart;
-  const word = state === "fetching" ? `${Math.floor(percent ?? 0)} %` : (CHART[state] ?? state);
+  const { state, edition, digest, difference } = link.chart;
+  const word = difference?.stage === "fetching" ? `${difference.percent} %` : (CHART[state] ?? state);
   const holds = edition ? t("holds {edition}", { edition }) : "";
-  const note = state === "same" ? (edition ?? "") : [text, holds].filter(Boolean).join("; ");
+  const differs = difference ? chartDiffers(digest !== null, difference) : t("not known: the vessel has not reported since it was set up, or its program is too old");
+  const note = state === "same" ? (edition ?? "") : [differs, holds].filter(Boolean).join("; ");
   return { word, note, alert: state === "failed" ? "bad" : state === "other" || state === "waiting" ? "warn" : "" };
 }
 

@@ -5,7 +5,7 @@
 
 use super::part::{PartKind, SentKinds, charge_rank};
 use super::{Key, Kind, Priority, Trouble, shorten};
-use api::AlarmSaying;
+use api::{AlarmSaying, ChartDifference};
 use hub::{Contradiction, Fleet, Liveness, Series, SeriesKey, System, Transport};
 use imc::messages::{
     Abort, EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
@@ -53,6 +53,28 @@ pub struct LinkClock {
     pub uncertainty_s: f64,
 }
 
+/// A vessel that holds another sea chart than the shore.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OtherChart {
+    /// The vessel.
+    pub vessel: Address,
+    /// Whether it has any.
+    pub held: bool,
+    /// How they differ.
+    pub difference: ChartDifference,
+}
+
+impl OtherChart {
+    fn says(&self) -> AlarmSaying {
+        let difference = match &self.difference {
+            ChartDifference::Waiting { why } => ChartDifference::Waiting { why: bounded(why) },
+            ChartDifference::Failed { why } => ChartDifference::Failed { why: bounded(why) },
+            other => other.clone(),
+        };
+        AlarmSaying::Chart { held: self.held, difference }
+    }
+}
+
 /// What the server says of itself.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShoreState {
@@ -60,8 +82,8 @@ pub struct ShoreState {
     pub clocks: Vec<LinkClock>,
     /// Vessels that are expected to come in by their link.
     pub expected: Vec<Address>,
-    /// Vessels with a link that is up that hold another sea chart than the shore, and what of it.
-    pub charts: Vec<(Address, String)>,
+    /// Vessels with a link that is up that hold another sea chart than the shore.
+    pub charts: Vec<OtherChart>,
     /// Who else speaks in the name of vessels that have a link.
     pub contradictions: Vec<Contradiction>,
     /// Why nothing is recorded.
@@ -162,11 +184,10 @@ impl Observer {
             all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, vec![says]));
         }
         if Work::of(system) != Work::Rest {
-            let other = shore.charts.iter().find(|(of, _)| *of == vessel);
-            all.extend(other.map(|(_, text)| {
-                let says = AlarmSaying::Chart { words: bounded(text) };
-                trouble(vessel, Kind::Chart, "", Priority::Caution, vec![says])
-            }));
+            let other = shore.charts.iter().find(|chart| chart.vessel == vessel);
+            all.extend(
+                other.map(|chart| trouble(vessel, Kind::Chart, "", Priority::Caution, vec![chart.says()])),
+            );
         }
         // What a part says of itself needs no log book.
         for part in parts.bad {

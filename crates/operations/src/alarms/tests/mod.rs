@@ -294,7 +294,8 @@ fn clocks_errors_in_log_books_and_a_full_disk_are_told() {
 #[test]
 fn a_vessel_that_sails_by_another_chart_is_a_caution_after_a_minute() {
     let mut bench = Bench::new();
-    bench.shore.charts = vec![(BOAT, "another than ashore: 43 % transferred".to_owned())];
+    let difference = api::ChartDifference::Fetching { percent: 43 };
+    bench.shore.charts = vec![OtherChart { vessel: BOAT, held: true, difference }];
     bench.pass(90);
     assert!(bench.told().is_empty(), "at rest nobody needs to know");
     bench.mode(VehicleStateOpMode::Maneuver, 450);
