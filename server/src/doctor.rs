@@ -112,7 +112,7 @@ fn encryption(config: &Config) -> Result<String, String> {
 }
 
 fn pages() -> Result<String, String> {
-    if crate::http::asset_path("main.css").is_empty() {
+    if crate::web::asset_path("main.css").is_empty() {
         return Err(
             "this program was built without scripts and styles: run `make web` and build it again".to_owned()
         );

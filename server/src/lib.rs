@@ -4,7 +4,7 @@
 //! is decided in the cores below. `main.rs` only starts it, so that tests can start it too.
 //!
 //! `serve` starts a server from a `Config` and gives a `Serving`; `cli` is its command line; `http::routes` and `pages` list
-//! every route. It knows every service of the shore and owns no state that commands a vessel.
+//! every route, and `web` stands before them. It knows every service of the shore and owns no state that commands a vessel.
 
 pub mod cli;
 pub mod config;
@@ -12,9 +12,11 @@ mod doctor;
 mod http;
 mod log;
 mod pages;
+mod serve;
 mod state;
 mod tls;
 mod transports;
+mod web;
 
-pub use http::serve::{Serving, serve, serve_by};
+pub use serve::{Serving, serve, serve_by};
 pub(crate) use state::AppState;

@@ -1,10 +1,7 @@
 //! What is wrong, for people to acknowledge or to put aside.
 
-use super::error::ApiError;
-use super::extract::{self, InBody, InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
 use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveRequest};
 use axum::Json;
 use axum::extract::State;

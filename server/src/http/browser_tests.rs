@@ -1,8 +1,8 @@
 //! The first page in a real browser, on a made-up fleet.
 
-use super::serve::{Serving, serve, serve_by};
 use super::testing::{Boats, an_hour, boat, packet};
 use crate::config::Config;
+use crate::serve::{Serving, serve, serve_by};
 use bytes::Bytes;
 use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock};
 use hub::{Incoming, Lane, LinkSeq};

@@ -1,9 +1,7 @@
 //! The sea chart for maps and programs.
 
-use super::error::ApiError;
-use super::extract::{InBody, InPath, QueryParams};
-use super::guard::Who;
 use crate::AppState;
+use crate::web::{ApiError, InBody, InPath, QueryParams, Who};
 use api::{
     ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
     SeaRouteRequest,

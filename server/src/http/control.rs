@@ -1,11 +1,7 @@
 //! Who commands a vessel, and what it is ordered to do.
 
-use super::error::ApiError;
-use super::extract::QueryParams;
-use super::extract::{InBody, InPath};
-use super::guard::{OfVessel, Who};
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InBody, InPath, OfVessel, QueryParams, Remote, Who};
 use api::{
     Command, LeaseAction, LeaseRequest, Order as OrderWanted, OrderRequest, Ordered, PlanUnderWay,
     PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent,

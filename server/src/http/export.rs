@@ -1,9 +1,7 @@
 //! Exports: streamed as they are written, in constant memory, whole or visibly cut.
 
-use super::error::ApiError;
-use super::extract::{self, QueryParams};
-use super::guard::Who;
 use crate::AppState;
+use crate::web::{ApiError, QueryParams, Who, extract};
 use api::{DetectionsFileQuery, ExportQuery, ExportSize, LogQuery, Role};
 use axum::Json;
 use axum::body::{Body, Bytes};

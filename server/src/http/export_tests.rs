@@ -1,10 +1,10 @@
 //! Exports: what they hold, how they are refused, and that a cut one is never taken for whole.
 
 use super::history_tests::put;
-use super::serve::serve;
 use super::testing::FIRST;
 use super::tests::Shore;
 use crate::config::Config;
+use crate::serve::serve;
 use api::Role;
 use axum::http::{StatusCode, header};
 use flate2::read::MultiGzDecoder;

@@ -1,9 +1,7 @@
 //! The fleet as it is and as it was, for programs.
 
-use super::error::ApiError;
-use super::extract::{self, QueryParams};
-use super::guard::{OfVessel, Who};
 use crate::AppState;
+use crate::web::{ApiError, OfVessel, QueryParams, Who, extract};
 use api::{
     At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery,
     FleetDetectionsQuery, Gap, GapsQuery, LogBook, Recorded, RecordedDay, Samples, SamplesQuery, Series,

@@ -1,9 +1,9 @@
 //! The history's routes on a store with a recording of DUNE and made-up packets, and hostile questions to all.
 
-use super::route::{Kind, Need};
-use super::routes;
 use super::testing::{FIRST, an_hour};
 use super::tests::Shore;
+use crate::serve::router;
+use crate::web::{Kind, Need};
 use api::{
     At, Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint,
 };
@@ -284,8 +284,8 @@ async fn nobody_is_told_of_what_they_may_not_see() {
     assert!(!all.is_empty() && all.iter().all(|one| one.system == FIRST + 1));
     let other: Vec<Series> = json(&shore, &format!("/api/v1/series?system={FIRST}"), &token).await;
     assert!(other.is_empty());
-    let reading = |route: &&super::route::Route| route.method == axum::http::Method::GET;
-    let reading: Vec<_> = routes::table().iter().filter(reading).map(|route| route.path).collect();
+    let reading = |route: &&crate::web::route::Route| route.method == axum::http::Method::GET;
+    let reading: Vec<_> = router::table().iter().filter(reading).map(|route| route.path).collect();
     for path in reading.into_iter().filter(|path| path.contains("{vessel}")) {
         let path = path.replace("{vessel}", &FIRST.to_string());
         assert_eq!(shore.get(&path, &token).await.status, StatusCode::FORBIDDEN, "{path}");
@@ -375,7 +375,7 @@ async fn no_question_makes_the_server_fail() {
         _ => "",
     };
     let mut asked = 0;
-    for route in routes::table()
+    for route in router::table()
         .iter()
         .filter(|route| route.kind == Kind::Api && route.method == Method::GET && route.need != Need::Anyone)
     {

@@ -2,8 +2,8 @@
 //! is executed, no page grows wider than its window.
 
 use super::browser_tests::quiet;
-use super::serve::serve;
 use super::testing::{Boats, FIRST, boat, packet};
+use crate::serve::serve;
 use bytes::Bytes;
 use imc::messages::{
     Announce, EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, LogBookEntry,

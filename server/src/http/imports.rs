@@ -3,11 +3,8 @@
 //! A log speaks for any vessel, and what it says stays in the archive: so it takes the role operator on all
 //! vessels. The body is the file as it is, plain or packed by gzip, written to the disk as it comes.
 
-use super::error::ApiError;
-use super::extract::{InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
 use api::{Import, ImportQuery};
 use axum::Json;
 use axum::body::Body;

@@ -13,11 +13,11 @@
 mod compact;
 
 use self::compact::Compact;
-use super::error::ApiError;
-use super::guard::{Who, identify};
-use super::outgoing::{Ended, Outgoing, PATIENCE, bounded};
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{
+    ApiError, Remote, Who, identify, outgoing::Ended, outgoing::Outgoing, outgoing::PATIENCE,
+    outgoing::bounded,
+};
 use api::{LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};

@@ -1,8 +1,8 @@
 //! The live socket over real connections.
 
-use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat, event, voltage};
 use crate::config::Config;
+use crate::serve::{Serving, serve};
 use api::{LiveFrame, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::LogBookEntry;

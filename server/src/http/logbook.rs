@@ -1,10 +1,7 @@
 //! The log book that people keep, for programs and its page.
 
-use super::error::ApiError;
-use super::extract::{self, InBody, InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
 use api::{
     LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogNotesFileQuery,
     LogNotesQuery, Role,

@@ -1,10 +1,7 @@
 //! Missions that people record, for programs and their pages.
 
-use super::error::ApiError;
-use super::extract::{self, InBody, InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
 use api::{Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, Missions, MissionsQuery};
 use axum::Json;
 use axum::extract::State;

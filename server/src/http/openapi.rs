@@ -1,8 +1,6 @@
 //! The OpenAPI document, made from the table of routes.
 
-use super::route::{Kind, Need, Route, Shape};
-use super::routes;
-use axum::Json;
+use crate::web::{Kind, Need, Route, route::Shape};
 use axum::http::Method;
 use std::collections::BTreeMap;
 use utoipa::openapi::path::{HttpMethod, OperationBuilder, Parameter, ParameterBuilder, ParameterIn};
@@ -14,12 +12,8 @@ use utoipa::openapi::{
     Required, ResponseBuilder, Schema,
 };
 
-/// `GET /api/v1/openapi.json`.
-pub(crate) async fn document() -> Json<OpenApi> {
-    Json(describe(&routes::table()))
-}
-
-fn describe(routes: &[Route]) -> OpenApi {
+/// The document of these routes.
+pub(super) fn describe(routes: &[Route]) -> OpenApi {
     let mut schemas: BTreeMap<String, RefOr<Schema>> = BTreeMap::new();
     let mut items: BTreeMap<&str, PathItem> = BTreeMap::new();
     for route in routes.iter().filter(|route| route.kind != Kind::Page && route.path.starts_with("/api/")) {
@@ -146,7 +140,7 @@ mod tests {
 
     #[test]
     fn every_reference_leads_somewhere() {
-        let document = serde_json::to_value(describe(&routes::table())).unwrap();
+        let document = serde_json::to_value(describe(&crate::http::routes::table())).unwrap();
         let text = document.to_string();
         let mut count = 0;
         for part in text.split("\"$ref\":\"#/components/schemas/").skip(1) {

@@ -1,10 +1,7 @@
 //! People, tokens and sessions for programs.
 
-use super::error::ApiError;
-use super::extract::{InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
 use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
 use axum::Json;
 use axum::extract::State;

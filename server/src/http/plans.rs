@@ -3,11 +3,8 @@
 //! A plan of a vessel is seen by who may see the vessel and changed by its operators; one of no vessel by all and by
 //! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
 
-use super::error::ApiError;
-use super::extract::{InPath, QueryParams};
-use super::guard::Who;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
     PlanRevision, PlanSummary, PlanUploadRequest, Role, StoredPlan,

@@ -1,13 +1,10 @@
-//! The one table of what is where, and the router made from it.
+//! The routes of the API and what belongs to it.
 
-use super::guard::{RouteContext, guard};
-use super::route::{Kind, Need, Route};
 use super::{
-    alarms, assets, charts, control, error::ApiError, export, headers, health, history, imports, live,
-    logbook, measure, missions, openapi, people, plans, slow_bodies, teleop, transports,
+    alarms, charts, control, export, health, history, imports, live, logbook, missions, openapi, people,
+    plans, teleop, transports,
 };
-use crate::AppState;
-use crate::pages;
+use crate::web::{Need, Route, assets};
 use api::{
     Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery,
     ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, Command,
@@ -22,27 +19,14 @@ use api::{
     StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery,
     TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
 };
-use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::Uri;
-use axum::response::Response;
+use axum::Json;
 use shore::logbook::PHOTO_BYTES;
-use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
-use std::time::Duration;
-use tower_http::catch_panic::CatchPanicLayer;
-use tower_http::compression::CompressionLayer;
-use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate as _};
-use tower_http::timeout::RequestBodyTimeoutLayer;
+use utoipa::openapi::OpenApi;
 
-/// Bytes of a request's body that are read unless a route allows more.
-const BODY_BYTES: usize = 64 * 1024;
 /// Bytes of a plan, and of a file that holds one.
 const PLAN_BYTES: usize = 4 << 20;
-/// How long a body may pause.
-const BODY_PAUSE: Duration = Duration::from_secs(30);
 
-/// Every route there is.
+/// All routes for programs, and what pages are made of.
 pub(crate) fn table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let admin = Need::Everywhere(Role::Admin);
@@ -69,7 +53,7 @@ pub(crate) fn table() -> Vec<Route> {
         ),
         Route::get("/manifest.webmanifest", Need::Anyone, "To install the pages.", assets::web_manifest),
         Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
-        Route::get("/api/v1/openapi.json", viewer, "This document.", openapi::document).packed(),
+        Route::get("/api/v1/openapi.json", viewer, "This document.", document).packed(),
         Route::get("/api/v1/me", viewer, "Who asks.", people::me).gives::<Me>(),
         Route::get("/api/v1/people", admin, "Accounts.", people::list).gives::<Vec<Person>>(),
         Route::get("/api/v1/tokens", viewer, "One's own tokens; for an admin all.", people::token_list)
@@ -84,7 +68,6 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/audit", admin, "Who did what, the newest first.", people::audit_list)
             .query::<people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),
-        Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", crate::transports::open_link),
         Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),
         Route::socket("/api/live", viewer, "The fleet as it changes: a WebSocket.", live::socket)
             .takes::<LiveRequest>()
@@ -127,8 +110,12 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(transfers());
     table.extend(plans());
     table.extend(chart());
-    table.extend(pages::routes());
     table
+}
+
+/// `GET /api/v1/openapi.json`.
+async fn document() -> Json<OpenApi> {
+    Json(openapi::describe(&table()))
 }
 
 /// The history of one vessel.
@@ -553,36 +540,4 @@ fn chart() -> Vec<Route> {
         .gives::<SeaRouteAnswer>()
         .packed(),
     ]
-}
-
-/// The whole web server.
-pub(crate) fn router(state: AppState) -> Router {
-    let mut router = Router::new();
-    for route in table() {
-        let post = RouteContext { state: state.clone(), need: route.need, kind: route.kind };
-        // What is asked for as a packed file is not packed again.
-        let unpacked = DefaultPredicate::new().and(NotForContentType::const_new("application/gzip"));
-        let pack = CompressionLayer::new().compress_when(unpacked);
-        let handler = if route.packed { route.handler.layer(pack) } else { route.handler };
-        let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
-        let guarded = if route.paces {
-            guarded
-        } else {
-            guarded.route_layer(axum::middleware::from_fn(slow_bodies::keep))
-        };
-        router = router.route(route.path, guarded);
-    }
-    router
-        .fallback(nowhere)
-        .layer(axum::middleware::from_fn_with_state(Arc::<AtomicU64>::default(), measure::measure))
-        .layer(DefaultBodyLimit::max(BODY_BYTES))
-        .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
-        .layer(axum::middleware::from_fn(headers::add))
-        .layer(CatchPanicLayer::new())
-        .with_state(state)
-}
-
-async fn nowhere(uri: Uri) -> Response {
-    let kind = if uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
-    pages::refusal(kind, None, ApiError::not_found("There is nothing here. The fleet is at /."))
 }

@@ -1,9 +1,7 @@
 //! `/api/v1/vessels/{vessel}/teleop`: the WebSocket of [`Steering`].
 
-use super::guard::{OfVessel, Who, identify};
-use super::outgoing;
-use super::remote::Remote;
 use crate::AppState;
+use crate::web::{OfVessel, Remote, Who, identify, outgoing};
 use api::{Role, TeleopMessage};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};

@@ -1,8 +1,8 @@
 //! Steering by hand over real connections: who may, what the vessel gets, and what is written down.
 
-use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat};
 use crate::config::Config;
+use crate::serve::{Serving, serve};
 use api::{Role, TeleopPhase, TeleopStatus};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::{

@@ -1,10 +1,9 @@
 //! Who may come in, tested for every row of the table of routes, and the way from login to logout.
 
-use super::listen::Peer;
-use super::route::{Kind, Need};
-use super::{routes, serve};
 use crate::AppState;
 use crate::config::Config;
+use crate::serve::{self, router};
+use crate::web::{Kind, Need, listen::Peer};
 use api::{AuditEntry, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
@@ -86,7 +85,7 @@ impl Shore {
         let people = state.shore.people.clone();
         let first = running.first_admin;
         let first_password = first.unwrap().one_time_password;
-        Self { router: routes::router(state.clone()), people, first_password, state, folder }
+        Self { router: router::router(state.clone()), people, first_password, state, folder }
     }
 
     pub(super) fn data(&self) -> &Path {
@@ -168,7 +167,7 @@ impl Shore {
     }
 }
 
-fn request(route: &super::Route) -> axum::http::request::Builder {
+fn request(route: &crate::web::Route) -> axum::http::request::Builder {
     let path =
         route.path.replace("{vessel}", &OWN.to_string()).replace("{id}", "999999").replace("{name}", "x.js");
     let path = path.replace("{z}", "0").replace("{x}", "0").replace("{y}", "0");
@@ -182,7 +181,7 @@ pub(super) fn bearer(request: axum::http::request::Builder, token: &str) -> axum
 #[tokio::test]
 async fn every_route_refuses_the_anonymous_unless_it_says_anyone() {
     let shore = Shore::start().await;
-    for route in routes::table() {
+    for route in router::table() {
         let answer = shore.ask(request(&route), "").await;
         assert_eq!(answer.is_refused(), route.need != Need::Anyone, "{} {}", route.method, route.path);
         let wrong = shore.ask(bearer(request(&route), &format!("lutra_api_{}", "0".repeat(64))), "").await;
@@ -201,7 +200,7 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
         let elsewhere = shore.token(Some(OWN + 1), role).await;
         tokens.push((role, shore.token(None, role).await, shore.token(Some(OWN), role).await, elsewhere));
     }
-    for route in routes::table() {
+    for route in router::table() {
         for (role, everywhere, own, elsewhere) in &tokens {
             let (all, some, other) = match route.need {
                 Need::Anyone => (true, true, true),
@@ -234,7 +233,7 @@ async fn a_one_time_password_opens_nothing_but_its_own_change() {
         (StatusCode::SEE_OTHER, &"/account".parse().unwrap())
     );
     let cookies = login.cookies();
-    for route in routes::table().iter().filter(|route| !matches!(route.need, Need::Anyone | Need::Session)) {
+    for route in router::table().iter().filter(|route| !matches!(route.need, Need::Anyone | Need::Session)) {
         let answer = shore.ask(request(route).header(header::COOKIE, &cookies), "").await;
         assert!(answer.is_refused(), "{} {}", route.method, route.path);
     }

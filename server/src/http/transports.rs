@@ -1,8 +1,7 @@
 //! Who is connected, how the links and the recording go.
 
-use super::error::ApiError;
-use super::guard::Who;
 use crate::AppState;
+use crate::web::{ApiError, Who};
 use api::{LinkStatus, Recording, TransportPeer, VesselChart};
 use axum::Json;
 use axum::extract::State;

@@ -2,11 +2,11 @@
 
 use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
-use super::notices::{self, MessageRow, Refused, RuleForm, RuleRow, message_row, rule_row};
 use super::rows::{self, SessionRow, TokenRow};
+use super::rules::{MessageRow, Refused, RuleForm, RuleRow, message_row, new_rule, rule_row};
 use super::words::t;
 use crate::AppState;
-use crate::http::{ApiError, Remote, Who};
+use crate::web::{ApiError, Remote, Who};
 use api::{NewToken, Vessel};
 use askama::Template;
 use axum::extract::{Query, State};
@@ -101,7 +101,7 @@ pub(super) async fn show(
     let mine = state.shore.notices.mine(who).await?;
     let settings = state.shore.notices.settings();
     let (bad, language, refused) = (!words.problem.is_empty(), frame.language, words.refused.as_ref());
-    let (new_rule, new_way) = notices::new_rule(language, &vessels, refused);
+    let (new_rule, new_way) = new_rule(language, &vessels, refused);
     let mut response = html(&AccountPage {
         frame: Frame { path: "/account".to_owned(), ..frame },
         must_change,

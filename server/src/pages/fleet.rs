@@ -3,7 +3,7 @@
 use super::frame::{Frame, PageError, html};
 use super::names_for;
 use crate::AppState;
-use crate::http::Who;
+use crate::web::Who;
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;

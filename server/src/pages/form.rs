@@ -1,7 +1,7 @@
 //! Forms and addresses as people send them: empty fields mean nothing was said.
 
 use super::frame::PageError;
-use crate::http::ApiError;
+use crate::web::ApiError;
 use api::Role;
 use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};

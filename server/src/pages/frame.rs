@@ -1,7 +1,7 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
 use super::words::{self, Text};
-use crate::http::{ApiError, Kind, Remote, asset_path, cookie_name, plain_cookie};
+use crate::web::{ApiError, Kind, Remote, asset_path, cookie_name, plain_cookie};
 use api::Role;
 use askama::Template;
 use axum::extract::{Form, FromRequestParts};

@@ -3,7 +3,7 @@
 use super::form::Sent;
 use super::frame::{Frame, PageError, html, inside, set_secret_cookie};
 use crate::AppState;
-use crate::http::{ApiError, Remote, SESSION_COOKIE, Who, cookie, cookie_name};
+use crate::web::{ApiError, Remote, SESSION_COOKIE, Who, cookie, cookie_name};
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, header};

@@ -15,6 +15,7 @@ mod missions;
 mod notices;
 mod plans;
 mod rows;
+mod rules;
 mod style;
 mod vessel;
 mod words;
@@ -22,7 +23,7 @@ mod words;
 pub(crate) use frame::refusal;
 
 use crate::AppState;
-use crate::http::{Need, Route};
+use crate::web::{Need, Route};
 use api::Role;
 use shore::identity::Principal;
 use std::collections::BTreeMap;

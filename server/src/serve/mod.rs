@@ -1,9 +1,12 @@
 //! Starts a server around the shore's services, and ends it in order.
 
-use super::listen::Web;
-use super::routes;
+pub(crate) mod router;
+#[cfg(test)]
+mod tests;
+
 use crate::config::Config;
 use crate::transports::{self, Open};
+use crate::web::listen::Web;
 use crate::{AppState, tls};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -82,13 +85,13 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let metrics = figures(&shore.tasks, shore.stop.clone());
     let state = AppState { config: Arc::new(config), shore: shore.clone(), metrics };
-    let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
+    let web = Web { listener, tls, router: router::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(shore.owners.watch("the web server", web.run(shore.stop.clone())));
     Ok(Serving { address, transports, state, running, web })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
-pub(super) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+pub(crate) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
     let recorder = PrometheusBuilder::new().build_recorder();
     let handle = recorder.handle();
     if metrics::set_global_recorder(recorder).is_err() {

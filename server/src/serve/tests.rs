@@ -1,8 +1,8 @@
 //! A server whose parts are lost to faults, or hang.
 
-use super::serve::{Serving, serve};
-use super::testing::{Boats, FIRST, boat};
+use super::{Serving, serve};
 use crate::config::Config;
+use crate::http::testing::{Boats, FIRST, boat};
 use http_body_util::BodyExt as _;
 use hyper_util::rt::TokioIo;
 use shore::clock;

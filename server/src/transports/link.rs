@@ -1,8 +1,7 @@
 //! One connection of a vessel.
 
 use crate::AppState;
-use crate::http::guard::LinkOf;
-use crate::http::outgoing;
+use crate::web::{LinkOf, outgoing};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::{HeaderMap, header};

@@ -27,7 +27,7 @@ const STALLED: Duration = Duration::from_mins(1);
 type Taken = Arc<Mutex<BTreeMap<IpAddr, usize>>>;
 
 /// All places.
-pub(super) struct Places {
+pub(crate) struct Places {
     all: Arc<Semaphore>,
     share: usize,
     taken: Taken,
@@ -36,26 +36,26 @@ pub(super) struct Places {
 }
 
 /// One of them, given back with it.
-pub(super) struct Place {
+pub(crate) struct Place {
     _permit: OwnedSemaphorePermit,
     of: IpAddr,
     taken: Taken,
 }
 
 impl Places {
-    pub(super) fn new(all: usize, proxies: &[IpAddr]) -> Self {
+    pub(crate) fn new(all: usize, proxies: &[IpAddr]) -> Self {
         let share = (all / SHARE).max(LEAST);
         let (all, taken) = (Arc::new(Semaphore::new(all)), Taken::default());
         Self { all, share, taken, proxies: proxies.to_vec() }
     }
 
     /// Waits until there is a place for somebody.
-    pub(super) async fn free(&self) -> Option<OwnedSemaphorePermit> {
+    pub(crate) async fn free(&self) -> Option<OwnedSemaphorePermit> {
         Arc::clone(&self.all).acquire_owned().await.ok()
     }
 
     /// Gives it to an address that has its share not yet.
-    pub(super) fn take(&self, permit: OwnedSemaphorePermit, from: IpAddr) -> Option<Place> {
+    pub(crate) fn take(&self, permit: OwnedSemaphorePermit, from: IpAddr) -> Option<Place> {
         let of = network(from);
         let mut taken = lock(&self.taken);
         let count = taken.entry(of).or_default();
@@ -84,7 +84,7 @@ fn lock(taken: &Taken) -> MutexGuard<'_, BTreeMap<IpAddr, usize>> {
 }
 
 /// A stream that has a place, and fails when its peer takes nothing for too long.
-pub(super) struct Placed<S> {
+pub(crate) struct Placed<S> {
     stream: S,
     _place: Place,
     patience: Duration,
@@ -92,7 +92,7 @@ pub(super) struct Placed<S> {
 }
 
 impl<S> Placed<S> {
-    pub(super) fn new(stream: S, place: Place) -> Self {
+    pub(crate) fn new(stream: S, place: Place) -> Self {
         Self { stream, _place: place, patience: STALLED, stalled: None }
     }
 

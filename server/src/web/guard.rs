@@ -6,7 +6,6 @@ use super::listen::Peer;
 use super::remote::Remote;
 use super::route::{Kind, Need};
 use crate::AppState;
-use crate::pages;
 use api::Role;
 use axum::RequestExt as _;
 use axum::extract::{FromRequestParts, RawPathParams, Request, State};
@@ -20,12 +19,17 @@ use shore::identity::{Principal, Secret, Via};
 /// The cookie of a browser's session.
 pub(crate) const SESSION_COOKIE: &str = "lutra_session";
 
+/// Makes an answer of a refusal: for whom, where somebody who logs in wants to go on, and what is refused.
+pub(crate) type Refusal = fn(Kind, Option<&str>, ApiError) -> Response;
+
 /// What the guard knows of the route it stands before.
 #[derive(Clone)]
 pub(crate) struct RouteContext {
     pub(crate) state: AppState,
     pub(crate) need: Need,
     pub(crate) kind: Kind,
+    /// Answers a refusal as its reader expects it.
+    pub(crate) refusal: Refusal,
 }
 
 /// The one who asks, for handlers behind a route that needs somebody.
@@ -112,7 +116,7 @@ pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request
 }
 
 /// Who asks: by token if there is one, else by session.
-pub(super) async fn identify(
+pub(crate) async fn identify(
     state: &AppState,
     headers: &HeaderMap,
     remote: Remote,
@@ -203,14 +207,14 @@ async fn comes_from_us(
     csrf::check(request, who.csrf()).await.map_err(|csrf::BadToken| {
         let text = "This page was too old: go back, reload it and try again.";
         let error = ApiError { code: "bad_csrf_token", ..ApiError::forbidden(text) };
-        Box::new(pages::refusal(post.kind, None, error))
+        Box::new((post.refusal)(post.kind, None, error))
     })
 }
 
 fn refuse(post: &RouteContext, request: &Request, error: ApiError) -> Response {
     let next =
         (request.method() == axum::http::Method::GET).then(|| request.uri().path_and_query()).flatten();
-    pages::refusal(post.kind, next.map(axum::http::uri::PathAndQuery::as_str), error)
+    (post.refusal)(post.kind, next.map(axum::http::uri::PathAndQuery::as_str), error)
 }
 
 /// The secret in a cookie.

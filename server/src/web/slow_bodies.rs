@@ -1,7 +1,7 @@
 //! How long a request's body may take as a whole.
 //!
 //! Without this a stranger could hold a connection for weeks by a byte now and then. Uploads of logs are as long as
-//! they are and judge their pace themselves ([`super::imports`]).
+//! they are and judge their pace themselves ([`crate::http`]'s imports).
 
 use axum::body::Body;
 use axum::extract::Request;

@@ -1,6 +1,5 @@
 //! The Otters of a demo: names, addresses, places, and the configuration of each one's agent.
 
-use super::plans::Pattern;
 use anyhow::Context as _;
 use imc::Address;
 use std::fmt::Write as _;
@@ -25,6 +24,31 @@ const WITH_ROOM: u16 = 12;
 /// Tagged fish, within so far from the middle of the first row (m).
 pub(super) const FISH: u32 = 3;
 const FISH_RADIUS_M: f64 = 250.0;
+
+/// What an Otter does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pattern {
+    /// Around a square.
+    Square,
+    /// Over an area in rows.
+    Rows,
+    /// Around a circle, then drifting in its middle.
+    Circle,
+}
+
+impl Pattern {
+    /// In the order in which Otters get them.
+    pub(super) const ALL: [Self; 3] = [Self::Square, Self::Rows, Self::Circle];
+
+    /// In words.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Square => "around a square",
+            Self::Rows => "rows over an area",
+            Self::Circle => "a circle and keeps its station, in turn,",
+        }
+    }
+}
 
 /// One Otter.
 #[derive(Debug, Clone)]

@@ -30,7 +30,6 @@ use guide::Guide;
 use imc::Address;
 use imc::messages::PlanSpecification;
 use past::Past;
-use plans::Pattern;
 use sail::{Crew, Report};
 use scratch::Scratch;
 use shore::clock;
@@ -343,7 +342,7 @@ async fn admit(db: &mut Connection, crew: &[Member], past: Option<&Past>) -> Res
         let link = MakeLink { label: "demo".to_owned(), vessel, days: None, now };
         links.push(within_transaction(db, link).await?.secret);
         // Further Otters sail plans of the same names elsewhere.
-        if index < Pattern::ALL.len() {
+        if index < fleet::Pattern::ALL.len() {
             let change = kept::Change { author: ADMIN.to_owned(), now, draft: false };
             within_transaction(db, kept::Create { plan: document.clone(), change }).await?;
         }

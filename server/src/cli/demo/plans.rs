@@ -1,6 +1,6 @@
 //! What the Otters of a demo sail: plans that begin again at their end.
 
-use super::fleet::Otter;
+use super::fleet::{Otter, Pattern};
 use anyhow::anyhow;
 use api::PlanDocument;
 use imc::messages::{
@@ -19,30 +19,7 @@ const SIDE_M: f64 = 120.0;
 const CIRCLE_S: u16 = 300;
 const STATION_S: u16 = 90;
 
-/// What an Otter does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pattern {
-    /// Around a square.
-    Square,
-    /// Over an area in rows.
-    Rows,
-    /// Around a circle, then drifting in its middle.
-    Circle,
-}
-
 impl Pattern {
-    /// In the order in which Otters get them.
-    pub(super) const ALL: [Self; 3] = [Self::Square, Self::Rows, Self::Circle];
-
-    /// In words.
-    pub(super) fn words(self) -> &'static str {
-        match self {
-            Self::Square => "around a square",
-            Self::Rows => "rows over an area",
-            Self::Circle => "a circle and keeps its station, in turn,",
-        }
-    }
-
     /// The plan of an Otter that starts at `start`, within some 200 m north and east of there.
     pub(super) fn plan(self, start: LatLon) -> PlanSpecification {
         let frame = LocalFrame::new(start);

@@ -2,11 +2,11 @@
 
 use super::act;
 use crate::AppState;
-use crate::http::{Remote, Who};
 use crate::pages::actions::ACTIONS;
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, AuditRow, SessionRow, TokenRow};
+use crate::web::{Remote, Who};
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};

@@ -1,10 +1,10 @@
 //! The ways in for IMC: where they are open, who is there, whom they refused, what went wrong.
 
 use crate::AppState;
-use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
 use crate::pages::words::{t, word};
+use crate::web::ApiError;
 use api::Vessel;
 use askama::Template;
 use axum::extract::State;

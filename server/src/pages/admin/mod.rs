@@ -8,7 +8,7 @@ pub(super) mod storage;
 pub(super) mod vessels;
 
 use crate::AppState;
-use crate::http::{ApiError, Remote};
+use crate::web::{ApiError, Remote};
 use shore::identity::{Fault, Principal, Request};
 use std::fmt::Display;
 

@@ -2,10 +2,10 @@
 
 use super::{Words, act};
 use crate::AppState;
-use crate::http::{Remote, Who};
 use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, PersonRow};
+use crate::web::{Remote, Who};
 use api::{Role, Vessel};
 use askama::Template;
 use axum::extract::State;

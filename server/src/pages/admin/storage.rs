@@ -3,10 +3,10 @@
 use crate::AppState;
 use crate::config::Config;
 use crate::doctor;
-use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
 use crate::pages::words::{t, word};
+use crate::web::ApiError;
 use api::Vessel;
 use askama::Template;
 use axum::extract::{Query, State};

@@ -2,9 +2,9 @@
 
 use super::{Words, act};
 use crate::AppState;
-use crate::http::{ApiError, Remote, Who};
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
+use crate::web::{ApiError, Remote, Who};
 use askama::Template;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};

@@ -1,0 +1,67 @@
+//! The one table of what is where, and the router made from it.
+
+use crate::AppState;
+use crate::web::guard::{RouteContext, guard};
+use crate::web::{ApiError, Kind, Need, Route, headers, measure, slow_bodies};
+use crate::{http, pages, transports};
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::Uri;
+use axum::response::Response;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::time::Duration;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate as _};
+use tower_http::timeout::RequestBodyTimeoutLayer;
+
+/// Bytes of a request's body that are read unless a route allows more.
+const BODY_BYTES: usize = 64 * 1024;
+/// How long a body may pause.
+const BODY_PAUSE: Duration = Duration::from_secs(30);
+
+/// Every route there is.
+pub(crate) fn table() -> Vec<Route> {
+    let mut table = http::routes::table();
+    table.push(Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", transports::open_link));
+    table.extend(pages::routes());
+    table
+}
+
+/// The whole web server.
+pub(crate) fn router(state: AppState) -> Router {
+    let mut router = Router::new();
+    for route in table() {
+        let post = RouteContext {
+            state: state.clone(),
+            need: route.need,
+            kind: route.kind,
+            refusal: pages::refusal,
+        };
+        // What is asked for as a packed file is not packed again.
+        let unpacked = DefaultPredicate::new().and(NotForContentType::const_new("application/gzip"));
+        let pack = CompressionLayer::new().compress_when(unpacked);
+        let handler = if route.packed { route.handler.layer(pack) } else { route.handler };
+        let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
+        let guarded = if route.paces {
+            guarded
+        } else {
+            guarded.route_layer(axum::middleware::from_fn(slow_bodies::keep))
+        };
+        router = router.route(route.path, guarded);
+    }
+    router
+        .fallback(nowhere)
+        .layer(axum::middleware::from_fn_with_state(Arc::<AtomicU64>::default(), measure::measure))
+        .layer(DefaultBodyLimit::max(BODY_BYTES))
+        .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
+        .layer(axum::middleware::from_fn(headers::add))
+        .layer(CatchPanicLayer::new())
+        .with_state(state)
+}
+
+async fn nowhere(uri: Uri) -> Response {
+    let kind = if uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
+    pages::refusal(kind, None, ApiError::not_found("There is nothing here. The fleet is at /."))
+}

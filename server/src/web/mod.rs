@@ -1,0 +1,25 @@
+//! What stands before and around every answer: who asks and may, how a request is read, how a refusal and its headers look,
+//! how many connections there may be.
+//!
+//! Handlers are in [`crate::http`] (for programs) and [`crate::pages`] (for people); neither is known here.
+
+pub(crate) mod assets;
+pub(crate) mod connections;
+pub(crate) mod csrf;
+pub(crate) mod error;
+pub(crate) mod extract;
+pub(crate) mod guard;
+pub(crate) mod headers;
+pub(crate) mod listen;
+pub(crate) mod measure;
+pub(crate) mod outgoing;
+pub(crate) mod remote;
+pub(crate) mod route;
+pub(crate) mod slow_bodies;
+
+pub(crate) use assets::path as asset_path;
+pub(crate) use error::ApiError;
+pub(crate) use extract::{InBody, InPath, QueryParams};
+pub(crate) use guard::{LinkOf, OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, identify, plain_cookie};
+pub(crate) use remote::Remote;
+pub(crate) use route::{Kind, Need, Route};
