@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64
+.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64 packages packages-arm64 test-packages
 .DEFAULT_GOAL := help
 
 # What the tests may not miss: see crates/testkit/src/needs.rs. .ci/run adds what `make tools` installs.
@@ -25,6 +25,8 @@ help:
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
 	@echo "make agent-aarch64  build lutra-agent for the Raspberry Pi 4 with Debian's compilers, in /tmp/lutra-aarch64"
 	@echo "make test-aarch64   run its tests and those of devices, drivers and onboard as the Pi would, under qemu-user"
+	@echo "make packages        Debian packages of lutra-server, lutra-agent and imc, into target/packages; packages-arm64 for the Pi"
+	@echo "make test-packages   install, upgrade, remove and purge them in a fresh Debian, made by debootstrap"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
 	@echo "make fmt     format the code"
 
@@ -173,3 +175,12 @@ agent-aarch64: rust
 # The unit tests; those that start programs of their own are for the Pi itself.
 test-aarch64: rust
 	scripts/agent-aarch64 test --lib --bins
+
+packages: rust web
+	@scripts/packages
+
+packages-arm64: rust web
+	@scripts/packages arm64
+
+test-packages: packages
+	@scripts/try-packages

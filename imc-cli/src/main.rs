@@ -26,7 +26,7 @@ mod sink;
 mod style;
 mod table;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use outcome::Outcome;
 use output::Output;
 use std::process::ExitCode;
@@ -69,6 +69,9 @@ enum Command {
     Listen(listen::Listen),
     Send(send::Send),
     Lsf(lsf::Lsf),
+    /// Write manual pages and completions for shells, for packages.
+    #[command(hide = true)]
+    Manual(manual::ManualArguments),
 }
 
 fn main() -> ExitCode {
@@ -98,5 +101,9 @@ fn run(command: &Command, out: &mut Output) -> anyhow::Result<Outcome> {
         Command::Listen(listen) => listen.run(out),
         Command::Send(send) => send.run(out),
         Command::Lsf(lsf) => lsf.run(out),
+        Command::Manual(arguments) => {
+            manual::write(&Cli::command(), &arguments.folder)?;
+            Ok(Outcome::Sound)
+        }
     }
 }

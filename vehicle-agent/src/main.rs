@@ -37,7 +37,7 @@ mod vehicle;
 use crate::disk::{InUse, recording};
 use crate::ending::Fault;
 use crate::say::{LogFormat, Voice, complain, say};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -122,6 +122,9 @@ enum Command {
     /// Ends with the recording or the pipe; a port is read until Ctrl-C. The port must not be in use by a running agent.
     #[command(after_help = sniff::HELP)]
     Sniff(sniff::SniffArguments),
+    /// Write manual pages and completions for shells, for packages.
+    #[command(hide = true)]
+    Manual(manual::ManualArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -173,6 +176,7 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
         Command::Check { config, profile, json } => return Ok(check(&config, &profile, json)),
         Command::Plan(command) => plan::plan(&command)?,
         Command::Sniff(arguments) => sniff::sniff(&arguments)?,
+        Command::Manual(arguments) => manual::write(&Arguments::command(), &arguments.folder)?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -23,6 +23,7 @@ use clap::Args;
 use config::Config;
 use link::ChartAboard;
 use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Output, Peer};
+use service::Lifeline;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -211,19 +212,23 @@ impl<H: Hull> Agent<H> {
 
     /// Steers until the end, and ends well.
     fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
+        let lifeline = Lifeline::start().context("starting a thread")?;
         say!("listening {}", self.net.listening);
         std::io::stdout().flush().ok();
+        service::ready();
         ending.at_panics(&self.gate);
         // A panic has stopped the motors when it comes here; the log is closed all the same.
-        catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
+        catch_unwind(AssertUnwindSafe(|| self.sail(ending, &lifeline))).ok();
+        service::ending();
         self.end(ending)
     }
 
     /// Steers until the end.
-    fn sail(&mut self, ending: &Ending) {
+    fn sail(&mut self, ending: &Ending, lifeline: &Lifeline) {
         while !ending.is_near() {
             self.catch_up();
             self.each_second();
+            lifeline.beat();
             self.wait(ending);
         }
     }

@@ -5,15 +5,17 @@
 //! the folder is absent.
 //!
 //! It may read files and start programs, and decides nothing: [`shared`] gives recordings, [`browser`] runs Chromium,
-//! [`Need`] and [`absent`] say what a test lacks.
+//! [`ServiceManager`] stands in for systemd, [`Need`] and [`absent`] say what a test lacks.
 
 pub mod browser;
 mod needs;
 mod numbers;
 pub mod sea;
+mod service_manager;
 
 pub use needs::{Need, absent, is_emulated, so_many};
 pub use numbers::Numbers;
+pub use service_manager::ServiceManager;
 
 use std::path::{Path, PathBuf};
 

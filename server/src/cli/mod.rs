@@ -13,7 +13,7 @@ mod serve;
 mod tls;
 
 use crate::config::{self, Config, Overrides};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use say::{complain, say};
 use shore::folder;
 use std::path::PathBuf;
@@ -86,6 +86,9 @@ enum Command {
     Plan(plan::PlanArguments),
     /// Look whether all is well, and say what to do where it is not.
     Doctor(doctor::DoctorArguments),
+    /// Write manual pages and completions for shells, for packages.
+    #[command(hide = true)]
+    Manual(manual::ManualArguments),
     /// Print a configuration file with every key, its default and what it means.
     Config {
         /// Print what is in force instead, from file, LUTRA_ variables and flags.
@@ -99,7 +102,12 @@ impl Command {
     fn keeps_data(&self) -> bool {
         !matches!(
             self,
-            Self::Export(_) | Self::Chart(_) | Self::Plan(_) | Self::Doctor(_) | Self::Config { .. }
+            Self::Export(_)
+                | Self::Chart(_)
+                | Self::Plan(_)
+                | Self::Doctor(_)
+                | Self::Manual(_)
+                | Self::Config { .. }
         )
     }
 }
@@ -146,6 +154,9 @@ pub fn main() -> ExitCode {
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
         Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
+        Command::Manual(arguments) => {
+            manual::write(&Arguments::command(), &arguments.folder).map_err(anyhow::Error::from)
+        }
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());
             Ok(())

@@ -2,7 +2,7 @@
 
 use super::say::say;
 use super::{Common, files};
-use crate::log;
+use crate::{Serving, log};
 use anyhow::Context as _;
 use clap::Args;
 use std::net::SocketAddr;
@@ -46,12 +46,16 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         if let Some((name, password)) = serving.first_admin() {
             say!("first start: log in as {name} with the one-time password {password}");
         }
+        let lifeline = service::Lifeline::start().context("cannot start a thread")?;
+        service::ready();
         let lost = tokio::select! {
             _ = terminate.recv() => None,
             _ = interrupt.recv() => None,
             lost = serving.failed() => Some(lost),
+            () = beat(&serving, &lifeline) => None,
         };
         tracing::info!("stopping");
+        service::ending();
         serving.stop().await;
         match lost {
             None => Ok(()),
@@ -64,4 +68,17 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
     // A thread that waits for a disk that hangs must not keep the program.
     runtime.shutdown_background();
     ended
+}
+
+/// Says that the server lives as long as the hub answers, through which everything goes. A disk that hangs is no reason to
+/// start again: what waits in memory would be lost.
+async fn beat(serving: &Serving, lifeline: &service::Lifeline) {
+    let Some(every) = service::watched_every() else { return std::future::pending().await };
+    let mut due = tokio::time::interval(every / 2);
+    loop {
+        due.tick().await;
+        if serving.hub_answers().await {
+            lifeline.beat();
+        }
+    }
 }

@@ -44,6 +44,11 @@ impl Serving {
         self.state.shore.owners.failed().await
     }
 
+    /// Whether the hub does what it is asked; waits for as long as it takes.
+    pub(crate) async fn hub_answers(&self) -> bool {
+        self.state.shore.router.peers().await.is_ok()
+    }
+
     /// Ends the server: no new requests, running ones end, sockets are closed.
     pub async fn stop(self) {
         self.state.shore.stop.cancel();

@@ -1,5 +1,6 @@
 //! The program itself: starting, stopping, the command line beside it, and a browser before it.
 
+use crate::support::program;
 use rustls::pki_types::pem::PemObject as _;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
@@ -75,6 +76,30 @@ fn run(data: &Path, arguments: &[&str]) -> Output {
 fn printed(output: &Output) -> String {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn the_service_manager_is_told_that_it_is_ready_lives_and_ends() {
+    let (folder, manager) = (tempfile::tempdir().unwrap(), testkit::ServiceManager::start());
+    let mut command = Command::new(PROGRAM);
+    manager.watches(&mut command, Duration::from_millis(400));
+    let mut server = program::Server::start_by(command, &folder.path().join("data"), "127.0.0.1:0", &[]);
+    manager.waits_for("READY=1");
+    for _ in 0..3 {
+        assert_eq!(manager.told(), "WATCHDOG=1");
+    }
+    server.process.terminate();
+    manager.waits_for("STOPPING=1");
+}
+
+#[test]
+fn manual_pages_and_completions_are_written_from_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(Command::new(PROGRAM).arg("manual").arg(folder.path()).status().unwrap().success());
+    let page = std::fs::read_to_string(folder.path().join("man/lutra-server-backup.1")).unwrap();
+    assert!(page.contains("also while the server runs"), "{page}");
+    assert!(folder.path().join("zsh/_lutra-server").exists());
+    assert!(!folder.path().join("man/lutra-server-manual.1").exists(), "for packages only");
 }
 
 #[test]

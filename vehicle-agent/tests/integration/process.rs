@@ -9,8 +9,25 @@ use imc::{Address, Header, Packet};
 use std::net::UdpSocket;
 use std::path::Path;
 use std::process::Stdio;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
+use testkit::ServiceManager;
+
+#[test]
+fn the_service_manager_is_told_that_it_is_ready_lives_and_ends() {
+    let (folder, manager) = (TempDir::new().unwrap(), ServiceManager::start());
+    let mut command = program();
+    manager.watches(command.arg("run").arg(ini()).arg("--quiet"), Duration::from_millis(400));
+    let agent = Agent::spawn(&mut command, folder.path(), &[]);
+    // It may come round for the first time before it has said that it is ready.
+    manager.waits_for("READY=1");
+    for _ in 0..3 {
+        assert_eq!(manager.told(), "WATCHDOG=1");
+    }
+    agent.signal("TERM");
+    manager.waits_for("STOPPING=1");
+    agent.ended();
+}
 
 #[test]
 fn a_scripted_mission_from_outside() {
