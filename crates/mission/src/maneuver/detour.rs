@@ -1,106 +1,46 @@
 //! A way around what the chart refuses, to the place of a reference.
 //!
-//! Whoever runs the engine is asked for it, and answers when it can. Nothing moves until then; what comes is held against
-//! area and chart from where the vessel is by then, leg by leg, and again whenever the vessel sets out anew.
+//! It is held against area and chart from where the vessel is, leg by leg, when it is taken and again whenever the vessel sets
+//! out anew. A place that moves a little is reached by the same way with another end.
 
 use super::behaviour::Context;
 use super::goto::distance_m;
-use crate::event::{Reference, Way};
 use std::collections::VecDeque;
-use std::time::Duration;
-use units::{LatLon, MonoTime};
+use units::LatLon;
 
-/// An answer that takes longer is asked for again, and where there was no way, one is looked for again.
-const AGAIN: Duration = Duration::from_mins(1);
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-
-/// What is looked for.
-#[derive(Debug, Clone)]
-pub(super) struct Search {
-    goal: LatLon,
-    /// What is to be followed when it is found; nothing where there is no way.
-    wanted: Option<Reference>,
-    /// When it is looked for again.
-    until: MonoTime,
-}
-
-/// How a search stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Standing {
-    /// It is looked for.
-    Asked,
-    /// There is no way.
-    Nothing,
-    /// The answer is overdue, or it is time to look again.
-    Over,
-}
-
-impl Search {
-    /// Asks for a way from a place to that of a reference.
-    pub(super) fn ask(cx: &mut Context<'_>, from: LatLon, goal: LatLon, wanted: Reference) -> Self {
-        cx.look_for_way(from, goal);
-        Self { goal, wanted: Some(wanted), until: cx.now.mono + AGAIN }
-    }
-
-    /// Whether it is one for this place.
-    pub(super) fn leads_to(&self, goal: LatLon) -> bool {
-        self.goal == goal
-    }
-
-    /// How it stands now that this reference came; the newest is the one to follow.
-    pub(super) fn standing(&mut self, now: MonoTime, newest: Reference) -> Standing {
-        if now >= self.until {
-            return Standing::Over;
-        }
-        match &mut self.wanted {
-            Some(wanted) => {
-                *wanted = newest;
-                Standing::Asked
-            }
-            None => Standing::Nothing,
-        }
-    }
-
-    /// Takes an answer: what to follow and how, or why there is nothing to follow. `None` if nobody waits for it.
-    pub(super) fn take(
-        &mut self,
-        cx: &Context<'_>,
-        way: &Way,
-    ) -> Option<Result<(Reference, Detour), String>> {
-        if way.to != self.goal {
-            return None;
-        }
-        let wanted = self.wanted.take()?;
-        let found = way.places.clone().and_then(|places| Detour::along(cx, self.goal, &places));
-        self.until = cx.now.mono + AGAIN;
-        Some(found.map(|detour| (wanted, detour)))
-    }
-}
+/// A place may move by this share of what lies ahead, or so far (m), before another way is looked for. Bent by a share s
+/// a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice.
+const BENT_SHARE: f64 = 0.25;
+const BENT_M: f64 = 50.0;
+/// A place that keeps moving leaves no more corners behind it than this.
+const MOST_CORNERS: usize = 64;
 
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
-    goal: LatLon,
+    /// The place that it was looked for to lead to.
+    found_for: LatLon,
     /// The corners that lie ahead, the place itself last.
     corners: VecDeque<LatLon>,
 }
 
 impl Detour {
     /// Along these places, of which the first is where the vessel was when it asked.
-    fn along(cx: &Context<'_>, goal: LatLon, places: &[LatLon]) -> Result<Self, String> {
+    pub(super) fn along(cx: &Context<'_>, goal: LatLon, places: &[LatLon]) -> Result<Self, String> {
         let [_, between @ .., last] = places else { return Err("it cannot be reached".to_owned()) };
         if distance_m(*last, goal) > AT_THE_PLACE_M {
             return Err("it cannot be reached".to_owned());
         }
         let corners = between.iter().copied().chain([goal]).collect();
-        let detour = Self { goal, corners };
+        let detour = Self { found_for: goal, corners };
         detour.check(cx).map(|()| detour)
     }
 
     /// Whether it leads to this place.
     pub(super) fn leads_to(&self, goal: LatLon) -> bool {
-        self.goal == goal
+        self.corners.back() == Some(&goal)
     }
 
     /// The next corner.
@@ -122,5 +62,35 @@ impl Detour {
         let fix = cx.fix.ok_or("the position is not known")?;
         let starts = std::iter::once(&fix.place).chain(&self.corners);
         starts.zip(&self.corners).try_for_each(|(from, to)| cx.waters.way(*from, *to))
+    }
+
+    /// The same way with another end, if that is not far from the old one: it leaves the way at the corner from which the
+    /// whole is shortest, straight for the place. `None` where that is refused.
+    pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon) -> Option<Self> {
+        let may_move_m = BENT_M.max(BENT_SHARE * self.length_m(cx)?);
+        if self.corners.len() >= MOST_CORNERS
+            || distance_m(self.found_for, goal) > may_move_m
+            || self.check(cx).is_err()
+        {
+            return None;
+        }
+        let ends = (1..=self.corners.len()).filter(|kept| {
+            let left = self.corners[kept - 1];
+            left == goal || cx.waters.way(left, goal).is_ok()
+        });
+        let bent = ends.map(|kept| {
+            let way = self.corners.iter().take(kept).copied();
+            let end = (self.corners[kept - 1] != goal).then_some(goal);
+            Self { found_for: self.found_for, corners: way.chain(end).collect() }
+        });
+        let lengths = bent.filter_map(|bent| Some((bent.length_m(cx)?, bent)));
+        lengths.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, bent)| bent)
+    }
+
+    /// How long the way ahead is, if the position is known (m).
+    fn length_m(&self, cx: &Context<'_>) -> Option<f64> {
+        let fix = cx.fix?;
+        let starts = std::iter::once(&fix.place).chain(&self.corners);
+        Some(starts.zip(&self.corners).map(|(from, to)| distance_m(*from, *to)).sum())
     }
 }
