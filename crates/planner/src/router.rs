@@ -211,13 +211,10 @@ impl Router {
                 rooms.push(kept.clone());
                 return Ok(kept.room);
             }
-            // Before the next one is prepared, which takes more memory than it has in the end.
-            if rooms.len() >= self.most_rooms {
-                rooms.remove(0);
-            }
         }
         let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
+        // Only now: a preparation that is called off takes nobody's place.
         if rooms.len() >= self.most_rooms {
             rooms.remove(0);
         }

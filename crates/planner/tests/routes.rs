@@ -551,3 +551,33 @@ fn a_route_that_is_longer_than_is_of_use_is_refused_with_its_length() {
         Err((_, Refusal::TooLong { .. }))
     ));
 }
+
+/// How often a question looks whether it is still wanted: many times while water is prepared, seldom where it is kept.
+fn looks(router: &Router, needs: &Needs) -> u32 {
+    let looks = std::cell::Cell::new(0);
+    let wanted = || {
+        looks.set(looks.get() + 1);
+        true
+    };
+    let request = Request::new(place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    router.route(&request, needs, &Cancel::unless(&wanted)).unwrap();
+    looks.get()
+}
+
+#[test]
+fn a_preparation_that_is_called_off_takes_no_place_of_water_that_is_kept() {
+    let router = Router::new(Arc::new(
+        Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 0.0), 200.0, 24).index(),
+    ));
+    let router = router.keeping(1);
+    let (kept, other) = (Needs::depth_and_clearance(5.0, 25.0), Needs::depth_and_clearance(5.0, 50.0));
+    let cold = looks(&router, &kept);
+    let warm = looks(&router, &kept);
+    assert!(warm < cold, "{warm} {cold}");
+    let request = Request::new(place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    let called_off = router.route(&request, &other, &Cancel::unless(&|| false));
+    assert_eq!(called_off, Err(Refusal::Plan(planner::PlanError::Cancelled)));
+    assert_eq!(looks(&router, &kept), warm, "it is still kept");
+    looks(&router, &other);
+    assert_eq!(looks(&router, &kept), cold, "one room is kept");
+}
