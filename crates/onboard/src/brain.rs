@@ -605,6 +605,7 @@ impl Brain {
             hold_radius_m: mission.hold_radius_m,
             hold_speed_mps: mission.hold_speed_mps,
             capacity_wh: mission.capacity_wh,
+            charge_percent: self.sensors.charge_percent(),
             grounding: &self.settings.grounding,
             holds_after_failure: mission.holds_after_failure,
             restart: &mission.restart,

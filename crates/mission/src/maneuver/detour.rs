@@ -10,18 +10,20 @@ use units::LatLon;
 
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-/// A place may move by this share of what lies ahead, or so far (m), before another way is looked for. Bent by a share s
-/// a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice.
+/// A place may move by this share of the whole way, or so far (m), before another way is looked for. Bent by a share s a
+/// way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice.
 const BENT_SHARE: f64 = 0.25;
 const BENT_M: f64 = 50.0;
-/// A place that keeps moving leaves no more corners behind it than this.
-const MOST_CORNERS: usize = 64;
+/// A place that keeps moving leaves no way of more corners behind it than this.
+const MOST_CORNERS: usize = 256;
 
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
     /// The place that it was looked for to lead to.
     found_for: LatLon,
+    /// How long it was then (m).
+    found_m: f64,
     /// The corners that lie ahead, the place itself last.
     corners: VecDeque<LatLon>,
 }
@@ -34,7 +36,7 @@ impl Detour {
             return Err("it cannot be reached".to_owned());
         }
         let corners = between.iter().copied().chain([goal]).collect();
-        let detour = Self { found_for: goal, corners };
+        let detour = Self { found_for: goal, found_m: length_m(places), corners };
         detour.check(cx).map(|()| detour)
     }
 
@@ -64,33 +66,30 @@ impl Detour {
         starts.zip(&self.corners).try_for_each(|(from, to)| cx.waters.way(*from, *to))
     }
 
-    /// The same way with another end, if that is not far from the old one: it leaves the way at the corner from which the
-    /// whole is shortest, straight for the place. `None` where that is refused.
-    pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon) -> Option<Self> {
-        let may_move_m = BENT_M.max(BENT_SHARE * self.length_m(cx)?);
-        if self.corners.len() >= MOST_CORNERS
-            || distance_m(self.found_for, goal) > may_move_m
-            || self.check(cx).is_err()
-        {
+    /// The same way with another end, if that is not far from the old one: straight from its last corner, or on from its old
+    /// end. The corners before stay, which keep farther from danger than the guard demands; the way to the first of them is
+    /// held against area and chart unless the vessel is on it. `None` where anything is refused.
+    pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon, on_it: bool) -> Option<Self> {
+        let here = cx.fix?.place;
+        let may_move_m = BENT_M.max(BENT_SHARE * self.found_m);
+        let is_near = distance_m(self.found_for, goal) <= may_move_m;
+        if !is_near || !(on_it || self.check(cx).is_ok()) {
             return None;
         }
-        let ends = (1..=self.corners.len()).filter(|kept| {
-            let left = self.corners[kept - 1];
-            left == goal || cx.waters.way(left, goal).is_ok()
-        });
-        let bent = ends.map(|kept| {
-            let way = self.corners.iter().take(kept).copied();
-            let end = (self.corners[kept - 1] != goal).then_some(goal);
-            Self { found_for: self.found_for, corners: way.chain(end).collect() }
-        });
-        let lengths = bent.filter_map(|bent| Some((bent.length_m(cx)?, bent)));
-        lengths.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, bent)| bent)
+        if self.leads_to(goal) {
+            return Some(self.clone());
+        }
+        let ends = [self.corners.len().saturating_sub(1), self.corners.len()];
+        let is_open = |kept: &usize| {
+            let from = kept.checked_sub(1).map_or(here, |last| self.corners[last]);
+            *kept < MOST_CORNERS && cx.waters.way(from, goal).is_ok()
+        };
+        let kept = ends.into_iter().find(is_open)?;
+        let corners = self.corners.iter().take(kept).copied().chain([goal]).collect();
+        Some(Self { corners, ..*self })
     }
+}
 
-    /// How long the way ahead is, if the position is known (m).
-    fn length_m(&self, cx: &Context<'_>) -> Option<f64> {
-        let fix = cx.fix?;
-        let starts = std::iter::once(&fix.place).chain(&self.corners);
-        Some(starts.zip(&self.corners).map(|(from, to)| distance_m(*from, *to)).sum())
-    }
+fn length_m(places: &[LatLon]) -> f64 {
+    places.windows(2).map(|leg| distance_m(leg[0], leg[1])).sum()
 }

@@ -230,7 +230,8 @@ impl Machine {
         if !cx.config.reference.routes_around || cx.waters.way(goal, goal).is_err() {
             return None;
         }
-        if let Some(bent) = self.detour.as_ref().and_then(|detour| detour.bent_to(cx, goal)) {
+        let on_it = self.phase == ReferencePhase::Goto;
+        if let Some(bent) = self.detour.as_ref().and_then(|detour| detour.bent_to(cx, goal, on_it)) {
             return Some(Standing::Known(bent));
         }
         let newer_is_wanted = self.is_followed(goal) && self.search.wanted_by().is_some();

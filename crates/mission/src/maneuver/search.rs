@@ -66,7 +66,7 @@ impl Search {
                 return Standing::Nothing;
             }
             State::Spare { detour, until } if cx.now.mono < *until => {
-                if let Some(detour) = detour.bent_to(cx, goal) {
+                if let Some(detour) = detour.bent_to(cx, goal, false) {
                     self.settled();
                     return Standing::Known(detour);
                 }
@@ -104,7 +104,7 @@ impl Search {
         let newest = self.wanted.and_then(|wanted| wanted.location);
         match way.places.clone().and_then(|places| Detour::along(cx, goal, &places)) {
             Ok(detour) => {
-                let bent = newest.and_then(|newest| detour.bent_to(cx, newest));
+                let bent = newest.and_then(|newest| detour.bent_to(cx, newest, false));
                 if let (Some(detour), Some(wanted)) = (bent, self.wanted) {
                     self.settled();
                     return Some(Ok((wanted, detour)));

@@ -33,7 +33,7 @@ use mission::{
     PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success, Ticket,
 };
 pub(crate) use requests::reads;
-pub(crate) use routed::Behind;
+pub(crate) use routed::{Behind, NotStarted};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
