@@ -80,7 +80,9 @@ impl Search {
 
     /// Asks for a way if one is wanted and it is time to.
     pub(super) fn look(&mut self, cx: &mut Context<'_>) {
-        let (Some(fix), Some(goal)) = (cx.fix, self.wanted.and_then(|wanted| wanted.location)) else { return };
+        let (Some(fix), Some(goal)) = (cx.fix, self.wanted.and_then(|wanted| wanted.location)) else {
+            return;
+        };
         let wait = if matches!(self.state, State::Asked { .. }) { AGAIN } else { LEAST_BETWEEN };
         if self.asked.is_some_and(|asked| cx.now.mono.since(asked) < wait) {
             return;
@@ -112,7 +114,9 @@ impl Search {
                 self.state = State::Spare { detour, until: cx.now.mono + SPARE_KEPT };
                 None
             }
-            Err(_) if cx.fix.is_some_and(|fix| way.places.is_ok() && distance_m(from, fix.place) > MOVED_M) => {
+            Err(_)
+                if cx.fix.is_some_and(|fix| way.places.is_ok() && distance_m(from, fix.place) > MOVED_M) =>
+            {
                 None
             }
             Err(why) => {

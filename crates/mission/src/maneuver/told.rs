@@ -31,5 +31,4 @@ impl Told {
         self.0.push((place, now));
         same.is_none()
     }
-
 }

@@ -6,7 +6,7 @@ use crate::entity::Entity;
 use crate::pilot::Pilot;
 use crate::routing::FoundRoute;
 use crate::under_way::rest_from;
-use guard::{GuardLimits, Reason, WaterChart, Waters, check_way};
+use guard::{Area, GuardLimits, Reason, WaterChart, Waters, check_way};
 use imc::messages::{
     Goto, Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver,
     PlanSpecification, PlanTransition, SpeedUnits, ZUnits,
@@ -54,6 +54,11 @@ impl Plans {
         }
         let to = plan.node(plan.start()).map(Node::maneuver)?.places().first().copied()?;
         Some(Behind { why: verdict.summary(), what: word(reason), to })
+    }
+
+    /// The area that plans keep to.
+    pub(crate) fn area(&self) -> Option<&Area> {
+        self.settings.mission.limits.area.as_ref()
     }
 
     /// A plan of the database led by a route to its beginning; `ways_out` are what the way to a route that begins elsewhere

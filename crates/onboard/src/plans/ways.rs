@@ -68,7 +68,9 @@ impl Plans {
         let clearances_m = self.clearances_m();
         let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
         let longest_m = self.settings.grounding.routes.longest_m;
-        let number = bus.ask_route(RouteRequest::new(from, to, &limits, clearance_m, longest_m));
+        let area = self.settings.mission.limits.area.as_ref();
+        let request = RouteRequest::new((from, to), &limits, area, clearance_m, longest_m);
+        let number = bus.ask_route(request);
         self.way = Some(Search { number, from, to, attempt });
     }
 

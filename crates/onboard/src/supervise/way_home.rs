@@ -46,17 +46,29 @@ struct Search {
 
 #[derive(Debug)]
 enum State {
-    Asked { until: MonoTime },
-    Overdue { until: MonoTime },
-    Found { route: FoundRoute, until: MonoTime },
+    Asked {
+        until: MonoTime,
+    },
+    Overdue {
+        until: MonoTime,
+    },
+    Found {
+        route: FoundRoute,
+        until: MonoTime,
+    },
     /// None is sailed, for this reason.
-    Nothing { text: String, until: MonoTime },
+    Nothing {
+        text: String,
+        until: MonoTime,
+    },
 }
 
 impl Search {
     fn is_over(&self, now: MonoTime) -> bool {
         match &self.state {
-            State::Overdue { until } | State::Nothing { until, .. } | State::Found { until, .. } => now >= *until,
+            State::Overdue { until } | State::Nothing { until, .. } | State::Found { until, .. } => {
+                now >= *until
+            }
             State::Asked { .. } => false,
         }
     }
@@ -85,42 +97,11 @@ impl WayHome {
             self.forget(context.bus);
             return context.start(&Remedy::Run { plan_id: plan_id.to_owned() }, in_need);
         };
-        let now = context.bus.mono();
-        if let Some(search) = &mut self.search
-            && matches!(search.state, State::Asked { until } if now >= until)
-        {
-            search.state = State::Overdue { until: now + AGAIN };
-        }
-        let same = |search: &&Search| search.plan_id == plan_id && search.to == behind.to;
-        let goes_on = self.search.as_ref().filter(same).is_some_and(|search| !search.is_over(now));
-        if !goes_on {
-            let text = format!("{}; a route around {} is looked for", behind.why, behind.what);
-            context.bus.entry(entity_of(source), Level::Warning, text);
-            self.ask(context, plan_id, (from, behind.to), behind.what, 0);
-        }
-        let mut blocked = None;
-        if let Some(Search { state: State::Found { route, .. }, attempt, .. }) = &self.search {
-            let (found, attempt, left) = (route.clone(), *attempt, context.energy_left(kept));
-            let text = route_text(&found, &behind);
-            match context.start_by_route(plan_id, from, &found, left, in_need) {
-                Ok(run) => {
-                    self.search = None;
-                    let how = How { text: format!("returning by {text}"), is_doubtful: false };
-                    return Ok(Started { run: Some(run), how: Some(how) });
-                }
-                Err(NotStarted::Engine(why)) => blocked = Some(format!("{text} is kept until it can start: {why}")),
-                Err(NotStarted::Refused(why)) => {
-                    self.next(context, attempt, format!("there is no route around {} either: {why}", behind.what));
-                }
-                Err(NotStarted::OutOfReach(why)) => {
-                    self.next(context, attempt, format!("{text} is out of reach: {why}"));
-                }
-            }
+        self.look(context, source, plan_id, from, &behind);
+        if let Some(found) = self.sail_found(context, (plan_id, from), &behind, kept, in_need) {
+            return found;
         }
         let Behind { why, what, .. } = behind;
-        if let Some(blocked) = blocked {
-            return Err(format!("{why}; {blocked}"));
-        }
         Err(match self.search.as_ref().map(|search| &search.state) {
             Some(State::Nothing { text, .. }) => format!("{why}; {text}"),
             Some(State::Overdue { .. }) => {
@@ -128,6 +109,59 @@ impl WayHome {
             }
             _ => format!("{why}; a route around {what} is looked for"),
         })
+    }
+
+    /// Asks for a route unless one to the same place is looked for, known, or known not to be.
+    fn look(
+        &mut self,
+        context: &mut Context<'_>,
+        source: Source,
+        plan_id: &str,
+        from: LatLon,
+        behind: &Behind,
+    ) {
+        let now = context.bus.mono();
+        if let Some(search) = &mut self.search
+            && matches!(search.state, State::Asked { until } if now >= until)
+        {
+            search.state = State::Overdue { until: now + AGAIN };
+        }
+        let same = |search: &&Search| search.plan_id == plan_id && search.to == behind.to;
+        if self.search.as_ref().filter(same).is_none_or(|search| search.is_over(now)) {
+            let text = format!("{}; a route around {} is looked for", behind.why, behind.what);
+            context.bus.entry(entity_of(source), Level::Warning, text);
+            self.ask(context, plan_id, (from, behind.to), behind.what, 0);
+        }
+    }
+
+    /// Starts what was found, or says what keeps it from starting for the time being. `None` where nothing is found, or it
+    /// is not to be sailed: the search goes on.
+    fn sail_found(
+        &mut self,
+        context: &mut Context<'_>,
+        (plan_id, from): (&str, LatLon),
+        behind: &Behind,
+        kept: f64,
+        in_need: bool,
+    ) -> Option<Result<Started, String>> {
+        let search = self.search.as_ref()?;
+        let State::Found { route, .. } = &search.state else { return None };
+        let (found, attempt, left) = (route.clone(), search.attempt, context.energy_left(kept));
+        let text = route_text(&found, behind);
+        let refused = match context.start_by_route(plan_id, from, &found, left, in_need) {
+            Ok(run) => {
+                self.search = None;
+                let how = How { text: format!("returning by {text}"), is_doubtful: false };
+                return Some(Ok(Started { run: Some(run), how: Some(how) }));
+            }
+            Err(NotStarted::Engine(why)) => {
+                return Some(Err(format!("{}; {text} is kept until it can start: {why}", behind.why)));
+            }
+            Err(NotStarted::Refused(why)) => no_route_text(behind.what, &why),
+            Err(NotStarted::OutOfReach(why)) => format!("{text} is out of reach: {why}"),
+        };
+        self.next(context, attempt, refused);
+        None
     }
 
     /// Whether an answer is waited for.
@@ -144,7 +178,7 @@ impl WayHome {
         match &answer.outcome {
             Ok(route) => search.state = State::Found { route: route.clone(), until },
             Err(why) => {
-                let text = format!("there is no route around {} either: {why}", search.what);
+                let text = no_route_text(search.what, why);
                 self.next(context, attempt, text);
             }
         }
@@ -169,7 +203,8 @@ impl WayHome {
         let routes = &context.grounding.routes;
         let clearances_m = routes.clearances_m(&context.guard);
         let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
-        let request = RouteRequest::new(from, to, &context.guard, clearance_m, routes.longest_m);
+        let area = context.plans.area();
+        let request = RouteRequest::new((from, to), &context.guard, area, clearance_m, routes.longest_m);
         let number = context.bus.ask_route(request);
         let state = State::Asked { until: context.bus.mono() + ANSWER_WITHIN };
         self.search = Some(Search { plan_id: plan_id.to_owned(), to, what, attempt, number, state });
@@ -207,7 +242,9 @@ impl Supervise {
         self.way_home.forget(bus);
         let leads_home =
             matches!(self.arbiter.remedy(), Some(Remedy::Run { plan_id }) if plan_id != DEEP_WATER);
-        let Some(why) = place.filter(|_| leads_home).and_then(|place| plans.own_way_refused(place)) else { return };
+        let Some(why) = place.filter(|_| leads_home).and_then(|place| plans.own_way_refused(place)) else {
+            return;
+        };
         if let Some(source) = self.arbiter.begin_again(bus.mono()) {
             let text = format!("by the new chart the way home does not go on: {why}; another is looked for");
             bus.entry(entity_of(source), Level::Error, text);
@@ -223,6 +260,10 @@ impl Supervise {
             self.way_home.forget(bus);
         }
     }
+}
+
+fn no_route_text(what: &str, why: &str) -> String {
+    format!("there is no route around {what} either: {why}")
 }
 
 /// A route in words.

@@ -395,6 +395,30 @@ fn a_reference_that_is_given_up_is_not_followed_by_a_late_answer() {
     assert_eq!(sea.motors.last().unwrap().1, control::MotorPair::STOPPED);
 }
 
+/// An islet lies between, and the shorter way around it leads out of the area.
+#[test]
+fn the_way_home_is_looked_for_inside_the_area() {
+    let north_m = |north_m| LocalPoint { north_m, east_m: 0.0 };
+    let chart =
+        Chartmaker::new(frame().origin(), 1_500.0, 20.0).with(Ground::Land, north_m(200.0), 100.0, 24);
+    let mut settings = wanting(&chart);
+    let corners = [(-200.0, -900.0), (-200.0, 80.0), (500.0, 80.0), (500.0, -900.0)];
+    let area = guard::Area::new(&corners.map(|(north_m, east_m)| place(north_m, east_m))).unwrap();
+    settings.mission.limits.area = Some(area.clone());
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    sea.upload(&plan("home", vec![("berth".into(), goto(420.0, 20.0, 1.5).into())]));
+    sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
+    sea.run(1.0);
+    sea.heartbeats = false;
+    assert!(sea.run_until(40.0, |sea| runs(sea, "home")), "{}", state(&sea, Entity::LostComms));
+    assert_eq!(requests(&sea).len(), 1, "the first route is one inside");
+    assert!(sea.run_until(900.0, |sea| {
+        assert!(area.outside_m(frame().to_place(sea.position())) <= 0.0, "{:?}", sea.position());
+        !runs(sea, "home")
+    }));
+    assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Success);
+}
+
 /// It moves a metre each second, along the far side of the headland.
 #[test]
 fn a_reference_that_moves_behind_land_is_followed_by_one_route() {
@@ -416,7 +440,7 @@ fn a_reference_that_moves_behind_land_is_followed_by_one_route() {
 #[test]
 fn a_pending_reference_is_given_up_and_told_when_control_changes_or_the_plan_ends() {
     let holder = |epoch: u64| {
-        let lasts = Duration::from_secs(60);
+        let lasts = Duration::from_mins(1);
         Input::Lease(Lease { epoch, lasts, holder: format!("holder {epoch}") })
     };
     let mut sea = following();
