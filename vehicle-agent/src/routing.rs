@@ -133,7 +133,7 @@ impl Drop for Routing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planner::Needs;
+    use planner::{Needs, Zones};
     use std::sync::mpsc::channel;
     use std::time::Duration;
     use testkit::sea::Sea;
@@ -144,7 +144,7 @@ mod tests {
     fn request(number: u32, chart: &Sea) -> Box<RouteRequest> {
         let place = |north_m| chart.frame().to_place(LocalPoint { north_m, east_m: 0.0 });
         let (from, to, needs) = (place(-300.0), place(300.0), Needs::depth_and_clearance(5.0, 25.0));
-        Box::new(RouteRequest { number, from, to, needs, longest_m: 5_000.0 })
+        Box::new(RouteRequest { number, from, to, needs, zones: Zones::default(), longest_m: 5_000.0 })
     }
 
     #[test]

@@ -43,6 +43,11 @@ impl Area {
         Ok(Self { frame, corners: corners.iter().map(|corner| frame.to_local(*corner)).collect() })
     }
 
+    /// Its corners.
+    pub fn corners(&self) -> impl Iterator<Item = LatLon> {
+        self.corners.iter().map(|corner| self.frame.to_place(*corner))
+    }
+
     /// How far a place lies outside (m); 0 inside and on the border.
     pub fn outside_m(&self, place: LatLon) -> f64 {
         let signed_m = self.depth_m(place);

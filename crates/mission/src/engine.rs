@@ -259,7 +259,8 @@ impl Engine {
             | Event::Reference(_)
             | Event::Sighting(_)
             | Event::TeleoperationDone { .. }
-            | Event::Way(_) => {}
+            | Event::Way(_)
+            | Event::CommanderChanged => {}
         }
         self.with_maneuver(now, |running, cx| running.event(cx, event));
         self.go_on(now);

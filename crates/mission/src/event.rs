@@ -25,6 +25,8 @@ pub enum Event {
     Medium(Medium),
     /// A way that the maneuver FollowReference looked for.
     Way(Way),
+    /// Another commands the vessel from ashore: what the one before asked for, and was not begun, is not wanted any more.
+    CommanderChanged,
     /// Somebody ended the teleoperation.
     TeleoperationDone {
         /// Address of the sender.

@@ -21,8 +21,10 @@ mod rows;
 mod rows_coverage;
 mod running;
 mod scheduled_goto;
+mod search;
 mod station_keeping;
 mod teleoperation;
+mod told;
 mod waypoints;
 
 pub(crate) use behaviour::{Context, Outcome, Signal};

@@ -11,7 +11,7 @@ use charts::depth_index::{DepthIndex, IndexBuilder};
 use charts::s57::{Cell, NamedBytes};
 use guard::GuardLimits;
 use onboard::{Chart, RouteRequest, Routes};
-use planner::{Cancel, Needs};
+use planner::{Cancel, Needs, Zones};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -104,8 +104,14 @@ fn look(chart: &Chart, routes: &mut Routes, needs: &Needs, sides: &[f64]) {
             north_m: numbers.within(-FAR_M, FAR_M),
             east_m: numbers.within(-FAR_M, FAR_M),
         };
-        let request =
-            RouteRequest { number, from, to: frame.to_place(away), needs: *needs, longest_m: 20_000.0 };
+        let request = RouteRequest {
+            number,
+            from,
+            to: frame.to_place(away),
+            needs: *needs,
+            zones: Zones::default(),
+            longest_m: 20_000.0,
+        };
         let begun = Instant::now();
         let answer = routes.answer(chart, &request, &Cancel::never()).unwrap();
         slowest_ms = slowest_ms.max(begun.elapsed().as_secs_f64() * 1e3);

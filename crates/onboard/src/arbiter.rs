@@ -107,6 +107,13 @@ impl Arbiter {
         self.next_try = now;
     }
 
+    /// What runs does not lead to its end: its remedy is asked for again, also where its supervisor had withdrawn it.
+    pub(crate) fn begin_again(&mut self, now: MonoTime) -> Option<Source> {
+        let Running { source, remedy, .. } = self.running.take()?;
+        self.ask(now, source, remedy);
+        Some(source)
+    }
+
     /// The run that carries out a remedy.
     pub(crate) fn run(&self) -> Option<RunId> {
         self.running.as_ref().map(|running| running.run)

@@ -305,7 +305,11 @@ impl Brain {
 
     /// The shore says who commands.
     fn leased(&mut self, lease: &Lease) {
-        if self.reception.leased(&mut self.bus, lease) && self.supervise.commander_changed(self.bus.mono()) {
+        if !self.reception.leased(&mut self.bus, lease) {
+            return;
+        }
+        self.plans.commander_changed(&mut self.bus, &mut self.pilot);
+        if self.supervise.commander_changed(self.bus.mono()) {
             let text = "the operator changed: the grounding guard is on again".to_owned();
             self.bus.entry(Entity::Grounding, Level::Warning, text);
         }
@@ -601,6 +605,7 @@ impl Brain {
             hold_radius_m: mission.hold_radius_m,
             hold_speed_mps: mission.hold_speed_mps,
             capacity_wh: mission.capacity_wh,
+            charge_percent: self.sensors.charge_percent(),
             grounding: &self.settings.grounding,
             holds_after_failure: mission.holds_after_failure,
             restart: &mission.restart,

@@ -7,7 +7,8 @@
 //! A plan under way is held against the new chart, all of it but the way to its first maneuver once that is over. One
 //! that is refused goes on, as its danger may be far away or passed, but that is told: in the log book, and as a fault
 //! of the grounding supervisor until the plan ends. The supervisor watches the water ahead by the new chart and acts
-//! before danger as it always does. Plans that are stored are held against the chart when they start.
+//! before danger as it always does. Plans that are stored are held against the chart when they start. A way home under
+//! way, which nobody ashore may see, is given up if what lies ahead of it is refused: another is looked for meanwhile.
 
 use crate::entity::Entity;
 use crate::grounding::{Chart, ChartFile, GroundingAction};
@@ -71,6 +72,7 @@ impl Live<'_> {
         let own = self.supervise.remedy_run();
         let place = self.pilot.place();
         let refused = self.plans.refused_under_way(self.bus, place);
+        self.supervise.charted(self.bus, self.plans, place);
         let refused = refused.filter(|refused| Some(refused.run) != own);
         let refused = refused.map(|refused| {
             let then = match self.settings.grounding.action {

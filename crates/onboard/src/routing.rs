@@ -6,20 +6,24 @@
 //! simulations at once. The guard judges each route from where the vessel is by then.
 
 use crate::grounding::Chart;
-use guard::GuardLimits;
-use planner::{Cancel, Needs, PlanError, Refusal, Request, Router};
+use guard::{Area, GuardLimits};
+use planner::{Cancel, Needs, PlanError, Refusal, Request, Router, Zone, Zones};
 use std::sync::Arc;
 use units::LatLon;
 
-/// Rooms of prepared water that are kept: one for each clearance that is asked for. Preparing one takes more memory than
-/// keeping two.
-const ROOMS: usize = 2;
+/// Rooms of prepared water that are kept: the last one. Preparing another takes most of the memory that routes may have
+/// aboard, and what is kept stays beside it until it is ready; where the first clearance finds nothing, water is prepared
+/// twice.
+const ROOMS: usize = 1;
 /// Turning radius that routes are planned for (m): an Otter's at full speed.
 const TURN_RADIUS_M: f64 = 8.0;
 /// Shorter legs are joined (m).
 const LEAST_LEG_M: f64 = 15.0;
 /// A vessel that was steered into water where it may not go by itself looks for open water so far off (m).
 const MOVE_UP_TO_M: f64 = 300.0;
+
+/// Routes keep so far from the border of the area of operation (m).
+const AREA_MARGIN_M: f64 = 5.0;
 
 /// Routes that the vessel looks for by itself. Set in the files alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,21 +61,24 @@ pub struct RouteRequest {
     pub to: LatLon,
     /// What of the water around it.
     pub needs: Needs,
+    /// The area of operation, if the way is to stay inside it. It is no part of recordings, whose settings have it.
+    pub zones: Zones,
     /// A longer one is of no use (m).
     pub longest_m: f64,
 }
 
 impl RouteRequest {
-    /// For a vessel with these limits, this far from danger (m). It gets its number when it is asked.
+    /// For a vessel with these limits, this far from danger (m), inside its area if it is well inside. It gets its number
+    /// when it is asked.
     pub(crate) fn new(
-        from: LatLon,
-        to: LatLon,
+        (from, to): (LatLon, LatLon),
         limits: &GuardLimits,
+        area: Option<&Area>,
         clearance_m: f64,
         longest_m: f64,
     ) -> Self {
         let needs = Needs { demand: limits.demand(limits.autonomous_m), clearance_m };
-        Self { number: 0, from, to, needs, longest_m }
+        Self { number: 0, from, to, needs, zones: zones(area, from), longest_m }
     }
 }
 
@@ -135,8 +142,16 @@ impl Routes {
     }
 }
 
+/// The area of operation as a zone to stay in. A vessel outside of it, or nearly so, is led back by what is judged
+/// afterwards.
+fn zones(area: Option<&Area>, from: LatLon) -> Zones {
+    let area = area.filter(|area| area.depth_m(from) > 2.0 * AREA_MARGIN_M);
+    let zone = area.and_then(|area| Zone::new(area.corners().collect()).ok());
+    zone.and_then(|zone| Zones::new(Some(zone), Vec::new(), AREA_MARGIN_M).ok()).unwrap_or_default()
+}
+
 fn find(router: &Router, request: &RouteRequest, cancel: &Cancel<'_>) -> Result<FoundRoute, Refusal> {
-    let RouteRequest { from, to, needs, longest_m, .. } = request;
+    let RouteRequest { from, to, needs, zones, longest_m, .. } = request;
     let ask = Request {
         move_up_to_m: MOVE_UP_TO_M,
         least_leg_m: LEAST_LEG_M,
@@ -144,7 +159,7 @@ fn find(router: &Router, request: &RouteRequest, cancel: &Cancel<'_>) -> Result<
         longest_m: Some(*longest_m),
         ..Request::new(*from, *to)
     };
-    let route = router.route(&ask, needs, cancel)?;
+    let route = router.in_zones(zones.clone()).route(&ask, needs, cancel)?;
     Ok(FoundRoute {
         places: route.places().collect(),
         length_m: route.length_m,

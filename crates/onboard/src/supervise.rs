@@ -7,6 +7,7 @@
 
 mod battery;
 mod context;
+mod energy;
 mod grounding;
 mod limits;
 mod restart;
@@ -300,7 +301,8 @@ impl Supervise {
             }
             let started = match &remedy {
                 Remedy::Run { plan_id } if plan_id != DEEP_WATER => {
-                    self.way_home.start(context, source, plan_id)
+                    let kept = self.config.battery.critical;
+                    self.way_home.start(context, source, plan_id, kept)
                 }
                 other => context.start(other, source != Source::Failure),
             };

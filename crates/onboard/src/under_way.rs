@@ -89,32 +89,10 @@ impl UnderWay {
         Packet::new(header, control).encode().ok()
     }
 
-    /// The plan from the maneuver on that was under way. Maneuvers that do not follow it are left out: in a plan each
-    /// must be led to.
+    /// The plan from the maneuver on that was under way.
     pub(crate) fn rest_of_plan(&self) -> Option<PlanSpecification> {
         let plan = self.plan.as_ref().filter(|_| self.doing == Doing::Plan)?;
-        let nodes: Vec<PlanManeuver> = plan.maneuvers.of::<PlanManeuver>().collect();
-        let Some(start) = nodes.iter().find(|node| node.maneuver_id == *self.maneuver) else {
-            return Some(plan.clone());
-        };
-        let transitions: Vec<PlanTransition> = plan.transitions.of::<PlanTransition>().collect();
-        let mut led_to = vec![start.maneuver_id.clone()];
-        let mut looked_at = 0;
-        while let Some(from) = led_to.get(looked_at).cloned() {
-            looked_at += 1;
-            let next = transitions.iter().filter(|transition| transition.source_man == from);
-            for transition in next {
-                if !led_to.contains(&transition.dest_man) {
-                    led_to.push(transition.dest_man.clone());
-                }
-            }
-        }
-        Some(PlanSpecification {
-            start_man_id: start.maneuver_id.clone(),
-            maneuvers: nodes.into_iter().filter(|node| led_to.contains(&node.maneuver_id)).collect(),
-            transitions: transitions.into_iter().filter(|one| led_to.contains(&one.source_man)).collect(),
-            ..plan.clone()
-        })
+        Some(rest_from(plan, &self.maneuver))
     }
 
     /// In words.
@@ -127,6 +105,31 @@ impl UnderWay {
             Doing::Remedy => format!("the vessel's own '{plan_id}' was under way"),
             Doing::Drift => "the vessel was adrift on purpose".to_owned(),
         }
+    }
+}
+
+/// A plan from this maneuver on; the whole where it has none of this name. Maneuvers that do not follow it are left out: in
+/// a plan each must be led to.
+pub(crate) fn rest_from(plan: &PlanSpecification, maneuver: &str) -> PlanSpecification {
+    let nodes: Vec<PlanManeuver> = plan.maneuvers.of::<PlanManeuver>().collect();
+    let Some(start) = nodes.iter().find(|node| node.maneuver_id == *maneuver) else { return plan.clone() };
+    let transitions: Vec<PlanTransition> = plan.transitions.of::<PlanTransition>().collect();
+    let mut led_to = vec![start.maneuver_id.clone()];
+    let mut looked_at = 0;
+    while let Some(from) = led_to.get(looked_at).cloned() {
+        looked_at += 1;
+        let next = transitions.iter().filter(|transition| transition.source_man == from);
+        for transition in next {
+            if !led_to.contains(&transition.dest_man) {
+                led_to.push(transition.dest_man.clone());
+            }
+        }
+    }
+    PlanSpecification {
+        start_man_id: start.maneuver_id.clone(),
+        maneuvers: nodes.into_iter().filter(|node| led_to.contains(&node.maneuver_id)).collect(),
+        transitions: transitions.into_iter().filter(|one| led_to.contains(&one.source_man)).collect(),
+        ..plan.clone()
     }
 }
 

@@ -41,7 +41,7 @@ fn main() {
 fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64) {
     let needs = Needs::depth_and_clearance(depth_m, 25.0);
     let begun = Instant::now();
-    let room = SeaRoom::of_chart(index, &needs, &Cancel::never()).unwrap();
+    let room = SeaRoom::of_chart(index, &needs, &Arc::default(), &Cancel::never()).unwrap();
     println!(
         "{name}: {} vertices, prepared in {:.0} ms, {} triangles",
         index.vertex_count(),

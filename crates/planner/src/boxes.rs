@@ -38,7 +38,7 @@ impl Bounds {
     }
 
     /// Distance to another box (m), 0 where they meet.
-    fn distance_m(&self, other: &Self) -> f64 {
+    pub(crate) fn distance_m(&self, other: &Self) -> f64 {
         let dx = (other.min.x - self.max.x).max(self.min.x - other.max.x).max(0.0);
         let dy = (other.min.y - self.max.y).max(self.min.y - other.max.y).max(0.0);
         dx.hypot(dy)

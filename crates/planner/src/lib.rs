@@ -10,6 +10,7 @@
 //! asks; long work asks [`Cancel`] whether its answer is still wanted.
 //!
 //! - [`Needs`] say how deep and how far off.
+//! - [`Zones`] say where ways may lead beside that.
 //! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
 //!   that says what is in the way.
 //! - [`classic`] is a plain A* on a grid, to compare with.
@@ -31,6 +32,7 @@ mod search;
 mod tidy;
 mod turns;
 mod widest;
+mod zones;
 
 pub use cancel::Cancel;
 pub use needs::{Needs, NeedsError};
@@ -41,3 +43,4 @@ pub use route::{End, Moved, Refusal, Request, Route, RouteLeg};
 pub use router::Router;
 pub use search::Effort;
 pub use turns::{Turn, TurnTrouble};
+pub use zones::{Zone, ZoneError, Zones};

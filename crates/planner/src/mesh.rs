@@ -51,7 +51,7 @@ struct Piece {
 impl Mesh {
     /// Divides those pieces into triangles that are open; `is_open` is asked for one point of each.
     pub(crate) fn new(
-        pieces: &Pieces,
+        pieces: Pieces,
         mut is_open: impl FnMut(Point) -> bool,
         cancel: &Cancel<'_>,
     ) -> Result<Self, PlanError> {
@@ -241,15 +241,17 @@ pub(crate) struct Near {
 
 impl Piece {
     /// `None` of a piece without an area.
-    fn new(rings: &[Vec<GridPoint>]) -> Result<Option<Self>, PlanError> {
+    fn new(rings: Vec<Vec<GridPoint>>) -> Result<Option<Self>, PlanError> {
         let grid = in_order(rings.iter().flatten().copied());
         let points = grid.iter().map(|at| Point2::new(f64::from(at[0]), f64::from(at[1]))).collect();
         let mut sides = Vec::new();
-        for ring in rings {
+        for ring in &rings {
             let corners: Vec<usize> = ring.iter().filter_map(|at| grid.binary_search(at).ok()).collect();
             let next = corners.iter().cycle().skip(1);
             sides.extend(corners.iter().zip(next).map(|(a, b)| [*a, *b]).filter(|[a, b]| a != b));
         }
+        // Dividing a large piece takes much memory for a moment.
+        drop((rings, grid));
         let mut conflicts = 0;
         let all = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides, |_| {
             conflicts += 1;

@@ -28,6 +28,9 @@ const THINNED: f64 = 0.02;
 const LEAST_THINNED_M: f64 = 0.05;
 const MOST_THINNED_M: f64 = 1.0;
 
+/// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory.
+const MOST_AT_ONCE: usize = 300_000;
+
 /// A corner on the grid.
 pub(crate) type GridPoint = [i32; 2];
 
@@ -42,6 +45,15 @@ pub(crate) struct Region {
 }
 
 impl Region {
+    /// With so much more around it (m).
+    fn wider(&self, by_m: f64) -> Self {
+        let Self { min, max } = self;
+        Self {
+            min: Point { x: min.x - by_m, y: min.y - by_m },
+            max: Point { x: max.x + by_m, y: max.y + by_m },
+        }
+    }
+
     /// The part of a segment that lies within (Y.-D. Liang and B. A. Barsky 1984).
     fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
         let (dx, dy) = (b.x - a.x, b.y - a.y);
@@ -118,35 +130,51 @@ fn thinned_m(clearance_m: f64) -> f64 {
     (clearance_m * THINNED).clamp(LEAST_THINNED_M, MOST_THINNED_M)
 }
 
-/// Cuts what lies within `clearance_m` of lines out of a region.
-pub(crate) fn cut_out(
-    region: Region,
-    lines: &[Vec<Point>],
-    clearance_m: f64,
-    cancel: &Cancel<'_>,
-) -> Result<Pieces, PlanError> {
-    let thinned_m = thinned_m(clearance_m);
-    let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
-    let mut overlay: Overlay<i32> = Overlay::new(lines.len() * 64);
+/// Lines, and how far from them water is to be kept (m).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cut<'a> {
+    pub(crate) lines: &'a [Vec<Point>],
+    pub(crate) clearance_m: f64,
+}
+
+/// Cuts what lies too near lines out of a region.
+pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> Result<Pieces, PlanError> {
     let Region { min, max } = region;
-    let near_m = 2.0 * brush.radius_m + 10.0;
-    let near = Region {
-        min: Point { x: min.x - near_m, y: min.y - near_m },
-        max: Point { x: max.x + near_m, y: max.y + near_m },
-    };
     let corners = [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }].map(on_grid);
-    overlay.add_contour(&corners, ShapeType::Subject);
+    let mut open: Shapes = vec![vec![corners.to_vec()]];
+    let mut overlay: Overlay<i32> = Overlay::new(0);
+    let mut waiting = 0;
     let mut contour = Vec::new();
-    for line in lines {
-        cancel.check()?;
-        brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
-            overlay.add_contour(contour, ShapeType::Clip);
-        });
+    for Cut { lines, clearance_m } in cuts {
+        let thinned_m = thinned_m(*clearance_m);
+        let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
+        let near = region.wider(2.0 * brush.radius_m + 10.0);
+        for line in *lines {
+            cancel.check()?;
+            brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
+                overlay.add_contour(contour, ShapeType::Clip);
+                waiting += contour.len();
+            });
+            if waiting > MOST_AT_ONCE {
+                open = without(open, std::mem::replace(&mut overlay, Overlay::new(0)));
+                waiting = 0;
+            }
+        }
     }
     cancel.check()?;
-    let pieces = overlay.overlay(OverlayRule::Difference, FillRule::NonZero);
     let ring = |ring: Vec<IntPoint<i32>>| ring.into_iter().map(|at| [at.x, at.y]).collect();
-    Ok(pieces.into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
+    Ok(without(open, overlay).into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
+}
+
+/// Pieces, each an outer ring and its holes.
+type Shapes = Vec<Vec<Vec<IntPoint<i32>>>>;
+
+/// What is left of pieces when the contours of an overlay are cut out.
+fn without(open: Shapes, mut overlay: Overlay<i32>) -> Shapes {
+    open.iter().flatten().for_each(|ring| overlay.add_contour(ring, ShapeType::Subject));
+    // The copies in the overlay are enough.
+    drop(open);
+    overlay.overlay(OverlayRule::Difference, FillRule::NonZero)
 }
 
 /// A polygon around a circle that is drawn along lines.

@@ -4,9 +4,11 @@ use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
-use crate::obstacles::{Region, SLACK_M, cut_out, project};
+use crate::obstacles::{Cut, Region, SLACK_M, cut_out, project};
 use crate::plane::{Plane, Point};
+use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, GeoBox};
+use std::sync::Arc;
 use units::LatLon;
 
 /// Around the whole chart (m).
@@ -34,6 +36,9 @@ pub enum PlanError {
 #[derive(Debug, Clone)]
 pub struct SeaRoom {
     needs: Needs,
+    zones: Arc<Zones>,
+    /// Sides of the zones' borders.
+    borders: Vec<[Point; 2]>,
     plane: Plane,
     pub(crate) region: Region,
     pub(crate) mesh: Mesh,
@@ -48,9 +53,14 @@ impl SeaRoom {
     ///
     /// # Errors
     /// When the needs are out of range, the geometry is damaged, or the request was cancelled.
-    pub fn of_chart(index: &DepthIndex, needs: &Needs, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
+    pub fn of_chart(
+        index: &DepthIndex,
+        needs: &Needs,
+        zones: &Arc<Zones>,
+        cancel: &Cancel<'_>,
+    ) -> Result<Self, PlanError> {
         let Some(extent) = index.extent() else {
-            return Self::around(index, needs, nowhere(), (0.0, 0.0), cancel);
+            return Self::around(index, (needs, zones), nowhere(), (0.0, 0.0), cancel);
         };
         let middle = middle_of(&extent);
         let plane = Plane::new(middle);
@@ -60,7 +70,7 @@ impl SeaRoom {
         let bounds = Bounds::of(&points.collect::<Vec<_>>());
         let half = |min: f64, max: f64| min.abs().max(max.abs()) + MARGIN_M + needs.reach_m();
         let halves = (half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
-        Self::around(index, needs, middle, halves, cancel)
+        Self::around(index, (needs, zones), middle, halves, cancel)
     }
 
     /// Prepares the water as far as so many metres east and west, and north and south, of a place.
@@ -69,7 +79,7 @@ impl SeaRoom {
     /// When the needs are out of range, the geometry is damaged, or the request was cancelled.
     pub fn around(
         index: &DepthIndex,
-        needs: &Needs,
+        (needs, zones): (&Needs, &Arc<Zones>),
         middle: LatLon,
         (east_m, north_m): (f64, f64),
         cancel: &Cancel<'_>,
@@ -82,20 +92,34 @@ impl SeaRoom {
         cancel.check()?;
         let lines = project(&barriers.lines, &plane);
         let clearance_m = reach_m + barriers.wider_m;
-        let pieces = cut_out(region, &lines, clearance_m, cancel)?;
+        // A large region's memory is what counts aboard, and this is in the plane by now.
+        drop(barriers);
+        let borders = zones.borders(&plane);
+        let cuts =
+            [Cut { lines: &lines, clearance_m }, Cut { lines: &borders, clearance_m: zones.margin_m() }];
+        let pieces = cut_out(region, &cuts, cancel)?;
         // The chart itself says which pieces are open: by the very question that legs are asked.
-        let is_open =
-            |at: Point| index.shallowest_within(plane.place(at), needs.clearance_m, &needs.demand).navigable;
-        let mesh = Mesh::new(&pieces, is_open, cancel)?;
+        let is_open = |at: Point| {
+            let place = plane.place(at);
+            zones.allow(place) && index.shallowest_within(place, needs.clearance_m, &needs.demand).navigable
+        };
+        let mesh = Mesh::new(pieces, is_open, cancel)?;
         let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
         let tree = Boxes::new(&bounds);
-        Ok(Self { needs: *needs, plane, region, mesh, barriers, tree, cut_m: clearance_m })
+        let borders = borders.iter().flat_map(|border| sides(border)).collect();
+        let zones = Arc::clone(zones);
+        Ok(Self { needs: *needs, zones, borders, plane, region, mesh, barriers, tree, cut_m: clearance_m })
     }
 
     /// What it was made for.
     pub fn needs(&self) -> &Needs {
         &self.needs
+    }
+
+    /// What its ways keep to beside the chart.
+    pub fn zones(&self) -> &Zones {
+        &self.zones
     }
 
     /// Number of its triangles.
@@ -132,9 +156,21 @@ impl SeaRoom {
         borders.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether no barrier comes nearer to a leg than ways in this room keep off.
+    /// Whether no barrier and no zone's border comes nearer to a leg than ways in this room keep off.
     pub(crate) fn keeps_clear(&self, from: Point, to: Point) -> bool {
-        self.clearance(from, to, self.cut_m + SLACK_M).is_none()
+        self.keeps_from_borders(from, to, self.zones.margin_m() + SLACK_M)
+            && self.clearance(from, to, self.cut_m + SLACK_M).is_none()
+    }
+
+    /// Whether a leg keeps to the zones: it begins where they allow it, and comes no nearer to a border than their margin.
+    pub(crate) fn keeps_to_zones(&self, from: Point, to: Point) -> bool {
+        self.zones.allow(self.plane.place(from)) && self.keeps_from_borders(from, to, self.zones.margin_m())
+    }
+
+    fn keeps_from_borders(&self, from: Point, to: Point, off_m: f64) -> bool {
+        let leg = Bounds::of(&[from, to]);
+        let near = self.borders.iter().filter(|side| Bounds::of(*side).distance_m(&leg) <= off_m);
+        near.into_iter().all(|[a, b]| distance(from, to, *a, *b).0 > off_m)
     }
 
     /// How far a leg keeps from the nearest barrier (m), and where; `None` if no barrier is so near.

@@ -185,7 +185,7 @@ pub enum Refusal {
     #[error(transparent)]
     Needs(#[from] NeedsError),
     /// An end lies in closed water, farther from open water than it may be moved.
-    #[error("{}", closed_text(*.end, (*.water, *.refused), *.nearest_m, *.allowed_m))]
+    #[error("{}", closed_text(*.end, (*.water, *.refused, *.zoned), *.nearest_m, *.allowed_m))]
     Closed {
         /// Which.
         end: End,
@@ -193,6 +193,8 @@ pub enum Refusal {
         water: Water,
         /// How the place is closed to the vessel by a rule, if it is.
         refused: Option<Restriction>,
+        /// It lies outside the allowed zone or in a forbidden one.
+        zoned: bool,
         /// Distance to the nearest open water (m); `None` beyond 50 km.
         nearest_m: Option<f64>,
         /// How far it may be moved (m).
@@ -251,11 +253,12 @@ impl From<PlanError> for Refusal {
 
 fn closed_text(
     end: End,
-    (water, refused): (Water, Option<Restriction>),
+    (water, refused, zoned): (Water, Option<Restriction>, bool),
     nearest_m: Option<f64>,
     allowed_m: f64,
 ) -> String {
     let here = match water {
+        _ if zoned => "outside the zone that is allowed, or in one that is forbidden".to_owned(),
         Water::Depth { .. } if refused.is_some() => {
             format!("in {}", refused.map_or("a closed area", Restriction::words))
         }
@@ -359,7 +362,8 @@ impl Question<'_> {
             .collect();
         if stands.is_empty() {
             let nearest_m = room.mesh.nearest(at, LOOK_M).first().map(|near| near.distance_m);
-            return Err(Refusal::Closed { end, water, refused, nearest_m, allowed_m: request.move_up_to_m });
+            let (zoned, allowed_m) = (!room.zones().allow(place), request.move_up_to_m);
+            return Err(Refusal::Closed { end, water, refused, zoned, nearest_m, allowed_m });
         }
         Ok(stands)
     }
@@ -403,6 +407,10 @@ impl Question<'_> {
             let middle = from.towards(to, 0.5);
             self.confirm(from, middle, halvings - 1, legs)?;
             return self.confirm(middle, to, halvings - 1, legs);
+        }
+        if !self.room.keeps_to_zones(from, to) {
+            let at = format!("{:.6}, {:.6}", start.lat_deg(), start.lon_deg());
+            return Err(Refusal::NotConfirmed { at });
         }
         let clearance_m = self.room.clearance(from, to, FAR_M).map(|(clearance_m, _)| clearance_m);
         legs.push(RouteLeg {

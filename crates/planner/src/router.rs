@@ -6,6 +6,7 @@ use crate::passable::{self, Passable};
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
+use crate::zones::Zones;
 use charts::depth_index::{Demand, DepthIndex, EntryRules, Leg};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
@@ -29,7 +30,8 @@ pub struct Router {
     index: Arc<DepthIndex>,
     whole: bool,
     most_rooms: usize,
-    rooms: Mutex<Vec<Kept>>,
+    zones: Arc<Zones>,
+    rooms: Arc<Mutex<Vec<Kept>>>,
 }
 
 #[derive(Debug, Clone)]
@@ -38,10 +40,11 @@ struct Kept {
     room: Arc<SeaRoom>,
 }
 
-/// Needs, and of which region: `None` of the whole chart.
+/// Needs and zones, and of which region: `None` of the whole chart.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
     needs: Needs,
+    zones: Arc<Zones>,
     region: Option<Square>,
 }
 
@@ -60,7 +63,7 @@ impl Router {
                 && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
-        Self { index, whole, most_rooms: MOST_ROOMS, rooms: Mutex::default() }
+        Self { index, whole, most_rooms: MOST_ROOMS, zones: Arc::default(), rooms: Arc::default() }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
@@ -72,6 +75,17 @@ impl Router {
     #[must_use]
     pub fn keeping(self, most_rooms: usize) -> Self {
         Self { most_rooms: most_rooms.max(1), ..self }
+    }
+
+    /// For ways that keep to zones; it shares the water that is kept with this one.
+    #[must_use]
+    pub fn in_zones(&self, zones: Zones) -> Self {
+        Self {
+            index: Arc::clone(&self.index),
+            zones: Arc::new(zones),
+            rooms: Arc::clone(&self.rooms),
+            ..*self
+        }
     }
 
     /// The chart.
@@ -164,10 +178,10 @@ impl Router {
         cancel: &Cancel<'_>,
     ) -> Result<Passable, PlanError> {
         let square = self.smallest_square(request);
-        let asked = self.room(Key { needs: *needs, region: square }, cancel)?;
+        let asked = self.room(self.key(needs, square), cancel)?;
         let closing_m = asked.closing_depths_m(&self.index);
         let mut trial = |needs: &Needs| {
-            let room = Self::prepare(&self.index, &Key { needs: *needs, region: square }, cancel)?;
+            let room = Self::prepare(&self.index, &self.key(needs, square), cancel)?;
             match (Question { room: &room, index: &self.index, request, cancel }).answer() {
                 Ok(_) => Ok((room, true)),
                 Err(Refusal::Plan(error)) => Err(error),
@@ -183,6 +197,10 @@ impl Router {
         Ok(Passable { depth_m, clearance_m, by_rule_alone })
     }
 
+    fn key(&self, needs: &Needs, region: Option<Square>) -> Key {
+        Key { needs: *needs, zones: Arc::clone(&self.zones), region }
+    }
+
     fn smallest_square(&self, request: &Request) -> Option<Square> {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
         if self.whole { None } else { squares(request, straight_m).next() }
@@ -195,7 +213,7 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
-        let room = self.room(Key { needs: *needs, region }, cancel)?;
+        let room = self.room(self.key(needs, region), cancel)?;
         let route = Question { room: &room, index: &self.index, request, cancel }.answer()?;
         let ends = [request.from, request.to].map(|place| room.plane().point(place));
         Ok((route, room.least_way_out_m(ends[0], ends[1])))
@@ -211,13 +229,10 @@ impl Router {
                 rooms.push(kept.clone());
                 return Ok(kept.room);
             }
-            // Before the next one is prepared, which takes more memory than it has in the end.
-            if rooms.len() >= self.most_rooms {
-                rooms.remove(0);
-            }
         }
         let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
+        // Only now: a preparation that is called off takes nobody's place.
         if rooms.len() >= self.most_rooms {
             rooms.remove(0);
         }
@@ -227,9 +242,9 @@ impl Router {
 
     fn prepare(index: &DepthIndex, key: &Key, cancel: &Cancel<'_>) -> Result<SeaRoom, PlanError> {
         match key.region {
-            None => SeaRoom::of_chart(index, &key.needs, cancel),
+            None => SeaRoom::of_chart(index, &key.needs, &key.zones, cancel),
             Some(Square { middle, half_m }) => {
-                SeaRoom::around(index, &key.needs, middle, (half_m, half_m), cancel)
+                SeaRoom::around(index, (&key.needs, &key.zones), middle, (half_m, half_m), cancel)
             }
         }
     }

@@ -117,7 +117,7 @@ mod tests {
         let block = |low: i32, high: i32| vec![[10_000, low], [20_000, low], [20_000, high], [10_000, high]];
         // Open: 0 to 7 m and 40 to 52 m north.
         let rings = vec![outer.to_vec(), block(700, 4_000), block(5_200, 10_000 - 1)];
-        let mesh = Mesh::new(&vec![rings], |_| true, &Cancel::never()).unwrap();
+        let mesh = Mesh::new(vec![rings], |_| true, &Cancel::never()).unwrap();
         let at = |x: f64, y: f64| mesh.locate(Point { x, y }).unwrap();
         let (west, east) = (at(50.0, 50.0), at(250.0, 50.0));
         let width_m = widest_m(&mesh, &[west], &[east], &Cancel::never()).unwrap().unwrap();

@@ -4,8 +4,10 @@
 
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
 use charts::s57::{Cell, NamedBytes};
-use guard::{GuardLimits, check_way};
-use planner::{Cancel, End, Needs, Refusal, Request, Route, RouteLeg, Router, Turn, TurnTrouble};
+use guard::{Area, GuardLimits, check_way};
+use planner::{
+    Cancel, End, Needs, Refusal, Request, Route, RouteLeg, Router, Turn, TurnTrouble, Zone, Zones,
+};
 use proptest::prelude::*;
 use std::sync::Arc;
 use testkit::sea::{Ground, Sea, open_water};
@@ -550,4 +552,109 @@ fn a_route_that_is_longer_than_is_of_use_is_refused_with_its_length() {
         router.route_by(&two, &request, &needs, &Cancel::never()),
         Err((_, Refusal::TooLong { .. }))
     ));
+}
+
+/// How often a question looks whether it is still wanted: many times while water is prepared, seldom where it is kept.
+fn looks(router: &Router, needs: &Needs) -> u32 {
+    let looks = std::cell::Cell::new(0);
+    let wanted = || {
+        looks.set(looks.get() + 1);
+        true
+    };
+    let request = Request::new(place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    router.route(&request, needs, &Cancel::unless(&wanted)).unwrap();
+    looks.get()
+}
+
+#[test]
+fn a_preparation_that_is_called_off_takes_no_place_of_water_that_is_kept() {
+    let router = Router::new(Arc::new(
+        Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 0.0), 200.0, 24).index(),
+    ));
+    let router = router.keeping(1);
+    let (kept, other) = (Needs::depth_and_clearance(5.0, 25.0), Needs::depth_and_clearance(5.0, 50.0));
+    let cold = looks(&router, &kept);
+    let warm = looks(&router, &kept);
+    assert!(warm < cold, "{warm} {cold}");
+    let request = Request::new(place(at(0.0, -1_500.0)), place(at(0.0, 1_500.0)));
+    let called_off = router.route(&request, &other, &Cancel::unless(&|| false));
+    assert_eq!(called_off, Err(Refusal::Plan(planner::PlanError::Cancelled)));
+    assert_eq!(looks(&router, &kept), warm, "it is still kept");
+    looks(&router, &other);
+    assert_eq!(looks(&router, &kept), cold, "one room is kept");
+}
+
+/// A star around a place: corners in order of their direction, so that it does not cross itself.
+fn drawn() -> impl Strategy<Value = Vec<LatLon>> {
+    let corners = prop::collection::vec(60.0..900.0f64, 3..9);
+    (point(), corners).prop_map(|(middle, radii_m)| {
+        let step_rad = std::f64::consts::TAU / radii_m.len() as f64;
+        let corner = |(n, radius_m): (u32, &f64)| place(middle.displaced(step_rad * f64::from(n), *radius_m));
+        (0..).zip(&radii_m).map(corner).collect()
+    })
+}
+
+/// Places along a route, a metre apart, and its corners.
+fn along(route: &Route) -> Vec<LatLon> {
+    let places: Vec<LatLon> = route.places().collect();
+    let leg = |pair: &[LatLon]| {
+        let frame = LocalFrame::new(pair[0]);
+        let end = frame.to_local(pair[1]);
+        let steps = end.distance_m(LocalPoint::default()).ceil().max(1.0) as u32;
+        let share = move |step: u32| f64::from(step) / f64::from(steps);
+        (0..=steps)
+            .map(move |step| frame.to_place(at(share(step) * end.north_m, share(step) * end.east_m)))
+            .collect::<Vec<_>>()
+    };
+    places.windows(2).flat_map(leg).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn no_way_leads_into_a_forbidden_zone_or_out_of_the_allowed_one_and_zones_shorten_none(
+        shoals in shoals(12), from in point(), to in point(), clearance_m in 0.0..60.0f64, margin_m in 0.0..40.0f64,
+        forbidden in prop::collection::vec(drawn(), 0..4), allowed in prop::option::of(drawn()),
+    ) {
+        let zone = |corners: &Vec<LatLon>| Zone::new(corners.clone()).unwrap();
+        let area = |corners: &Vec<LatLon>| Area::new(corners).unwrap();
+        let needs = Needs::depth_and_clearance(4.0, clearance_m);
+        let plain = router(&sea(&shoals));
+        let some = Zones::new(None, forbidden.iter().take(1).map(zone).collect(), margin_m).unwrap();
+        let all = Zones::new(allowed.as_ref().map(zone), forbidden.iter().map(zone).collect(), margin_m).unwrap();
+        let (some, all) = (plain.in_zones(some), plain.in_zones(all));
+        let tidy = all.route(&Request::new(place(from), place(to)), &needs, &Cancel::never());
+        for route in [ask(&all, from, to, &needs), tidy].into_iter().filter_map(|route| match route {
+            Ok(route) => Some(route),
+            Err(Refusal::NoWay { .. } | Refusal::Closed { .. }) => None,
+            Err(other) => panic!("{other}"),
+        }) {
+            prop_assert!(is_safe(&route, plain.index(), &needs));
+            for place in along(&route) {
+                prop_assert!(forbidden.iter().all(|zone| area(zone).depth_m(place) <= -margin_m + 0.05));
+                prop_assert!(allowed.iter().all(|zone| area(zone).depth_m(place) >= margin_m - 0.05));
+            }
+        }
+        // Fewer zones first: each further one can only close water.
+        let lengths_m = [&plain, &some, &all].map(|router| ask(router, from, to, &needs).map(|route| route.length_m));
+        for pair in lengths_m.windows(2) {
+            if let Ok(more_m) = pair[1] {
+                prop_assert!(more_m >= pair[0].as_ref().unwrap() - 0.05, "{lengths_m:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_end_in_a_zone_is_moved_out_of_it_or_refused_by_it() {
+    let corners = [at(-200.0, -200.0), at(-200.0, 200.0), at(200.0, 200.0), at(200.0, -200.0)].map(place);
+    let forbidden = Zone::new(corners.to_vec()).unwrap();
+    let router = router(&sea(&[])).in_zones(Zones::new(None, vec![forbidden], 10.0).unwrap());
+    let needs = Needs::depth_and_clearance(5.0, 5.0);
+    let refused = ask(&router, at(0.0, 0.0), at(0.0, 900.0), &needs).unwrap_err();
+    assert!(refused.to_string().contains("in one that is forbidden"), "{refused}");
+    let request = Request::new(place(at(0.0, 150.0)), place(at(0.0, 900.0)));
+    let moved = router.route(&request, &needs, &Cancel::never()).unwrap().moved_start.unwrap();
+    assert!((moved.distance_m - 60.0).abs() < 1.5, "{moved:?}");
 }

@@ -1,106 +1,48 @@
 //! A way around what the chart refuses, to the place of a reference.
 //!
-//! Whoever runs the engine is asked for it, and answers when it can. Nothing moves until then; what comes is held against
-//! area and chart from where the vessel is by then, leg by leg, and again whenever the vessel sets out anew.
+//! It is held against area and chart from where the vessel is, leg by leg, when it is taken and again whenever the vessel sets
+//! out anew. A place that moves a little is reached by the same way with another end.
 
 use super::behaviour::Context;
 use super::goto::distance_m;
-use crate::event::{Reference, Way};
 use std::collections::VecDeque;
-use std::time::Duration;
-use units::{LatLon, MonoTime};
+use units::LatLon;
 
-/// An answer that takes longer is asked for again, and where there was no way, one is looked for again.
-const AGAIN: Duration = Duration::from_mins(1);
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-
-/// What is looked for.
-#[derive(Debug, Clone)]
-pub(super) struct Search {
-    goal: LatLon,
-    /// What is to be followed when it is found; nothing where there is no way.
-    wanted: Option<Reference>,
-    /// When it is looked for again.
-    until: MonoTime,
-}
-
-/// How a search stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Standing {
-    /// It is looked for.
-    Asked,
-    /// There is no way.
-    Nothing,
-    /// The answer is overdue, or it is time to look again.
-    Over,
-}
-
-impl Search {
-    /// Asks for a way from a place to that of a reference.
-    pub(super) fn ask(cx: &mut Context<'_>, from: LatLon, goal: LatLon, wanted: Reference) -> Self {
-        cx.look_for_way(from, goal);
-        Self { goal, wanted: Some(wanted), until: cx.now.mono + AGAIN }
-    }
-
-    /// Whether it is one for this place.
-    pub(super) fn leads_to(&self, goal: LatLon) -> bool {
-        self.goal == goal
-    }
-
-    /// How it stands now that this reference came; the newest is the one to follow.
-    pub(super) fn standing(&mut self, now: MonoTime, newest: Reference) -> Standing {
-        if now >= self.until {
-            return Standing::Over;
-        }
-        match &mut self.wanted {
-            Some(wanted) => {
-                *wanted = newest;
-                Standing::Asked
-            }
-            None => Standing::Nothing,
-        }
-    }
-
-    /// Takes an answer: what to follow and how, or why there is nothing to follow. `None` if nobody waits for it.
-    pub(super) fn take(
-        &mut self,
-        cx: &Context<'_>,
-        way: &Way,
-    ) -> Option<Result<(Reference, Detour), String>> {
-        if way.to != self.goal {
-            return None;
-        }
-        let wanted = self.wanted.take()?;
-        let found = way.places.clone().and_then(|places| Detour::along(cx, self.goal, &places));
-        self.until = cx.now.mono + AGAIN;
-        Some(found.map(|detour| (wanted, detour)))
-    }
-}
+/// A place may move by this share of the whole way, or so far (m), before another way is looked for. Bent by a share s a
+/// way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice.
+const BENT_SHARE: f64 = 0.25;
+const BENT_M: f64 = 50.0;
+/// A place that keeps moving leaves no way of more corners behind it than this.
+const MOST_CORNERS: usize = 256;
 
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
-    goal: LatLon,
+    /// The place that it was looked for to lead to.
+    found_for: LatLon,
+    /// How long it was then (m).
+    found_m: f64,
     /// The corners that lie ahead, the place itself last.
     corners: VecDeque<LatLon>,
 }
 
 impl Detour {
     /// Along these places, of which the first is where the vessel was when it asked.
-    fn along(cx: &Context<'_>, goal: LatLon, places: &[LatLon]) -> Result<Self, String> {
+    pub(super) fn along(cx: &Context<'_>, goal: LatLon, places: &[LatLon]) -> Result<Self, String> {
         let [_, between @ .., last] = places else { return Err("it cannot be reached".to_owned()) };
         if distance_m(*last, goal) > AT_THE_PLACE_M {
             return Err("it cannot be reached".to_owned());
         }
         let corners = between.iter().copied().chain([goal]).collect();
-        let detour = Self { goal, corners };
+        let detour = Self { found_for: goal, found_m: length_m(places), corners };
         detour.check(cx).map(|()| detour)
     }
 
     /// Whether it leads to this place.
     pub(super) fn leads_to(&self, goal: LatLon) -> bool {
-        self.goal == goal
+        self.corners.back() == Some(&goal)
     }
 
     /// The next corner.
@@ -123,4 +65,31 @@ impl Detour {
         let starts = std::iter::once(&fix.place).chain(&self.corners);
         starts.zip(&self.corners).try_for_each(|(from, to)| cx.waters.way(*from, *to))
     }
+
+    /// The same way with another end, if that is not far from the old one: straight from its last corner, or on from its old
+    /// end. The corners before stay, which keep farther from danger than the guard demands; the way to the first of them is
+    /// held against area and chart unless the vessel is on it. `None` where anything is refused.
+    pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon, on_it: bool) -> Option<Self> {
+        let here = cx.fix?.place;
+        let may_move_m = BENT_M.max(BENT_SHARE * self.found_m);
+        let is_near = distance_m(self.found_for, goal) <= may_move_m;
+        if !is_near || !(on_it || self.check(cx).is_ok()) {
+            return None;
+        }
+        if self.leads_to(goal) {
+            return Some(self.clone());
+        }
+        let ends = [self.corners.len().saturating_sub(1), self.corners.len()];
+        let is_open = |kept: &usize| {
+            let from = kept.checked_sub(1).map_or(here, |last| self.corners[last]);
+            *kept < MOST_CORNERS && cx.waters.way(from, goal).is_ok()
+        };
+        let kept = ends.into_iter().find(is_open)?;
+        let corners = self.corners.iter().take(kept).copied().chain([goal]).collect();
+        Some(Self { corners, ..*self })
+    }
+}
+
+fn length_m(places: &[LatLon]) -> f64 {
+    places.windows(2).map(|leg| distance_m(leg[0], leg[1])).sum()
 }

@@ -7,13 +7,15 @@
 //! is refused: what was followed before goes on. While another vessel is announced close by, it
 //! hovers, and goes on when the other is gone or silent. A reference that only stops, or that only changes the speed
 //! on the way to the place before, is never refused. Where ways can be looked for ([`FollowReferenceConfig::routes_around`]),
-//! a place behind land is gone to around it once a way is found ([`Detour`]). Without a position it waits for one and
-//! looks at the way then.
+//! a place behind land is gone to around it once a way is found ([`Detour`], [`Search`]); what is given up before one was
+//! found is told. Without a position it waits for one and looks at the way then.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
-use super::detour::{Detour, Search, Standing};
+use super::detour::Detour;
 use super::goto::{distance_m, path_to};
 use super::reference_state::{ReferencePhase, ReferenceState};
+use super::search::{Search, Standing};
+use super::told::Told;
 use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
 use crate::event::{Event, Fix, Reference, Sighting, Way};
@@ -90,12 +92,14 @@ pub(crate) struct Machine {
     others: BTreeMap<u16, (MonoTime, LatLon)>,
     /// It hovers because of them, or until its own position is known.
     held_off: bool,
-    /// A way that is looked for, to a place that no straight one leads to.
-    search: Option<Search>,
+    /// The search for a way to a place that no straight one leads to.
+    search: Search,
     /// The way around that leads to what is followed.
     detour: Option<Detour>,
-    /// The place that was refused last.
-    refused: Option<LatLon>,
+    /// Places that were refused, that a way is looked for to, and that one was found to.
+    refused: Told,
+    looked_for: Told,
+    found: Told,
     /// When a way that is refused while it hovers is looked at again.
     next_look: MonoTime,
 }
@@ -110,9 +114,11 @@ impl Machine {
             near: false,
             others: BTreeMap::new(),
             held_off: false,
-            search: None,
+            search: Search::default(),
             detour: None,
-            refused: None,
+            refused: Told::default(),
+            looked_for: Told::default(),
+            found: Told::default(),
             next_look: MonoTime::default(),
         }
     }
@@ -189,20 +195,21 @@ impl Machine {
             }
             None => cx.waters.place(goal),
         };
-        let Err(why) = allowed else {
-            self.refused = None;
-            return true;
-        };
-        if self.looks_around(cx, next, &why) {
-            return false;
+        let Err(why) = allowed else { return true };
+        match self.around(cx, next, &why) {
+            Some(Standing::Known(detour)) => self.detour = Some(detour),
+            Some(Standing::Looked) => return false,
+            Some(Standing::Nothing) | None => {
+                self.refuse(cx, goal, &why);
+                return false;
+            }
         }
-        self.refuse(cx, goal, &why);
-        false
+        true
     }
 
     /// Tells once that a place is refused.
     fn refuse(&mut self, cx: &mut Context<'_>, goal: LatLon, why: &str) {
-        if self.refused.replace(goal) != Some(goal) {
+        if self.refused.is_new(goal, cx.now.mono) {
             let before = self.meanwhile();
             cx.warn(format!("a reference is refused, {before}: {why}"));
         }
@@ -215,35 +222,58 @@ impl Machine {
         }
     }
 
-    /// Whether a way around is looked for to the place of a reference, to which the straight way is refused.
-    fn looks_around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> bool {
-        let (Some(fix), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return false };
+    /// The way around to the place of a reference, to which the straight way is refused: the one under way with another end,
+    /// one that was found before, or one to be looked for. `None` where none can be looked for.
+    fn around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> Option<Standing> {
+        let (Some(_), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return None };
         // No way leads to a place that is closed itself.
         if !cx.config.reference.routes_around || cx.waters.way(goal, goal).is_err() {
-            return false;
+            return None;
         }
-        let before = self.search.as_mut().filter(|search| search.leads_to(goal));
-        match before.map(|search| search.standing(cx.now.mono, *next)) {
-            Some(Standing::Asked) => return true,
-            Some(Standing::Nothing) => return false,
-            Some(Standing::Over) => {}
-            None => {
-                let text = format!("{}: {why}; a route around is looked for", self.meanwhile());
-                cx.warn(format!("the place asked for cannot be reached straight, {text}"));
-            }
+        let on_it = self.phase == ReferencePhase::Goto;
+        if let Some(bent) = self.detour.as_ref().and_then(|detour| detour.bent_to(cx, goal, on_it)) {
+            return Some(Standing::Known(bent));
         }
-        self.search = Some(Search::ask(cx, fix.place, goal, *next));
-        true
+        let newer_is_wanted = self.is_followed(goal) && self.search.wanted_by().is_some();
+        let standing = if newer_is_wanted { Standing::Looked } else { self.look(cx, goal, next) };
+        if matches!(standing, Standing::Looked) && self.looked_for.is_new(goal, cx.now.mono) {
+            let text = format!("{}: {why}; a route around is looked for", self.meanwhile());
+            cx.warn(format!("the place asked for cannot be reached straight, {text}"));
+        }
+        Some(standing)
+    }
+
+    fn look(&mut self, cx: &mut Context<'_>, goal: LatLon, next: &Reference) -> Standing {
+        if self.search.wanted_by().is_some_and(|system| system != next.system) {
+            self.give_up(cx, "another commander asks for another place");
+        }
+        self.search.want(cx, goal, *next)
+    }
+
+    fn is_followed(&self, goal: LatLon) -> bool {
+        self.reference.is_some_and(|reference| reference.location == Some(goal))
+    }
+
+    /// What a way was looked for to is not gone to; who asked for it is told.
+    fn give_up(&mut self, cx: &mut Context<'_>, why: &str) {
+        if let Some(wanted) = self.search.give_up() {
+            let system = wanted.system;
+            cx.warn(format!(
+                "the place that {system:#06x} asked for, to which a route was looked for, is given up: {why}"
+            ));
+        }
     }
 
     /// An answer to what was looked for.
     fn way(&mut self, cx: &mut Context<'_>, way: &Way) {
-        match self.search.as_mut().and_then(|search| search.take(cx, way)) {
+        match self.search.take(cx, way) {
             None => return,
-            Some(Err(why)) => self.refuse(cx, way.to, &format!("no route leads there: {why}")),
+            Some(Err((goal, why))) => self.refuse(cx, goal, &format!("no route leads there: {why}")),
             Some(Ok((wanted, detour))) => {
-                cx.warn("the place asked for is reached by a route around what lies between".to_owned());
-                (self.refused, self.search) = (None, None);
+                if wanted.location.is_some_and(|goal| self.found.is_new(goal, cx.now.mono)) {
+                    let text = "the place asked for is reached by a route around what lies between";
+                    cx.warn(text.to_owned());
+                }
                 (self.reference, self.detour) = (Some(wanted), Some(detour));
                 self.locate(cx, cx.fix.as_ref());
                 self.go(cx);
@@ -263,12 +293,12 @@ impl Machine {
     fn reference(&mut self, cx: &mut Context<'_>, new: &Reference) {
         self.wind(cx);
         let next = self.filled(cx, new);
+        let corner = self.detour.as_ref().and_then(Detour::next);
         if !new.done && !self.asks_no_new_way(&next) && !self.may_go(cx, &next) {
             self.report(cx);
             return;
         }
-        // What was looked for is of no use to what is followed from here on.
-        self.search = None;
+        self.took(cx, new);
         let leads_there = |detour: &Detour| next.location.is_some_and(|goal| detour.leads_to(goal));
         self.detour = self.detour.take().filter(|detour| next.start_point.is_none() && leads_there(detour));
         let before = self.reference.replace(next);
@@ -277,7 +307,9 @@ impl Machine {
             cx.done();
             return;
         }
-        let same_way = before.is_some_and(|before| same_way(&before, &next));
+        // A way around whose end alone moved goes on to the same corner.
+        let same_corner = corner.is_some() && self.detour.as_ref().and_then(Detour::next) == corner;
+        let same_way = same_corner || before.is_some_and(|before| same_way(&before, &next));
         let speed_before = before.and_then(|before| before.speed);
         self.locate(cx, cx.fix.as_ref());
         match (next.location, next.speed) {
@@ -295,6 +327,18 @@ impl Machine {
             (Some(_), _) => self.go(cx),
         }
         self.report(cx);
+    }
+
+    /// A reference is followed: what was looked for before is of no use from here on.
+    fn took(&mut self, cx: &mut Context<'_>, new: &Reference) {
+        if new.done {
+            self.give_up(cx, "the maneuver is over");
+        } else if self.search.wanted_by() == Some(new.system) && new.location.is_some() {
+            // Who asks for another place knows.
+            self.search.give_up();
+        } else {
+            self.give_up(cx, "another reference took its place");
+        }
     }
 
     fn go(&mut self, cx: &mut Context<'_>) {
@@ -343,6 +387,7 @@ impl Machine {
 
     fn fix(&mut self, cx: &mut Context<'_>, fix: &Fix) {
         self.locate(cx, Some(fix));
+        self.search.look(cx);
         let stopped = self.reference.and_then(|reference| reference.speed).is_some_and(stands);
         let crowded = self.is_crowded(cx, fix);
         match self.phase {
@@ -390,6 +435,10 @@ impl Behaviour for Machine {
             Event::Path(progress) if progress.near && self.phase == ReferencePhase::Goto => self.arrived(cx),
             Event::PathFailed { reason, .. } => cx.fail(FailReason::Path(reason.clone())),
             Event::Way(way) => self.way(cx, way),
+            Event::CommanderChanged => {
+                self.give_up(cx, "control has changed hands");
+                self.search = Search::default();
+            }
             Event::Reference(reference) if self.hears(reference) => self.reference(cx, reference),
             Event::Sighting(sighting) if sighting.afloat => self.sighting(cx, sighting),
             Event::Path(_)

@@ -176,7 +176,8 @@ impl Behaviour for Machine {
             | Event::Reference(_)
             | Event::Medium(_)
             | Event::TeleoperationDone { .. }
-            | Event::Way(_) => {}
+            | Event::Way(_)
+            | Event::CommanderChanged => {}
         }
     }
 

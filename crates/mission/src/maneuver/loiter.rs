@@ -156,7 +156,8 @@ impl Behaviour for Machine {
             | Event::Sighting(_)
             | Event::Medium(_)
             | Event::TeleoperationDone { .. }
-            | Event::Way(_) => {}
+            | Event::Way(_)
+            | Event::CommanderChanged => {}
         }
     }
 

@@ -33,7 +33,7 @@ use mission::{
     PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success, Ticket,
 };
 pub(crate) use requests::reads;
-pub(crate) use routed::Behind;
+pub(crate) use routed::{Behind, NotStarted};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
@@ -292,7 +292,7 @@ impl Plans {
             mission::Output::PlanBegins { run, plan_id } => self.begin(bus, run, &plan_id),
             mission::Output::LookForWay { from, to } => self.look_for_way(bus, from, to),
             mission::Output::PlanEnded { run, plan_id, reason } => {
-                self.give_up_way(bus);
+                self.give_up_way(bus, &plan_id);
                 open_log(bus, "");
                 // A remedy that failed is its supervisor's business.
                 let failed = reason.is_failure() && self.own_run != Some(run);

@@ -5,18 +5,31 @@ use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::pilot::Pilot;
 use crate::routing::FoundRoute;
-use guard::{GuardLimits, Reason, WaterChart, Waters, check_way};
+use crate::under_way::rest_from;
+use guard::{Area, GuardLimits, Reason, WaterChart, Waters, check_way};
 use imc::messages::{
     Goto, Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver,
     PlanSpecification, PlanTransition, SpeedUnits, ZUnits,
 };
-use mission::{Node, RunId};
+use mission::{Node, PlanStatistics, RunId};
 use units::{LatLon, LocalFrame, LocalPoint};
 
 /// Speed of a route to a plan that names none (m/s).
 const SPEED_MPS: f32 = 1.0;
+const JOULES_PER_WH: f64 = 3600.0;
 /// A vessel outside its area is back inside after so much of a route at most (m).
 const OUTSIDE_M: f64 = 1_000.0;
+
+/// Why a plan led by a route was not started.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum NotStarted {
+    /// Guard or area refuse it from where the vessel is.
+    Refused(String),
+    /// It takes more energy than is left for it.
+    OutOfReach(String),
+    /// The engine takes no plan at this moment.
+    Engine(String),
+}
 
 /// The straight way to the beginning of a plan is refused, and the plan itself is not.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,32 +56,58 @@ impl Plans {
         Some(Behind { why: verdict.summary(), what: word(reason), to })
     }
 
-    /// Starts a plan of the database by a route to its beginning, on the vessel's own account; `ways_out` are what the way
-    /// to a route that begins elsewhere than here is held against, one of them being enough.
+    /// The area that plans keep to.
+    pub(crate) fn area(&self) -> Option<&Area> {
+        self.settings.mission.limits.area.as_ref()
+    }
+
+    /// A plan of the database led by a route to its beginning; `ways_out` are what the way to a route that begins elsewhere
+    /// than here is held against, one of them being enough.
     ///
     /// # Errors
-    /// Why it came to nothing: guard or area refuse it, or the engine.
-    pub(crate) fn start_by_route(
-        &mut self,
-        bus: &mut Bus,
-        pilot: &mut Pilot,
+    /// Why guard or area refuse it.
+    pub(crate) fn led_by_route(
+        &self,
         (plan_id, from): (&str, LatLon),
         route: &FoundRoute,
         ways_out: &[GuardLimits],
-        in_need: bool,
-    ) -> Result<RunId, String> {
+    ) -> Result<PlanSpecification, String> {
         let plan = self.database.plan(plan_id).ok_or_else(|| format!("there is no plan '{plan_id}'"))?;
         // The first corner is where the vessel was when it asked, unless it is told to go there first.
         let corners =
             if route.start_moved { &route.places[..] } else { route.places.get(1..).unwrap_or_default() };
         let led = led_by(&plan, corners);
         self.may_be_sailed(&led, from, corners, if route.start_moved { ways_out } else { &[] })?;
+        Ok(led)
+    }
+
+    /// What a plan takes from the batteries from a place on, as far as that can be told before it is sailed (Wh): up to what
+    /// has no end, such as keeping a station.
+    pub(crate) fn energy_wh(&self, bus: &Bus, plan: &PlanSpecification, from: LatLon) -> f64 {
+        let Ok(plan) = checked_own(plan, &self.settings) else { return 0.0 };
+        let model = &self.settings.mission.engine.model;
+        let statistics = PlanStatistics::of(&plan, Some(from), bus.now(), model);
+        let known = statistics.maneuvers.iter().map_while(|(_, cost)| cost.energy_j);
+        known.sum::<f64>() / JOULES_PER_WH
+    }
+
+    /// Starts a plan led by a route, on the vessel's own account.
+    ///
+    /// # Errors
+    /// Why the engine does not take it.
+    pub(crate) fn start_led(
+        &mut self,
+        bus: &mut Bus,
+        pilot: &mut Pilot,
+        led: PlanSpecification,
+        in_need: bool,
+    ) -> Result<RunId, String> {
         let before = self.plan_state.run;
         self.own_refusal = None;
         let request = PlanControl {
             r#type: PlanControlType::Request,
             op: PlanControlOp::Start,
-            plan_id: plan_id.into(),
+            plan_id: led.plan_id.clone(),
             flags: if in_need { PlanControlFlags::IGNORE_ERRORS } else { PlanControlFlags::empty() },
             arg: Message::from(led).into(),
             ..PlanControl::default()
@@ -86,6 +125,15 @@ impl Plans {
         if let Some(plan) = run.and_then(|run| self.runs.get(&run)) {
             bus.send(Entity::PlanEngine, plan);
         }
+    }
+
+    /// Why the plan under way does not go on from here by chart and area, if it was started on the vessel's own account:
+    /// judged is what lies ahead.
+    pub(crate) fn own_way_refused(&self, from: LatLon) -> Option<String> {
+        let run = self.plan_state.run.filter(|run| self.own_run == Some(*run))?;
+        let maneuver = self.plan_state.maneuver.as_ref().map(|(id, _)| id.as_str()).unwrap_or_default();
+        let rest = rest_from(self.runs.get(&run)?, maneuver);
+        self.may_be_sailed(&rest, from, &[], &[]).err()
     }
 
     /// Whether guard and area let the vessel sail a plan led by a route from where it is.

@@ -4,6 +4,8 @@
 
 use super::Plans;
 use crate::bus::Bus;
+use crate::entity::Entity;
+use crate::output::Level;
 use crate::pilot::Pilot;
 use crate::routing::{RouteAnswer, RouteRequest};
 use mission::{Event, Way};
@@ -25,11 +27,24 @@ impl Plans {
         self.ask_for_way(bus, from, to, 0);
     }
 
-    /// Nobody waits for a way any more.
-    pub(super) fn give_up_way(&mut self, bus: &mut Bus) {
+    /// The plan has ended whose maneuver waits for a way; who asked for a place behind land is told.
+    pub(super) fn give_up_way(&mut self, bus: &mut Bus, plan_id: &str) {
+        let Some(search) = self.way.take() else { return };
+        bus.give_up_route(search.number);
+        let asked_by =
+            self.reference.as_ref().map_or_else(String::new, |(system, ..)| format!(" by {system:#06x}"));
+        let text = format!(
+            "the place asked for{asked_by}, to which a route was looked for, is given up: '{plan_id}' has ended"
+        );
+        bus.entry(Entity::PlanEngine, Level::Warning, text);
+    }
+
+    /// Another commands from ashore: what is looked for was asked for by the one before, and its answer moves nothing.
+    pub(crate) fn commander_changed(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         if let Some(search) = self.way.take() {
             bus.give_up_route(search.number);
         }
+        self.tell(bus, pilot, mission::Input::Event(Event::CommanderChanged));
     }
 
     /// An answer came; nothing happens if it is not what the maneuver under way waits for.
@@ -53,7 +68,9 @@ impl Plans {
         let clearances_m = self.clearances_m();
         let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
         let longest_m = self.settings.grounding.routes.longest_m;
-        let number = bus.ask_route(RouteRequest::new(from, to, &limits, clearance_m, longest_m));
+        let area = self.settings.mission.limits.area.as_ref();
+        let request = RouteRequest::new((from, to), &limits, area, clearance_m, longest_m);
+        let number = bus.ask_route(request);
         self.way = Some(Search { number, from, to, attempt });
     }
 

@@ -387,7 +387,7 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
 }
 
 fn request(put: &mut Put<'_>, request: &RouteRequest) {
-    let RouteRequest { number, from, to, needs, longest_m } = request;
+    let RouteRequest { number, from, to, needs, zones: _, longest_m } = request;
     put.u32(*number);
     put.place(*from);
     put.place(*to);

@@ -4,10 +4,11 @@ use crate::bus::Bus;
 use crate::grounding::{Chart, DEEP_WATER, Grounding, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::pilot::Pilot;
-use crate::plans::Plans;
+use crate::plans::{NotStarted, Plans};
 use crate::routing::FoundRoute;
 use crate::settings::RestartSettings;
 use crate::states::States;
+use crate::supervise::energy::EnergyLeft;
 use guard::Area;
 use guard::GuardLimits;
 use imc::messages::{Message, SpeedUnits, StationKeeping, ZUnits};
@@ -34,6 +35,8 @@ pub(crate) struct Context<'a> {
     pub(crate) hold_radius_m: f64,
     pub(crate) hold_speed_mps: f64,
     pub(crate) capacity_wh: f64,
+    /// Charge of the emptiest battery (%), if one reports.
+    pub(crate) charge_percent: Option<f64>,
     pub(crate) grounding: &'a GroundingSettings,
     pub(crate) area: Option<&'a Area>,
     pub(crate) guard: GuardLimits,
@@ -83,16 +86,28 @@ impl Context<'_> {
         Ok(Started { run: Some(run), how })
     }
 
-    /// Starts a plan of the database by a route to its beginning, if guard and area allow it from here.
+    /// Starts a plan of the database by a route to its beginning, if guard and area allow it from here and it takes no more
+    /// energy than `left` has.
     pub(super) fn start_by_route(
         &mut self,
         plan_id: &str,
         from: LatLon,
         route: &FoundRoute,
+        left: Option<EnergyLeft>,
         in_need: bool,
-    ) -> Result<RunId, String> {
+    ) -> Result<RunId, NotStarted> {
         let ways_out = self.looser_and_looser();
-        self.plans.start_by_route(self.bus, self.pilot, (plan_id, from), route, &ways_out, in_need)
+        let led = self.plans.led_by_route((plan_id, from), route, &ways_out).map_err(NotStarted::Refused)?;
+        if let Some(left) = left {
+            left.reaches(self.plans.energy_wh(self.bus, &led, from)).map_err(NotStarted::OutOfReach)?;
+        }
+        self.plans.start_led(self.bus, self.pilot, led, in_need).map_err(NotStarted::Engine)
+    }
+
+    /// What the batteries hold above a share of their charge, if one reports.
+    pub(super) fn energy_left(&self, kept: f64) -> Option<EnergyLeft> {
+        let percent = self.charge_percent?;
+        Some(EnergyLeft { percent, kept, wh: self.capacity_wh * (percent / 100.0 - kept).max(0.0) })
     }
 
     pub(super) fn position(&self) -> Result<&Estimate, String> {

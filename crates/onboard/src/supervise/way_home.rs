@@ -2,14 +2,16 @@
 //!
 //! A route is asked for, first with the clearance that is set, then with the guard's own. Meanwhile the next weaker remedy
 //! stands in. What is found is held against guard and area from where the vessel is by then; what they refuse is never sailed.
-//! Where nothing is found that is told with what is in the way, and it is tried again once a minute. Whatever settles
-//! the remedy (a stop, an abort, an operator who steps in) makes the answer one that nobody waits for.
+//! Where nothing is found that is told with what is in the way, and it is tried again once a minute; so it is where the
+//! energy that is left does not reach ([`super::energy`]). What is found while the engine takes no plan is kept for some
+//! minutes, and judged again with each try. Whatever settles the remedy (a stop, an abort, an operator who steps in) makes
+//! the answer one that nobody waits for. By another chart all is looked for anew, and a way under way is judged again.
 
-use super::{Context, Supervise, entity_of};
+use super::{Context, DEEP_WATER, Supervise, entity_of};
 use crate::arbiter::Source;
 use crate::bus::Bus;
 use crate::output::Level;
-use crate::plans::Behind;
+use crate::plans::{Behind, NotStarted, Plans};
 use crate::routing::{FoundRoute, RouteAnswer, RouteRequest};
 use crate::supervise::context::{How, Started};
 use mission::Remedy;
@@ -21,6 +23,9 @@ const ANSWER_WITHIN: Duration = Duration::from_mins(1);
 /// Where there is no route, one is looked for again after this time.
 const AGAIN: Duration = Duration::from_mins(1);
 
+/// A route that the engine does not take is kept so long.
+const FOUND_KEPT: Duration = Duration::from_mins(5);
+
 /// The search for a way.
 #[derive(Debug, Default)]
 pub(super) struct WayHome {
@@ -31,6 +36,8 @@ pub(super) struct WayHome {
 struct Search {
     plan_id: String,
     to: LatLon,
+    /// What is in the way.
+    what: &'static str,
     /// Which of the clearances is asked for.
     attempt: usize,
     number: u32,
@@ -39,17 +46,30 @@ struct Search {
 
 #[derive(Debug)]
 enum State {
-    Asked { until: MonoTime },
-    Overdue { until: MonoTime },
-    Found(FoundRoute),
-    Nothing { why: String, until: MonoTime },
+    Asked {
+        until: MonoTime,
+    },
+    Overdue {
+        until: MonoTime,
+    },
+    Found {
+        route: FoundRoute,
+        until: MonoTime,
+    },
+    /// None is sailed, for this reason.
+    Nothing {
+        text: String,
+        until: MonoTime,
+    },
 }
 
 impl Search {
     fn is_over(&self, now: MonoTime) -> bool {
         match &self.state {
-            State::Overdue { until } | State::Nothing { until, .. } => now >= *until,
-            State::Asked { .. } | State::Found(_) => false,
+            State::Overdue { until } | State::Nothing { until, .. } | State::Found { until, .. } => {
+                now >= *until
+            }
+            State::Asked { .. } => false,
         }
     }
 
@@ -60,12 +80,14 @@ impl Search {
 }
 
 impl WayHome {
-    /// Starts a plan of the database, by a route if the straight way to its beginning is refused.
+    /// Starts a plan of the database, by a route if the straight way to its beginning is refused; a route leaves the batteries
+    /// the share of their charge that is kept.
     pub(super) fn start(
         &mut self,
         context: &mut Context<'_>,
         source: Source,
         plan_id: &str,
+        kept: f64,
     ) -> Result<Started, String> {
         let in_need = source != Source::Failure;
         let here = context.position().ok().map(|estimate| estimate.place);
@@ -75,6 +97,29 @@ impl WayHome {
             self.forget(context.bus);
             return context.start(&Remedy::Run { plan_id: plan_id.to_owned() }, in_need);
         };
+        self.look(context, source, plan_id, from, &behind);
+        if let Some(found) = self.sail_found(context, (plan_id, from), &behind, kept, in_need) {
+            return found;
+        }
+        let Behind { why, what, .. } = behind;
+        Err(match self.search.as_ref().map(|search| &search.state) {
+            Some(State::Nothing { text, .. }) => format!("{why}; {text}"),
+            Some(State::Overdue { .. }) => {
+                format!("{why}; no route around {what} has been found within a minute")
+            }
+            _ => format!("{why}; a route around {what} is looked for"),
+        })
+    }
+
+    /// Asks for a route unless one to the same place is looked for, known, or known not to be.
+    fn look(
+        &mut self,
+        context: &mut Context<'_>,
+        source: Source,
+        plan_id: &str,
+        from: LatLon,
+        behind: &Behind,
+    ) {
         let now = context.bus.mono();
         if let Some(search) = &mut self.search
             && matches!(search.state, State::Asked { until } if now >= until)
@@ -82,33 +127,41 @@ impl WayHome {
             search.state = State::Overdue { until: now + AGAIN };
         }
         let same = |search: &&Search| search.plan_id == plan_id && search.to == behind.to;
-        let goes_on = self.search.as_ref().filter(same).is_some_and(|search| !search.is_over(now));
-        if !goes_on {
+        if self.search.as_ref().filter(same).is_none_or(|search| search.is_over(now)) {
             let text = format!("{}; a route around {} is looked for", behind.why, behind.what);
             context.bus.entry(entity_of(source), Level::Warning, text);
-            self.ask(context, plan_id, (from, behind.to), 0);
+            self.ask(context, plan_id, (from, behind.to), behind.what, 0);
         }
-        if let Some(Search { state: State::Found(found), attempt, .. }) = &self.search {
-            let (found, attempt) = (found.clone(), *attempt);
-            match context.start_by_route(plan_id, from, &found, in_need) {
-                Ok(run) => {
-                    self.search = None;
-                    let text = format!("returning by {}", route_text(&found, &behind));
-                    return Ok(Started { run: Some(run), how: Some(How { text, is_doubtful: false }) });
-                }
-                Err(why) => self.next(context, attempt, why),
+    }
+
+    /// Starts what was found, or says what keeps it from starting for the time being. `None` where nothing is found, or it
+    /// is not to be sailed: the search goes on.
+    fn sail_found(
+        &mut self,
+        context: &mut Context<'_>,
+        (plan_id, from): (&str, LatLon),
+        behind: &Behind,
+        kept: f64,
+        in_need: bool,
+    ) -> Option<Result<Started, String>> {
+        let search = self.search.as_ref()?;
+        let State::Found { route, .. } = &search.state else { return None };
+        let (found, attempt, left) = (route.clone(), search.attempt, context.energy_left(kept));
+        let text = route_text(&found, behind);
+        let refused = match context.start_by_route(plan_id, from, &found, left, in_need) {
+            Ok(run) => {
+                self.search = None;
+                let how = How { text: format!("returning by {text}"), is_doubtful: false };
+                return Some(Ok(Started { run: Some(run), how: Some(how) }));
             }
-        }
-        let Behind { why, what, .. } = behind;
-        Err(match self.search.as_ref().map(|search| &search.state) {
-            Some(State::Nothing { why: nothing, .. }) => {
-                format!("{why}; there is no route around {what} either: {nothing}")
+            Err(NotStarted::Engine(why)) => {
+                return Some(Err(format!("{}; {text} is kept until it can start: {why}", behind.why)));
             }
-            Some(State::Overdue { .. }) => {
-                format!("{why}; no route around {what} has been found within a minute")
-            }
-            _ => format!("{why}; a route around {what} is looked for"),
-        })
+            Err(NotStarted::Refused(why)) => no_route_text(behind.what, &why),
+            Err(NotStarted::OutOfReach(why)) => format!("{text} is out of reach: {why}"),
+        };
+        self.next(context, attempt, refused);
+        None
     }
 
     /// Whether an answer is waited for.
@@ -118,12 +171,16 @@ impl WayHome {
 
     /// Takes an answer; false if nobody waits for it.
     fn take(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) -> bool {
+        let until = context.bus.mono() + FOUND_KEPT;
         let asked = |search: &&mut Search| search.number == answer.number && search.is_open();
         let Some(search) = self.search.as_mut().filter(asked) else { return false };
         let attempt = search.attempt;
         match &answer.outcome {
-            Ok(found) => search.state = State::Found(found.clone()),
-            Err(why) => self.next(context, attempt, why.clone()),
+            Ok(route) => search.state = State::Found { route: route.clone(), until },
+            Err(why) => {
+                let text = no_route_text(search.what, why);
+                self.next(context, attempt, text);
+            }
         }
         true
     }
@@ -140,28 +197,30 @@ impl WayHome {
         context: &mut Context<'_>,
         plan_id: &str,
         (from, to): (LatLon, LatLon),
+        what: &'static str,
         attempt: usize,
     ) {
         let routes = &context.grounding.routes;
         let clearances_m = routes.clearances_m(&context.guard);
         let clearance_m = clearances_m[attempt.min(clearances_m.len() - 1)];
-        let request = RouteRequest::new(from, to, &context.guard, clearance_m, routes.longest_m);
+        let area = context.plans.area();
+        let request = RouteRequest::new((from, to), &context.guard, area, clearance_m, routes.longest_m);
         let number = context.bus.ask_route(request);
         let state = State::Asked { until: context.bus.mono() + ANSWER_WITHIN };
-        self.search = Some(Search { plan_id: plan_id.to_owned(), to, attempt, number, state });
+        self.search = Some(Search { plan_id: plan_id.to_owned(), to, what, attempt, number, state });
     }
 
     /// A search came to nothing: the next clearance, or none for a while.
-    fn next(&mut self, context: &mut Context<'_>, attempt: usize, why: String) {
+    fn next(&mut self, context: &mut Context<'_>, attempt: usize, text: String) {
         let here = context.position().ok().map(|estimate| estimate.place);
         let Some(search) = &mut self.search else { return };
         let more = attempt + 1 < context.grounding.routes.clearances_m(&context.guard).len();
         match here.filter(|_| more) {
             Some(from) => {
-                let (plan_id, to) = (search.plan_id.clone(), search.to);
-                self.ask(context, &plan_id, (from, to), attempt + 1);
+                let (plan_id, to, what) = (search.plan_id.clone(), search.to, search.what);
+                self.ask(context, &plan_id, (from, to), what, attempt + 1);
             }
-            None => search.state = State::Nothing { why, until: context.bus.mono() + AGAIN },
+            None => search.state = State::Nothing { text, until: context.bus.mono() + AGAIN },
         }
     }
 }
@@ -177,6 +236,21 @@ impl Supervise {
         }
     }
 
+    /// Another chart is in force: what was looked for by the one before is looked for anew, and a plan that carries out a
+    /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next look.
+    pub(crate) fn charted(&mut self, bus: &mut Bus, plans: &Plans, place: Option<LatLon>) {
+        self.way_home.forget(bus);
+        let leads_home =
+            matches!(self.arbiter.remedy(), Some(Remedy::Run { plan_id }) if plan_id != DEEP_WATER);
+        let Some(why) = place.filter(|_| leads_home).and_then(|place| plans.own_way_refused(place)) else {
+            return;
+        };
+        if let Some(source) = self.arbiter.begin_again(bus.mono()) {
+            let text = format!("by the new chart the way home does not go on: {why}; another is looked for");
+            bus.entry(entity_of(source), Level::Error, text);
+        }
+    }
+
     /// Gives up looking for a way to a plan that is not wanted any more.
     pub(super) fn look_at_way_home(&mut self, bus: &mut Bus) {
         let Some(search) = &self.way_home.search else { return };
@@ -186,6 +260,10 @@ impl Supervise {
             self.way_home.forget(bus);
         }
     }
+}
+
+fn no_route_text(what: &str, why: &str) -> String {
+    format!("there is no route around {what} either: {why}")
 }
 
 /// A route in words.

@@ -6,8 +6,8 @@ use imc::messages::*;
 use mission::{BatteryConfig, LostCommsConfig, Remedy, Step, check_plan};
 use onboard::record::{read_input, write_input, write_output};
 use onboard::{
-    Brain, Chart, Entity, FoundRoute, GroundingSettings, Input, Output, RouteAnswer, RouteRequest, Settings,
-    checked_plan,
+    Brain, Chart, Condition, DeviceState, Entity, FoundRoute, GroundingSettings, Input, Lease, Output,
+    RouteAnswer, RouteRequest, Settings, checked_plan,
 };
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -393,6 +393,158 @@ fn a_reference_that_is_given_up_is_not_followed_by_a_late_answer() {
     sea.run(5.0);
     assert_ne!(sea.plan_state().state, PlanControlStateState::Executing);
     assert_eq!(sea.motors.last().unwrap().1, control::MotorPair::STOPPED);
+}
+
+/// An islet lies between, and the shorter way around it leads out of the area.
+#[test]
+fn the_way_home_is_looked_for_inside_the_area() {
+    let north_m = |north_m| LocalPoint { north_m, east_m: 0.0 };
+    let chart =
+        Chartmaker::new(frame().origin(), 1_500.0, 20.0).with(Ground::Land, north_m(200.0), 100.0, 24);
+    let mut settings = wanting(&chart);
+    let corners = [(-200.0, -900.0), (-200.0, 80.0), (500.0, 80.0), (500.0, -900.0)];
+    let area = guard::Area::new(&corners.map(|(north_m, east_m)| place(north_m, east_m))).unwrap();
+    settings.mission.limits.area = Some(area.clone());
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    sea.upload(&plan("home", vec![("berth".into(), goto(420.0, 20.0, 1.5).into())]));
+    sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
+    sea.run(1.0);
+    sea.heartbeats = false;
+    assert!(sea.run_until(40.0, |sea| runs(sea, "home")), "{}", state(&sea, Entity::LostComms));
+    assert_eq!(requests(&sea).len(), 1, "the first route is one inside");
+    assert!(sea.run_until(900.0, |sea| {
+        assert!(area.outside_m(frame().to_place(sea.position())) <= 0.0, "{:?}", sea.position());
+        !runs(sea, "home")
+    }));
+    assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Success);
+}
+
+/// It moves a metre each second, along the far side of the headland.
+#[test]
+fn a_reference_that_moves_behind_land_is_followed_by_one_route() {
+    let mut sea = following();
+    let mut goal = LocalPoint { north_m: 300.0, east_m: -50.0 };
+    let mut first = None;
+    for _ in 0..240 {
+        goal.east_m -= 0.5;
+        sea.send(reference(place(goal.north_m, goal.east_m)));
+        sea.run(1.0);
+        first.get_or_insert_with(|| sea.position());
+    }
+    let sailed_m = sea.position().distance_m(first.unwrap());
+    assert!(sailed_m > 150.0, "it sails: {sailed_m} m");
+    assert!(requests(&sea).len() <= 3, "asked {} times", requests(&sea).len());
+    assert!(told(&sea, "cannot be reached straight") <= 3, "{}", told(&sea, "cannot be reached straight"));
+}
+
+#[test]
+fn a_pending_reference_is_given_up_and_told_when_control_changes_or_the_plan_ends() {
+    let holder = |epoch: u64| {
+        let lasts = Duration::from_mins(1);
+        Input::Lease(Lease { epoch, lasts, holder: format!("holder {epoch}") })
+    };
+    let mut sea = following();
+    sea.vehicle.routes = None;
+    sea.send(reference(place(300.0, -50.0)));
+    let request = requests(&sea).pop().flatten().unwrap();
+    sea.tell(holder(1));
+    assert_eq!(requests(&sea).last(), Some(&None), "the search is called off");
+    assert_eq!(told(&sea, "is given up: control has changed hands"), 1);
+    answer(&mut sea, request.number, Ok(around(&request)));
+    sea.run(5.0);
+    assert_eq!(sea.motors.last().unwrap().1, control::MotorPair::STOPPED, "the answer moves nothing");
+    let mut sea = following();
+    sea.vehicle.routes = None;
+    sea.send(reference(place(300.0, -50.0)));
+    sea.ask(PlanControlOp::Stop, "", None);
+    sea.run(0.2);
+    assert_eq!(told(&sea, "is given up: 'follow' has ended"), 1);
+}
+
+/// A chart came under way that has land where the route leads.
+#[test]
+fn a_return_under_way_is_judged_again_by_a_new_chart() {
+    let across = LocalPoint { north_m: 150.0, east_m: 200.0 };
+    for (land, goes_on) in [(across, false), (LocalPoint { north_m: -300.0, east_m: -300.0 }, true)] {
+        let (mut sea, request) = lost();
+        answer(&mut sea, request.number, Ok(around(&request)));
+        assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
+        let chart = headland().with(Ground::Land, land, 40.0, 12);
+        let Chart::Loaded(file) = Chart::of("another", chart.index()) else { panic!() };
+        sea.tell(Input::Chart(file));
+        sea.run(1.0);
+        let told = told(&sea, "by the new chart the way home does not go on");
+        if goes_on {
+            assert!(runs(&sea, "home") && told == 0, "{:?}", sea.plan_state());
+            continue;
+        }
+        assert!(runs(&sea, "hold") && told == 1, "{:?}", sea.plan_state());
+        let second = requests(&sea).pop().flatten().unwrap();
+        assert!(second.number > request.number, "another is looked for");
+        let mut wider = around(&second);
+        (wider.places[1], wider.places[2]) = (place(50.0, 300.0), place(250.0, 300.0));
+        answer(&mut sea, second.number, Ok(wider));
+        assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
+    }
+}
+
+/// 900 m at 1.5 m/s take 39 Wh by the table of the vessel; of 3660 Wh the tenth is kept.
+#[test]
+fn a_route_that_the_charge_does_not_reach_is_not_sailed_and_told_with_figures() {
+    for (percent, sails) in [(10.4, false), (14.0, true)] {
+        let mut settings = wanting(&headland());
+        let none = BatteryConfig { reserve_remedy: None, critical_remedy: None, ..BatteryConfig::default() };
+        settings.watch.battery = none;
+        let mut sea = under_way(Sea::with(settings, |_| {}).ready());
+        sea.vehicle.routes = None;
+        sea.vehicle.hull.vessel.drain_to(percent);
+        sea.heartbeats = false;
+        assert!(sea.run_until(30.0, |sea| !requests(sea).is_empty()));
+        sea.run(2.0);
+        for _ in 0..2 {
+            let Some(Some(request)) = requests(&sea).pop() else { continue };
+            answer(&mut sea, request.number, Ok(around(&request)));
+        }
+        sea.run(3.0);
+        assert!(runs(&sea, if sails { "home" } else { "hold" }), "{percent}: {:?}", sea.plan_state());
+        let text = state(&sea, Entity::LostComms);
+        let out_of_reach = text.contains("is out of reach: it takes about")
+            && text.contains("Wh are left above the 10 % that are kept");
+        assert_eq!(out_of_reach, !sails, "{text}");
+        assert_eq!(told(&sea, "is out of reach") > 0, !sails);
+    }
+}
+
+/// A vital part is in error when the answer comes.
+#[test]
+fn a_route_that_is_found_while_the_engine_is_blocked_is_sailed_when_it_is_not() {
+    let device = |condition| {
+        Input::Device(DeviceState { entity: Entity::Light, condition, text: "a test".to_owned() })
+    };
+    for drifts_ashore in [false, true] {
+        let mut settings = wanting(&headland());
+        settings.watch.monitored.push(Entity::Light);
+        settings.watch.vital.push(Entity::Light);
+        let (mut sea, request) = lost_by(settings);
+        sea.tell(device(Condition::Error));
+        sea.run(3.0);
+        answer(&mut sea, request.number, Ok(around(&request)));
+        sea.run(20.0);
+        assert!(!runs(&sea, "home"));
+        let text = state(&sea, Entity::LostComms);
+        assert!(text.contains("is kept until it can start: vehicle is blocked"), "{text}");
+        assert_eq!(requests(&sea).len(), 1, "not asked again");
+        if drifts_ashore {
+            // A chart that refuses the way lets go of it.
+            let chart = headland().with(Ground::Land, LocalPoint { north_m: 50.0, east_m: 200.0 }, 40.0, 12);
+            let Chart::Loaded(file) = Chart::of("another", chart.index()) else { panic!() };
+            sea.tell(Input::Chart(file));
+        }
+        sea.tell(device(Condition::Normal));
+        sea.run(5.0);
+        assert_eq!(runs(&sea, "home"), !drifts_ashore, "{:?}", sea.plan_state());
+        assert_eq!(requests(&sea).len(), if drifts_ashore { 2 } else { 1 });
+    }
 }
 
 /// Seas with islets, start and home anywhere, answers of the planner and answers that lead anywhere: whatever is sailed

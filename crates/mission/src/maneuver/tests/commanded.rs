@@ -402,3 +402,80 @@ fn a_way_that_is_not_wanted_any_more_or_leads_elsewhere_is_not_followed() {
         assert!(asks(&bench));
     }
 }
+
+/// A place behind the bay, some metres on.
+fn moved(north_m: f64) -> Event {
+    Event::Reference(Reference { location: Some(place(north_m, 60.0)), ..reference(0.0) })
+}
+
+/// The corner is at (40, -10), and each answer comes two references late.
+#[test]
+fn a_place_that_moves_behind_the_border_is_followed_by_one_way_and_told_of_once() {
+    let mut bench = beside_the_bay();
+    let (mut asked, mut warned) = (0, 0);
+    let mut ends = Vec::new();
+    for second in 0..20 {
+        bench.now_s = f64::from(second);
+        let north_m = 80.0 + 0.5 * f64::from(second);
+        ends.extend(bench.event(&moved(north_m)));
+        (asked, warned) = (asked + usize::from(asks(&bench)), warned + warnings(&bench));
+        if second == 2 {
+            ends.extend(bench.event(&way(&[(0.0, 60.0), (40.0, -10.0), (80.0, 60.0)])));
+            warned += warnings(&bench);
+        }
+    }
+    assert_eq!((asked, warned), (1, 2), "looked for once and found once");
+    let ends: Vec<_> = ends.iter().map(|command| path(std::slice::from_ref(command)).end).collect();
+    assert_eq!(ends, [place(40.0, -10.0)], "its track is not begun anew");
+    bench.fix = Some(fix(40.0, -10.0));
+    assert_eq!(path(&bench.near()).end, place(89.5, 60.0), "it leads to where the place is by then");
+}
+
+#[test]
+fn places_that_alternate_behind_the_border_do_not_keep_the_vessel_from_sailing() {
+    let mut bench = beside_the_bay();
+    let (mut asked, mut warned, mut sailed) = (0, 0, 0);
+    let mut answers = std::collections::VecDeque::new();
+    for second in 0..60 {
+        bench.now_s = f64::from(second);
+        let goal = if second % 2 == 0 { place(80.0, 60.0) } else { place(-20.0, -500.0) };
+        let to = Reference { location: Some(goal), ..reference(0.0) };
+        let far = Reference { location: Some(place(80.0, 0.0)), ..to };
+        sailed += bench.event(&Event::Reference(if second % 2 == 0 { to } else { far })).len();
+        warned += warnings(&bench);
+        let to = bench.signals.iter().find_map(|signal| match signal {
+            Signal::Way(_, to) => Some(*to),
+            Signal::Command(_) | Signal::Reference(_) | Signal::Warning(_) => None,
+        });
+        if let Some(to) = to {
+            asked += 1;
+            answers.push_back((second + 1, to));
+        }
+        if let Some((_, to)) = answers.pop_front_if(|(due, _)| *due <= second) {
+            let places = Ok(vec![place(0.0, 60.0), place(40.0, -10.0), to]);
+            sailed += bench.event(&Event::Way(Way { to, places })).len();
+            warned += warnings(&bench);
+        }
+    }
+    assert!(sailed > 0, "it sails");
+    assert!(asked <= 12, "asked {asked} times in a minute");
+    assert!(warned <= 4, "told {warned} times");
+}
+
+#[test]
+fn a_place_that_is_given_up_before_a_way_is_found_is_told() {
+    let around = way(&[(0.0, 60.0), (40.0, -10.0), (80.0, 60.0)]);
+    let mut bench = beside_the_bay();
+    bench.event(&behind());
+    assert_eq!(bench.event(&Event::CommanderChanged), []);
+    assert_eq!(warnings(&bench), 1, "control has changed hands");
+    assert_eq!(bench.event(&around), [], "the answer is dropped");
+    bench.now_s = 6.0;
+    bench.event(&behind());
+    let stop = Reference { location: None, speed: Some(Speed::MetresPerSecond(0.0)), ..reference(0.0) };
+    bench.event(&Event::Reference(stop));
+    assert_eq!(warnings(&bench), 1, "a stop took its place");
+    bench.event(&behind());
+    bench.event(&Event::Reference(Reference { done: true, ..stop }));
+    assert_eq!(warnings(&bench), 1, "the maneuver is over");
+}

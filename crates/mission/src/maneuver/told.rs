@@ -1,0 +1,34 @@
+//! What was told of places, so that each situation is told of once.
+//!
+//! A place that is asked for every second, moves a little, or alternates with another is one situation for as long as it
+//! is met at least once a minute.
+
+use super::goto::distance_m;
+use super::search::SAME_PLACE_M;
+use std::time::Duration;
+use units::{LatLon, MonoTime};
+
+/// A situation that was not met for so long is a new one.
+const FORGOTTEN: Duration = Duration::from_mins(1);
+/// Situations kept in mind; of more the one met longest ago is forgotten.
+const MOST: usize = 8;
+
+/// Places of which was told.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Told(Vec<(LatLon, MonoTime)>);
+
+impl Told {
+    /// A place was met; whether that is to be told.
+    pub(super) fn is_new(&mut self, place: LatLon, now: MonoTime) -> bool {
+        self.0.retain(|(_, met)| now.since(*met) < FORGOTTEN);
+        let same = self.0.iter().position(|(told, _)| distance_m(*told, place) < SAME_PLACE_M);
+        match same {
+            // It moves on with the place.
+            Some(at) => _ = self.0.remove(at),
+            None if self.0.len() >= MOST => _ = self.0.remove(0),
+            None => {}
+        }
+        self.0.push((place, now));
+        same.is_none()
+    }
+}

@@ -1,0 +1,147 @@
+//! Zones that people draw: where ways are to stay, and where they may not lead.
+//!
+//! Their borders are cut out of the water like the chart's barriers, with a margin of their own; each piece that is left lies
+//! inside or outside of a zone as a whole. Sides are straight in longitude and latitude, as those of the chart and of a
+//! vessel's area of operation.
+
+use crate::obstacles::LONGEST_SIDE_M;
+use crate::plane::{Plane, Point};
+use units::{LatLon, wrap_pi};
+
+/// Farthest that ways can be asked to keep from borders (m).
+const MOST_MARGIN_M: f64 = 10_000.0;
+
+/// Why some places are no zone.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ZoneError {
+    /// A zone needs three corners.
+    #[error("a zone needs at least three corners")]
+    TooFewCorners,
+    /// A margin that is no number or out of range.
+    #[error("the margin to zones is {0} m; it must be a number from 0 to {MOST_MARGIN_M:.0} m")]
+    Margin(f64),
+}
+
+/// A polygon on the sea; its last corner joins the first. It holds no pole and spans less than half the globe. Where it
+/// overlaps itself, the even-odd rule says what is inside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    corners: Vec<LatLon>,
+}
+
+impl Zone {
+    /// From its corners in either sense.
+    ///
+    /// # Errors
+    /// With fewer than three corners.
+    pub fn new(corners: Vec<LatLon>) -> Result<Self, ZoneError> {
+        if corners.len() < 3 { Err(ZoneError::TooFewCorners) } else { Ok(Self { corners }) }
+    }
+
+    /// Whether it holds a place.
+    pub fn holds(&self, place: LatLon) -> bool {
+        let east_rad = |place: LatLon| wrap_pi(place.lon_rad() - self.corners[0].lon_rad());
+        let here_rad = east_rad(place);
+        // A ray to the east crosses the border an odd number of times from inside.
+        let crosses = |from: &LatLon, to: &LatLon| {
+            let (from_north, to_north) = (from.lat_rad() - place.lat_rad(), to.lat_rad() - place.lat_rad());
+            let (from_rad, to_rad) = (east_rad(*from), east_rad(*to));
+            let at_rad = from_rad + (to_rad - from_rad) * from_north / (from_north - to_north);
+            (from_north > 0.0) != (to_north > 0.0) && at_rad > here_rad
+        };
+        self.sides().filter(|(from, to)| crosses(from, to)).count() % 2 == 1
+    }
+
+    fn sides(&self) -> impl Iterator<Item = (LatLon, LatLon)> {
+        let ends = self.corners.iter().cycle().skip(1);
+        self.corners.iter().copied().zip(ends.copied())
+    }
+
+    /// Its border in a plane, closed, long sides in pieces.
+    fn border(&self, plane: &Plane) -> Vec<Point> {
+        let mut border = Vec::with_capacity(self.corners.len() + 1);
+        for (from, to) in self.sides() {
+            let length_m = plane.point(from).distance_m(plane.point(to));
+            let pieces = (length_m / LONGEST_SIDE_M).ceil().clamp(1.0, 10_000.0) as u32;
+            let east_rad = wrap_pi(to.lon_rad() - from.lon_rad());
+            border.extend((0..pieces).filter_map(|piece| {
+                let share = f64::from(piece) / f64::from(pieces);
+                let lat_rad = from.lat_rad() + share * (to.lat_rad() - from.lat_rad());
+                let lon_rad = wrap_pi(from.lon_rad() + share * east_rad);
+                LatLon::from_rad(lat_rad, lon_rad).ok().map(|place| plane.point(place))
+            }));
+        }
+        border.extend(border.first().copied());
+        border
+    }
+}
+
+/// What ways keep to beside the chart; by default nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Zones {
+    allowed: Option<Zone>,
+    forbidden: Vec<Zone>,
+    margin_m: f64,
+}
+
+impl Zones {
+    /// Ways stay inside the allowed zone, if there is one, and out of all the forbidden ones, this far from their borders
+    /// (m).
+    ///
+    /// # Errors
+    /// When the margin is no number or out of range.
+    pub fn new(allowed: Option<Zone>, forbidden: Vec<Zone>, margin_m: f64) -> Result<Self, ZoneError> {
+        if !(0.0..=MOST_MARGIN_M).contains(&margin_m) {
+            return Err(ZoneError::Margin(margin_m));
+        }
+        Ok(Self { allowed, forbidden, margin_m })
+    }
+
+    /// How far ways keep from borders (m).
+    pub fn margin_m(&self) -> f64 {
+        self.margin_m
+    }
+
+    /// Whether a place lies where ways may lead; the margin is not looked at.
+    pub fn allow(&self, place: LatLon) -> bool {
+        let inside = self.allowed.as_ref().is_none_or(|zone| zone.holds(place));
+        inside && !self.forbidden.iter().any(|zone| zone.holds(place))
+    }
+
+    /// All borders in a plane.
+    pub(crate) fn borders(&self, plane: &Plane) -> Vec<Vec<Point>> {
+        self.allowed.iter().chain(&self.forbidden).map(|zone| zone.border(plane)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(lat_deg: f64, lon_deg: f64) -> LatLon {
+        LatLon::from_deg(lat_deg, lon_deg).unwrap()
+    }
+
+    #[test]
+    fn a_zone_across_the_date_line_holds_what_lies_in_it() {
+        let corners = [(-17.0, 179.9), (-17.0, -179.9), (-17.2, -179.9), (-17.2, 179.9)];
+        let zone = Zone::new(corners.map(|(lat, lon)| place(lat, lon)).to_vec()).unwrap();
+        for (lat, lon, inside) in
+            [(-17.1, 180.0, true), (-17.1, -179.95, true), (-17.1, 179.95, true)].into_iter().chain([
+                (-17.1, 179.8, false),
+                (-17.1, -179.8, false),
+                (-17.1, 0.0, false),
+                (-16.9, 180.0, false),
+            ])
+        {
+            assert_eq!(zone.holds(place(lat, lon)), inside, "{lat}, {lon}");
+        }
+    }
+
+    #[test]
+    fn bad_zones_are_refused() {
+        assert_eq!(Zone::new(vec![place(63.0, 10.0); 2]), Err(ZoneError::TooFewCorners));
+        assert!(Zones::new(None, Vec::new(), f64::NAN).is_err());
+        assert!(Zones::new(None, Vec::new(), -1.0).is_err());
+    }
+}
