@@ -1,55 +1,86 @@
 //! Numbers and times as text, quickly.
 
+use crate::dialect::Dialect;
 use units::{Civil, UtcTime};
 
 /// Appends an integer.
-pub(crate) fn integer(out: &mut Vec<u8>, value: i64) {
+pub fn integer(out: &mut Vec<u8>, value: i64) {
     out.extend_from_slice(itoa::Buffer::new().format(value).as_bytes());
 }
 
-/// Appends a double with as many digits as tell it from all others; `inf` and `-inf` for infinities.
-pub(crate) fn double(out: &mut Vec<u8>, value: f64) {
+/// Appends a double with as many digits as tell it from all others; `8.0` for a whole one, `NaN`, `inf` and `-inf`. Zero has no
+/// sign: SQLite keeps none.
+pub fn double(out: &mut Vec<u8>, value: f64, dialect: Dialect) {
     if value.is_finite() {
-        let mut buffer = zmij::Buffer::new();
-        let text = buffer.format_finite(value);
-        // Whole numbers need no point.
-        out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
-    } else if !value.is_nan() {
+        real(out, zmij::Buffer::new().format_finite(value + 0.0), dialect);
+    } else if value.is_nan() {
+        out.extend_from_slice(b"NaN");
+    } else {
         out.extend_from_slice(if value > 0.0 { b"inf" } else { b"-inf" });
     }
 }
 
 /// Appends a single likewise.
-pub(crate) fn single(out: &mut Vec<u8>, value: f32) {
+pub fn single(out: &mut Vec<u8>, value: f32, dialect: Dialect) {
     if value.is_finite() {
-        let mut buffer = zmij::Buffer::new();
-        let text = buffer.format_finite(value);
-        out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
+        real(out, zmij::Buffer::new().format_finite(value + 0.0), dialect);
     } else {
-        double(out, value.into());
+        double(out, value.into(), dialect);
+    }
+}
+
+/// Appends a number that is written with a decimal point in the dialect's way.
+#[inline]
+pub fn real(out: &mut Vec<u8>, text: &str, dialect: Dialect) {
+    let start = out.len();
+    out.extend_from_slice(text.as_bytes());
+    let decimal = dialect.decimal();
+    if decimal != b'.'
+        && let Some(point) = out[start..].iter_mut().find(|byte| **byte == b'.')
+    {
+        *point = decimal;
+    }
+}
+
+/// Appends the two cells of a time, ISO 8601 and seconds; both empty for what is no time.
+pub fn stamp(out: &mut Vec<u8>, iso: &mut IsoTime, time_us: Option<i64>, dialect: Dialect) {
+    if let Some(time_us) = time_us {
+        iso.write(out, time_us);
+    }
+    out.push(dialect.separator());
+    if let Some(time_us) = time_us {
+        epoch(out, time_us, dialect);
     }
 }
 
 /// Appends times as ISO 8601 in UTC with microseconds; remembers the day, which rarely changes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct IsoTime {
+pub struct IsoTime {
     day: i64,
     date: [u8; 11],
 }
 
+impl Default for IsoTime {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl IsoTime {
-    pub(crate) fn new() -> Self {
+    /// At the beginning of a table.
+    pub fn new() -> Self {
         Self { day: i64::MIN, date: *b"0000-00-00T" }
     }
 
     /// As [`IsoTime::write`] with milliseconds, which is what receivers of tags tell.
-    pub(crate) fn write_ms(&mut self, out: &mut Vec<u8>, time_us: i64) {
+    pub fn write_ms(&mut self, out: &mut Vec<u8>, time_us: i64) {
         self.write(out, time_us);
         out.truncate(out.len() - "000Z".len());
         out.push(b'Z');
     }
 
-    pub(crate) fn write(&mut self, out: &mut Vec<u8>, time_us: i64) {
+    /// Appends a time (µs since 1970-01-01 UTC).
+    pub fn write(&mut self, out: &mut Vec<u8>, time_us: i64) {
         const DAY_US: i64 = 86_400_000_000;
         let (day, us) = (time_us.div_euclid(DAY_US), time_us.rem_euclid(DAY_US));
         if day != self.day {
@@ -74,13 +105,13 @@ impl IsoTime {
 }
 
 /// Appends a time as seconds since 1970-01-01 UTC with six decimals.
-pub(crate) fn epoch(out: &mut Vec<u8>, time_us: i64) {
+pub fn epoch(out: &mut Vec<u8>, time_us: i64, dialect: Dialect) {
     if time_us < 0 {
         out.push(b'-');
     }
     let us = time_us.unsigned_abs();
     out.extend_from_slice(itoa::Buffer::new().format(us / 1_000_000).as_bytes());
-    let mut decimals = *b".000000";
+    let mut decimals = [dialect.decimal(), 0, 0, 0, 0, 0, 0];
     digits(&mut decimals[1..], (us % 1_000_000) as i64);
     out.extend_from_slice(&decimals);
 }
@@ -96,6 +127,9 @@ fn digits(place: &mut [u8], mut value: i64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    const PLAIN: Dialect = Dialect::Plain;
 
     fn text(write: impl FnOnce(&mut Vec<u8>)) -> String {
         let mut out = Vec::new();
@@ -104,15 +138,35 @@ mod tests {
     }
 
     #[test]
-    fn numbers_read_back_as_they_were() {
-        for value in [0.0, -0.5, 0.1, 1e300, 63.440_612_345_678_9, 5e-324, 12_345_678.0] {
-            assert_eq!(text(|out| double(out, value)).parse::<f64>().unwrap().to_bits(), f64::to_bits(value));
+    fn whole_numbers_stay_reals_and_what_is_no_number_says_so() {
+        assert_eq!(text(|out| single(out, 0.1, PLAIN)), "0.1");
+        assert_eq!(text(|out| double(out, f64::from(0.1_f32), PLAIN)), "0.10000000149011612");
+        assert_eq!(text(|out| double(out, 3.0, PLAIN)), "3.0");
+        assert_eq!(text(|out| double(out, -0.0, PLAIN)), "0.0");
+        assert_eq!(text(|out| single(out, 0.0, PLAIN)), "0.0");
+        assert_eq!(text(|out| double(out, f64::NAN, PLAIN)), "NaN");
+        assert_eq!(text(|out| single(out, f32::NEG_INFINITY, PLAIN)), "-inf");
+        assert_eq!(text(|out| double(out, -1234.5, Dialect::SpreadsheetComma)), "-1234,5");
+        assert_eq!(text(|out| double(out, 1.5e300, Dialect::SpreadsheetComma)), "1,5e+300");
+    }
+
+    proptest! {
+        #[test]
+        fn doubles_read_back_as_they_were(bits: u64) {
+            let value = f64::from_bits(bits);
+            let read: f64 = text(|out| double(out, value, PLAIN)).parse().unwrap();
+            prop_assert!(read.to_bits() == bits || read == 0.0 && value == 0.0 || value.is_nan() && read.is_nan());
         }
-        assert_eq!(text(|out| single(out, 0.1)), "0.1");
-        assert_eq!(text(|out| double(out, f64::from(0.1_f32))), "0.10000000149011612");
-        assert_eq!(text(|out| double(out, 3.0)), "3");
-        assert_eq!(text(|out| double(out, f64::NAN)), "");
-        assert_eq!(text(|out| single(out, f32::NEG_INFINITY)), "-inf");
+
+        #[test]
+        fn singles_read_back_as_they_were(bits: u32) {
+            let value = f32::from_bits(bits);
+            let written = text(|out| single(out, value, PLAIN));
+            let read: f32 = written.parse().unwrap();
+            prop_assert!(read.to_bits() == bits || read == 0.0 && value == 0.0 || value.is_nan() && read.is_nan());
+            // A reader that guesses types must not take it for an integer.
+            prop_assert!(written.parse::<i64>().is_err());
+        }
     }
 
     #[test]
@@ -123,7 +177,10 @@ mod tests {
         {
             assert_eq!(text(|out| iso.write(out, us)), UtcTime::from_micros(us).to_string());
         }
-        assert_eq!(text(|out| epoch(out, 1_795_246_989_820_647)), "1795246989.820647");
-        assert_eq!(text(|out| epoch(out, -1_500_000)), "-1.500000");
+        assert_eq!(text(|out| epoch(out, 1_795_246_989_820_647, PLAIN)), "1795246989.820647");
+        assert_eq!(text(|out| epoch(out, -1_500_000, PLAIN)), "-1.500000");
+        assert_eq!(text(|out| stamp(out, &mut iso, None, PLAIN)), ",", "what is no time is not 1970");
+        let comma = text(|out| stamp(out, &mut iso, Some(1_500_000), Dialect::SpreadsheetComma));
+        assert_eq!(comma, "1970-01-01T00:00:01.500000Z;1,500000");
     }
 }

@@ -18,6 +18,7 @@ mod control;
 #[cfg(test)]
 mod control_tests;
 mod csrf;
+mod download;
 mod error;
 mod export;
 #[cfg(test)]

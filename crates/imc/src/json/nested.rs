@@ -1,13 +1,13 @@
-//! Nested messages and lists as JSON, in the form of `imc::json`.
+//! Nested messages and lists as texts of their own: what a table holds of them.
 
-use imc::catalogue::{FieldDesc, MessageDesc};
-use imc::json;
-use imc::reflect::Value;
+use super::write::{double, integer, quoted_hex, single, write_text};
+use crate::catalogue::{FieldDesc, MessageDesc};
+use crate::reflect::Value;
 use std::io::Write as _;
 
-/// One nested value being written. Empty while the walk is at the outer message's own fields.
+/// One nested value being written, of a walk that meets several. Empty while the walk is at the outer message's own fields.
 #[derive(Debug, Default)]
-pub(crate) struct Nested {
+pub struct NestedText {
     text: Vec<u8>,
     open: Vec<Open>,
 }
@@ -18,20 +18,20 @@ struct Open {
     empty: bool,
 }
 
-impl Nested {
+impl NestedText {
     /// Whether the walk is inside a nested message or list.
-    pub(crate) fn is_open(&self) -> bool {
+    pub fn is_open(&self) -> bool {
         !self.open.is_empty()
     }
 
     /// What was written, once it is closed.
-    pub(crate) fn text(&self) -> &str {
+    pub fn text(&self) -> &str {
         // Everything written is JSON made from UTF-8.
         str::from_utf8(&self.text).unwrap_or_default()
     }
 
     /// Forgets a value that was broken off.
-    pub(crate) fn reset(&mut self) {
+    pub fn reset(&mut self) {
         self.text.clear();
         self.open.clear();
     }
@@ -51,55 +51,46 @@ impl Nested {
         }
     }
 
-    pub(crate) fn value(&mut self, field: &FieldDesc, value: Value<'_>) {
+    /// A field that is not a message.
+    pub fn value(&mut self, field: &FieldDesc, value: Value<'_>) {
         self.next(field);
         match value {
-            Value::Integer(value) => write!(self.text, "{value}").unwrap_or_default(),
-            Value::Single(value) => self.number(value.into()),
-            Value::Double(value) => self.number(value),
-            Value::Text(text) => json::write_text(&mut self.text, text),
-            Value::Raw(bytes) => write!(self.text, "\"{}\"", hex::encode(bytes)).unwrap_or_default(),
+            Value::Integer(value) => integer(&mut self.text, value),
+            Value::Single(value) => single(&mut self.text, value),
+            Value::Double(value) => double(&mut self.text, value),
+            Value::Text(text) => write_text(&mut self.text, text),
+            Value::Raw(bytes) => quoted_hex(&mut self.text, bytes),
         }
     }
 
-    fn number(&mut self, value: f64) {
-        if value.is_finite() {
-            serde_json::to_writer(&mut self.text, &value).unwrap_or_default();
-        } else {
-            let name: &[u8] = if value.is_nan() {
-                b"\"NaN\""
-            } else if value > 0.0 {
-                b"\"Infinity\""
-            } else {
-                b"\"-Infinity\""
-            };
-            self.text.extend_from_slice(name);
-        }
-    }
-
-    pub(crate) fn null(&mut self, field: &FieldDesc) {
+    /// A nested position without a message.
+    pub fn null(&mut self, field: &FieldDesc) {
         self.next(field);
         self.text.extend_from_slice(b"null");
     }
 
-    pub(crate) fn enter_message(&mut self, field: &FieldDesc, message: &MessageDesc) {
+    /// A nested message begins.
+    pub fn enter_message(&mut self, field: &FieldDesc, message: &MessageDesc) {
         self.next(field);
         write!(self.text, r#"{{"abbrev":"{}","fields":{{"#, message.abbrev).ok();
         self.open.push(Open { list: false, empty: true });
     }
 
-    pub(crate) fn leave_message(&mut self) {
+    /// The nested message ends.
+    pub fn leave_message(&mut self) {
         self.text.extend_from_slice(b"}}");
         self.open.pop();
     }
 
-    pub(crate) fn enter_list(&mut self, field: &FieldDesc) {
+    /// A list begins.
+    pub fn enter_list(&mut self, field: &FieldDesc) {
         self.next(field);
         self.text.push(b'[');
         self.open.push(Open { list: true, empty: true });
     }
 
-    pub(crate) fn leave_list(&mut self) {
+    /// The list ends.
+    pub fn leave_list(&mut self) {
         self.text.push(b']');
         self.open.pop();
     }
