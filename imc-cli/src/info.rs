@@ -1,6 +1,5 @@
 //! `imc info`: what the catalogue says of a message.
 
-use crate::messages;
 use crate::outcome::Outcome;
 use crate::output::Output;
 use crate::style::Paint;
@@ -39,7 +38,7 @@ impl Info {
             Some((name, members)) if self.json => json!({"group": name, "messages": members}).to_string(),
             Some((name, members)) => group_text(name, members),
             None => {
-                let message = messages::message(&self.message)?;
+                let message = tables::message(&self.message)?;
                 if self.json { to_json(message).to_string() } else { text(message, Paint::stdout()) }
             }
         };

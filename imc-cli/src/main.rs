@@ -14,7 +14,6 @@ mod json_lines;
 mod list;
 mod listen;
 mod lsf;
-mod messages;
 mod net;
 mod outcome;
 mod output;

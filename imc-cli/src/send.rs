@@ -2,7 +2,6 @@
 
 use crate::input::Input;
 use crate::json_lines::{BadLine, JsonLines, packet};
-use crate::messages;
 use crate::net::node::{Node, now_s};
 use crate::net::peer::Peer;
 use crate::net::tcp::TcpLink;
@@ -253,7 +252,7 @@ impl Say {
 
 /// The JSON of a message given as `MESSAGE FIELD=VALUE ...`.
 fn one_message(message: &str, fields: &[String]) -> anyhow::Result<Value> {
-    let desc = messages::message(message)?;
+    let desc = tables::message(message)?;
     let mut object = Map::new();
     for pair in fields {
         let (name, text) = pair

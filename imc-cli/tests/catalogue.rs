@@ -37,7 +37,7 @@ fn info_takes_names_in_any_case_and_ids() {
 #[test]
 fn info_asks_what_was_meant() {
     let stderr = run(&["info", "EstimatdState"], b"").expect(2).stderr;
-    assert!(stderr.contains("did you mean EstimatedState"), "{stderr}");
+    assert!(stderr.contains("did you mean `EstimatedState`"), "{stderr}");
 }
 
 #[test]

@@ -306,7 +306,7 @@ fn send_ws_sends_one_packet_a_message() {
 #[test]
 fn mistakes_in_a_message_are_told_before_anybody_is_called() {
     for (fields, told) in [
-        (&["PlanControll"][..], "did you mean PlanControl"),
+        (&["PlanControll"][..], "did you mean `PlanControl`"),
         (&["PlanControl", "operation=STOP"], "has no field `operation`; it has type, op"),
         (&["PlanControl", "op=WAIT"], "none of START, STOP, LOAD, GET"),
         (&["PlanControl", "op"], "expected FIELD=VALUE"),

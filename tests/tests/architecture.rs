@@ -17,7 +17,7 @@ const LAYERS: [(u8, &[&str]); 8] = [
     (0, &["manual", "service", "suggest", "units"]),
     (1, &["charts", "devices", "geofile", "imc"]),
     (2, &["detections", "guard", "tiles"]),
-    (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
+    (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner", "tables"]),
     (4, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
     (5, &["operations"]),
     (6, &["shore"]),

@@ -85,10 +85,12 @@ pub struct DetectionsFileQuery {
     pub from_us: Option<i64>,
     /// Reported before this time, µs since 1970 UTC; to the end when left out.
     pub to_us: Option<i64>,
-    /// IMC addresses of vessels; all that one may export when left out or empty.
+    /// Vessels by name or IMC address; all that one may export when left out or empty.
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
+    /// For spreadsheets: `comma` or `point`, the decimal sign; for programs when left out.
+    pub spreadsheet: Option<String>,
     /// Whether the file is packed by gzip; false when left out.
     pub gzip: Option<bool>,
 }

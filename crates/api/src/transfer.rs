@@ -7,18 +7,18 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ExportQuery {
-    /// Messages by abbreviation, like `EstimatedState,Voltage`; `*` for all; `_raw` alone for those that the
+    /// Messages by name or number, like `EstimatedState,0x15e`; `*` for all; `_raw` alone for those that the
     /// catalogue does not explain, with id and payload.
     pub message: String,
-    /// IMC addresses of vessels; all that one may export when left out or empty.
+    /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number or label; all when left out or empty.
+    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
     pub entity: Option<String>,
     /// Fields, of all messages that have them (`psi`) or of one (`EulerAngles.psi`); all when left out or empty.
     pub field: Option<String>,
-    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
+    /// From this time on, ISO 8601, UTC unless it has an offset (`+02:00`); from the beginning when left out or empty.
     pub from: Option<String>,
-    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
+    /// Before this time, ISO 8601, UTC unless it has an offset; to the end when left out or empty.
     pub to: Option<String>,
     /// `rad` or `deg` for angles; `rad` when left out.
     pub angles: Option<String>,
@@ -32,6 +32,9 @@ pub struct ExportQuery {
     pub guard: Option<bool>,
     /// Whether each row also tells when its message first came ashore; false when left out.
     pub received: Option<bool>,
+    /// For spreadsheets: `comma` (byte order mark, semicolons, decimal commas) or `point` (mark, commas, decimal points);
+    /// for programs, without a mark, when left out.
+    pub spreadsheet: Option<String>,
     /// Of each series only the first row in each span of so many seconds, 0.001 to 86400; every row when left out.
     pub every_s: Option<f64>,
     /// Whether the file is packed by gzip; false when left out.
@@ -42,15 +45,15 @@ pub struct ExportQuery {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct LogQuery {
-    /// Messages by abbreviation; all when left out, empty or `*`.
+    /// Messages by name or number; all when left out, empty or `*`.
     pub message: Option<String>,
-    /// IMC addresses of vessels; all that one may export when left out or empty.
+    /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number or label; all when left out or empty.
+    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
     pub entity: Option<String>,
-    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
+    /// From this time on, ISO 8601, UTC unless it has an offset (`+02:00`); from the beginning when left out or empty.
     pub from: Option<String>,
-    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
+    /// Before this time, ISO 8601, UTC unless it has an offset; to the end when left out or empty.
     pub to: Option<String>,
     /// Whether the file is packed by gzip; false when left out.
     pub gzip: Option<bool>,

@@ -6,7 +6,7 @@
 //! - [`reflect`] walks over the fields of any packet; [`json`] shows them as JSON and reads them back.
 //! - [`lsf`]: logs as DUNE writes and Neptus MRA opens them.
 //! - [`position`], [`plan_digest`], [`services`], [`entities`], [`tuples`]: what fields mean beyond their
-//!   type.
+//!   type; [`names`]: who is called what from when on; [`text`]: how bytes that are no text are shown.
 //!
 //! Everything here is a function of its arguments: no sockets, clock, threads or randomness. Bytes from
 //! outside never panic, never make it reserve memory by a count they state, and unknown ids, unlisted
@@ -33,14 +33,16 @@ pub mod lsf;
     reason = "generated, with numbers as the catalogue has them"
 )]
 pub mod messages;
+pub mod names;
 mod nested;
 mod packed;
 mod packet;
 pub mod plan_digest;
 pub mod position;
 pub mod reflect;
+mod runs;
 pub mod services;
-mod text;
+pub mod text;
 pub mod tuples;
 mod wire;
 
@@ -57,5 +59,6 @@ pub use nested::Nested;
 pub use packet::{
     Body, DecodeError, EncodeError, Packet, ShortPayload, decode, encode_into, encode_payload, readdress_into,
 };
+pub use runs::{Run, Runs};
 pub use text::Text;
 pub use wire::{ByteOrder, MAX_DEPTH};

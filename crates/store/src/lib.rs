@@ -82,8 +82,8 @@ pub use backup::{BackedUp, backup};
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
-    Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, csv_text, describe_csv, export_csv,
-    export_detections, export_lsf, measure_csv,
+    Angles, CsvOptions, DETECTION_COLUMNS, Exported, RAW, Selection, Shape, describe_csv, export_csv,
+    export_detections, export_lsf, log_version, measure_csv, system, table_version, unexplained,
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
@@ -91,7 +91,7 @@ pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
-pub use range::TimeRange;
+pub use range::{NO_TIME_US, TimeRange};
 pub use reader::{
     Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
     RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,

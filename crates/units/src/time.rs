@@ -131,7 +131,7 @@ pub struct NoTime;
 
 impl std::fmt::Display for NoTime {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("no time in ISO 8601 UTC, like 2026-11-21T07:43:27Z")
+        f.write_str("no time in ISO 8601, like 2026-11-21T07:43:27Z or 2026-11-21T09:43:27+02:00")
     }
 }
 
@@ -140,14 +140,14 @@ impl std::error::Error for NoTime {}
 impl std::str::FromStr for UtcTime {
     type Err = NoTime;
 
-    /// ISO 8601 in UTC: a date (`2026-11-21`, its beginning), or a date and time to the minute, second or
-    /// fraction of one (`2026-11-21T07:43`, `2026-11-21 07:43:27.5Z`). An offset other than `Z` is refused, as
-    /// everything here is UTC.
+    /// ISO 8601: a date (`2026-11-21`, its beginning), or a date and time to the minute, second or fraction of one
+    /// (`2026-11-21T07:43`, `2026-11-21 07:43:27.5Z`). Without an offset it is UTC; with one (`+02:00`, `-0330`, `+02`) it is
+    /// turned into UTC. A blank before an offset stands for its `+`, which addresses of pages turn into one.
     fn from_str(text: &str) -> Result<Self, NoTime> {
-        let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
         let (date, time) = text.split_once(['T', 't', ' ']).unwrap_or((text, "00:00"));
-        let mut date = date.splitn(3, '-').map(digits);
+        let mut date = date.strip_suffix(['Z', 'z']).unwrap_or(date).splitn(3, '-').map(digits);
         let (year, month, day) = (part(&mut date)?, part(&mut date)?, part(&mut date)?);
+        let (time, offset_us) = offset(time)?;
         let (time, fraction) = time.split_once('.').unwrap_or((time, "0"));
         let mut time = time.split(':').map(digits);
         let (hour, minute) = (part(&mut time)?, part(&mut time)?);
@@ -161,8 +161,31 @@ impl std::str::FromStr for UtcTime {
         let (month, day) = (small(month)?, small(day)?);
         let (hour, minute, second) = (small(hour)?, small(minute)?, small(second)?);
         let civil = Civil { year: year.into(), month, day, hour, minute, second, microsecond };
-        if time.next().is_some() { Err(NoTime) } else { Self::from_civil(civil).ok_or(NoTime) }
+        let local = if time.next().is_some() { Err(NoTime) } else { Self::from_civil(civil).ok_or(NoTime) }?;
+        Ok(Self(local.0 - offset_us))
     }
+}
+
+/// A time of day without its offset from UTC, and the offset (µs).
+fn offset(time: &str) -> Result<(&str, i64), NoTime> {
+    if let Some(time) = time.strip_suffix(['Z', 'z']) {
+        return Ok((time, 0));
+    }
+    let Some(at) = time.find(['+', '-', ' ']) else { return Ok((time, 0)) };
+    let (time, offset) = time.split_at(at);
+    let sign = if offset.starts_with('-') { -1 } else { 1 };
+    let offset = &offset[1..];
+    let (hours, minutes) = match offset.len() {
+        2 => (offset, "00"),
+        4 => offset.split_at_checked(2).ok_or(NoTime)?,
+        _ => offset
+            .split_once(':')
+            .filter(|(hours, minutes)| hours.len() == 2 && minutes.len() == 2)
+            .ok_or(NoTime)?,
+    };
+    let (hours, minutes) = (digits(hours).ok_or(NoTime)?, digits(minutes).ok_or(NoTime)?);
+    let minutes_east = i64::from(hours * 60 + minutes);
+    if hours < 24 && minutes < 60 { Ok((time, sign * minutes_east * 60_000_000)) } else { Err(NoTime) }
 }
 
 /// A number of digits only, without a sign.
@@ -239,6 +262,10 @@ mod tests {
             ("2026-11-21T01:02:03", 3_723_000_000),
             ("2026-11-21t01:02:03.5z", 3_723_500_000),
             ("2026-11-21T00:00:00.1234569Z", 123_456),
+            ("2026-11-21T01:02:03.5+01:00", 123_500_000),
+            ("2026-11-20T20:32-0330", 120_000_000),
+            ("2026-11-21T02:00+02", 0),
+            ("2026-11-21T02:00:00 02:00", 0),
         ] {
             assert_eq!(text.parse(), Ok(UtcTime::from_micros(day.micros() + us)), "{text}");
         }
@@ -254,7 +281,13 @@ mod tests {
             "-1-11-21",
             "2026-11-21T01:02:03.",
             "2026-11-21T01:02:03.5x",
-            "2026-11-21T01:02:03+01:00",
+            "2026-11-21T01:02:03+1:00",
+            "2026-11-21T01:02:03+24:00",
+            "2026-11-21T01:02:03+01:60",
+            "2026-11-21T01:02:03+",
+            "2026-11-21T01:02:03+010",
+            "2026-11-21T01:02:03+æ1",
+            "2026-11-21+01:00",
             "2026-11-21T1:2:3:4",
             "2026-11-21T01:02:+3",
             "２026-11-21",

@@ -111,7 +111,7 @@ impl Condition {
 
     fn is_value(&self, field: &Field<'_>) -> bool {
         match field.value {
-            Value::Text(text) => self.is_text(&String::from_utf8_lossy(text)),
+            Value::Text(text) => self.is_text(&imc::text::escape(text)),
             Value::Raw(bytes) => self.is_text(&hex::encode(bytes)),
             Value::Integer(value) => self.is_integer(field.desc, value),
             Value::Single(value) => self.is_single(value),

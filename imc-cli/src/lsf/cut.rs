@@ -1,6 +1,5 @@
 //! `imc lsf cut`: part of a log as a log.
 
-use super::names::Names;
 use super::scan::{Printing, log_file, scan};
 use super::select::Select;
 use crate::outcome::Outcome;
@@ -54,7 +53,7 @@ impl Cut {
                     damaged = true;
                     return Ok(());
                 };
-                if selection.admits(view) || self.keep_names && Names::are_in(view.id()) {
+                if selection.admits(view) || self.keep_names && imc::names::are_in(view.id()) {
                     packets += 1;
                     bytes += view.bytes().len() as u64;
                     target.write_all(view.bytes())?;

@@ -1,5 +1,6 @@
 //! `imc lsf info`: what is in a log.
 
+use super::names::label_or_number;
 use super::scan::{Printing, log_file, scan};
 use super::select::Select;
 use super::shown::iso;
@@ -140,12 +141,12 @@ fn total(senders: &BTreeMap<Sender, Count>) -> Count {
 
 fn full_name(tally: &Tally, (source, entity): Sender) -> String {
     let names = &tally.names;
-    plain(&format!("{}/{}", names.system(source), names.label_or_number(source, entity)))
+    plain(&format!("{}/{}", names.system(source), label_or_number(names, source, entity)))
 }
 
 /// The names of a few entities, or how many there are.
 fn entity_names(tally: &Tally, senders: &BTreeMap<Sender, Count>) -> String {
-    let label = |sender: &Sender| plain(&tally.names.label_or_number(sender.0, sender.1));
+    let label = |sender: &Sender| plain(&label_or_number(&tally.names, sender.0, sender.1));
     let names: BTreeSet<String> = senders.keys().map(label).collect();
     if names.len() > NAMED {
         return format!("{} entities", senders.len());
@@ -225,7 +226,7 @@ fn message_json(tally: &Tally, id: u16, senders: &BTreeMap<Sender, Count>) -> Va
     let all = total(senders);
     let entity = |((source, entity), count): (&Sender, &Count)| {
         json!({
-            "src": source.0, "src_ent": entity, "entity": tally.names.label(*source, *entity),
+            "src": source.0, "src_ent": entity, "entity": tally.names.latest_entity(*source, *entity).unwrap_or_default(),
             "packets": count.packets, "bytes": count.bytes, "rate_hz": tally.rate_hz(count.packets),
             "earliest": count.earliest_s, "latest": count.latest_s,
         })

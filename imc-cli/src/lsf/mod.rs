@@ -1,7 +1,5 @@
 //! `imc lsf`: logs looked at, searched, exported and cut.
 
-mod cell;
-mod columns;
 mod condition;
 mod csv;
 mod cut;
@@ -27,10 +25,11 @@ Examples:
 
 FILE is a log (Data.lsf, Data.lsf.gz, or any run of packets) or its folder. All subcommands choose packets by \
 the same flags:
-  --from, --to    2026-11-21T07:43:27Z, 1795247007.5 (seconds since 1970),
-                  or +30 (after the log's first packet)
-  -m, -s          message, source
-  --entity        by label or number; labels are those that the log itself tells
+  --from, --to    2026-11-21T07:43:27Z, 2026-11-21T09:43:27+02:00,
+                  1795247007.5 (seconds since 1970), or +30 (after the log's first packet)
+  -m, -s          message, source: by name or number, decimal or 0x...
+  --entity        by number, or by label: what was said by whoever had it then;
+                  labels are those that the log itself tells
   --where         FIELD OP VALUE with =, !=, <, <=, >, >= or ~ (contains), such as
                   'op_mode=MANEUVER', 'sog>0.5', 'lat>63.4deg', 'description~fail'
 

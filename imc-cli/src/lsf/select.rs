@@ -2,11 +2,13 @@
 
 use super::condition::Condition;
 use super::moment::Moment;
-use super::names::Names;
+use super::names;
 use super::scan::start_s;
 use crate::pick::Pick;
-use crate::report;
+use anyhow::bail;
+use imc::names::Names;
 use imc::{PacketView, reflect};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Flags that choose packets of a log.
@@ -14,13 +16,14 @@ use std::path::Path;
 pub(crate) struct Select {
     #[command(flatten)]
     pub(crate) pick: Pick,
-    /// Not before this time: 2026-11-21T07:43:27Z, seconds since 1970, or +SECONDS after the log's start
+    /// Not before this time: 2026-11-21T07:43:27Z (or with an offset, +02:00), seconds since 1970, or +SECONDS after the log's
+    /// start
     #[arg(long, value_name = "TIME")]
     from: Option<Moment>,
     /// Not after this time
     #[arg(long, value_name = "TIME")]
     to: Option<Moment>,
-    /// Only from this entity, by label or number; may be given several times
+    /// Only from this entity, by number, or by label: from whoever had it then; may be given several times
     #[arg(long, short = 'e', value_name = "ENTITY")]
     entity: Vec<String>,
     /// Only where a field has such a value, such as 'sog>0.5'; of several, all must hold
@@ -41,16 +44,16 @@ impl Select {
     /// Reads what must be known of a log beforehand; its names if `with_names` or the choice needs them.
     ///
     /// # Errors
-    /// When the log cannot be read, or a condition is on a field that there is not.
+    /// When the log cannot be read, or a condition is on a field, or a label one of an entity, that there is not.
     pub(crate) fn on(&self, path: &Path, with_names: bool) -> anyhow::Result<Selection<'_>> {
         for condition in &self.conditions {
             condition.check(&self.pick.messages).map_err(anyhow::Error::msg)?;
         }
         let by_label = self.entity.iter().any(|entity| entity.parse::<u8>().is_err());
-        let names = if with_names || by_label { Names::of_log(path)? } else { Names::default() };
+        let names = if with_names || by_label { names::of_log(path)? } else { Names::default() };
         let relative = |moment: &Option<Moment>| matches!(moment, Some(Moment::AfterStart(_)));
         let start_s = if relative(&self.from) || relative(&self.to) { start_s(path)? } else { 0.0 };
-        self.mention_unknown_entities(path, &names);
+        self.check_entities(path, &names)?;
         Ok(Selection {
             select: self,
             from_s: self.from.map_or(f64::NEG_INFINITY, |from| from.seconds(start_s)),
@@ -59,18 +62,20 @@ impl Select {
         })
     }
 
-    fn mention_unknown_entities(&self, path: &Path, names: &Names) {
+    fn check_entities(&self, path: &Path, names: &Names) -> anyhow::Result<()> {
         for entity in self.entity.iter().filter(|entity| entity.parse::<u8>().is_err()) {
-            if !names.labels().any(|label| label.eq_ignore_ascii_case(entity)) {
-                let mut labels: Vec<&str> = names.labels().collect();
-                labels.sort_unstable();
-                labels.dedup();
-                let alike = suggest::alike(entity, labels.into_iter());
-                let hint =
-                    if alike.is_empty() { String::new() } else { format!("; like it: {}", alike.join(", ")) };
-                report::note(&format!("{}: no entity is called `{entity}`{hint}", path.display()));
+            if names::labels(names).any(|label| label.eq_ignore_ascii_case(entity)) {
+                continue;
             }
+            let labels: BTreeSet<&str> = names::labels(names).collect();
+            let hint = match suggest::alike(entity, labels.iter().copied()).as_slice() {
+                [] if labels.is_empty() => "it tells no labels; give a number".to_owned(),
+                [] => format!("there are {}", labels.into_iter().collect::<Vec<_>>().join(", ")),
+                names => format!("did you mean {}?", names.join(" or ")),
+            };
+            bail!("{}: no entity is called `{entity}`; {hint}", path.display());
         }
+        Ok(())
     }
 }
 
@@ -93,7 +98,8 @@ impl Selection<'_> {
 
     fn is_of_entity(&self, view: &PacketView<'_>) -> bool {
         let wanted = &self.select.entity;
-        let label = || self.names.label(view.src(), view.src_ent());
+        let label =
+            || self.names.entity(view.src(), view.src_ent(), names::time_us(view)).unwrap_or_default();
         wanted.is_empty()
             || wanted
                 .iter()

@@ -1,8 +1,9 @@
 //! Packets on one line for people.
 
-use super::names::Names;
+use super::names::sender;
 use crate::style::plain;
 use imc::PacketView;
+use imc::names::Names;
 use imc::reflect::{self, Field, Value};
 use std::fmt::Write as _;
 use units::UtcTime;
@@ -18,8 +19,7 @@ pub(crate) fn iso(seconds: f64) -> String {
 /// Time, sender, message and fields: `2026-...Z ntnu-otter-01/GPS GpsFix validity=... lat=1.107 rad`.
 pub(crate) fn line(view: &PacketView<'_>, names: &Names) -> String {
     let header = view.header();
-    let sender =
-        format!("{}/{}", names.system(header.src), names.label_or_number(header.src, header.src_ent));
+    let sender = format!("{}/{}", names.system(header.src), sender(names, view));
     let message = view.desc().map_or("unknown message", |message| message.abbrev);
     let mut out = format!("{} {} {message}", iso(header.timestamp), plain(&sender));
     match reflect::fields(view) {
@@ -39,7 +39,7 @@ fn append(out: &mut String, field: &Field<'_>) {
         (None, Value::Single(value)) => write!(out, "{value}").unwrap_or_default(),
         (None, Value::Double(value)) => write!(out, "{value}").unwrap_or_default(),
         (None, Value::Text(text)) => {
-            write!(out, "\"{}\"", plain(&String::from_utf8_lossy(text))).unwrap_or_default();
+            write!(out, "\"{}\"", plain(&imc::text::escape(text))).unwrap_or_default();
         }
         (None, Value::Raw(bytes)) => {
             let more = if bytes.len() > RAW_SHOWN { "..." } else { "" };

@@ -1,7 +1,8 @@
 //! What is in a log, counted.
 
-use super::names::Names;
+use super::names;
 use imc::lsf::LogItem;
+use imc::names::Names;
 use imc::{Address, PacketView, reflect};
 use std::collections::BTreeMap;
 
@@ -69,7 +70,7 @@ impl Count {
 impl Tally {
     /// Takes note of names, whether or not the packet is counted.
     pub(crate) fn learn(&mut self, view: &PacketView<'_>) {
-        self.names.learn(view);
+        names::learn(&mut self.names, view);
     }
 
     /// Counts a packet.

@@ -1,19 +1,21 @@
 //! Work on a data folder without a running server: import, export, reindex, backup, prune.
 
+use super::Common;
 use super::say::{complain, say};
-use super::{Common, names};
 use anyhow::{Context as _, bail, ensure};
 use clap::{Args, ValueEnum};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use imc::Address;
 use shore::clock;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal as _, Write};
 use std::num::NonZeroI64;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use store::{Angles, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
+use tables::Dialect;
 use units::UtcTime;
 
 #[derive(Debug, Args)]
@@ -26,23 +28,23 @@ pub(super) struct ImportArguments {
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(super) struct ExportArguments {
-    /// Messages by name, like EstimatedState; may be repeated. Without it: all. `_raw` alone, as CSV: what the
-    /// catalogue does not explain, with id and payload.
+    /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue explains,
+    /// and how many are left out is told. `_raw` alone, as CSV: what it does not explain, with id and payload.
     #[arg(long = "message", value_name = "NAME")]
     messages: Vec<String>,
     /// Vessels by name or address, like 0x2810; may be repeated. Without it: all.
     #[arg(long = "vessel", value_name = "VESSEL")]
     vessels: Vec<String>,
-    /// Entities by label or number; may be repeated. Without it: all.
+    /// Entities by number, or by label: what they said while they had it; may be repeated. Without it: all.
     #[arg(long = "entity", value_name = "ENTITY")]
     entities: Vec<String>,
     /// Fields by name, like psi or EulerAngles.psi; may be repeated. Without it: all.
     #[arg(long = "field", value_name = "FIELD")]
     fields: Vec<String>,
-    /// From this time on, ISO 8601 UTC, by the vessels' clocks.
+    /// From this time on, ISO 8601, UTC unless it has an offset like +02:00, by the vessels' clocks.
     #[arg(long, value_name = "TIME")]
     from: Option<UtcTime>,
-    /// Before this time, ISO 8601 UTC.
+    /// Before this time, likewise.
     #[arg(long, value_name = "TIME")]
     to: Option<UtcTime>,
     /// What to write.
@@ -60,6 +62,9 @@ pub(super) struct ExportArguments {
     /// Also when each message first came ashore.
     #[arg(long)]
     received: bool,
+    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are told apart by semicolons.
+    #[arg(long, value_enum, value_name = "SIGN")]
+    spreadsheet: Option<Spreadsheet>,
     /// Of each series only the first row in each span of so many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     every_s: Option<f64>,
@@ -71,6 +76,24 @@ pub(super) struct ExportArguments {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "no number of seconds".to_owned())?;
     if (0.001..=86_400.0).contains(&seconds) { Ok(seconds) } else { Err("0.001 to 86400 seconds".to_owned()) }
+}
+
+/// The decimal sign of a spreadsheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Spreadsheet {
+    /// As in most of Europe.
+    Comma,
+    /// As in English.
+    Point,
+}
+
+impl From<Spreadsheet> for Dialect {
+    fn from(sign: Spreadsheet) -> Self {
+        match sign {
+            Spreadsheet::Comma => Self::SpreadsheetComma,
+            Spreadsheet::Point => Self::SpreadsheetPoint,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -188,7 +211,6 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
 /// `lutra-server export`.
 pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
-    names::known(&Reader::open(&data)?, &arguments.messages, &arguments.fields)?;
     let selection = Selection {
         messages: arguments.messages.clone(),
         systems: vessels(&data, &arguments.vessels)?,
@@ -196,6 +218,9 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
         fields: arguments.fields.clone(),
         range: TimeRange::new(arguments.from, arguments.to),
     };
+    if arguments.format != Format::Lsf && arguments.messages != [store::RAW] {
+        tell_left_out(&data, &selection)?;
+    }
     let Some(path) = arguments.output.as_ref().filter(|path| path.as_os_str() != "-") else {
         ensure!(
             arguments.format == Format::Csv || !io::stdout().is_terminal(),
@@ -226,6 +251,17 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     Ok(())
 }
 
+/// Says how many messages have no row in a table.
+fn tell_left_out(data: &Path, selection: &Selection) -> anyhow::Result<()> {
+    let count = store::unexplained(&mut Reader::open(data)?, selection)?;
+    if count > 0 {
+        complain!(
+            "{count} messages are left out: the catalogue does not explain them; --message _raw has them"
+        );
+    }
+    Ok(())
+}
+
 fn write(
     data: &Path,
     selection: &Selection,
@@ -237,6 +273,7 @@ fn write(
         angles: if arguments.degrees { Angles::Degrees } else { Angles::Radians },
         labels: arguments.labels,
         received: arguments.received,
+        dialect: arguments.spreadsheet.map(Dialect::from).unwrap_or_default(),
         every_us: arguments.every_s.and_then(|seconds| NonZeroI64::new((seconds * 1e6).round() as i64)),
         ..CsvOptions::default()
     };
@@ -257,17 +294,13 @@ fn vessels(data: &Path, given: &[String]) -> anyhow::Result<Vec<Address>> {
     if given.is_empty() {
         return Ok(Vec::new());
     }
-    let known = Reader::open(data)?.systems()?;
-    let find = |text: &String| {
-        let by_name = known.iter().find(|system| system.name.eq_ignore_ascii_case(text));
-        let address = by_name.map(|system| system.address).or_else(|| text.parse().ok());
-        address.with_context(|| {
-            let names: Vec<String> =
-                known.iter().map(|system| format!("{} ({})", system.name, system.address)).collect();
-            format!("no vessel `{text}` is recorded; there are: {}", names.join(", "))
-        })
+    let names = |system: store::System| {
+        let registered = system.address.name().map(str::to_owned);
+        (system.address, std::iter::once(system.name).chain(registered).collect())
     };
-    given.iter().map(find).collect()
+    let known: BTreeMap<Address, Vec<String>> =
+        Reader::open(data)?.systems()?.into_iter().map(names).collect();
+    Ok(given.iter().map(|text| store::system(&known, text)).collect::<store::Result<_>>()?)
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

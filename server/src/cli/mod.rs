@@ -5,7 +5,6 @@ mod data;
 mod demo;
 mod doctor;
 mod files;
-mod names;
 mod people;
 mod plan;
 mod say;

@@ -2,11 +2,12 @@
 
 use super::history_tests::put;
 use super::testing::FIRST;
-use super::tests::Shore;
+use super::tests::{Answer, Shore, bearer};
 use crate::config::Config;
 use crate::serve::serve;
 use api::Role;
-use axum::http::{StatusCode, header};
+use axum::body::Body;
+use axum::http::{Request, StatusCode, header};
 use flate2::read::MultiGzDecoder;
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::{
@@ -69,7 +70,7 @@ async fn a_table_holds_what_was_asked_for() {
     let arrived = csv("message=Voltage&received=true").await;
     assert!(arrived.body.lines().next().unwrap().contains(",received,received_unix_s,"), "{}", arrived.body);
     let raw = csv("message=_raw").await;
-    assert!(raw.body.ends_with("entity_id,id,payload,problem,dst,dst_ent\n"), "{}", raw.body);
+    assert!(raw.body.ends_with("entity_id,dst,dst_ent,id,payload,problem\n"), "{}", raw.body);
 
     let packed = csv("message=Voltage&gzip=true").await;
     assert_eq!(packed.headers[header::CONTENT_TYPE], "application/gzip");
@@ -193,11 +194,11 @@ async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
     let shore = Shore::with(made_up).await;
     let token = shore.token(None, Role::Researcher).await;
     for (query, named) in [
-        ("message=Voltag", "message: IMC has no message `Voltag`; did you mean `Voltage`?"),
+        ("message=Voltag", "message: IMC has no message `Voltag`; did you mean `Voltage`"),
         ("message=", "message:"),
         ("", "message"),
         ("mesage=Voltage", "mesage"),
-        ("message=Voltage&vessel=otter", "vessel:"),
+        ("message=Voltage&vessel=otter", "vessel: nothing is recorded of `otter`"),
         ("message=Voltage&entity=Nobody", "entity:"),
         ("message=Voltage&field=volts", "field:"),
         ("message=Voltage&field=Temperature.value", "field:"),
@@ -289,4 +290,121 @@ fn spoil(data: &Path) {
     let mut file = std::fs::OpenOptions::new().write(true).open(&largest).unwrap();
     file.seek(SeekFrom::Start(length / 8 * 5)).unwrap();
     file.write_all(&vec![0xA5; (length / 8) as usize]).unwrap();
+}
+
+async fn get_with(
+    shore: &Shore,
+    path: &str,
+    token: &str,
+    headers: &[(header::HeaderName, String)],
+) -> Answer {
+    let mut request = bearer(Request::get(path), token);
+    for (name, text) in headers {
+        request = request.header(name, text);
+    }
+    shore.send(request, Body::empty()).await
+}
+
+/// A download that broke off goes on to the same bytes, over a restart of the server too, and not to those of another state.
+#[tokio::test]
+async fn a_download_that_broke_off_goes_on_to_the_same_bytes() {
+    let shore = Shore::with(|data| {
+        let many: Vec<_> = (0..3_000)
+            .map(|step| (2, START_US + step * 1_000_000, Voltage { value: step as f32 }.into()))
+            .collect();
+        put(data, &many);
+    })
+    .await;
+    let token = shore.token(None, Role::Researcher).await;
+    for path in [
+        "/api/v1/export.csv?message=Voltage",
+        "/api/v1/export.csv?message=Voltage&gzip=true",
+        "/api/v1/export.lsf?message=Voltage",
+        "/api/v1/detections.csv?",
+    ] {
+        let whole = shore.get(path, &token).await;
+        assert_eq!(whole.status, StatusCode::OK, "{path}: {}", whole.body);
+        assert_eq!(whole.headers[header::ACCEPT_RANGES], "bytes", "{path}");
+        let tag = whole.headers[header::ETAG].to_str().unwrap().to_owned();
+        let total = whole.bytes.len();
+        let had = total / 3;
+        let more = [(header::RANGE, format!("bytes={had}-")), (header::IF_RANGE, tag.clone())];
+        let rest = get_with(&shore, path, &token, &more).await;
+        assert_eq!(rest.status, StatusCode::PARTIAL_CONTENT, "{path}: {}", rest.body);
+        assert_eq!(
+            rest.headers[header::CONTENT_RANGE],
+            format!("bytes {had}-{}/{total}", total - 1),
+            "{path}"
+        );
+        assert!([&whole.bytes[..had], &rest.bytes[..]].concat() == whole.bytes, "{path}");
+        let beyond = get_with(&shore, path, &token, &[(header::RANGE, format!("bytes={total}-"))]).await;
+        assert_eq!(beyond.status, StatusCode::RANGE_NOT_SATISFIABLE, "{path}");
+        let same = get_with(&shore, path, &token, &[(header::IF_NONE_MATCH, tag.clone())]).await;
+        assert_eq!((same.status, same.bytes.len()), (StatusCode::NOT_MODIFIED, 0), "{path}");
+    }
+    // A part of another state is not given, but all of the new one.
+    let path = "/api/v1/export.csv?message=Voltage";
+    let before = shore.get(path, &token).await;
+    let tag = before.headers[header::ETAG].to_str().unwrap().to_owned();
+    assert_ne!(tag, shore.get(&format!("{path}&angles=deg"), &token).await.headers[header::ETAG]);
+    let packet = imc::Packet::new(
+        imc::Header {
+            timestamp: START_US as f64 / 1e6,
+            src: imc::Address(FIRST),
+            src_ent: 3,
+            ..imc::Header::default()
+        },
+        Voltage { value: 1.0 },
+    );
+    let bytes = packet.encode().unwrap();
+    shore
+        .state
+        .shore
+        .recorder
+        .with_store(move |store| {
+            let received = units::UtcTime::from_micros(START_US);
+            let accepted =
+                store::Accepted { packet: &bytes, received, transport: store::Transport::Tcp, link: None };
+            store.accept(&accepted).unwrap();
+            store.commit().unwrap();
+        })
+        .await
+        .unwrap();
+    let more = [(header::RANGE, "bytes=100-".to_owned()), (header::IF_RANGE, tag)];
+    let after = get_with(&shore, path, &token, &more).await;
+    assert_eq!(after.status, StatusCode::OK);
+    assert!(after.bytes.len() > before.bytes.len());
+}
+
+#[tokio::test]
+async fn vessels_have_names_and_times_offsets() {
+    let shore = Shore::with(made_up).await;
+    let token = shore.token(None, Role::Researcher).await;
+    let csv = async |query: &str| shore.get(&format!("/api/v1/export.csv?{query}"), &token).await;
+    let whole = csv("message=voltage&vessel=0x0814").await.body;
+    assert_eq!(whole.lines().count(), 2, "{whole}");
+    let name = whole.lines().nth(1).unwrap().split(',').nth(2).unwrap().to_uppercase();
+    for query in [
+        format!("message=0x{:x}&vessel={name}", imc::catalogue::by_abbrev("Voltage").unwrap().id),
+        "message=Voltage&vessel=2068&from=2026-11-21T10:00:00%2B02:00".to_owned(),
+        // As a page's address has a plus.
+        "message=Voltage&to=2026-11-21T10:00:02+02:00".to_owned(),
+    ] {
+        assert_eq!(csv(&query).await.body, whole, "{query}");
+    }
+    let later = csv("message=Voltage&from=2026-11-21T10:00:02%2B02:00").await.body;
+    assert_eq!(later.lines().count(), 1, "{later}");
+    for (query, told) in [
+        ("message=Voltage&vessel=2069", "vessel: nothing is recorded of `2069`; there are "),
+        ("message=Voltage&vessel=ottr", "vessel: nothing is recorded of `ottr`"),
+        ("message=Voltage&entity=Moter", "entity: none is called `Moter`; did you mean `Motor`?"),
+        ("message=Voltage&field=vlaue", "field: Voltage has no field `vlaue`; did you mean `value`?"),
+        ("message=Voltage&spreadsheet=dot", "spreadsheet: `dot` is neither `comma` nor `point`"),
+    ] {
+        let answer = csv(query).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{query}: {}", answer.body);
+        assert!(answer.body.contains(told), "{query}: {}", answer.body);
+    }
+    let sheet = csv("message=Voltage&spreadsheet=comma").await.body;
+    assert!(sheet.starts_with("\u{FEFF}time;unix_s;") && sheet.contains(";24,5\n"), "{sheet}");
 }

@@ -152,13 +152,14 @@ pub(crate) async fn fleet_detections(
     let came_from = query.received_since_us.map(|us| extract::time("received_since_us", us)).transpose()?;
     let came_from = came_from.map(UtcTime::from_micros);
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
-    let (vessels, tags) = (export::vessels(query.vessel.as_deref())?, export::tags(query.tag.as_deref())?);
+    let (vessels, tags) = (export::list(query.vessel.as_deref()), export::tags(query.tag.as_deref())?);
     let may = move |vessel: u16| who.grants.on(vessel).is_some();
-    if let Some(vessel) = vessels.iter().find(|vessel| !may(**vessel)) {
+    let named = state.shore.people.vessels();
+    if let Some(vessel) = export::addresses(&vessels).find(|vessel| !may(*vessel)) {
         return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
     }
     let ask = move |reader: &mut store::Reader| {
-        let systems = Some(super::export::systems(reader, &vessels, &may)?);
+        let systems = Some(export::systems(reader, &vessels, &named, &may)?);
         let wanted = store::DetectionsWanted { systems, range, came_from, tags };
         history::detections_of(reader, &wanted, order, page)
     };

@@ -33,7 +33,7 @@ pub(crate) async fn list(
     let before = query.before.as_deref().map(Logbook::cursor).transpose()?;
     let LogNotesQuery { vessel, general, from_us, to_us, text, withdrawn, .. } = query;
     let file = LogNotesFileQuery { vessel, general, from_us, to_us, text, withdrawn };
-    let filter = filter(&who, Role::Viewer, file)?;
+    let filter = filter(&who, Role::Viewer, file, &state.shore.people.vessels())?;
     Ok(Json(state.shore.logbook.page(&who, filter, before, count).await?))
 }
 
@@ -43,7 +43,7 @@ pub(crate) async fn csv(
     Who(who): Who,
     QueryParams(query): QueryParams<LogNotesFileQuery>,
 ) -> Result<Response, ApiError> {
-    let filter = filter(&who, Role::Researcher, query)?;
+    let filter = filter(&who, Role::Researcher, query, &state.shore.people.vessels())?;
     let logbook = state.shore.logbook.clone();
     // What fails before its first byte is an ordinary error with its reason.
     let first = file_page(&logbook, &who, &filter, None).await?;
@@ -87,9 +87,14 @@ async fn file_page(
 }
 
 /// What is asked for, as far as it is of vessels on which `who` has the role `least`.
-pub(super) fn filter(who: &Principal, least: Role, query: LogNotesFileQuery) -> Result<Filter, ApiError> {
+pub(super) fn filter(
+    who: &Principal,
+    least: Role,
+    query: LogNotesFileQuery,
+    named: &[api::Vessel],
+) -> Result<Filter, ApiError> {
     let LogNotesFileQuery { vessel, general, from_us, to_us, text, withdrawn } = query;
-    let vessels = export::vessels(vessel.as_deref())?;
+    let vessels = export::vessels(vessel.as_deref(), named)?;
     if let Some(vessel) = vessels.iter().find(|vessel| who.grants.on(**vessel) < Some(least)) {
         let text = format!("vessel: this takes the role {least} on vessel {vessel}. Ask an admin.");
         return Err(ApiError::forbidden(text));

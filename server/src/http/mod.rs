@@ -15,6 +15,7 @@ mod commands_tests;
 mod control;
 #[cfg(test)]
 mod control_tests;
+mod download;
 mod export;
 #[cfg(test)]
 mod export_tests;

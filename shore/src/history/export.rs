@@ -2,16 +2,14 @@
 //!
 //! Every error names the parameter and says what to do instead.
 
-use crate::identity::vessels::address;
-use api::{ExportQuery, LogQuery};
+use api::{ExportQuery, LogQuery, Vessel};
 use imc::Address;
+use std::collections::BTreeMap;
 use std::num::NonZeroI64;
 use std::str::FromStr;
-use store::{Angles, CsvOptions, Reader, Selection, Shape, StoreError, TimeRange};
+use store::{Angles, CsvOptions, RAW, Reader, Selection, Shape, StoreError, TimeRange};
+use tables::Dialect;
 use units::UtcTime;
-
-/// What the catalogue does not explain, in the words of the store.
-const RAW: &str = "_raw";
 
 /// Seconds from a row to the next.
 const EVERY_S: std::ops::RangeInclusive<f64> = 0.001..=86_400.0;
@@ -29,19 +27,28 @@ pub fn list(text: Option<&str>) -> Vec<String> {
     parts.filter(|part| !part.is_empty()).map(str::to_owned).collect()
 }
 
-/// A message that the catalogue has.
+/// A message that the catalogue has, by name or number.
 ///
 /// # Errors
 /// IMC has no such message; the error names a similar one.
 pub fn message(name: &str) -> Result<&'static str, Wrong> {
-    if let Some(desc) = imc::catalogue::by_abbrev(name) {
-        return Ok(desc.abbrev);
+    tables::message(name).map(|desc| desc.abbrev).map_err(|error| wrong("message", error))
+}
+
+/// For whom a table is written.
+///
+/// # Errors
+/// It is no dialect.
+pub fn dialect(spreadsheet: Option<&str>) -> Result<Dialect, Wrong> {
+    match spreadsheet.map_or("", str::trim) {
+        "" => Ok(Dialect::Plain),
+        "comma" => Ok(Dialect::SpreadsheetComma),
+        "point" => Ok(Dialect::SpreadsheetPoint),
+        text => {
+            let text = format_args!("`{}` is neither `comma` nor `point`, the decimal sign", shown(text));
+            Err(wrong("spreadsheet", text))
+        }
     }
-    let remedy = match suggest::nearest(name, imc::catalogue::MESSAGES.iter().map(|desc| desc.abbrev)) {
-        Some(abbrev) => format!("did you mean `{abbrev}`?"),
-        None => "GET /api/v1/recorded lists what is recorded".to_owned(),
-    };
-    Err(wrong("message", format_args!("IMC has no message `{}`; {remedy}", shown(name))))
 }
 
 /// Not more of what somebody sent than helps to find it.
@@ -89,8 +96,8 @@ fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<
 #[derive(Debug, Clone)]
 pub struct Export {
     messages: Vec<String>,
-    /// Empty for all that one may export.
-    pub vessels: Vec<u16>,
+    /// As they were typed; empty for all that one may export.
+    pub vessels: Vec<String>,
     entities: Vec<String>,
     fields: Vec<String>,
     range: TimeRange,
@@ -121,11 +128,12 @@ impl Export {
             labels: query.labels.unwrap_or(false),
             guard: query.guard.unwrap_or(true),
             received: query.received.unwrap_or(false),
+            dialect: dialect(query.spreadsheet.as_deref())?,
             every_us: every(query.every_s)?,
         };
         Ok(Self {
             messages: messages.unwrap_or_default(),
-            vessels: vessels(query.vessel.as_deref())?,
+            vessels: list(query.vessel.as_deref()),
             entities: list(query.entity.as_deref()),
             fields: list(query.field.as_deref()),
             range: range(query.from.as_deref(), query.to.as_deref())?,
@@ -141,7 +149,7 @@ impl Export {
     pub fn log(query: &LogQuery) -> Result<Self, Wrong> {
         Ok(Self {
             messages: messages(query.message.as_deref())?.unwrap_or_default(),
-            vessels: vessels(query.vessel.as_deref())?,
+            vessels: list(query.vessel.as_deref()),
             entities: list(query.entity.as_deref()),
             fields: Vec::new(),
             range: range(query.from.as_deref(), query.to.as_deref())?,
@@ -158,31 +166,59 @@ impl Export {
         }
     }
 
-    /// What the store is asked for, of the vessels that `may` admits.
+    /// What the store is asked for, of the vessels that `may` admits; the store says what of it there is not.
     ///
     /// # Errors
-    /// It names an entity or field that is not there, or there is nothing that may be exported.
-    pub fn selection(self, reader: &mut Reader, may: &dyn Fn(u16) -> bool) -> store::Result<Selection> {
-        let systems: Vec<Address> = if self.vessels.is_empty() {
-            reader.systems()?.into_iter().map(|system| system.address).filter(|one| may(one.0)).collect()
-        } else {
-            self.vessels.into_iter().map(Address).collect()
-        };
+    /// It names a vessel that there is not, or there is nothing that may be exported.
+    pub fn selection(
+        self,
+        reader: &mut Reader,
+        named: &[Vessel],
+        may: &dyn Fn(u16) -> bool,
+    ) -> store::Result<Selection> {
+        let systems = systems(reader, &self.vessels, named, may)?;
         // The store takes an empty list for all; here it means that there is nothing this person may have.
         if systems.is_empty() {
             return Err(wrong("vessel", "nothing is recorded that you may export"));
         }
-        let selection = Selection {
+        Ok(Selection {
             messages: self.messages,
             systems,
             entities: self.entities,
             fields: self.fields,
             range: self.range,
-        };
-        check_entities(reader, &selection)?;
-        check_fields(reader, &selection)?;
-        Ok(selection)
+        })
     }
+}
+
+/// The vessels that are asked for by name or address, of those that are recorded or `named` and that `may` admits; all that are
+/// recorded when none is asked for.
+///
+/// # Errors
+/// One is not there; the error tells which are.
+pub fn systems(
+    reader: &mut Reader,
+    asked: &[String],
+    named: &[Vessel],
+    may: &dyn Fn(u16) -> bool,
+) -> store::Result<Vec<Address>> {
+    let mut known: BTreeMap<Address, Vec<String>> = BTreeMap::new();
+    for system in reader.systems()?.into_iter().filter(|system| may(system.address.0)) {
+        let registered = system.address.name().map(str::to_owned);
+        known.insert(system.address, std::iter::once(system.name).chain(registered).collect());
+    }
+    if asked.is_empty() {
+        return Ok(known.into_keys().collect());
+    }
+    for vessel in named.iter().filter(|vessel| may(vessel.address)) {
+        known.entry(Address(vessel.address)).or_default().insert(0, vessel.name.clone());
+    }
+    asked.iter().map(|text| store::system(&known, text)).collect()
+}
+
+/// Addresses among what is asked for: those may be refused before anything is looked up.
+pub fn addresses(asked: &[String]) -> impl Iterator<Item = u16> {
+    asked.iter().filter_map(|text| crate::identity::vessels::address(text).ok())
 }
 
 /// `None` for nothing, an empty list for all.
@@ -200,12 +236,17 @@ fn messages(text: Option<&str>) -> Result<Option<Vec<String>>, Wrong> {
     names.iter().map(|name| message(name).map(str::to_owned)).collect::<Result<_, _>>().map(Some)
 }
 
-/// Vessels by their addresses; empty for all.
+/// Vessels by their names or addresses; empty for all.
 ///
 /// # Errors
-/// One is no address.
-pub fn vessels(text: Option<&str>) -> Result<Vec<u16>, Wrong> {
-    list(text).iter().map(|text| address(text).map_err(|error| wrong("vessel", error))).collect()
+/// One is neither.
+pub fn vessels(text: Option<&str>, named: &[Vessel]) -> Result<Vec<u16>, Wrong> {
+    let known = named.iter().map(|vessel| (Address(vessel.address), vec![vessel.name.clone()])).collect();
+    let find = |text: &String| match crate::identity::vessels::address(text) {
+        Ok(address) => Ok(address),
+        Err(_) => store::system(&known, text).map(|address| address.0),
+    };
+    list(text).iter().map(find).collect()
 }
 
 /// Tags by protocol and number, or by number; empty for all.
@@ -217,46 +258,4 @@ pub fn tags(text: Option<&str>) -> Result<Vec<detections::TagFilter>, Wrong> {
         text.parse().map_err(|error| wrong("tag", format_args!("`{}`: {error}", shown(text))))
     };
     list(text).iter().map(tag).collect()
-}
-
-fn check_entities(reader: &Reader, selection: &Selection) -> store::Result<()> {
-    let mut named: Vec<&String> =
-        selection.entities.iter().filter(|entity| entity.parse::<u8>().is_err()).collect();
-    for system in &selection.systems {
-        if named.is_empty() {
-            return Ok(());
-        }
-        let known = reader.entities(*system)?;
-        named.retain(|wanted| known.iter().all(|name| name.label != **wanted));
-    }
-    match named.first() {
-        None => Ok(()),
-        Some(name) => Err(wrong(
-            "entity",
-            format_args!(
-                "none is called `{}`; GET /api/v1/vessels/VESSEL/entities lists their labels, or give its \
-                 number, 0 to 255",
-                shown(name)
-            ),
-        )),
-    }
-}
-
-fn check_fields(reader: &Reader, selection: &Selection) -> store::Result<()> {
-    for name in &selection.fields {
-        let (message, field) = name.split_once('.').map_or((None, name.as_str()), |(m, f)| (Some(m), f));
-        let all = imc::catalogue::MESSAGES.iter().map(|desc| desc.abbrev);
-        let mut wanted = all.filter(|abbrev| {
-            selection.messages.is_empty() || selection.messages.iter().any(|one| one == abbrev)
-        });
-        let has = |abbrev: &str| reader.table(abbrev).is_ok_and(|table| table.column(field).is_some());
-        if !wanted.any(|abbrev| message.is_none_or(|message| message == abbrev) && has(abbrev)) {
-            let text = format_args!(
-                "none of the messages asked for has a field `{}`; GET /api/v1/series lists them",
-                shown(name)
-            );
-            return Err(wrong("field", text));
-        }
-    }
-    Ok(())
 }

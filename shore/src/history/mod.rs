@@ -81,7 +81,8 @@ pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
     let mut all = BTreeMap::<(u16, String), Recorded>::new();
     for series in reader.series(None)? {
         let abbrev = series.message.map_or_else(|| series.group.id.to_string(), str::to_owned);
-        let (first_us, last_us) = (series.extent.first_us, series.extent.last_us);
+        let timed = if series.dated.count > 0 { series.dated } else { series.extent };
+        let (first_us, last_us) = (stated(timed.first_us, 0), stated(timed.last_us, 0));
         let system = series.group.src;
         let entry = all.entry((system, abbrev.clone()));
         let known = entry.or_insert_with(|| Recorded { system, abbrev, count: 0, first_us, last_us });
@@ -90,6 +91,11 @@ pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
         known.last_us = known.last_us.max(last_us);
     }
     Ok(all.into_values().collect())
+}
+
+/// A time that was stated, or another for stamps that are no time.
+fn stated(time_us: i64, otherwise_us: i64) -> i64 {
+    if time_us == store::NO_TIME_US { otherwise_us } else { time_us }
 }
 
 /// What came ashore on which day, of the systems that `may` admits, the newest day first.
@@ -103,8 +109,8 @@ pub fn recorded_days(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::R
         system: one.system.0,
         name: names.get(&one.system.0).cloned().unwrap_or_else(|| one.system.to_string()),
         day_us: one.day.micros(),
-        first_us: one.extent.first_us,
-        last_us: one.extent.last_us,
+        first_us: stated(one.extent.first_us, one.day.micros()),
+        last_us: stated(one.extent.last_us, one.day.micros()),
         packets: one.extent.count,
         bytes: one.bytes,
     };
@@ -237,6 +243,10 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
     match cell {
         Cell::Nothing => Json::Null,
         Cell::Integer(number) => number.into(),
+        // JSON has no numbers for these; the words are those of `imc::json`.
+        Cell::Real(number) if number.is_nan() => "NaN".into(),
+        Cell::Real(f64::INFINITY) => "Infinity".into(),
+        Cell::Real(f64::NEG_INFINITY) => "-Infinity".into(),
         // The shortest decimal that is this single, not the double's many digits.
         Cell::Real(number) if kind == ColumnKind::Single => {
             (number as f32).to_string().parse::<f64>().map_or(Json::Null, Json::from)
@@ -245,8 +255,8 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
         Cell::Text(text) if kind == ColumnKind::Nested => {
             serde_json::from_str(&text).unwrap_or_else(|_| Json::from(text))
         }
-        Cell::Text(text) => text.into(),
-        Cell::Raw(bytes) if kind == ColumnKind::Text => String::from_utf8_lossy(&bytes).into(),
+        Cell::Text(text) => imc::text::escape(text.as_bytes()).into(),
+        Cell::Raw(bytes) if kind == ColumnKind::Text => imc::text::escape(&bytes).into(),
         Cell::Raw(bytes) => hex::encode(bytes).into(),
     }
 }
@@ -286,7 +296,11 @@ fn cell_of(cell: Cell, column: &Column) -> api::Field {
     };
     api::Field {
         name: column.name.to_owned(),
-        value: value(cell, column.kind),
+        // As what is live, where a page draws nothing for what is no number.
+        value: match cell {
+            Cell::Real(number) if !number.is_finite() => Json::Null,
+            cell => value(cell, column.kind),
+        },
         unit: column.unit.unwrap_or_default().to_owned(),
         meaning,
     }

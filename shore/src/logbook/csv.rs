@@ -1,6 +1,7 @@
 //! The log book as CSV: RFC 4180, times in UTC by ISO 8601, one row for each note.
 
 use api::LogNote;
+use tables::Format;
 use units::UtcTime;
 
 /// The first line.
@@ -36,7 +37,7 @@ pub fn csv_row(out: &mut Vec<u8>, note: &LogNote) {
         if at > 0 {
             out.push(b',');
         }
-        store::csv_text(out, cell.as_bytes(), *guard);
+        tables::text(out, cell.as_bytes(), Format { guard: *guard, ..Format::default() });
     }
     out.push(b'\n');
 }

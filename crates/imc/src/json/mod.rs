@@ -11,8 +11,8 @@
 //! - Integers and reals are numbers; a single is given as the double of the same value. NaN and infinities
 //!   are the texts `NaN`, `Infinity` and `-Infinity`; a NaN of unusual bits is `NaN:` and its bits in
 //!   hexadecimal. An integer beyond ±2⁵³ is a text of its digits, because many readers would round it.
-//! - Text is text; bytes that are no UTF-8 are `{"bytes":"…"}` in hexadecimal, as raw data is without the
-//!   object around it.
+//! - Text is text; a byte that is no UTF-8, and NUL, is `\xNN` in it ([`crate::text::escape`] says how that is turned back,
+//!   which is how tables have it too). Raw data is a text of hexadecimal digits.
 //! - A nested message is `null` or `{"abbrev":…,"fields":…}`; a list is an array of these.
 //! - `"endian":"big"` marks a big-endian packet, `"trailing":"…"` holds payload bytes after the last field,
 //!   `"absent":[…]` names the last fields when an older sender left them out.
@@ -20,9 +20,11 @@
 //! Reading also takes what people write: labels such as `"NORMAL"` or `"PATH|SPEED"` for numbers, names or
 //! `0x…` for addresses, and missing fields for defaults.
 
+mod nested;
 mod read;
 mod write;
 
+pub use nested::NestedText;
 pub use read::{ReadDefaults, ReadError, message_from_value, read_packet};
 pub use write::{WriteError, message_to_string, write_header, write_packet, write_text};
 

@@ -6,6 +6,7 @@ use crate::catalogue::{self, FieldDesc, FieldKind, Meaning, MessageDesc};
 use crate::header::{Header, MAX_PAYLOAD_BYTES, PacketView};
 use crate::messages::Message;
 use crate::packet::{Body, EncodeError, Packet, ShortPayload};
+use crate::text::unescape;
 use crate::wire::{ByteOrder, MAX_DEPTH, NULL_ID, Reader};
 use serde_json::{Map, Value};
 
@@ -299,11 +300,12 @@ impl Payload {
             }
             (FieldKind::Text, Some(value)) => {
                 let text = match value {
-                    Value::String(text) => text.as_bytes().to_vec(),
+                    Value::String(text) => unescape(text).into_owned(),
+                    // As earlier versions wrote bytes that are no UTF-8.
                     Value::Object(object) if object.len() == 1 && object.contains_key("bytes") => {
                         bytes(&object["bytes"], &place())?
                     }
-                    _ => return Err(wrong(&place(), "expected a text, or {\"bytes\":\"…\"} in hexadecimal")),
+                    _ => return Err(wrong(&place(), "expected a text")),
                 };
                 self.counted(&text, &place)?;
             }

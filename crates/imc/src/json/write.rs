@@ -6,6 +6,7 @@ use crate::header::{Header, PacketView};
 use crate::messages::Message;
 use crate::packet::{EncodeError, Packet, ShortPayload};
 use crate::reflect::{self, Value, Visitor, WalkError};
+use crate::text::{escaped_parts, plain};
 use crate::wire::ByteOrder;
 use std::io::Write as _;
 
@@ -108,20 +109,26 @@ pub fn write_header(out: &mut Vec<u8>, header: &Header) {
     .ok();
 }
 
-/// Appends text as a JSON string, or bytes that are no UTF-8 as `{"bytes":"…"}`.
+/// Appends text as a JSON string, [escaped](crate::text::escape) where it is no text.
 pub fn write_text(out: &mut Vec<u8>, text: &[u8]) {
-    if let Ok(text) = str::from_utf8(text) {
-        // Writing to a vector cannot fail, and every string has a JSON form.
+    // Writing to a vector cannot fail, and every string has a JSON form.
+    if let Some(text) = plain(text) {
         serde_json::to_writer(out, text).unwrap_or_default();
-    } else {
-        out.extend_from_slice(br#"{"bytes":"#);
-        quoted_hex(out, text);
-        out.push(b'}');
+        return;
     }
+    out.push(b'"');
+    escaped_parts(text, |part| {
+        let start = out.len();
+        serde_json::to_writer(&mut *out, part).unwrap_or_default();
+        // Without the quotes around it.
+        out.pop();
+        out.remove(start);
+    });
+    out.push(b'"');
 }
 
 /// Appends lower-case hexadecimal as a JSON string.
-fn quoted_hex(out: &mut Vec<u8>, bytes: &[u8]) {
+pub(super) fn quoted_hex(out: &mut Vec<u8>, bytes: &[u8]) {
     out.reserve(2 * bytes.len() + 2);
     out.push(b'"');
     let start = out.len();
@@ -131,7 +138,7 @@ fn quoted_hex(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
 }
 
-fn double(out: &mut Vec<u8>, value: f64) {
+pub(super) fn double(out: &mut Vec<u8>, value: f64) {
     if value.is_finite() {
         serde_json::to_writer(out, &value).unwrap_or_default();
     } else if value.is_infinite() {
@@ -143,7 +150,7 @@ fn double(out: &mut Vec<u8>, value: f64) {
     }
 }
 
-fn single(out: &mut Vec<u8>, value: f32) {
+pub(super) fn single(out: &mut Vec<u8>, value: f32) {
     if value.is_nan() && value.to_bits() != QUIET_NAN_F32 {
         write!(out, "\"NaN:{:08x}\"", value.to_bits()).ok();
     } else if value.is_nan() {
@@ -153,7 +160,7 @@ fn single(out: &mut Vec<u8>, value: f32) {
     }
 }
 
-fn integer(out: &mut Vec<u8>, value: i64) {
+pub(super) fn integer(out: &mut Vec<u8>, value: i64) {
     if value.unsigned_abs() > MAX_EXACT {
         write!(out, "\"{value}\"").ok();
     } else {

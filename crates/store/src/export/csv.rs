@@ -4,19 +4,19 @@
 //! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
 //! entity. The same question to the same history gives the same bytes.
 
-use super::cell;
-use super::number::{self, IsoTime};
-use super::plan::{CsvOptions, Field, Message, Plan, Selection, Shape, is_raw};
+use super::plan::{CsvOptions, Message, Plan, Shape};
 use super::raw::Raw;
+use super::select::Selection;
 use crate::error::{Result, StoreError};
 use crate::history::{ColumnKind, GroupKey, Table};
-use crate::range::TimeRange;
-use crate::reader::{Memory, Reader, has_group, select_list};
+use crate::range::{NO_TIME_US, TimeRange};
+use crate::reader::{Memory, Reader, fields_sent, has_group, select_list};
 use imc::Address;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Row};
 use std::io::Write;
 use std::path::Path;
+use tables::{Computed, FIXED, Field, Format, IsoTime};
 
 /// Bytes that are handed on at once.
 const CHUNK_BYTES: usize = 1 << 16;
@@ -35,8 +35,8 @@ pub struct Exported {
     pub bytes: u64,
 }
 
-/// Writes a table: a header, and a row for each message or value, ended by line feeds. A value that is absent or
-/// no number is an empty cell.
+/// Writes a table: a header, and a row for each message or value, ended by line feeds. A value that is absent is an empty
+/// cell, one that is no number `NaN`.
 ///
 /// # Errors
 /// When the selection names what does not exist, the history cannot be read or `out` not be written. A table
@@ -48,10 +48,12 @@ pub fn export_csv(
     out: &mut dyn Write,
 ) -> Result<Exported> {
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
+    let selection = &selection.known(&mut reader)?;
     let mut writer =
         Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
     // Whoever waits for the first byte gets it before the first question to the database.
-    let written = if is_raw(selection)? {
+    writer.buffer.extend_from_slice(options.dialect.mark());
+    let written = if selection.is_raw() {
         let table = Raw::new(&reader, selection, *options)?;
         table.header(&mut writer.buffer);
         writer.flush().and_then(|()| table.rows(&mut reader, &mut writer))
@@ -94,27 +96,35 @@ pub(super) fn unwritable(source: std::io::Error) -> StoreError {
 
 /// The names of the columns that every table begins with.
 pub(super) fn header_start(out: &mut Vec<u8>, options: CsvOptions) {
-    out.extend_from_slice(b"time,unix_s,system,system_id,entity,entity_id");
-    if options.received {
-        out.extend_from_slice(b",received,received_unix_s");
+    let received = options.received.then_some(["received", "received_unix_s"]);
+    for (at, name) in FIXED.iter().map(|(name, ..)| *name).chain(received.into_iter().flatten()).enumerate() {
+        if at > 0 {
+            options.format().next(out);
+        }
+        out.extend_from_slice(name.as_bytes());
     }
 }
 
 fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
     header_start(out, options);
+    // Names and units of the catalogue hold nothing that would need quotes.
+    let mut name = |name: &str| {
+        options.format().next(out);
+        out.extend_from_slice(name.as_bytes());
+    };
     match options.shape {
-        Shape::Long => out.extend_from_slice(b",message,field,value,unit"),
+        Shape::Long => ["message", "field", "value", "unit"].into_iter().for_each(&mut name),
         Shape::Wide => {
             if plan.is_mixed() {
-                out.extend_from_slice(b",message");
+                name("message");
             }
-            for message in &plan.messages {
-                for field in &message.fields {
-                    // Names and units of the catalogue hold nothing that would need quotes.
-                    write!(out, ",{}", plan.column(message, field)).ok();
-                    if let Some(unit) = field.unit.filter(|_| options.units) {
-                        write!(out, " [{unit}]").ok();
-                    }
+            let fields =
+                plan.messages.iter().flat_map(|one| one.fields.iter().map(move |field| (one, field)));
+            for (message, field) in fields {
+                if options.units {
+                    name(&tables::heading(message.name, field, plan.is_mixed()));
+                } else {
+                    name(&plan.column(message, field));
                 }
             }
         }
@@ -125,6 +135,8 @@ fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
 /// One series of a month.
 struct Series<'p> {
     group: GroupKey,
+    /// When it is asked for.
+    part: TimeRange,
     message: &'p Message,
     sql: String,
     system: Vec<u8>,
@@ -158,18 +170,19 @@ fn rows(
         // All of a month is of one moment, however long the export takes.
         let snapshot = reader.named(key, connection.unchecked_transaction())?;
         let mut there = Vec::new();
-        for (group, message) in &plan.groups {
-            let message = &plan.messages[*message];
-            if let Some(table) = reader.schema.table(group.id) {
-                let series = series(connection, plan, options, *group, message, table, part);
+        for group in &plan.groups {
+            let message = &plan.messages[group.message];
+            let Some(table) = reader.schema.table(group.key.id) else { continue };
+            for span in group.spans.iter().map(|span| span.within(part)).filter(|span| !span.is_empty()) {
+                let series = series(connection, plan, options, group.key, message, table, span);
                 there.extend(reader.named(key, series)?);
             }
         }
         let mut lines = Lines { plan, options, iso: IsoTime::new(), received: IsoTime::new() };
         if let [one] = there.as_slice() {
-            stream(reader, key, connection, one, part, &mut lines, writer)?;
+            stream(reader, key, connection, one, &mut lines, writer)?;
         } else {
-            slices(reader, key, connection, &mut there, part, &mut lines, writer)?;
+            slices(reader, key, connection, &mut there, part.to_us, &mut lines, writer)?;
         }
         reader.named(key, snapshot.finish())?;
     }
@@ -188,36 +201,64 @@ fn series<'p>(
     if !has_group(connection, group)? {
         return Ok(None);
     }
-    // What is computed here stands before what the table has.
-    let computed: Vec<&str> = message.fields.iter().filter_map(|field| field.sql.as_deref()).collect();
-    let computed: String = computed.iter().flat_map(|sql| [",", sql]).collect();
-    let names: Vec<&str> =
-        message.fields.iter().filter(|field| field.sql.is_none()).map(|field| field.name).collect();
-    let sql = format!(
-        "SELECT time_us{}{computed}{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
-         ORDER BY time_us,hash",
-        if options.received { ",received_us" } else { "" },
-        select_list(connection, table, &names)?,
-        table.desc.abbrev
-    );
+    let sql = select(connection, group, message, table, options)?;
     let address = Address(group.src);
     let mut system = Vec::new();
-    cell::text(&mut system, plan.names.system(address).as_bytes(), options.guard);
-    system.extend_from_slice(format!(",{:#06x},", group.src).as_bytes());
+    let format = options.format();
+    tables::text(&mut system, plan.names.system(address).as_bytes(), format);
+    format.next(&mut system);
+    system.extend_from_slice(format!("{:#06x}", group.src).as_bytes());
+    format.next(&mut system);
     let runs = plan.names.entities.get(&(group.src, group.src_ent));
     let label = if runs.is_some_and(|runs| runs.runs.len() > 1) {
         None
     } else {
         let mut label = Vec::new();
         let name = runs.and_then(|runs| runs.latest()).map_or("", String::as_str);
-        cell::text(&mut label, name.as_bytes(), options.guard);
+        tables::text(&mut label, name.as_bytes(), format);
         Some(label)
     };
-    let mut series = Series { group, message, sql, system, label, next_us: None, span: None };
+    let mut series = Series { group, part, message, sql, system, label, next_us: None, span: None };
     let mut statement = connection.prepare_cached(&series.sql)?;
     let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
     series.next_us = rows.next()?.map(|row| row.get(0)).transpose()?;
     Ok(series.next_us.is_some().then_some(series))
+}
+
+/// Columns of a row before its fields: time, fields that were sent, receiver, and when it came.
+const BEFORE_FIELDS: usize = 4;
+
+/// The question for a series' rows: what [`Lines::start`] writes, then the fields.
+fn select(
+    connection: &Connection,
+    group: GroupKey,
+    message: &Message,
+    table: &Table,
+    options: CsvOptions,
+) -> rusqlite::Result<String> {
+    let field = |field: &Field| match field.computed {
+        Some(Computed::Heard) => Ok(format!(
+            ",{}",
+            if_heard(
+                "strftime('%Y-%m-%dT%H:%M:%S', unix_timestamp, 'unixepoch') || printf('.%03dZ', millis)"
+            )
+        )),
+        Some(Computed::HeardUnix) => Ok(format!(",{}", if_heard("unix_timestamp + millis / 1000.0"))),
+        Some(Computed::TrueLat | Computed::TrueLon) | None => select_list(connection, table, &[field.name]),
+    };
+    let fields: String = message.fields.iter().map(field).collect::<rusqlite::Result<_>>()?;
+    Ok(format!(
+        "SELECT time_us,{},dst,dst_ent{}{fields} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
+         time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
+        fields_sent(connection, group)?,
+        if options.received { ",received_us" } else { "" },
+        table.desc.abbrev
+    ))
+}
+
+/// What is computed of a receiver's clock; nothing where that was never set.
+fn if_heard(sql: &str) -> String {
+    format!("CASE WHEN unix_timestamp >= {} THEN {sql} END", detections::SET_AFTER_S)
 }
 
 /// One series: as it is read.
@@ -226,12 +267,11 @@ fn stream(
     key: crate::MonthKey,
     connection: &Connection,
     series: &Series<'_>,
-    part: TimeRange,
     lines: &mut Lines<'_>,
     writer: &mut Writer<'_>,
 ) -> Result<()> {
     let mut statement = reader.named(key, connection.prepare_cached(&series.sql))?;
-    let span = (series.group.src, series.group.src_ent, part.from_us, part.to_us);
+    let span = (series.group.src, series.group.src_ent, series.part.from_us, series.part.to_us);
     let mut rows = reader.named(key, statement.query(span))?;
     let mut span = series.span;
     while let Some(row) = reader.named(key, rows.next())? {
@@ -251,15 +291,15 @@ fn slices(
     key: crate::MonthKey,
     connection: &Connection,
     there: &mut [Series<'_>],
-    part: TimeRange,
+    to_us: i64,
     lines: &mut Lines<'_>,
     writer: &mut Writer<'_>,
 ) -> Result<()> {
     let mut slice = Slice::default();
     let mut width_us = FIRST_SLICE_US;
     while let Some(start_us) = there.iter().filter_map(|series| series.next_us).min() {
-        let end_us = start_us.saturating_add(width_us).min(part.to_us);
-        let whole = reader.named(key, slice.read(connection, there, part, end_us, width_us > 1, lines))?;
+        let end_us = start_us.saturating_add(width_us).min(to_us);
+        let whole = reader.named(key, slice.read(connection, there, end_us, width_us > 1, lines))?;
         if !whole {
             // Too much: the same again, shorter.
             width_us = (width_us / 4).max(1);
@@ -303,7 +343,6 @@ impl Slice {
         &mut self,
         connection: &Connection,
         there: &[Series<'_>],
-        part: TimeRange,
         end_us: i64,
         bounded: bool,
         lines: &mut Lines<'_>,
@@ -318,7 +357,8 @@ impl Slice {
         for (at, series) in there.iter().enumerate() {
             let Some(next_us) = series.next_us.filter(|next_us| *next_us < end_us) else { continue };
             let mut statement = connection.prepare_cached(&series.sql)?;
-            let mut rows = statement.query((series.group.src, series.group.src_ent, next_us, part.to_us))?;
+            let mut rows =
+                statement.query((series.group.src, series.group.src_ent, next_us, series.part.to_us))?;
             self.next_us[at] = None;
             while let Some(row) = rows.next()? {
                 let time_us = row.get(0)?;
@@ -350,15 +390,14 @@ struct Lines<'p> {
 }
 
 /// Writes the columns of an arrival; empty for rows of a history that did not know it.
-pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<i64>) {
-    out.push(b',');
-    if let Some(received_us) = received_us {
-        iso.write(out, received_us);
-    }
-    out.push(b',');
-    if let Some(received_us) = received_us {
-        number::epoch(out, received_us);
-    }
+pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<i64>, format: Format) {
+    format.next(out);
+    tables::stamp(out, iso, received_us, format.dialect);
+}
+
+/// A time of the history, unless it stands for none.
+pub(super) fn believed(time_us: i64) -> Option<i64> {
+    (time_us != NO_TIME_US).then_some(time_us)
 }
 
 impl Lines<'_> {
@@ -373,19 +412,19 @@ impl Lines<'_> {
         if self.options.shape == Shape::Long {
             return self.write_long(out, series, time_us, row);
         }
+        let (message, format) = (series.message, self.options.format());
         self.start(out, series, time_us, row)?;
-        let message = series.message;
         if self.plan.is_mixed() {
-            out.push(b',');
+            format.next(out);
             out.extend_from_slice(message.name.as_bytes());
         }
-        out.extend(std::iter::repeat_n(b',', message.first_column));
+        format.skip(out, message.first_column);
+        let sent = sent(row)?;
         for (at, field) in message.fields.iter().enumerate() {
-            out.push(b',');
-            self.value(out, field, row.get_ref(at + self.first_value())?);
+            format.next(out);
+            self.value(out, field, row.get_ref(at + self.first_value())?, sent);
         }
-        let after = self.plan.columns - message.first_column - message.fields.len();
-        out.extend(std::iter::repeat_n(b',', after));
+        format.skip(out, self.plan.columns - message.first_column - message.fields.len());
         out.push(b'\n');
         Ok(1)
     }
@@ -397,21 +436,22 @@ impl Lines<'_> {
         time_us: i64,
         row: &Row<'_>,
     ) -> rusqlite::Result<u64> {
+        let (sent, format) = (sent(row)?, self.options.format());
         let mut written = 0;
         for (at, field) in series.message.fields.iter().enumerate() {
             let value = row.get_ref(at + self.first_value())?;
-            if value == ValueRef::Null {
+            if value == ValueRef::Null && !is_nan(field, sent) {
                 continue;
             }
             self.start(out, series, time_us, row)?;
             for name in [series.message.name, field.name] {
-                out.push(b',');
+                format.next(out);
                 out.extend_from_slice(name.as_bytes());
             }
-            out.push(b',');
-            self.value(out, field, value);
-            out.push(b',');
-            out.extend_from_slice(field.unit.unwrap_or_default().as_bytes());
+            format.next(out);
+            self.value(out, field, value, sent);
+            format.next(out);
+            out.extend_from_slice(field.unit.as_deref().unwrap_or_default().as_bytes());
             out.push(b'\n');
             written += 1;
         }
@@ -426,49 +466,68 @@ impl Lines<'_> {
         time_us: i64,
         row: &Row<'_>,
     ) -> rusqlite::Result<()> {
-        self.iso.write(out, time_us);
-        out.push(b',');
-        number::epoch(out, time_us);
-        out.push(b',');
+        let format = self.options.format();
+        tables::stamp(out, &mut self.iso, believed(time_us), format.dialect);
+        format.next(out);
         out.extend_from_slice(&series.system);
         if let Some(label) = &series.label {
             out.extend_from_slice(label);
         } else {
             let (address, entity) = (Address(series.group.src), series.group.src_ent);
             let label = self.plan.names.entity(address, entity, time_us).unwrap_or_default();
-            cell::text(out, label.as_bytes(), self.options.guard);
+            tables::text(out, label.as_bytes(), format);
         }
-        out.push(b',');
-        number::integer(out, series.group.src_ent.into());
+        format.next(out);
+        tables::integer(out, series.group.src_ent.into());
+        receiver(out, row.get(2)?, row.get(3)?, format);
         if self.options.received {
-            arrival(out, &mut self.received, row.get(1)?);
+            arrival(out, &mut self.received, row.get(BEFORE_FIELDS)?, format);
         }
         Ok(())
     }
 
     /// Where the fields begin in a row of the database.
     fn first_value(&self) -> usize {
-        1 + usize::from(self.options.received)
+        BEFORE_FIELDS + usize::from(self.options.received)
     }
 
-    fn value(&self, out: &mut Vec<u8>, field: &Field, value: ValueRef<'_>) {
+    fn value(&self, out: &mut Vec<u8>, field: &Field, value: ValueRef<'_>, sent: usize) {
+        let format = self.options.format();
+        let is_real = matches!(field.kind, ColumnKind::Single | ColumnKind::Double);
         match value {
+            ValueRef::Null if is_nan(field, sent) => field.write_real(out, f64::NAN, format),
             ValueRef::Null => {}
-            ValueRef::Integer(value) => match field.names.and_then(|names| names.label(value)) {
-                Some(label) => cell::text(out, label.as_bytes(), self.options.guard),
-                // A column of reals gives whole numbers as integers.
-                None => match field.factor {
-                    Some(factor) => number::double(out, value as f64 * factor),
-                    None => number::integer(out, value),
-                },
-            },
-            ValueRef::Real(value) => match (field.factor, field.kind) {
-                (Some(factor), _) => number::double(out, value * factor),
-                (None, ColumnKind::Single) => number::single(out, value as f32),
-                (None, _) => number::double(out, value),
-            },
-            ValueRef::Text(text) => cell::text(out, text, self.options.guard),
-            ValueRef::Blob(bytes) => cell::hex(out, bytes),
+            // A column of reals gives whole numbers as integers where it is computed.
+            ValueRef::Integer(value) if is_real => field.write_real(out, value as f64, format),
+            ValueRef::Integer(value) => field.write_integer(out, value, format),
+            ValueRef::Real(value) => field.write_real(out, value, format),
+            ValueRef::Text(text) if field.kind == ColumnKind::Nested => {
+                tables::quoted(out, str::from_utf8(text).unwrap_or_default(), format);
+            }
+            ValueRef::Blob(bytes) if field.kind == ColumnKind::Raw => tables::hex(out, bytes),
+            ValueRef::Text(text) | ValueRef::Blob(text) => tables::text(out, text, format),
         }
+    }
+}
+
+/// How many fields a message had.
+fn sent(row: &Row<'_>) -> rusqlite::Result<usize> {
+    Ok(row.get::<_, Option<u32>>(1)?.map_or(usize::MAX, |fields| fields as usize))
+}
+
+/// Whether a NULL is a NaN: of a real that was sent.
+fn is_nan(field: &Field, sent: usize) -> bool {
+    matches!(field.kind, ColumnKind::Single | ColumnKind::Double) && field.at.is_some_and(|at| at < sent)
+}
+
+/// Writes whom a message was said to; empty where the history does not know.
+pub(super) fn receiver(out: &mut Vec<u8>, dst: Option<u16>, dst_ent: Option<u8>, format: Format) {
+    format.next(out);
+    if let Some(dst) = dst {
+        out.extend_from_slice(format!("{dst:#06x}").as_bytes());
+    }
+    format.next(out);
+    if let Some(dst_ent) = dst_ent {
+        tables::integer(out, dst_ent.into());
     }
 }

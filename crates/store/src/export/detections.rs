@@ -2,9 +2,7 @@
 //!
 //! A column that no message carried is an empty cell, never 0. Both messages that can carry a detection are one row.
 
-use super::cell;
 use super::csv::{Exported, unwritable};
-use super::number::{self, IsoTime};
 use crate::error::Result;
 use crate::reader::{DetectionsWanted, Memory, Order, Page, Reader};
 use ::detections::Detection;
@@ -12,6 +10,7 @@ use imc::Address;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use tables::{Dialect, Format, IsoTime};
 use units::UtcTime;
 
 /// Detections that are read at once, and the bytes of their texts.
@@ -64,10 +63,11 @@ pub fn export_detections(
     data: &Path,
     wanted: &DetectionsWanted,
     names: &BTreeMap<u16, String>,
+    dialect: Dialect,
     out: &mut dyn Write,
 ) -> Result<Exported> {
     let mut exported = Exported::default();
-    let written = write(data, wanted, names, out, &mut exported);
+    let written = write(data, wanted, names, dialect, out, &mut exported);
     if let Err(error) = written {
         let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
         out.write_all(line.as_bytes()).ok();
@@ -80,15 +80,22 @@ fn write(
     data: &Path,
     wanted: &DetectionsWanted,
     names: &BTreeMap<u16, String>,
+    dialect: Dialect,
     out: &mut dyn Write,
     exported: &mut Exported,
 ) -> Result<()> {
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
     let known = reader.names()?;
     let called = |system: Address| names.get(&system.0).cloned().unwrap_or_else(|| known.system(system));
-    let heads: Vec<&str> = DETECTION_COLUMNS.iter().map(|(name, _)| *name).collect();
-    let mut buffer = format!("{}\n", heads.join(",")).into_bytes();
-    let mut line = Line { heard: IsoTime::new(), reported: IsoTime::new(), received: IsoTime::new() };
+    let mut buffer = dialect.mark().to_vec();
+    let mut line = Line::new(dialect);
+    for (at, (name, _)) in DETECTION_COLUMNS.iter().enumerate() {
+        if at > 0 {
+            line.format.next(&mut buffer);
+        }
+        buffer.extend_from_slice(name.as_bytes());
+    }
+    buffer.push(b'\n');
     let mut wanted = wanted.clone();
     let mut page = PAGE;
     loop {
@@ -110,12 +117,18 @@ fn write(
 }
 
 struct Line {
+    format: Format,
     heard: IsoTime,
     reported: IsoTime,
     received: IsoTime,
 }
 
 impl Line {
+    fn new(dialect: Dialect) -> Self {
+        let [heard, reported, received] = [IsoTime::new(); 3];
+        Self { format: Format { dialect, ..Format::default() }, heard, reported, received }
+    }
+
     /// Writes the cells of [`DETECTION_COLUMNS`], in their order.
     fn write(&mut self, out: &mut Vec<u8>, one: &Detection, vessel: &str) {
         let Detection { origin, clock, effort, pose, .. } = one;
@@ -123,64 +136,78 @@ impl Line {
         if let Some(heard) = clock.utc() {
             self.heard.write_ms(out, heard.micros());
         }
-        text(out, Some(&one.tag()));
-        integer(out, Some(one.receiver.into()));
-        text(out, Some(vessel));
-        degrees(out, pose.map(|pose| pose.place.lat_deg()));
-        degrees(out, pose.map(|pose| pose.place.lon_deg()));
-        double(out, pose.and_then(|pose| pose.age_s));
-        double(out, pose.and_then(|pose| pose.sigma_m));
-        integer(out, Some(one.snr_db.into()));
-        integer(out, one.data.map(i64::from));
-        integer(out, Some(one.frequency_khz.into()));
-        text(out, Some(clock.state.word()));
-        out.extend_from_slice(format!(",{}.{:03}", clock.seconds, clock.millis).as_bytes());
-        time(out, &mut self.reported, Some(origin.reported));
-        time(out, &mut self.received, origin.received);
-        text(out, Some(&one.protocol.to_string()));
-        integer(out, Some(one.tag_id.into()));
-        integer(out, effort.lines_lost.map(i64::from));
-        integer(out, noise.map(|noise| noise.average.into()));
-        integer(out, noise.map(|noise| noise.peak.into()));
-        double(out, noise.map(|noise| noise.age_s));
-        double(out, effort.propeller_rpm);
-        integer(out, Some(one.line.into()));
-        text(out, one.raw.as_deref());
-        text(out, Some(&one.id()));
+        let mut cells = Cells { out, format: self.format };
+        cells.text(Some(&one.tag()));
+        cells.integer(Some(one.receiver.into()));
+        cells.text(Some(vessel));
+        cells.degrees(pose.map(|pose| pose.place.lat_deg()));
+        cells.degrees(pose.map(|pose| pose.place.lon_deg()));
+        cells.double(pose.and_then(|pose| pose.age_s));
+        cells.double(pose.and_then(|pose| pose.sigma_m));
+        cells.integer(Some(one.snr_db.into()));
+        cells.integer(one.data.map(i64::from));
+        cells.integer(Some(one.frequency_khz.into()));
+        cells.text(Some(clock.state.word()));
+        cells.real(Some(format!("{}.{:03}", clock.seconds, clock.millis)));
+        cells.time(&mut self.reported, Some(origin.reported));
+        cells.time(&mut self.received, origin.received);
+        cells.text(Some(&one.protocol.to_string()));
+        cells.integer(Some(one.tag_id.into()));
+        cells.integer(effort.lines_lost.map(i64::from));
+        cells.integer(noise.map(|noise| noise.average.into()));
+        cells.integer(noise.map(|noise| noise.peak.into()));
+        cells.double(noise.map(|noise| noise.age_s));
+        cells.double(effort.propeller_rpm);
+        cells.integer(Some(one.line.into()));
+        cells.text(one.raw.as_deref());
+        cells.text(Some(&one.id()));
         out.push(b'\n');
     }
 }
 
-fn text(out: &mut Vec<u8>, value: Option<&str>) {
-    out.push(b',');
-    cell::text(out, value.unwrap_or_default().as_bytes(), true);
+/// Cells after others; one without a value is empty.
+struct Cells<'o> {
+    out: &'o mut Vec<u8>,
+    format: Format,
 }
 
-fn integer(out: &mut Vec<u8>, value: Option<i64>) {
-    out.push(b',');
-    if let Some(value) = value {
-        number::integer(out, value);
+impl Cells<'_> {
+    fn text(&mut self, value: Option<&str>) {
+        self.format.next(self.out);
+        tables::text(self.out, value.unwrap_or_default().as_bytes(), self.format);
     }
-}
 
-fn double(out: &mut Vec<u8>, value: Option<f64>) {
-    out.push(b',');
-    if let Some(value) = value {
-        number::double(out, value);
+    fn integer(&mut self, value: Option<i64>) {
+        self.format.next(self.out);
+        if let Some(value) = value {
+            tables::integer(self.out, value);
+        }
     }
-}
 
-fn degrees(out: &mut Vec<u8>, value: Option<f64>) {
-    out.push(b',');
-    if let Some(value) = value {
-        out.extend_from_slice(format!("{value:.8}").as_bytes());
+    fn double(&mut self, value: Option<f64>) {
+        self.format.next(self.out);
+        if let Some(value) = value {
+            tables::double(self.out, value, self.format.dialect);
+        }
     }
-}
 
-fn time(out: &mut Vec<u8>, iso: &mut IsoTime, value: Option<UtcTime>) {
-    out.push(b',');
-    if let Some(value) = value {
-        iso.write(out, value.micros());
+    fn degrees(&mut self, value: Option<f64>) {
+        self.real(value.map(|value| format!("{value:.8}")));
+    }
+
+    /// A number whose decimals are written already.
+    fn real(&mut self, value: Option<String>) {
+        self.format.next(self.out);
+        if let Some(value) = value {
+            tables::real(self.out, &value, self.format.dialect);
+        }
+    }
+
+    fn time(&mut self, iso: &mut IsoTime, value: Option<UtcTime>) {
+        self.format.next(self.out);
+        if let Some(value) = value {
+            iso.write(self.out, value.micros());
+        }
     }
 }
 
@@ -210,7 +237,7 @@ mod tests {
 
     fn written(one: &Detection) -> String {
         let mut out = Vec::new();
-        let mut line = Line { heard: IsoTime::new(), reported: IsoTime::new(), received: IsoTime::new() };
+        let mut line = Line::new(Dialect::Plain);
         line.write(&mut out, one, "otter, \"one\"");
         String::from_utf8(out).unwrap()
     }
@@ -242,7 +269,7 @@ mod tests {
         assert_eq!(
             written(&whole),
             "2026-11-21T08:00:00.007Z,S256-7,1024,\"otter, \"\"one\"\"\",63.44000000,-10.40000000,0.4,0.75,25,0,69,set,\
-             1795248000.007,2026-11-21T08:00:01.000001Z,2026-11-21T08:00:02.000000Z,S256,7,0,0,40,12.5,0,3,\
+             1795248000.007,2026-11-21T08:00:01.000001Z,2026-11-21T08:00:02.000000Z,S256,7,0,0,40,12.5,0.0,3,\
              \"'=1024,1\",1024-1795248000.007-S256-7-2-1795248001000001\n"
         );
     }

@@ -1,13 +1,14 @@
 //! Packets as a log, byte for byte as they came, from the archive.
 
 use super::csv::{Exported, unwritable};
-use super::plan::{Selection, choose};
+use super::select::Selection;
 use crate::archive::{self, DayReader};
 use crate::error::Result;
-use crate::history::{GroupKey, load_progress};
+use crate::history::{GroupKey, Names, load_progress};
+use crate::range::{NO_TIME_US, TimeRange};
 use crate::reader::Reader;
 use imc::{Address, PacketView};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use units::UtcTime;
@@ -20,24 +21,13 @@ use units::UtcTime;
 /// When the selection names what does not exist, the archive cannot be read or `out` not be written. What was
 /// written then is not all, but each packet of it is whole or cut at the very end, as readers of logs expect.
 pub fn export_lsf(data: &Path, selection: &Selection, out: &mut dyn Write) -> Result<Exported> {
-    let reader = Reader::open(data)?;
+    let mut reader = Reader::open(data)?;
+    let selection = &selection.known(&mut reader)?;
     let names = reader.names()?;
     let root = data.join("archive");
-    let read = reader.ask_catalogue(load_progress)?.unwrap_or_default();
     let mut systems: BTreeMap<Address, Vec<archive::DayKey>> = BTreeMap::new();
-    for key in archive::days(&root)? {
-        let progress = read.get(&key);
-        // A day that the history has read to its end tells what times its packets state.
-        let outside = progress.is_some_and(|progress| {
-            let whole = std::fs::metadata(key.folder(&root).join(archive::DATA))
-                .is_ok_and(|file| file.len() == progress.lengths.data);
-            whole
-                && (progress.extent.last_us < selection.range.from_us
-                    || progress.extent.first_us >= selection.range.to_us)
-        });
-        if !outside && (selection.systems.is_empty() || selection.systems.contains(&key.src)) {
-            systems.entry(key.src).or_default().push(key);
-        }
+    for key in days(&reader, &root, selection)? {
+        systems.entry(key.src).or_default().push(key);
     }
     let mut sources = Vec::new();
     for days in systems.into_values() {
@@ -46,13 +36,13 @@ pub fn export_lsf(data: &Path, selection: &Selection, out: &mut dyn Write) -> Re
         sources.push(source);
     }
     let mut exported = Exported::default();
-    let mut filter = Filter { selection, names: &names, known: BTreeSet::new(), refused: BTreeSet::new() };
+    let mut filter = Filter { selection, names: &names, spans: BTreeMap::new() };
     // The system whose packet came first has its turn.
     while let Some(source) =
         sources.iter_mut().filter(|one| one.ahead.is_some()).min_by_key(|one| one.arrived())
     {
         if let Some((_, packet)) = &source.ahead
-            && filter.wants(&PacketView::unchecked(packet)?)?
+            && filter.wants(&PacketView::unchecked(packet)?)
         {
             out.write_all(packet).map_err(unwritable)?;
             exported.rows += 1;
@@ -62,6 +52,24 @@ pub fn export_lsf(data: &Path, selection: &Selection, out: &mut dyn Write) -> Re
     }
     out.flush().map_err(unwritable)?;
     Ok(exported)
+}
+
+/// The days of the archive that may have packets of a selection.
+pub(super) fn days(reader: &Reader, root: &Path, selection: &Selection) -> Result<Vec<archive::DayKey>> {
+    let read = reader.ask_catalogue(load_progress)?.unwrap_or_default();
+    let mut days = archive::days(root)?;
+    days.retain(|key| {
+        // A day that the history has read to its end tells what times its packets state.
+        let outside = read.get(key).is_some_and(|progress| {
+            let whole = std::fs::metadata(key.folder(root).join(archive::DATA))
+                .is_ok_and(|file| file.len() == progress.lengths.data);
+            whole
+                && (progress.extent.last_us < selection.range.from_us
+                    || progress.extent.first_us >= selection.range.to_us)
+        });
+        !outside && (selection.systems.is_empty() || selection.systems.contains(&key.src))
+    });
+    Ok(days)
 }
 
 /// One system's days, read one after the other.
@@ -96,29 +104,28 @@ impl Source {
     }
 }
 
-/// Tells wanted packets; remembers which series are.
+/// Tells wanted packets; remembers when which series is.
 struct Filter<'s> {
     selection: &'s Selection,
-    names: &'s crate::history::Names,
-    known: BTreeSet<GroupKey>,
-    refused: BTreeSet<GroupKey>,
+    names: &'s Names,
+    spans: BTreeMap<GroupKey, Vec<TimeRange>>,
 }
 
 impl Filter<'_> {
-    fn wants(&mut self, view: &PacketView<'_>) -> Result<bool> {
-        let time_us = view.header().time().map_or(0, UtcTime::micros);
-        if !self.selection.range.contains(time_us) {
-            return Ok(false);
+    fn wants(&mut self, view: &PacketView<'_>) -> bool {
+        let Self { selection, names, spans } = self;
+        let time_us = view.header().time().map_or(NO_TIME_US, UtcTime::micros);
+        if !selection.range.contains(time_us) {
+            return false;
         }
         let group = GroupKey { id: view.id(), src: view.src().0, src_ent: view.src_ent() };
-        if !self.known.contains(&group) && !self.refused.contains(&group) {
-            let wanted = choose(self.names, self.selection, std::iter::once(group))?;
-            if wanted.is_empty() {
-                self.refused.insert(group)
+        let wanted = spans.entry(group).or_insert_with(|| {
+            if selection.has_message(group.id) {
+                selection.spans(names, group.src, group.src_ent)
             } else {
-                self.known.insert(group)
-            };
-        }
-        Ok(self.known.contains(&group))
+                Vec::new()
+            }
+        });
+        wanted.iter().any(|span| span.contains(time_us))
     }
 }

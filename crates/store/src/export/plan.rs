@@ -1,42 +1,15 @@
-//! What an export holds: which series, which columns, in which units.
+//! How an export is laid out: which series, which columns, in which units.
 
-use crate::error::{Result, StoreError};
-use crate::history::{Column, ColumnKind, ESTIMATED_STATE, GroupKey, Names, Table};
-use crate::range::TimeRange;
+use super::raw::unexplained;
+use super::select::{RAW, Selection};
+use crate::error::Result;
+use crate::history::{ColumnKind, GroupKey, Names};
+use crate::range::{NO_TIME_US, TimeRange};
 use crate::reader::Reader;
-use imc::Address;
-use imc::catalogue::{FieldDesc, MESSAGES};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::num::NonZeroI64;
-
-/// What is asked for. An empty list means all.
-#[derive(Debug, Clone)]
-pub struct Selection {
-    /// Messages by name; `_raw` alone for those that the catalogue does not explain.
-    pub messages: Vec<String>,
-    /// Systems.
-    pub systems: Vec<Address>,
-    /// Entities by label or number.
-    pub entities: Vec<String>,
-    /// Fields by name, for all messages that have them (`psi`) or for one (`EulerAngles.psi`).
-    pub fields: Vec<String>,
-    /// By the senders' clocks.
-    pub range: TimeRange,
-}
-
-impl Default for Selection {
-    /// Everything.
-    fn default() -> Self {
-        Self {
-            messages: Vec::new(),
-            systems: Vec::new(),
-            entities: Vec::new(),
-            fields: Vec::new(),
-            range: TimeRange::ALL,
-        }
-    }
-}
+use tables::{Dialect, FIXED, Field, Format, Style};
 
 /// How a table is laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -75,6 +48,8 @@ pub struct CsvOptions {
     pub guard: bool,
     /// Whether each row also tells when its message first came ashore.
     pub received: bool,
+    /// For which readers cells and numbers are written.
+    pub dialect: Dialect,
     /// Of each series the first row in each span of this length (µs), counted from 1970; `None` for every row.
     pub every_us: Option<NonZeroI64>,
 }
@@ -88,27 +63,21 @@ impl Default for CsvOptions {
             labels: false,
             guard: true,
             received: false,
+            dialect: Dialect::Plain,
             every_us: None,
         }
     }
 }
 
-/// One field on its way into a column.
-#[derive(Debug, Clone)]
-pub(crate) struct Field {
-    pub(crate) name: &'static str,
-    pub(crate) kind: ColumnKind,
-    pub(crate) unit: Option<&'static str>,
-    /// To multiply numbers by.
-    pub(crate) factor: Option<f64>,
-    /// To name numbers by.
-    pub(crate) names: Option<&'static FieldDesc>,
-    /// What stands in the column.
-    meaning: &'static str,
-    /// Whether it is a field of the message itself.
-    is_own: bool,
-    /// What the database computes it by when it is read; `None` for a column of its own.
-    pub(crate) sql: Option<String>,
+impl CsvOptions {
+    /// How cells are written.
+    pub(crate) fn format(&self) -> Format {
+        Format { dialect: self.dialect, guard: self.guard }
+    }
+
+    fn style(&self) -> Style {
+        Style { degrees: self.angles == Angles::Degrees, labels: self.labels }
+    }
 }
 
 /// One message's fields, with the first column that they fill in a wide table.
@@ -120,58 +89,54 @@ pub(crate) struct Message {
     pub(crate) first_column: usize,
 }
 
-/// The columns that every row begins with.
-const FIXED: [(&str, &str, Option<&str>); 6] = [
-    ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
-    ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
-    ("system", "name of the system", None),
-    ("system_id", "its IMC address", None),
-    ("entity", "label of the entity", None),
-    ("entity_id", "its number", None),
-];
+/// One series, and when it is asked for.
+#[derive(Debug)]
+pub(crate) struct Group {
+    pub(crate) key: GroupKey,
+    /// Its message's place in [`Plan::messages`].
+    pub(crate) message: usize,
+    pub(crate) spans: Vec<TimeRange>,
+}
 
 /// Everything to be exported.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) messages: Vec<Message>,
-    /// The series, each with its message's place in `messages`.
-    pub(crate) groups: Vec<(GroupKey, usize)>,
+    pub(crate) groups: Vec<Group>,
     pub(crate) names: Names,
     pub(crate) columns: usize,
 }
 
 impl Plan {
+    /// Of a selection that is [known](Selection::known).
     pub(crate) fn new(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Result<Self> {
-        for message in &selection.messages {
-            reader.table(message)?;
-        }
         let names = reader.names()?;
         let extents = reader.extents()?;
-        let groups = choose(&names, selection, extents.keys().copied())?;
-        let mut asked: BTreeSet<u16> = groups.iter().map(|group| group.id).collect();
+        let keys: Vec<GroupKey> =
+            extents.keys().copied().filter(|group| selection.has_series(&names, *group)).collect();
+        let mut asked: BTreeSet<u16> = keys.iter().map(|group| group.id).collect();
         // What was asked for by name has its columns even when there is nothing to put there.
         asked.extend(
             selection.messages.iter().filter_map(|name| imc::catalogue::by_abbrev(name)).map(|desc| desc.id),
         );
         let mut messages = Vec::new();
         let mut columns = 0;
-        for id in asked {
-            let Some(table) = reader.schema.table(id) else { continue };
-            let fields: Vec<Field> = fields_of(table, options)
-                .into_iter()
-                .filter(|field| wants(selection, table, field.name))
-                .collect();
-            if fields.is_empty() && !table.columns.is_empty() {
+        for desc in asked.into_iter().filter_map(imc::catalogue::by_id) {
+            let mut fields = tables::fields(desc, options.style());
+            let has_none = fields.is_empty();
+            fields.retain(|field| selection.has_field(desc, field.name));
+            if fields.is_empty() && !has_none {
                 continue;
             }
             let first_column = columns;
             columns += fields.len();
-            messages.push(Message { id, name: table.desc.abbrev, fields, first_column });
+            messages.push(Message { id: desc.id, name: desc.abbrev, fields, first_column });
         }
-        check_fields(selection, &messages)?;
-        let place =
-            |group: GroupKey| Some((group, messages.iter().position(|message| message.id == group.id)?));
-        let groups = groups.into_iter().filter_map(place).collect();
+        let group = |key: GroupKey| {
+            let message = messages.iter().position(|message: &Message| message.id == key.id)?;
+            Some(Group { key, message, spans: selection.spans(&names, key.src, key.src_ent) })
+        };
+        let groups = keys.into_iter().filter_map(group).collect();
         Ok(Self { messages, groups, names, columns })
     }
 
@@ -182,172 +147,8 @@ impl Plan {
 
     /// A field's column in a wide table. No two columns have one name.
     pub(crate) fn column(&self, message: &Message, field: &Field) -> String {
-        if self.is_mixed() || FIXED.iter().any(|(name, ..)| *name == field.name) {
-            format!("{}.{}", message.name, field.name)
-        } else {
-            field.name.to_owned()
-        }
+        tables::column_name(message.name, field, self.is_mixed())
     }
-}
-
-/// The series that are asked for.
-pub(crate) fn choose(
-    names: &Names,
-    selection: &Selection,
-    groups: impl Iterator<Item = GroupKey>,
-) -> Result<Vec<GroupKey>> {
-    if let Some(unknown) = selection.messages.iter().find(|name| imc::catalogue::by_abbrev(name).is_none()) {
-        return Err(StoreError::Query(format!("IMC has no message `{unknown}`")));
-    }
-    let message = |group: &GroupKey| {
-        selection
-            .messages
-            .iter()
-            .any(|name| imc::catalogue::by_abbrev(name).is_some_and(|desc| desc.id == group.id))
-    };
-    Ok(groups
-        .filter(|group| says(names, selection, group.src, group.src_ent))
-        .filter(|group| selection.messages.is_empty() || message(group))
-        .collect())
-}
-
-/// Whether an entity of a system is asked for.
-pub(crate) fn says(names: &Names, selection: &Selection, src: u16, src_ent: u8) -> bool {
-    let entity = |wanted: &String| {
-        wanted.parse() == Ok(src_ent)
-            || names
-                .entities
-                .get(&(src, src_ent))
-                .is_some_and(|runs| runs.runs.values().any(|run| run.name == *wanted))
-    };
-    (selection.systems.is_empty() || selection.systems.contains(&Address(src)))
-        && (selection.entities.is_empty() || selection.entities.iter().any(entity))
-}
-
-/// The fields of a message in the order of their columns: what is computed first, as it is what most people look for. Of
-/// EstimatedState that is where the vessel is, for its `lat` and `lon` are those of a reference point.
-fn fields_of(table: &Table, options: CsvOptions) -> Vec<Field> {
-    let mut fields = match table.desc.id {
-        TBR_FISH_TAG => heard().to_vec(),
-        _ => Vec::new(),
-    };
-    fields.extend(table.columns.iter().map(|column| field(table, column, options)));
-    fields.sort_by_key(|field| field.is_own);
-    fields
-}
-
-/// When the receiver heard a tag, by its own clock; nothing where that was never set.
-fn heard() -> [Field; 2] {
-    let since = detections::SET_AFTER_S;
-    let if_set = |sql: &str| Some(format!("CASE WHEN unix_timestamp >= {since} THEN {sql} END"));
-    [
-        Field {
-            name: "heard",
-            kind: ColumnKind::Text,
-            unit: None,
-            factor: None,
-            names: None,
-            meaning: "when the receiver heard the tag, by its own clock; ISO 8601, UTC; empty where that was never set",
-            is_own: false,
-            sql: if_set(
-                "strftime('%Y-%m-%dT%H:%M:%S', unix_timestamp, 'unixepoch') || printf('.%03dZ', millis)",
-            ),
-        },
-        Field {
-            name: "heard_unix_s",
-            kind: ColumnKind::Double,
-            unit: Some("s"),
-            factor: None,
-            names: None,
-            meaning: "the same as seconds since 1970-01-01 UTC",
-            is_own: false,
-            sql: if_set("unix_timestamp + millis / 1000.0"),
-        },
-    ]
-}
-
-fn wants(selection: &Selection, table: &Table, column: &str) -> bool {
-    selection.fields.is_empty()
-        || selection.fields.iter().any(|wanted| match wanted.split_once('.') {
-            Some((message, field)) => message == table.desc.abbrev && field == column,
-            None => wanted == column,
-        })
-}
-
-fn check_fields(selection: &Selection, messages: &[Message]) -> Result<()> {
-    let found = |wanted: &String| {
-        let (message, field) = wanted.split_once('.').map_or((None, wanted.as_str()), |(m, f)| (Some(m), f));
-        messages
-            .iter()
-            .filter(|one| message.is_none_or(|message| one.name == message))
-            .any(|one| one.fields.iter().any(|have| have.name == field))
-    };
-    // Without any message there is nothing to compare with but the catalogue.
-    let in_catalogue = |wanted: &String| {
-        let field = wanted.rsplit_once('.').map_or(wanted.as_str(), |(_, field)| field);
-        messages.is_empty() && MESSAGES.iter().any(|desc| desc.field(field).is_some())
-    };
-    match selection.fields.iter().find(|wanted| !found(wanted) && !in_catalogue(wanted)) {
-        None => Ok(()),
-        Some(unknown) => {
-            Err(StoreError::Query(format!("none of the messages asked for has a field `{unknown}`")))
-        }
-    }
-}
-
-fn field(table: &Table, column: &Column, options: CsvOptions) -> Field {
-    let degrees = options.angles == Angles::Degrees;
-    let (unit, factor) = match column.unit {
-        Some("rad") if degrees => (Some("deg"), Some(180.0 / std::f64::consts::PI)),
-        Some("rad/s") if degrees => (Some("deg/s"), Some(180.0 / std::f64::consts::PI)),
-        Some("°") => (Some("deg"), None),
-        unit => (unit, None),
-    };
-    let named =
-        column.desc.filter(|desc| options.labels && !matches!(desc.meaning, imc::catalogue::Meaning::Plain));
-    let meaning = match (table.desc.id, column.name) {
-        (ESTIMATED_STATE, "lat") => "latitude of the reference point of x, y and z, not of the vessel",
-        (ESTIMATED_STATE, "lon") => "longitude of the reference point of x, y and z, not of the vessel",
-        (ESTIMATED_STATE, "true_lat_deg") => {
-            "latitude of the vessel: the reference point displaced by x, y and z"
-        }
-        (ESTIMATED_STATE, "true_lon_deg") => {
-            "longitude of the vessel: the reference point displaced by x, y and z"
-        }
-        _ => column.desc.map_or("computed from the message", |desc| desc.name),
-    };
-    let own = column.desc.is_some();
-    Field {
-        name: column.name,
-        kind: column.kind,
-        unit,
-        factor,
-        names: named,
-        meaning,
-        is_own: own,
-        sql: None,
-    }
-}
-
-/// The message of a tag that was heard.
-const TBR_FISH_TAG: u16 = 2007;
-
-/// The name by which all that the catalogue does not explain is asked for, beside messages' names.
-pub(crate) const RAW: &str = "_raw";
-
-/// Whether what the catalogue does not explain is asked for, which has a table of its own.
-///
-/// # Errors
-/// When something else is asked for with it.
-pub(crate) fn is_raw(selection: &Selection) -> Result<bool> {
-    if !selection.messages.iter().any(|name| name == RAW) {
-        return Ok(false);
-    }
-    if selection.messages.len() > 1 || !selection.fields.is_empty() {
-        let problem = format!("`{RAW}` has columns of its own: ask for it alone and without fields");
-        return Err(StoreError::Query(problem));
-    }
-    Ok(true)
 }
 
 /// The columns that every table begins with.
@@ -370,7 +171,8 @@ fn described_column((name, meaning, unit): &(&str, &str, Option<&str>)) -> Value
 /// # Errors
 /// As the export itself.
 pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
-    if is_raw(selection)? {
+    let selection = &selection.known(reader)?;
+    if selection.is_raw() {
         return Ok(super::raw::describe(selection, *options));
     }
     let plan = Plan::new(reader, selection, *options)?;
@@ -384,7 +186,7 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
             ("unit", "the value's unit; empty for none", None),
         ];
         columns.extend(long.iter().map(described_column));
-        return Ok(described(&columns, selection, *options));
+        return with_left_out(described(&columns, selection, *options), reader, selection);
     }
     if plan.is_mixed() {
         columns.push(described_column(&message));
@@ -406,13 +208,19 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
             }));
         }
     }
-    Ok(described(&columns, selection, *options))
+    with_left_out(described(&columns, selection, *options), reader, selection)
+}
+
+/// Adds how many messages have no row, because nobody knows their fields.
+fn with_left_out(mut about: Value, reader: &mut Reader, selection: &Selection) -> Result<Value> {
+    about["left_out"] = json!({ RAW: unexplained(reader, selection)? });
+    Ok(about)
 }
 
 /// A description of a table with these columns.
 pub(super) fn described(columns: &[Value], selection: &Selection, options: CsvOptions) -> Value {
     let text = |us: i64| {
-        let open = us == i64::MIN || us == i64::MAX;
+        let open = us <= NO_TIME_US + 1 || us == i64::MAX;
         (!open).then(|| units::UtcTime::from_micros(us).to_string())
     };
     json!({
@@ -421,6 +229,10 @@ pub(super) fn described(columns: &[Value], selection: &Selection, options: CsvOp
         "time_zone": "UTC",
         "datum": "WGS 84 (EPSG:4326)",
         "missing_value": "",
+        "no_number": "NaN, inf, -inf",
+        "text_escape": "a cell of text with \\xNN in it is escaped: \\\\ is a backslash, \\xNN a byte",
+        "separator": char::from(options.dialect.separator()).to_string(),
+        "decimal": char::from(options.dialect.decimal()).to_string(),
         "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ (also wide) tab CR LF '" } else { "none" },
         "from": text(selection.range.from_us),
         "to": text(selection.range.to_us),

@@ -1,23 +1,21 @@
 //! What the catalogue does not explain, as a table: ids that it lacks, and payloads that are not what their id says.
 //! Such messages are kept as they came (`_raw` in each month), so that whoever knows them can still read them.
 
-use super::cell;
-use super::csv::{Writer, arrival, header_start};
-use super::number::{self, IsoTime};
-use super::plan::{CsvOptions, RAW, Selection, Shape, described, described_start, says};
+use super::csv::{Writer, arrival, believed, header_start, receiver};
+use super::plan::{CsvOptions, Shape, described, described_start};
+use super::select::{RAW, Selection};
 use crate::error::{Result, StoreError};
 use crate::history::Names;
 use crate::reader::Reader;
 use imc::Address;
 use rusqlite::Row;
 use serde_json::{Value, json};
+use tables::IsoTime;
 
-const COLUMNS: [(&str, &str); 5] = [
+const COLUMNS: [(&str, &str); 3] = [
     ("id", "number of the message in the packet's header"),
     ("payload", "the payload in hexadecimal"),
     ("problem", "why it is not in a table of its own"),
-    ("dst", "IMC address of the system that it was said to"),
-    ("dst_ent", "number of the entity that it was said to"),
 ];
 
 /// An export of all that is kept raw.
@@ -41,7 +39,7 @@ impl<'s> Raw<'s> {
     pub(super) fn header(&self, out: &mut Vec<u8>) {
         header_start(out, self.options);
         for (name, _) in COLUMNS {
-            out.push(b',');
+            self.options.format().next(out);
             out.extend_from_slice(name.as_bytes());
         }
         out.push(b'\n');
@@ -73,36 +71,71 @@ impl<'s> Raw<'s> {
         (iso, received): (&mut IsoTime, &mut IsoTime),
     ) -> rusqlite::Result<bool> {
         let (time_us, src, src_ent) = (row.get(0)?, row.get(2)?, row.get(3)?);
-        if !says(&self.names, self.selection, src, src_ent) {
+        if !self.selection.says(&self.names, src, src_ent, time_us) {
             return Ok(false);
         }
-        let address = Address(src);
-        iso.write(out, time_us);
-        out.push(b',');
-        number::epoch(out, time_us);
-        out.push(b',');
-        cell::text(out, self.names.system(address).as_bytes(), self.options.guard);
-        out.extend_from_slice(format!(",{src:#06x},").as_bytes());
+        let (address, format) = (Address(src), self.options.format());
+        tables::stamp(out, iso, believed(time_us), format.dialect);
+        format.next(out);
+        tables::text(out, self.names.system(address).as_bytes(), format);
+        format.next(out);
+        out.extend_from_slice(format!("{src:#06x}").as_bytes());
+        format.next(out);
         let label = self.names.entity(address, src_ent, time_us).unwrap_or_default();
-        cell::text(out, label.as_bytes(), self.options.guard);
-        out.push(b',');
-        number::integer(out, src_ent.into());
+        tables::text(out, label.as_bytes(), format);
+        format.next(out);
+        tables::integer(out, src_ent.into());
+        receiver(out, row.get(7)?, row.get(8)?, format);
         if self.options.received {
-            arrival(out, received, row.get(1)?);
+            arrival(out, received, row.get(1)?, format);
         }
-        out.push(b',');
-        number::integer(out, row.get(4)?);
-        out.push(b',');
+        format.next(out);
+        tables::integer(out, row.get(4)?);
+        format.next(out);
         let payload: Option<Vec<u8>> = row.get(5)?;
-        cell::hex(out, &payload.unwrap_or_default());
-        out.push(b',');
+        tables::hex(out, &payload.unwrap_or_default());
+        format.next(out);
         let problem: Option<String> = row.get(6)?;
-        cell::text(out, problem.unwrap_or_default().as_bytes(), self.options.guard);
-        out.extend_from_slice(format!(",{:#06x},", row.get::<_, u16>(7)?).as_bytes());
-        number::integer(out, row.get(8)?);
+        tables::text(out, problem.unwrap_or_default().as_bytes(), format);
         out.push(b'\n');
         Ok(true)
     }
+}
+
+/// How many messages a selection leaves out of its tables because the catalogue does not explain them: ids that it lacks, and
+/// payloads that are not what their id says.
+///
+/// # Errors
+/// When the selection names what does not exist or the history cannot be read.
+pub fn unexplained(reader: &mut Reader, selection: &Selection) -> Result<u64> {
+    let selection = selection.known(reader)?;
+    let names = reader.names()?;
+    let mut count = 0;
+    for (key, part) in reader.parts(selection.range)? {
+        let connection = reader.month(key)?;
+        let ask = || -> rusqlite::Result<u64> {
+            let mut groups = connection.prepare_cached("SELECT DISTINCT src,src_ent,id FROM _raw")?;
+            let mut found = connection.prepare_cached(
+                "SELECT count(*) FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us>=?4 AND time_us<?5",
+            )?;
+            let mut count = 0;
+            let mut rows = groups.query(())?;
+            while let Some(row) = rows.next()? {
+                let (src, src_ent, id): (u16, u8, u16) = (row.get(0)?, row.get(1)?, row.get(2)?);
+                if !selection.has_message(id) {
+                    continue;
+                }
+                for span in selection.spans(&names, src, src_ent) {
+                    let span = span.within(part);
+                    let span = (src, src_ent, id, span.from_us, span.to_us);
+                    count += found.query_row(span, |row| row.get::<_, i64>(0))?.cast_unsigned();
+                }
+            }
+            Ok(count)
+        };
+        count += reader.named(key, ask())?;
+    }
+    Ok(count)
 }
 
 /// What stands in each column.

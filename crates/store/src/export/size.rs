@@ -1,8 +1,10 @@
 //! How large an export will be: its rows counted, its bytes by the length of the first ones.
 
 use super::csv::{Exported, export_csv};
-use super::plan::{CsvOptions, Plan, Selection, Shape, is_raw};
+use super::plan::{CsvOptions, Plan, Shape};
+use super::select::Selection;
 use crate::error::Result;
+use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, has_group};
 use std::io::{self, Write};
 use std::path::Path;
@@ -24,7 +26,8 @@ pub fn measure_csv(data: &Path, selection: &Selection, options: &CsvOptions) -> 
         Err(_) => {}
     }
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
-    let messages = if is_raw(selection)? { 0 } else { count(&mut reader, selection, *options)? };
+    let selection = &selection.known(&mut reader)?;
+    let messages = if selection.is_raw() { 0 } else { count(&mut reader, selection, *options)? };
     let rows = if options.shape == Shape::Long {
         // By the share of the sample that one message fills.
         messages.saturating_mul(values(&mut reader, selection, *options)?)
@@ -41,8 +44,8 @@ fn count(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Res
     let mut sum = 0;
     for (key, part) in reader.parts(selection.range)? {
         let connection = reader.month(key)?;
-        for (group, message) in &plan.groups {
-            let name = plan.messages[*message].name;
+        for group in &plan.groups {
+            let name = plan.messages[group.message].name;
             let what = match options.every_us {
                 Some(every_us) => format!("count(DISTINCT time_us / {every_us})"),
                 None => "count(*)".to_owned(),
@@ -50,14 +53,16 @@ fn count(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Res
             let sql = format!(
                 "SELECT {what} FROM \"{name}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4"
             );
-            let ask = || -> rusqlite::Result<u64> {
-                if !has_group(connection, *group)? {
+            let ask = |span: TimeRange| -> rusqlite::Result<u64> {
+                if !has_group(connection, group.key)? {
                     return Ok(0);
                 }
-                let span = (group.src, group.src_ent, part.from_us, part.to_us);
+                let span = (group.key.src, group.key.src_ent, span.from_us, span.to_us);
                 connection.query_row(&sql, span, |row| row.get::<_, i64>(0)).map(i64::cast_unsigned)
             };
-            sum += reader.named(key, ask())?;
+            for span in &group.spans {
+                sum += reader.named(key, ask(span.within(part)))?;
+            }
         }
     }
     Ok(sum)

@@ -2,11 +2,11 @@
 
 use super::MonthKey;
 use super::month::{Extent, VERSION as LAYOUT, WRITER};
-use super::runs::{Run, Runs};
 use crate::archive::{DayKey, Lengths};
 use crate::error::{Named as _, Result};
-use imc::Address;
 use imc::catalogue::{MESSAGES, Meaning, VERSION};
+use imc::names::{Names, SystemName};
+use imc::{Address, Run};
 use link::LinkSeq;
 use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,13 +38,6 @@ CREATE TABLE IF NOT EXISTS label (
   abbrev TEXT NOT NULL, name TEXT NOT NULL, PRIMARY KEY (id, field, value, abbrev)) WITHOUT ROWID;
 ";
 
-/// A system's name and kind, as it announces them.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct SystemName {
-    pub(crate) name: String,
-    pub(crate) kind: u8,
-}
-
 /// How far a day of the archive was read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Progress {
@@ -57,13 +50,6 @@ impl Default for Progress {
     fn default() -> Self {
         Self { lengths: Lengths::default(), extent: Extent::NONE }
     }
-}
-
-/// The names of everything.
-#[derive(Debug, Default, Clone)]
-pub(crate) struct Names {
-    pub(crate) systems: BTreeMap<u16, Runs<SystemName>>,
-    pub(crate) entities: BTreeMap<(u16, u8), Runs<String>>,
 }
 
 /// The catalogue, open for writing.

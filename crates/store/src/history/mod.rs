@@ -7,27 +7,28 @@ mod catalogue;
 pub(crate) mod look;
 mod month;
 mod month_key;
-mod nested;
 pub(crate) mod rollup;
 mod row;
-mod runs;
 pub(crate) mod schema;
 
-pub(crate) use catalogue::{FILE as CATALOGUE, Names, Progress, load_months, load_names, load_progress};
+pub(crate) use catalogue::{FILE as CATALOGUE, Progress, load_months, load_names, load_progress};
+pub(crate) use imc::names::Names;
 pub use month::{Extent, GroupKey};
 pub(crate) use month::{VERSION, columns};
 pub use month_key::MonthKey;
 pub(crate) use schema::ESTIMATED_STATE;
-pub use schema::{Column, ColumnKind, Table};
+pub use schema::Table;
+pub use tables::{Column, ColumnKind};
 
 use crate::archive::DayKey;
 use crate::aside;
 use crate::error::{Named as _, Result};
 use crate::fingerprint;
 use crate::packet::Arrived;
-use catalogue::{Catalogue, SystemName};
+use crate::range::NO_TIME_US;
+use catalogue::Catalogue;
 use imc::PacketView;
-use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _};
+use imc::names::{self, Told};
 use link::LinkSeq;
 use look::Sound;
 use month::{Entry, Month};
@@ -270,26 +271,16 @@ impl History {
     /// Hears names in what passes; whether one is new.
     fn hear(&mut self, entry: &Entry<'_>) -> bool {
         let (view, time_us) = (&entry.sample.view, entry.sample.time_us);
-        match view.id() {
-            Announce::ID => imc::decode::<Announce>(view).ok().flatten().is_some_and(|announce| {
-                let name = announce.sys_name.to_str_lossy().into_owned();
-                let name = SystemName { name, kind: announce.sys_type.value() };
-                self.catalogue.hear_system(view.src(), time_us, &name)
-            }),
-            EntityInfo::ID => imc::decode::<EntityInfo>(view).ok().flatten().is_some_and(|info| {
-                self.catalogue.hear_entity(view.src(), info.id, time_us, &info.label.to_str_lossy())
-            }),
-            EntityList::ID => imc::decode::<EntityList>(view).ok().flatten().is_some_and(|list| {
-                let mut new = false;
-                if list.op == EntityListOp::Report {
-                    for (label, entity) in imc::entities::parse(&list.list.to_str_lossy()) {
-                        new |= self.catalogue.hear_entity(view.src(), entity, time_us, label);
-                    }
+        let mut new = false;
+        for told in names::told(view) {
+            new |= match told {
+                Told::System(name) => self.catalogue.hear_system(view.src(), time_us, &name),
+                Told::Entity(entity, label) => {
+                    self.catalogue.hear_entity(view.src(), entity, time_us, &label)
                 }
-                new
-            }),
-            _ => false,
+            };
         }
+        new
     }
 }
 
@@ -303,7 +294,7 @@ fn put_aside(folder: &Path, name: &str, why: &str) -> Result<String> {
 
 fn entry(packet: Arrived<'_>) -> Entry<'_> {
     let view = packet.view;
-    let time_us = view.header().time().map_or(0, units::UtcTime::micros);
+    let time_us = view.header().time().map_or(NO_TIME_US, units::UtcTime::micros);
     let hash = fingerprint::of_payload(view.payload());
     Entry {
         month: MonthKey::of(time_us),

@@ -1,11 +1,12 @@
 //! One file of the history, open for writing.
 
 use super::MonthKey;
-use super::nested::Nested;
 use super::rollup;
 use super::row::{self, RowError, Sample};
-use super::schema::{MONTH, Schema, Table};
+use super::schema::{MONTH, SHORT, Schema, Table};
 use crate::error::{Named as _, Result, StoreError};
+use imc::catalogue::MESSAGES;
+use imc::json::NestedText;
 use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -91,7 +92,7 @@ pub(crate) struct Month {
     groups: BTreeMap<GroupKey, Group>,
     /// Windows whose roll-ups do not hold all samples, with the commit that last added one.
     stale: BTreeMap<(GroupKey, i64), u64>,
-    nested: Nested,
+    nested: NestedText,
 }
 
 impl Month {
@@ -106,6 +107,7 @@ impl Month {
                 return Ok(None);
             }
             connection.execute_batch(MONTH)?;
+            make_short(&connection)?;
             connection.pragma_update(None, "user_version", VERSION)?;
             let (groups, stale) = (load_groups(&connection)?, load_stale(&connection)?);
             Ok(Some((connection, groups, stale)))
@@ -113,7 +115,15 @@ impl Month {
         let Some((connection, groups, stale)) = open().named(&path)? else {
             return Err(StoreError::Newer { path });
         };
-        Ok(Self { key, path, connection, tables: BTreeSet::new(), groups, stale, nested: Nested::default() })
+        Ok(Self {
+            key,
+            path,
+            connection,
+            tables: BTreeSet::new(),
+            groups,
+            stale,
+            nested: NestedText::default(),
+        })
     }
 
     /// Adds the samples that are not there yet, in one transaction; how many those were.
@@ -213,8 +223,8 @@ impl Month {
             let mut added = Extent::NONE;
             let mut window = None;
             for entry in same {
-                match row::bind(&mut insert, table, &entry.sample, &mut self.nested) {
-                    Ok(()) => {}
+                let fields = match row::bind(&mut insert, table, &entry.sample, &mut self.nested) {
+                    Ok(fields) => fields,
                     Err(RowError::Payload(problem)) => {
                         insert.clear_bindings();
                         rows += write_raw(&self.connection, entry, &problem.to_string())?;
@@ -225,10 +235,13 @@ impl Month {
                         continue;
                     }
                     Err(RowError::Sqlite(error)) => return Err(error),
-                }
+                };
                 if insert.raw_execute()? == 0 {
                     keep_first(&self.connection, &table.earlier, entry)?;
                     continue;
+                }
+                if fields < table.desc.fields.len() {
+                    mark_short(&self.connection, entry, fields)?;
                 }
                 let time_us = entry.sample.time_us;
                 added.add(time_us);
@@ -376,6 +389,44 @@ fn keep_first(connection: &Connection, earlier: &str, entry: &Entry<'_>) -> rusq
             view.dst_ent(),
             view.id(),
         ))
+        .map(drop)
+}
+
+/// Makes the table of what was not whole. Rows of an earlier version do not say; of theirs those fields count as left out that
+/// came with a later release of the message, and other NULLs as NaN.
+fn make_short(connection: &Connection) -> rusqlite::Result<()> {
+    if !columns(connection, "_short")?.is_empty() {
+        return Ok(());
+    }
+    connection.execute_batch("BEGIN IMMEDIATE")?;
+    let made = || -> rusqlite::Result<()> {
+        connection.execute_batch(SHORT)?;
+        for desc in MESSAGES {
+            let present = columns(connection, desc.abbrev)?;
+            let first = desc.fields.iter().position(|field| field.appended);
+            let Some(first) = first.filter(|_| !present.is_empty()) else { continue };
+            let absent = desc.fields[first..].iter().map(|field| {
+                let there = present.iter().any(|name| name.eq_ignore_ascii_case(field.abbrev));
+                if there { format!(" AND \"{}\" IS NULL", field.abbrev) } else { String::new() }
+            });
+            let absent: String = absent.collect();
+            connection.execute_batch(&format!(
+                "INSERT INTO _short SELECT {},src,src_ent,time_us,hash,{first} FROM \"{}\" WHERE 1{absent}",
+                desc.id, desc.abbrev
+            ))?;
+        }
+        connection.execute_batch("COMMIT")
+    };
+    made().inspect_err(|_| drop(connection.execute_batch("ROLLBACK")))
+}
+
+/// Remembers that a message had so many fields only.
+fn mark_short(connection: &Connection, entry: &Entry<'_>, fields: usize) -> rusqlite::Result<()> {
+    let GroupKey { id, src, src_ent } = entry.group;
+    let Sample { time_us, hash, .. } = entry.sample;
+    connection
+        .prepare_cached("INSERT OR IGNORE INTO _short VALUES (?1,?2,?3,?4,?5,?6)")?
+        .execute((id, src, src_ent, time_us, hash, fields as i64))
         .map(drop)
 }
 

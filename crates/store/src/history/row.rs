@@ -1,9 +1,8 @@
 //! One message into the parameters of one INSERT.
 
-use super::nested::Nested;
 use super::schema::{ESTIMATED_STATE, KEY_COLUMNS, Table};
 use imc::catalogue::{FieldDesc, MessageDesc};
-use imc::messages::EstimatedState;
+use imc::json::NestedText;
 use imc::reflect::{self, Value, Visitor, WalkError};
 use rusqlite::types::Null;
 use rusqlite::{Statement, ToSql};
@@ -28,13 +27,13 @@ pub(crate) enum RowError {
     Sqlite(rusqlite::Error),
 }
 
-/// Binds a message to its table's INSERT.
+/// Binds a message to its table's INSERT; how many of its fields there were.
 pub(crate) fn bind(
     statement: &mut Statement<'_>,
     table: &Table,
     sample: &Sample<'_>,
-    nested: &mut Nested,
-) -> Result<(), RowError> {
+    nested: &mut NestedText,
+) -> Result<usize, RowError> {
     let view = &sample.view;
     if view.desc().is_none() {
         return Err(RowError::OtherMessage);
@@ -52,7 +51,7 @@ pub(crate) fn bind(
         binder.position = Some(Position { next: 0, values: [0.0; POSITION_FIELDS] });
     }
     // An older sender may leave out the last fields.
-    reflect::walk_payload(table.desc, view.payload(), view.order(), true, &mut binder)
+    let walked = reflect::walk_payload(table.desc, view.payload(), view.order(), true, &mut binder)
         .map_err(RowError::Payload)?;
     while binder.at <= KEY_COLUMNS.len() + table.desc.fields.len() {
         binder.bind(Null);
@@ -62,7 +61,7 @@ pub(crate) fn bind(
         binder.bind(place.map(|(lat_deg, _)| lat_deg));
         binder.bind(place.map(|(_, lon_deg)| lon_deg));
     }
-    binder.failed.map_or(Ok(()), |error| Err(RowError::Sqlite(error)))
+    binder.failed.map_or(Ok(walked.fields), |error| Err(RowError::Sqlite(error)))
 }
 
 /// `EstimatedState` begins with lat, lon, height, x, y and z.
@@ -75,28 +74,14 @@ struct Position {
 
 impl Position {
     fn place(&self) -> Option<(f64, f64)> {
-        let [lat, lon, height, x, y, z] = self.values;
-        if self.next < POSITION_FIELDS {
-            return None;
-        }
-        let state = EstimatedState {
-            lat,
-            lon,
-            height: height as f32,
-            x: x as f32,
-            y: y as f32,
-            z: z as f32,
-            ..EstimatedState::default()
-        };
-        let place = imc::position::place(&state).ok()?;
-        Some((place.lat_deg(), place.lon_deg()))
+        if self.next < POSITION_FIELDS { None } else { tables::computed_place(self.values) }
     }
 }
 
 struct Binder<'b, 's> {
     statement: &'b mut Statement<'s>,
     at: usize,
-    nested: &'b mut Nested,
+    nested: &'b mut NestedText,
     position: Option<Position>,
     failed: Option<rusqlite::Error>,
 }

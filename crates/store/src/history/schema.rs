@@ -14,69 +14,24 @@
 //! | `true_lat_deg`, `true_lon_deg` | of `EstimatedState`: the reference point displaced by x, y and z |
 //!
 //! The first four are the key, in this order: one series lies together on disk, which makes reading it 50 to
-//! 180 times faster than with the time first. SQLite has no NaN: it is kept as NULL, as is a field that an older
-//! sender left out. Text that is no UTF-8 is kept as a blob.
+//! 180 times faster than with the time first. Text that is no UTF-8 is kept as a blob.
+//!
+//! SQLite has no NaN: it is kept as NULL, as is a field that an older sender left out. Which of the two it is tells `_short`,
+//! which holds how many fields a message had where it had not all; a month of an earlier version has no such table. The time
+//! of a message whose stamp is no time (NaN, infinite, beyond 64 bits of microseconds) is the least integer, [`NO_TIME_US`].
+//!
+//! [`NO_TIME_US`]: crate::range::NO_TIME_US
 
-use imc::catalogue::{FieldDesc, FieldKind, MESSAGES, MessageDesc};
+use imc::catalogue::{MESSAGES, MessageDesc};
 use std::cell::OnceCell;
 use std::fmt::Write as _;
+use tables::{Column, ColumnKind};
 
 /// Columns before the fields.
 pub(crate) const KEY_COLUMNS: [&str; 7] =
     ["src", "src_ent", "time_us", "hash", "received_us", "dst", "dst_ent"];
-/// Columns of `EstimatedState` that are computed when it is written.
-pub(crate) const TRUE_POSITION: [&str; 2] = ["true_lat_deg", "true_lon_deg"];
-/// The message that they belong to.
+/// The message with columns that are computed when it is written.
 pub(crate) const ESTIMATED_STATE: u16 = 350;
-
-/// What a column holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ColumnKind {
-    /// An integer.
-    Integer,
-    /// A single: nine digits tell it.
-    Single,
-    /// A double.
-    Double,
-    /// Text.
-    Text,
-    /// Bytes.
-    Raw,
-    /// A message or list of messages as JSON.
-    Nested,
-}
-
-/// A column of a message's table.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// Its name.
-    pub name: &'static str,
-    /// What it holds.
-    pub kind: ColumnKind,
-    /// The unit, where there is one.
-    pub unit: Option<&'static str>,
-    /// What the catalogue says of it; `None` for what is computed.
-    pub desc: Option<&'static FieldDesc>,
-}
-
-impl Column {
-    /// Whether its values can be drawn and rolled up.
-    pub fn is_number(&self) -> bool {
-        matches!(self.kind, ColumnKind::Integer | ColumnKind::Single | ColumnKind::Double)
-    }
-
-    /// Once around, in the unit of an angle. Latitudes and longitudes are no such angles: their mean is a place between them.
-    pub(crate) fn circle(&self) -> Option<f64> {
-        if !self.is_number() || is_place(self.name) {
-            return None;
-        }
-        match self.unit {
-            Some("rad") => Some(std::f64::consts::TAU),
-            Some("°") => Some(360.0),
-            _ => None,
-        }
-    }
-}
 
 /// The table of one message.
 #[derive(Debug)]
@@ -96,15 +51,7 @@ pub struct Table {
 
 impl Table {
     fn new(desc: &'static MessageDesc) -> Self {
-        let mut columns: Vec<Column> = desc.fields.iter().map(column).collect();
-        if desc.id == ESTIMATED_STATE {
-            columns.extend(TRUE_POSITION.map(|name| Column {
-                name,
-                kind: ColumnKind::Double,
-                unit: Some("°"),
-                desc: None,
-            }));
-        }
+        let columns = tables::columns(desc);
         let numbers: Vec<usize> = (0..columns.len()).filter(|at| columns[*at].is_number()).collect();
         let mut insert = format!("INSERT OR IGNORE INTO \"{}\" ({}", desc.abbrev, KEY_COLUMNS.join(","));
         for column in &columns {
@@ -203,26 +150,6 @@ impl Schema {
     }
 }
 
-fn column(field: &'static FieldDesc) -> Column {
-    let kind = match field.kind {
-        FieldKind::I8
-        | FieldKind::U8
-        | FieldKind::I16
-        | FieldKind::U16
-        | FieldKind::I32
-        | FieldKind::U32
-        | FieldKind::I64 => ColumnKind::Integer,
-        FieldKind::F32 => ColumnKind::Single,
-        FieldKind::F64 => ColumnKind::Double,
-        FieldKind::Text => ColumnKind::Text,
-        FieldKind::Raw => ColumnKind::Raw,
-        FieldKind::Message | FieldKind::List => ColumnKind::Nested,
-    };
-    // These are kinds of number, not units.
-    let unit = field.unit.filter(|unit| !matches!(*unit, "Enumerated" | "Bitfield" | "TupleList" | "List"));
-    Column { name: field.abbrev, kind, unit, desc: Some(field) }
-}
-
 fn declaration(column: &Column) -> String {
     let kind = match column.kind {
         ColumnKind::Integer => "INTEGER",
@@ -233,18 +160,10 @@ fn declaration(column: &Column) -> String {
     format!("\"{}\" {kind}", column.name)
 }
 
-/// Whether a field of this name is a latitude or longitude.
-fn is_place(name: &str) -> bool {
-    ["lat", "lon"].contains(&name)
-        || TRUE_POSITION.contains(&name)
-        || name.ends_with("_lat")
-        || name.ends_with("_lon")
-}
-
 /// A latitude or longitude once more in degrees; computed when read, it takes no room.
 fn degrees_column(column: &Column) -> Option<String> {
     let name = column.name;
-    (is_place(name) && column.unit == Some("rad"))
+    (column.is_place() && column.unit == Some("rad"))
         .then(|| format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL"))
 }
 
@@ -273,6 +192,14 @@ CREATE TABLE IF NOT EXISTS _raw (
   src INTEGER NOT NULL, src_ent INTEGER NOT NULL, id INTEGER NOT NULL, time_us INTEGER NOT NULL,
   hash INTEGER NOT NULL, received_us INTEGER, dst INTEGER, dst_ent INTEGER, payload BLOB, problem TEXT,
   PRIMARY KEY (src, src_ent, id, time_us, hash)) WITHOUT ROWID;
+";
+
+/// What tells a NaN from a field that an older sender left out.
+pub(crate) const SHORT: &str = "
+CREATE TABLE _short (
+  id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL, time_us INTEGER NOT NULL,
+  hash INTEGER NOT NULL, fields INTEGER NOT NULL,
+  PRIMARY KEY (id, src, src_ent, time_us, hash)) WITHOUT ROWID;
 ";
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::Reader;
 use crate::archive::DayKey;
 use crate::error::Result;
-use crate::history::{Extent, GroupKey, MonthKey, Names, Progress, Table, load_progress};
+use crate::history::{Extent, GroupKey, MonthKey, Progress, Table, load_progress};
 use crate::range::TimeRange;
 use imc::Address;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub struct System {
     pub name: String,
     /// What it announced to be, by IMC's enumeration `SystemType`.
     pub kind: Option<u8>,
-    /// First and last sample, and how many.
+    /// First and last sample that have a believable time, if any has, and how many there are.
     pub extent: Extent,
 }
 
@@ -73,6 +73,15 @@ impl Series {
     }
 }
 
+/// The extents of all that each system said.
+fn by_system(extents: BTreeMap<GroupKey, Extent>) -> BTreeMap<u16, Extent> {
+    let mut systems: BTreeMap<u16, Extent> = BTreeMap::new();
+    for (group, extent) in extents {
+        systems.entry(group.src).or_insert(Extent::NONE).merge(extent);
+    }
+    systems
+}
+
 impl Reader {
     /// Every system, by address.
     ///
@@ -80,17 +89,20 @@ impl Reader {
     /// When a file of the history cannot be read.
     pub fn systems(&mut self) -> Result<Vec<System>> {
         let names = self.names()?;
-        let mut extents: BTreeMap<u16, Extent> = BTreeMap::new();
-        for (group, extent) in self.extents()? {
-            extents.entry(group.src).or_insert(Extent::NONE).merge(extent);
-        }
+        let all = by_system(self.extents()?);
+        // When it was heard is told by stamps that can be believed, as long as there are any.
+        let dated = by_system(self.months_extents(|key| key != MonthKey::Undated)?);
+        let told = |(address, all): (u16, Extent)| {
+            let believed = dated.get(&address).copied().unwrap_or(all);
+            (address, Extent { count: all.count, ..believed })
+        };
         let system = |(address, extent): (u16, Extent)| System {
             address: Address(address),
             name: names.system(Address(address)),
             kind: names.systems.get(&address).and_then(|runs| runs.latest()).map(|name| name.kind),
             extent,
         };
-        Ok(extents.into_iter().map(system).collect())
+        Ok(all.into_iter().map(told).map(system).collect())
     }
 
     /// All that was recorded, by the day on which it came and by system, the newest day first.
@@ -183,18 +195,5 @@ impl Reader {
             self.named(key, read())?;
         }
         Ok(extents)
-    }
-}
-
-impl Names {
-    /// A system's name: as it announced itself last, or as it is registered, or its address.
-    pub(crate) fn system(&self, address: Address) -> String {
-        let announced = self.systems.get(&address.0).and_then(|runs| runs.latest());
-        announced.map_or_else(|| address.to_string(), |name| name.name.clone())
-    }
-
-    /// An entity's label at a time.
-    pub(crate) fn entity(&self, address: Address, entity: u8, time_us: i64) -> Option<&str> {
-        self.entities.get(&(address.0, entity))?.at(time_us).map(String::as_str)
     }
 }

@@ -83,13 +83,13 @@ impl Reader {
                         (fields, self.table_of(*group), has_group(connection, *group)?)
                     {
                         let sql = sql(connection, table, fields, order)?;
-                        statements.push((*group, fields.len(), connection.prepare(&sql)?));
+                        statements.push((*group, vec![None; fields.len()], connection.prepare(&sql)?));
                     }
                 }
                 let mut heads = Vec::with_capacity(statements.len());
-                for (group, fields, statement) in &mut statements {
+                for (group, reals, statement) in &mut statements {
                     let rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
-                    heads.push(Head { group: *group, fields: *fields, rows, ahead: None }.advanced()?);
+                    heads.push(Head { group: *group, reals, rows, ahead: None }.advanced()?);
                 }
                 while let Some(head) = next_of(&mut heads, order) {
                     let group = head.group;
@@ -240,7 +240,7 @@ impl EventRow for LogEntry {
 fn sql(connection: &Connection, table: &Table, fields: &[&str], order: Order) -> rusqlite::Result<String> {
     let down = if order == Order::Newest { " DESC" } else { "" };
     Ok(format!(
-        "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
+        "SELECT time_us,received_us,NULL{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
          AND time_us<?4 ORDER BY time_us{down},hash{down}",
         select_list(connection, table, fields)?,
         table.desc.abbrev
@@ -250,7 +250,8 @@ fn sql(connection: &Connection, table: &Table, fields: &[&str], order: Order) ->
 /// One entity's messages, the next of them read.
 struct Head<'s> {
     group: GroupKey,
-    fields: usize,
+    /// A NaN tells nothing here: none of the fields is looked at as a real.
+    reals: &'s [Option<usize>],
     rows: Rows<'s>,
     ahead: Option<Row>,
 }
@@ -275,7 +276,7 @@ impl Head<'_> {
 
     /// The message that was read; reads the next.
     fn take(&mut self) -> rusqlite::Result<Option<Row>> {
-        let next = self.rows.next()?.map(|row| read_row(row, self.fields)).transpose()?;
+        let next = self.rows.next()?.map(|row| read_row(row, self.reals)).transpose()?;
         Ok(std::mem::replace(&mut self.ahead, next))
     }
 }

@@ -246,3 +246,23 @@ pub(crate) fn select_list(
     });
     Ok(quoted.collect())
 }
+
+/// What tells how many fields each message of a group had, for a SELECT from its table called `message`: a number, or NULL for
+/// all. None where the month is of an earlier version, which does not know.
+pub(crate) fn fields_sent(connection: &Connection, group: GroupKey) -> rusqlite::Result<String> {
+    if history::columns(connection, "_short")?.is_empty() {
+        return Ok("0".to_owned());
+    }
+    let mut find =
+        connection.prepare_cached("SELECT 1 FROM _short WHERE id=?1 AND src=?2 AND src_ent=?3 LIMIT 1")?;
+    let some = find.query_row((group.id, group.src, group.src_ent), |_| Ok(())).optional()?.is_some();
+    Ok(if some {
+        format!(
+            "(SELECT fields FROM _short AS short WHERE short.id={} AND short.src=message.src AND \
+             short.src_ent=message.src_ent AND short.time_us=message.time_us AND short.hash=message.hash)",
+            group.id
+        )
+    } else {
+        "NULL".to_owned()
+    })
+}

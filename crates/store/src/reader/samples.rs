@@ -1,8 +1,9 @@
 //! Samples as they are.
 
 use super::page::Pager;
-use super::{Page, Paged, Reader, Source, has_group, select_list};
+use super::{Page, Paged, Reader, Source, fields_sent, has_group, select_list};
 use crate::error::{Result, StoreError};
+use crate::history::ColumnKind;
 use crate::history::rollup::number;
 use crate::range::TimeRange;
 use rusqlite::types::ValueRef;
@@ -23,11 +24,11 @@ pub struct Samples {
 /// One value of any field.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// None: a NaN, a field that an older sender left out, or no nested message.
+    /// None: a field that an older sender left out, or no nested message.
     Nothing,
     /// An integer.
     Integer(i64),
-    /// A real number.
+    /// A real; NaN too.
     Real(f64),
     /// Text, or nested messages as JSON.
     Text(String),
@@ -107,7 +108,7 @@ impl Reader {
             }
             samples.time_us.push(row.get(0)?);
             for (at, values) in samples.values.iter_mut().enumerate() {
-                values.push(number(row.get_ref(at + 2)?).unwrap_or(f64::NAN));
+                values.push(number(row.get_ref(at + FIELDS_AT)?).unwrap_or(f64::NAN));
             }
             Ok(ControlFlow::Continue(()))
         })?;
@@ -127,9 +128,10 @@ impl Reader {
     ) -> Result<Paged<Row>> {
         let mut found = Vec::new();
         let mut pager = Pager::new(page);
+        let reals = self.reals(&source.message, fields)?;
         self.scan(source, fields, range, |row| {
             pager.step(row.get(0)?, || {
-                let row = read_row(row, fields.len())?;
+                let row = read_row(row, &reals)?;
                 let bytes = row.bytes();
                 found.push(row);
                 Ok(bytes)
@@ -145,6 +147,7 @@ impl Reader {
     pub fn last_row(&mut self, source: &Source, fields: &[&str], range: TimeRange) -> Result<Option<Row>> {
         let group = self.group(source)?;
         self.check_fields(source, fields)?;
+        let reals = self.reals(&source.message, fields)?;
         for (key, part) in self.parts(range)?.into_iter().rev() {
             let (connection, table) = (self.month(key)?, self.table(&source.message)?);
             let read = || -> rusqlite::Result<Option<Row>> {
@@ -152,13 +155,14 @@ impl Reader {
                     return Ok(None);
                 }
                 let mut statement = connection.prepare_cached(&format!(
-                    "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
-                     AND time_us<?4 ORDER BY time_us DESC,hash DESC LIMIT 1",
+                    "SELECT time_us,received_us,{}{} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
+                     time_us>=?3 AND time_us<?4 ORDER BY time_us DESC,hash DESC LIMIT 1",
+                    fields_sent(connection, group)?,
                     select_list(connection, table, fields)?,
                     table.desc.abbrev
                 ))?;
                 let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
-                rows.next()?.map(|row| read_row(row, fields.len())).transpose()
+                rows.next()?.map(|row| read_row(row, &reals)).transpose()
             };
             if let Some(row) = self.named(key, read())? {
                 return Ok(Some(row));
@@ -167,7 +171,8 @@ impl Reader {
         Ok(None)
     }
 
-    /// Walks over a series' messages in order of time. A row holds the time, the arrival and the fields.
+    /// Walks over a series' messages in order of time. A row holds the time, the arrival, how many fields were sent, and the
+    /// fields.
     pub(crate) fn scan(
         &mut self,
         source: &Source,
@@ -184,8 +189,9 @@ impl Reader {
                     return Ok(ControlFlow::Continue(()));
                 }
                 let mut statement = connection.prepare_cached(&format!(
-                    "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
-                     AND time_us<?4 ORDER BY time_us,hash",
+                    "SELECT time_us,received_us,{}{} FROM \"{}\" AS message WHERE src=?1 AND src_ent=?2 AND \
+                     time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
+                    fields_sent(connection, group)?,
                     select_list(connection, table, fields)?,
                     table.desc.abbrev
                 ))?;
@@ -204,6 +210,17 @@ impl Reader {
         Ok(())
     }
 
+    /// Of each field its place among those of the message, if it is a real, in which NULL is a NaN.
+    pub(super) fn reals(&self, message: &str, fields: &[&str]) -> Result<Vec<Option<usize>>> {
+        let columns = &self.table(message)?.columns;
+        let real = |name: &&str| {
+            let at = columns.iter().position(|column| column.name == *name)?;
+            let is_own = columns[at].desc.is_some();
+            (is_own && matches!(columns[at].kind, ColumnKind::Single | ColumnKind::Double)).then_some(at)
+        };
+        Ok(fields.iter().map(real).collect())
+    }
+
     fn check_fields(&self, source: &Source, fields: &[&str]) -> Result<()> {
         let table = self.table(&source.message)?;
         match fields.iter().find(|field| table.column(field).is_none()) {
@@ -220,10 +237,21 @@ impl Reader {
     }
 }
 
-pub(super) fn read_row(row: &rusqlite::Row<'_>, fields: usize) -> rusqlite::Result<Row> {
+/// Where the fields begin in a row: after the time, the arrival, and how many fields were sent.
+const FIELDS_AT: usize = 3;
+
+/// A row of time, arrival, number of fields that were sent (NULL for all), and fields, of which `reals` are those at these places
+/// of the message.
+pub(super) fn read_row(row: &rusqlite::Row<'_>, reals: &[Option<usize>]) -> rusqlite::Result<Row> {
+    let sent = row.get::<_, Option<u32>>(2)?.map_or(usize::MAX, |fields| fields as usize);
+    let cell = |(at, real): (usize, &Option<usize>)| {
+        let cell = Cell::of(row.get_ref(at + FIELDS_AT)?);
+        let is_nan = cell == Cell::Nothing && real.is_some_and(|at| at < sent);
+        Ok(if is_nan { Cell::Real(f64::NAN) } else { cell })
+    };
     Ok(Row {
         time: UtcTime::from_micros(row.get(0)?),
         received: UtcTime::from_micros(row.get(1)?),
-        cells: (0..fields).map(|at| row.get_ref(at + 2).map(Cell::of)).collect::<rusqlite::Result<_>>()?,
+        cells: reals.iter().enumerate().map(cell).collect::<rusqlite::Result<_>>()?,
     })
 }

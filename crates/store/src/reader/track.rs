@@ -2,7 +2,7 @@
 
 use super::{Reader, Source};
 use crate::error::Result;
-use crate::history::schema::{ESTIMATED_STATE, TRUE_POSITION};
+use crate::history::ESTIMATED_STATE;
 use crate::range::TimeRange;
 use imc::Address;
 use units::{LatLon, LocalFrame, UtcTime};
@@ -47,8 +47,8 @@ impl Reader {
             return Ok(Track::default());
         };
         let source = Source { system, entity: group.src_ent, message: "EstimatedState".to_owned() };
-        let (grid, lat) = self.cells(&source, TRUE_POSITION[0], range, max_points)?;
-        let (_, lon) = self.cells(&source, TRUE_POSITION[1], range, max_points)?;
+        let (grid, lat) = self.cells(&source, tables::TRUE_POSITION[0], range, max_points)?;
+        let (_, lon) = self.cells(&source, tables::TRUE_POSITION[1], range, max_points)?;
         let point = |(lat, lon): (Option<_>, Option<_>)| {
             let (lat, lon): (crate::history::rollup::Cell, crate::history::rollup::Cell) = (lat?, lon?);
             let place = LatLon::from_deg(lat.first, lon.first).ok()?;

@@ -56,10 +56,10 @@ fn a_wide_table_has_a_row_for_each_message_in_order_of_time() {
     let folder = small();
     assert_eq!(
         csv(folder.path(), &messages(&["Temperature"]), CsvOptions::default()),
-        "time,unix_s,system,system_id,entity,entity_id,value [°C]\n\
-         2026-11-21T08:00:01.000000Z,1795248001.000000,ntnu-otter-01,0x2810,'=cmd(),5,-7.25\n\
-         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-02,0x2811,,5,1.5\n\
-         2026-11-21T08:00:03.000000Z,1795248003.000000,ntnu-otter-01,0x2810,'=cmd(),5,8.1\n"
+        "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,value [°C]\n\
+         2026-11-21T08:00:01.000000Z,1795248001.000000,ntnu-otter-01,0x2810,'=cmd(),5,0xffff,255,-7.25\n\
+         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-02,0x2811,,5,0xffff,255,1.5\n\
+         2026-11-21T08:00:03.000000Z,1795248003.000000,ntnu-otter-01,0x2810,'=cmd(),5,0xffff,255,8.1\n"
     );
 }
 
@@ -72,11 +72,11 @@ fn several_messages_share_a_wide_table() {
     let options = CsvOptions { angles: Angles::Degrees, ..CsvOptions::default() };
     assert_eq!(
         csv(folder.path(), &selection, options),
-        "time,unix_s,system,system_id,entity,entity_id,message,EulerAngles.phi [deg],EulerAngles.psi [deg],\
+        "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,message,EulerAngles.phi [deg],EulerAngles.psi [deg],\
          Temperature.value [°C]\n\
-         2026-11-21T08:00:01.000000Z,1795248001.000000,ntnu-otter-01,0x2810,'=cmd(),5,Temperature,,,-7.25\n\
-         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-01,0x2810,AHRS,6,EulerAngles,,180,\n\
-         2026-11-21T08:00:03.000000Z,1795248003.000000,ntnu-otter-01,0x2810,'=cmd(),5,Temperature,,,8.1\n"
+         2026-11-21T08:00:01.000000Z,1795248001.000000,ntnu-otter-01,0x2810,'=cmd(),5,0xffff,255,Temperature,,,-7.25\n\
+         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-01,0x2810,AHRS,6,0xffff,255,EulerAngles,NaN,180.0,\n\
+         2026-11-21T08:00:03.000000Z,1795248003.000000,ntnu-otter-01,0x2810,'=cmd(),5,0xffff,255,Temperature,,,8.1\n"
     );
     let described =
         describe_csv(&mut store::Reader::open(folder.path()).unwrap(), &selection, &options).unwrap();
@@ -97,11 +97,14 @@ fn a_long_table_has_a_row_for_each_value() {
     let options = CsvOptions { shape: Shape::Long, ..CsvOptions::default() };
     let table = csv(folder.path(), &selection, options);
     let lines: Vec<&str> = table.lines().collect();
-    assert_eq!(lines[0], "time,unix_s,system,system_id,entity,entity_id,message,field,value,unit");
-    let psi = "2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-01,0x2810,AHRS,6,EulerAngles,psi,\
+    assert_eq!(
+        lines[0],
+        "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,message,field,value,unit"
+    );
+    let psi = "2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-01,0x2810,AHRS,6,0xffff,255,EulerAngles,psi,\
                3.141592653589793,rad";
     assert!(lines.contains(&psi), "{table}");
-    assert!(!table.contains(",phi,"), "a NaN has no row");
+    assert!(table.contains(",phi,NaN,rad\n"), "{table}");
 }
 
 /// `EulerAngles` has a field `time`, `FollowSystem` a field `system`.
@@ -136,19 +139,21 @@ fn a_row_tells_when_its_message_came_where_that_is_wanted() {
     let options = CsvOptions { received: true, ..CsvOptions::default() };
     assert_eq!(
         csv(folder.path(), &selection, options),
-        "time,unix_s,system,system_id,entity,entity_id,received,received_unix_s,value [°C]\n\
-         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-02,0x2811,,5,\
+        "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,received,received_unix_s,value [°C]\n\
+         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-02,0x2811,,5,0xffff,255,\
          2026-11-21T08:00:10.000000Z,1795248010.000000,1.5\n"
     );
     let long = csv(folder.path(), &selection, CsvOptions { shape: Shape::Long, ..options });
     assert!(
-        long.ends_with(",5,2026-11-21T08:00:10.000000Z,1795248010.000000,Temperature,value,1.5,°C\n"),
+        long.ends_with(
+            ",5,0xffff,255,2026-11-21T08:00:10.000000Z,1795248010.000000,Temperature,value,1.5,°C\n"
+        ),
         "{long}"
     );
     let mut reader = store::Reader::open(folder.path()).unwrap();
     let described = describe_csv(&mut reader, &selection, &options).unwrap();
-    assert_eq!(described["columns"][6]["name"], "received");
-    assert_eq!(described["columns"].as_array().unwrap().len(), 9);
+    assert_eq!(described["columns"][8]["name"], "received");
+    assert_eq!(described["columns"].as_array().unwrap().len(), 11);
 }
 
 #[test]
@@ -173,13 +178,13 @@ fn what_the_catalogue_does_not_explain_comes_out_as_it_came() {
     store.close().unwrap();
     let table = csv(folder.path(), &messages(&["_raw"]), CsvOptions::default());
     let mut lines: Vec<&str> = table.lines().collect();
-    assert_eq!(lines[0], "time,unix_s,system,system_id,entity,entity_id,id,payload,problem,dst,dst_ent");
+    assert_eq!(lines[0], "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,id,payload,problem");
     // What is said in one microsecond is told apart by its fingerprint.
     lines[1..3].sort_unstable();
-    let why = "the catalogue has no message with this id,0xffff,255";
+    let why = "the catalogue has no message with this id";
     let row = |at: i64, name: &str, payload: &str| {
         format!(
-            "2026-11-21T08:00:0{at}.000000Z,{}.000000,{name},,5,60001,{payload},{why}",
+            "2026-11-21T08:00:0{at}.000000Z,{}.000000,{name},,5,0xffff,255,60001,{payload},{why}",
             second(at) / 1_000_000
         )
     };
@@ -355,10 +360,10 @@ fn the_place_of_a_vessel_stands_before_its_reference_point() {
     let mut lines = table.lines();
     let header = lines.next().unwrap();
     assert!(
-        header.contains(",entity_id,true_lat_deg [deg],true_lon_deg [deg],lat [rad],lon [rad],"),
+        header.contains(",entity_id,dst,dst_ent,true_lat_deg [deg],true_lon_deg [deg],lat [rad],lon [rad],"),
         "{header}"
     );
-    let place = |line: &str| line.split(',').skip(6).take(4).map(str::to_owned).collect::<Vec<_>>();
+    let place = |line: &str| line.split(',').skip(8).take(4).map(str::to_owned).collect::<Vec<_>>();
     let (first, last) = (place(lines.next().unwrap()), place(lines.last().unwrap()));
     assert_eq!(first[2..], last[2..], "the reference point stays");
     let moved: f64 = last[0].parse::<f64>().unwrap() - first[0].parse::<f64>().unwrap();
@@ -378,7 +383,7 @@ fn the_time_of_a_tag_is_the_receivers_own_where_its_clock_is_set() {
     let mut selection = messages(&["TBRFishTag"]);
     selection.fields = vec!["heard".to_owned(), "heard_unix_s".to_owned(), "millis".to_owned()];
     let table = csv(folder.path(), &selection, CsvOptions::default());
-    let cells: Vec<&str> = table.lines().map(|line| line.splitn(7, ',').last().unwrap()).collect();
+    let cells: Vec<&str> = table.lines().map(|line| line.splitn(9, ',').last().unwrap()).collect();
     assert_eq!(
         cells,
         ["heard,heard_unix_s [s],millis [ms]", "2026-11-21T08:00:00.007Z,1795248000.007,7", ",,0"]

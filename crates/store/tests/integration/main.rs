@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
 mod damage;
+mod dialect;
 mod export;
 mod fuzz_seeds;
 mod kill;

@@ -7,15 +7,18 @@ const MAX_RUNS: usize = 1_000;
 
 /// One name and when it was heard first and last (µs since 1970-01-01 UTC).
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Run<T> {
-    pub(crate) name: T,
-    pub(crate) last_us: i64,
+pub struct Run<T> {
+    /// The name.
+    pub name: T,
+    /// When it was last heard.
+    pub last_us: i64,
 }
 
 /// The names of one thing, by when each was first heard.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Runs<T> {
-    pub(crate) runs: BTreeMap<i64, Run<T>>,
+pub struct Runs<T> {
+    /// By when each was first heard.
+    pub runs: BTreeMap<i64, Run<T>>,
 }
 
 impl<T> Default for Runs<T> {
@@ -26,18 +29,18 @@ impl<T> Default for Runs<T> {
 
 impl<T: Clone + PartialEq> Runs<T> {
     /// The name at a time; the first one for times before it was heard.
-    pub(crate) fn at(&self, time_us: i64) -> Option<&T> {
+    pub fn at(&self, time_us: i64) -> Option<&T> {
         let run = self.runs.range(..=time_us).next_back().or_else(|| self.runs.first_key_value());
         run.map(|(_, run)| &run.name)
     }
 
     /// The last name heard.
-    pub(crate) fn latest(&self) -> Option<&T> {
+    pub fn latest(&self) -> Option<&T> {
         self.runs.last_key_value().map(|(_, run)| &run.name)
     }
 
     /// Hears a name at a time, which may be before others; whether that says something new.
-    pub(crate) fn hear(&mut self, time_us: i64, name: &T) -> bool {
+    pub fn hear(&mut self, time_us: i64, name: &T) -> bool {
         if let Some((from_us, before)) = self.runs.range_mut(..=time_us).next_back() {
             if before.name == *name {
                 before.last_us = before.last_us.max(time_us);

@@ -5,15 +5,24 @@
 //! with an apostrophe; to get the text back, take one apostrophe from cells of text that begin with one.
 //! Numbers are never changed.
 
+use crate::dialect::Format;
+
 /// What some spreadsheets take for `=`, `+`, `-` and `@`.
 const WIDE: [&str; 4] = ["＝", "＋", "－", "＠"];
 
-/// Appends text as one cell; `guard` keeps spreadsheets from taking it for a formula.
-pub fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
-    let risky = guard
+/// Appends text as one cell, [escaped](imc::text::escape) where it is no text.
+pub fn text(out: &mut Vec<u8>, bytes: &[u8], format: Format) {
+    quoted(out, &imc::text::escape(bytes), format);
+}
+
+/// Appends text that needs no escape, such as JSON, which has its own.
+pub fn quoted(out: &mut Vec<u8>, text: &str, format: Format) {
+    let text = text.as_bytes();
+    let separator = format.dialect.separator();
+    let risky = format.guard
         && (matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r' | b'\n' | b'\''))
             || WIDE.iter().any(|sign| text.starts_with(sign.as_bytes())));
-    let quoted = text.iter().any(|byte| matches!(byte, b'"' | b',' | b'\n' | b'\r'));
+    let quoted = text.iter().any(|byte| matches!(byte, b'"' | b'\n' | b'\r') || *byte == separator);
     if quoted {
         out.push(b'"');
     }
@@ -34,7 +43,7 @@ pub fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
 }
 
 /// Appends bytes in hexadecimal.
-pub(crate) fn hex(out: &mut Vec<u8>, bytes: &[u8]) {
+pub fn hex(out: &mut Vec<u8>, bytes: &[u8]) {
     let start = out.len();
     out.resize(start + 2 * bytes.len(), 0);
     // There is room for two digits of each byte.
@@ -44,10 +53,11 @@ pub(crate) fn hex(out: &mut Vec<u8>, bytes: &[u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dialect::Dialect;
 
     fn cell(value: &str) -> String {
         let mut out = Vec::new();
-        text(&mut out, value.as_bytes(), true);
+        text(&mut out, value.as_bytes(), Format::default());
         String::from_utf8(out).unwrap()
     }
 
@@ -82,5 +92,11 @@ mod tests {
         assert_eq!(cell("say \"hi\"\n"), "\"say \"\"hi\"\"\n\"");
         assert_eq!(cell("=\"a\""), "\"'=\"\"a\"\"\"");
         assert_eq!(cell(""), "");
+        let mut out = Vec::new();
+        let format = Format { dialect: Dialect::SpreadsheetComma, guard: false };
+        text(&mut out, b"a,b", format);
+        format.next(&mut out);
+        text(&mut out, b"a;b", format);
+        assert_eq!(out, b"a,b;\"a;b\"");
     }
 }

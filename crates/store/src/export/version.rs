@@ -1,0 +1,73 @@
+//! Which state of the data an export is of: as long as it stays, the same question gives the same bytes.
+
+use super::select::Selection;
+use crate::archive;
+use crate::error::Result;
+use crate::history::GroupKey;
+use crate::range::TimeRange;
+use crate::reader::Reader;
+use imc::Address;
+use siphasher::sip::SipHasher13;
+use std::hash::{Hash as _, Hasher as _};
+use std::path::Path;
+
+/// Counts up when the same question to the same data would give other bytes than an earlier version of Lutra gave.
+const LAYOUT: u32 = 1;
+
+/// A number for what a table of this selection would be made of: how many messages of each series the months of its time have,
+/// and what everyone was called. It is told by the months' own tallies, for a first byte must not wait until a season was
+/// counted; so messages of the same series and month beyond the selection change it too.
+///
+/// # Errors
+/// When the selection names what does not exist or the history cannot be read.
+pub fn table_version(reader: &mut Reader, selection: &Selection) -> Result<u64> {
+    let selection = selection.known(reader)?;
+    let names = reader.names()?;
+    let mut version = SipHasher13::new();
+    LAYOUT.hash(&mut version);
+    for (key, part) in reader.parts(selection.range)? {
+        let connection = reader.month(key)?;
+        let mut ask = || -> rusqlite::Result<()> {
+            let mut tallies =
+                connection.prepare_cached("SELECT id,src,src_ent,first_us,last_us,count FROM _group")?;
+            let mut rows = tallies.query(())?;
+            while let Some(row) = rows.next()? {
+                let group = GroupKey { id: row.get(0)?, src: row.get(1)?, src_ent: row.get(2)? };
+                let (first_us, last_us, count): (i64, i64, i64) = (row.get(3)?, row.get(4)?, row.get(5)?);
+                let there = part.within(TimeRange { from_us: first_us, to_us: last_us.saturating_add(1) });
+                if !there.is_empty() && selection.has_series(&names, group) {
+                    (key, group, first_us, last_us, count).hash(&mut version);
+                    names.system(Address(group.src)).hash(&mut version);
+                    let labels = names.entities.get(&(group.src, group.src_ent));
+                    let labels = labels.into_iter().flat_map(|runs| &runs.runs);
+                    labels.for_each(|(from_us, run)| (from_us, &run.name).hash(&mut version));
+                }
+            }
+            if selection.is_raw() {
+                let count = "SELECT count(*) FROM _raw";
+                connection.query_row(count, (), |row| row.get::<_, i64>(0))?.hash(&mut version);
+            }
+            Ok(())
+        };
+        let asked = ask();
+        reader.named(key, asked)?;
+    }
+    Ok(version.finish())
+}
+
+/// The same for a log: which days of the archive have packets of the selection's time, and how long they are.
+///
+/// # Errors
+/// When the selection names what does not exist or the archive cannot be read.
+pub fn log_version(data: &Path, selection: &Selection) -> Result<u64> {
+    let mut reader = Reader::open(data)?;
+    let selection = selection.known(&mut reader)?;
+    let mut version = SipHasher13::new();
+    LAYOUT.hash(&mut version);
+    let root = data.join("archive");
+    for key in super::lsf::days(&reader, &root, &selection)? {
+        let bytes = std::fs::metadata(key.folder(&root).join(archive::DATA)).map_or(0, |file| file.len());
+        (key.name(), bytes).hash(&mut version);
+    }
+    Ok(version.finish())
+}

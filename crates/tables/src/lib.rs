@@ -1,0 +1,30 @@
+//! IMC messages as tables of CSV: which columns a message has and how its values are written.
+//!
+//! One dialect for all that writes tables: exports of the store, `imc lsf csv`, the log book. [`Field`] is a column,
+//! [`Format`] how cells are written, [`PacketRow`] a packet as a line; [`message`] finds a message by what people type.
+//!
+//! - A real is written with as many digits as tell it from all others and always as one (`8.0`), so that readers that guess
+//!   types take a column of whole numbers for reals. `NaN`, `inf` and `-inf` are those; an empty cell is a value that is
+//!   absent. Python (pandas, polars), R and DuckDB read all of these as numbers.
+//! - Text that is no UTF-8 is escaped by [`imc::text::escape`], quoted by RFC 4180 and harmless in spreadsheets.
+//! - A time is ISO 8601 in UTC and beside it seconds since 1970; a stamp that is no time gives two empty cells.
+//!
+//! It is pure: values in, bytes out. It knows IMC and what a detection is, and nothing of files or databases.
+
+mod cell;
+mod column;
+mod dialect;
+mod known;
+mod number;
+mod packet;
+mod value;
+
+pub use cell::{hex, quoted, text};
+pub use column::{
+    Column, ColumnKind, Computed, FIXED, Field, Style, TRUE_POSITION, column_name, columns, computed_place,
+    fields, heading,
+};
+pub use dialect::{Dialect, Format};
+pub use known::{NoMessage, message};
+pub use number::{IsoTime, double, epoch, integer, real, single, stamp};
+pub use packet::PacketRow;
