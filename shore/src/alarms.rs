@@ -297,7 +297,9 @@ impl Alarms {
         let mut kept = self.kept.subscribe();
         let written = kept.wait_for(|kept| kept.is_none_or(|kept| kept >= revision));
         if tokio::time::timeout(WRITE_PATIENCE, written).await.is_err() {
-            tracing::warn!("what somebody did to an alarm is not in app.db yet");
+            tracing::warn!(
+                "what somebody did to an alarm could not be saved within 2 s; it counts, but a restart could forget it: is the disk slow or full?"
+            );
         }
     }
 

@@ -249,9 +249,11 @@ impl ChartDifference {
             }
             (Self::Waiting { .. }, false) => "no sea chart aboard; the shore's is aboard and waits: {why}",
             (Self::Failed { .. }, true) => {
-                "another sea chart than ashore; the shore's was not taken over: {why}"
+                "another sea chart than ashore; the chart from shore could not be used: {why}"
             }
-            (Self::Failed { .. }, false) => "no sea chart aboard; the shore's was not taken over: {why}",
+            (Self::Failed { .. }, false) => {
+                "no sea chart aboard; the chart from shore could not be used: {why}"
+            }
             (Self::Declined, true) => {
                 "another sea chart than ashore; the vessel is set up to take none from ashore"
             }

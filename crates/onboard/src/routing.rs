@@ -22,8 +22,11 @@ const LEAST_LEG_M: f64 = 15.0;
 /// A vessel that was steered into water where it may not go by itself looks for open water so far off (m).
 const MOVE_UP_TO_M: f64 = 300.0;
 
-/// Routes keep so far from the border of the area of operation (m).
+/// Routes keep so far from the border of the area of operation (m), and half as far as an end that is nearer to it than twice
+/// that.
 const AREA_MARGIN_M: f64 = 5.0;
+/// What is no farther inside than this (m) is on the border.
+const ON_BORDER_M: f64 = 0.5;
 
 /// Routes that the vessel looks for by itself. Set in the files alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +81,7 @@ impl RouteRequest {
         longest_m: f64,
     ) -> Self {
         let needs = Needs { demand: limits.demand(limits.autonomous_m), clearance_m };
-        Self { number: 0, from, to, needs, zones: zones(area, from), longest_m }
+        Self { number: 0, from, to, needs, zones: zones(area, from, to), longest_m }
     }
 }
 
@@ -142,12 +145,16 @@ impl Routes {
     }
 }
 
-/// The area of operation as a zone to stay in. A vessel outside of it, or nearly so, is led back by what is judged
-/// afterwards.
-fn zones(area: Option<&Area>, from: LatLon) -> Zones {
-    let area = area.filter(|area| area.depth_m(from) > 2.0 * AREA_MARGIN_M);
-    let zone = area.and_then(|area| Zone::new(area.corners().collect()).ok());
-    zone.and_then(|zone| Zones::new(Some(zone), Vec::new(), AREA_MARGIN_M).ok()).unwrap_or_default()
+/// The area of operation as a zone to stay in, with the margin that both ends leave. A vessel outside of it, or on its border,
+/// is led back by what is judged afterwards.
+fn zones(area: Option<&Area>, from: LatLon, to: LatLon) -> Zones {
+    let inside_m = |area: &&Area| area.depth_m(from).min(area.depth_m(to));
+    let area = area.filter(|area| inside_m(area) > ON_BORDER_M);
+    let zone = area.and_then(|area| Some((Zone::new(area.corners().collect()).ok()?, inside_m(&area))));
+    let margined = |(zone, inside_m): (Zone, f64)| {
+        Zones::new(Some(zone), Vec::new(), AREA_MARGIN_M.min(inside_m / 2.0)).ok()
+    };
+    zone.and_then(margined).unwrap_or_default()
 }
 
 fn find(router: &Router, request: &RouteRequest, cancel: &Cancel<'_>) -> Result<FoundRoute, Refusal> {

@@ -258,7 +258,7 @@ fn closed_text(
     allowed_m: f64,
 ) -> String {
     let here = match water {
-        _ if zoned => "outside the zone that is allowed, or in one that is forbidden".to_owned(),
+        _ if zoned => "outside the allowed area or too near its border, or in a forbidden one".to_owned(),
         Water::Depth { .. } if refused.is_some() => {
             format!("in {}", refused.map_or("a closed area", Restriction::words))
         }

@@ -2,7 +2,8 @@
 //!
 //! The same question to the same data gives the same bytes, which its `ETag` stands for; so a download that broke off goes on
 //! (`Range`, `If-Range`). A part is written from the beginning too, and what was sent before is passed over; for its length
-//! the file is written once more before, to nowhere.
+//! the file is written once more before, to nowhere. The last bytes of a part go out only when the data are still those that
+//! the tag stands for.
 
 use crate::AppState;
 use crate::web::ApiError;
@@ -20,6 +21,7 @@ use std::time::Duration;
 use store::StoreError;
 use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio_util::sync::CancellationToken;
 
 /// Bytes that are handed to the connection at once.
 const CHUNK: usize = 64 * 1024;
@@ -48,7 +50,7 @@ pub(super) struct Download {
 impl Download {
     /// The answer to a request with these headers.
     pub(super) async fn answer(self, state: &AppState, asked: &HeaderMap) -> Result<Response, ApiError> {
-        let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
+        let Ok(mut place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
             return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
         };
         let (data, version) = (state.shore.history.data().to_owned(), Arc::clone(&self.version));
@@ -63,7 +65,12 @@ impl Download {
             Wanted::Part(span) => {
                 let (data, write, gzip) =
                     (state.shore.history.data().to_owned(), Arc::clone(&self.write), self.gzip);
-                let total = blocking(move || length(gzip, |out| write(&data, out))).await?;
+                // Who does not wait for it any more has nothing reckoned, and holds their place until that has ended.
+                let given_up = CancellationToken::new();
+                let _here = given_up.clone().drop_guard();
+                let reckon = move || Ok((place, length(gzip, given_up, |out| write(&data, out))?));
+                let (still, total) = blocking(reckon).await?;
+                place = still;
                 let Some(part) = span.within(total) else { return Ok(beyond(total, &tag)) };
                 (StatusCode::PARTIAL_CONTENT, Some(part))
             }
@@ -114,12 +121,15 @@ impl Download {
                 skip: bounds.0,
                 left: bounds.1,
             };
-            let written = finish(out, self.gzip, |out| (self.write)(&data, out));
+            let (mut out, written) = finish(out, self.gzip, |out| (self.write)(&data, out));
             let unchanged = || match part {
                 Some((_, version)) if (self.version)(&data)? != version => Err(StoreError::Cancelled),
                 _ => Ok(()),
             };
-            if let Err(error) = written.and_then(|()| unchanged()) {
+            let whole = written.and_then(|()| unchanged());
+            // The end of a part is sent only when it is known that all of it is of one version.
+            let sent = if whole.is_ok() || part.is_none() { out.send().map_err(unwritable) } else { Ok(()) };
+            if let Err(error) = whole.and(sent) {
                 tracing::info!(%error, "an export was cut or refused");
                 // Ends the connection without the mark of a whole answer, so that nobody takes it for one.
                 runtime.block_on(tokio::time::timeout(PATIENCE, chunks.send(Err(error)))).ok();
@@ -229,19 +239,13 @@ fn span(text: &str) -> Option<Span> {
     }
 }
 
-/// How long the file is.
-fn length(gzip: bool, write: impl FnOnce(&mut dyn Write) -> store::Result<()>) -> store::Result<u64> {
-    struct Counted(u64);
-    impl Write for Counted {
-        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            self.0 += bytes.len() as u64;
-            Ok(bytes.len())
-        }
-        fn flush(&mut self) -> io::Result<()> {
-            Ok(())
-        }
-    }
-    let mut counted = Counted(0);
+/// How long the file is; reckoned until it is given up.
+fn length(
+    gzip: bool,
+    given_up: CancellationToken,
+    write: impl FnOnce(&mut dyn Write) -> store::Result<()>,
+) -> store::Result<u64> {
+    let mut counted = Counted { bytes: 0, given_up };
     if gzip {
         let mut packed = GzEncoder::new(&mut counted, Compression::fast());
         write(&mut packed)?;
@@ -249,33 +253,58 @@ fn length(gzip: bool, write: impl FnOnce(&mut dyn Write) -> store::Result<()>) -
     } else {
         write(&mut counted)?;
     }
-    Ok(counted.0)
+    Ok(counted.bytes)
+}
+
+/// Takes bytes only to count them.
+struct Counted {
+    bytes: u64,
+    given_up: CancellationToken,
+}
+
+impl Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.given_up.is_cancelled() {
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "nobody waits for the export any more"));
+        }
+        self.bytes += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 fn unwritable(source: io::Error) -> StoreError {
     StoreError::Io { path: "the export".into(), source }
 }
 
-/// Writes, packed if wanted. What was cut gets no ending, by which programs that unpack notice.
+/// Writes, packed if wanted, up to the last chunk, which is not sent yet. What was cut gets no ending, by which programs that
+/// unpack notice.
 fn finish(
     mut out: Chunks,
     gzip: bool,
     write: impl FnOnce(&mut dyn Write) -> store::Result<()>,
-) -> store::Result<()> {
-    if !gzip {
-        let written = write(&mut out);
-        let flushed = out.flush().map_err(unwritable);
-        return written.and(flushed);
-    }
-    // The quickest: the link is seldom as slow as a better one would be.
-    let mut packed = GzEncoder::new(out, Compression::fast());
-    if let Err(error) = write(&mut packed) {
-        packed.flush().ok();
-        // The encoder ends the file when it is dropped.
-        packed.get_mut().is_cut = true;
-        return Err(error);
-    }
-    packed.finish().and_then(|mut out| out.flush()).map_err(unwritable)
+) -> (Chunks, store::Result<()>) {
+    let written = if gzip {
+        // The quickest: the link is seldom as slow as a better one would be.
+        let mut packed = GzEncoder::new(&mut out, Compression::fast());
+        match write(&mut packed) {
+            Ok(()) => packed.finish().map(drop).map_err(unwritable),
+            Err(error) => {
+                packed.flush().ok();
+                // The encoder ends the file when it is dropped.
+                packed.get_mut().is_cut = true;
+                Err(error)
+            }
+        }
+    } else {
+        write(&mut out)
+    };
+    // Once all of a part is there, what follows is not written any more.
+    let written = if out.left == 0 { Ok(()) } else { written };
+    (out, written)
 }
 
 type Chunk = Result<Bytes, StoreError>;
@@ -312,7 +341,7 @@ struct Chunks {
 
 impl Write for Chunks {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.is_cut {
+        if self.is_cut || self.left == 0 {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
         let skipped = usize::try_from(self.skip).unwrap_or(usize::MAX).min(bytes.len());
@@ -321,13 +350,21 @@ impl Write for Chunks {
         let wanted = &wanted[..usize::try_from(self.left).unwrap_or(usize::MAX).min(wanted.len())];
         self.left -= wanted.len() as u64;
         self.buffer.extend_from_slice(wanted);
-        if self.buffer.len() >= CHUNK {
-            self.flush()?;
+        if self.buffer.len() >= CHUNK && self.left > 0 {
+            self.send()?;
         }
         Ok(bytes.len())
     }
 
+    /// What fills no chunk waits for more, or for the end.
     fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Chunks {
+    /// Hands over what has gathered.
+    fn send(&mut self) -> io::Result<()> {
         if self.buffer.is_empty() {
             return Ok(());
         }
@@ -380,5 +417,52 @@ mod tests {
             assert_eq!(asked(&[(header::IF_NONE_MATCH, had)]), Wanted::Nothing, "{had}");
         }
         assert_eq!(asked(&[(header::IF_NONE_MATCH, "\"b\"")]), Wanted::Whole);
+    }
+
+    /// A file of ten bytes, from data that are of another version each time somebody looks if they change.
+    fn ten_bytes(changes: bool) -> Download {
+        let looks = std::sync::atomic::AtomicU64::new(0);
+        let version = move |_: &Path| {
+            Ok(if changes { looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed) } else { 7 })
+        };
+        let write = |_: &Path, out: &mut dyn Write| {
+            out.write_all(b"01234").and_then(|()| out.write_all(b"56789")).map_err(unwritable)
+        };
+        Download {
+            name: "ten".to_owned(),
+            media: "text/plain",
+            gzip: false,
+            question: "ten".to_owned(),
+            write: Arc::new(write),
+            version: Arc::new(version),
+        }
+    }
+
+    #[tokio::test]
+    async fn the_end_of_a_part_is_kept_back_where_the_data_changed_meanwhile() {
+        let shore = crate::http::tests::Shore::with(|_| ()).await;
+        let headers = [(header::RANGE, HeaderValue::from_static("bytes=2-6"))].into_iter().collect();
+        let answer = ten_bytes(false).answer(&shore.state, &headers).await.unwrap();
+        assert_eq!(answer.headers()[header::CONTENT_RANGE], "bytes 2-6/10");
+        assert_eq!(&axum::body::to_bytes(answer.into_body(), 100).await.unwrap()[..], b"23456");
+        // Nothing was sent before: it is an error with its reason instead of bytes of two versions.
+        assert!(ten_bytes(true).answer(&shore.state, &headers).await.is_err());
+        let whole = ten_bytes(true).answer(&shore.state, &HeaderMap::new()).await.unwrap();
+        assert_eq!(&axum::body::to_bytes(whole.into_body(), 100).await.unwrap()[..], b"0123456789");
+    }
+
+    #[test]
+    fn a_length_that_nobody_waits_for_is_not_reckoned_to_the_end() {
+        let (given_up, mut written) = (CancellationToken::new(), 0);
+        given_up.cancel();
+        let write = |out: &mut dyn Write| {
+            for _ in 0..1_000 {
+                out.write_all(b"x").map_err(unwritable)?;
+                written += 1;
+            }
+            Ok(())
+        };
+        assert!(length(false, given_up, write).is_err());
+        assert_eq!(written, 0);
     }
 }

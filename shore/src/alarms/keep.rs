@@ -1,7 +1,7 @@
 //! Alarms in app.db: what stands, so that a restart forgets no acknowledgement, and what happened, as it comes.
 
-use super::EVERY;
 use super::notes::WriteNotes;
+use super::{EVERY, WRITE_PATIENCE};
 use crate::identity::{Fault, People, Request};
 use api::AlarmNote;
 use operations::alarms::NOTES_KEPT;
@@ -28,7 +28,14 @@ impl Request for ReadStanding {
     async fn run(self, db: &mut SqliteConnection) -> Result<Vec<api::Alarm>, Fault> {
         let sql = "SELECT body FROM alarm ORDER BY id";
         let bodies: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
-        Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+        let read = |body: &String| {
+            serde_json::from_str(body)
+                .inspect_err(
+                    |error| tracing::warn!(%error, "an alarm that another version kept is not understood"),
+                )
+                .ok()
+        };
+        Ok(bodies.iter().filter_map(read).collect())
     }
 }
 
@@ -96,14 +103,9 @@ pub(super) async fn keep(
     kept.send_replace(Some(0));
     while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
         loop {
-            let Standing { revision, alarms } = standing.borrow_and_update().clone();
-            let notes = happened.all();
-            let write = async {
-                people.change(WriteNotes(notes.clone())).await?;
-                happened.written(&notes);
-                people.change(WriteStanding(alarms)).await
-            };
-            match write.await {
+            let now = standing.borrow_and_update().clone();
+            let revision = now.revision;
+            match write(&people, &happened, now).await {
                 Ok(()) => {
                     kept.send_replace(Some(revision));
                     break told = false;
@@ -120,4 +122,19 @@ pub(super) async fn keep(
             }
         }
     }
+    // What somebody did while the server was told to end.
+    if standing.has_changed().unwrap_or(true) {
+        let last = standing.borrow_and_update().clone();
+        if let Ok(Err(error)) = tokio::time::timeout(WRITE_PATIENCE, write(&people, &happened, last)).await {
+            tracing::error!(%error, "the last change of an alarm is not kept over the restart");
+        }
+    }
+}
+
+/// Writes down what happened, then what stands.
+async fn write(people: &People, happened: &PendingNotes, now: Standing) -> Result<(), Fault> {
+    let notes = happened.all();
+    people.change(WriteNotes(notes.clone())).await?;
+    happened.written(&notes);
+    people.change(WriteStanding(now.alarms)).await
 }

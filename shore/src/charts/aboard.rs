@@ -59,9 +59,9 @@ impl Reported {
         match self.stage {
             _ if !ashore => ChartDifference::NoneAshore,
             Stage::Settled => ChartDifference::Other,
-            Stage::Fetching => {
-                ChartDifference::Fetching { percent: (self.have * 100 / self.of.max(1)).min(100) as u8 }
-            }
+            Stage::Fetching => ChartDifference::Fetching {
+                percent: (self.have.saturating_mul(100) / self.of.max(1)).min(100) as u8,
+            },
             Stage::Waiting => ChartDifference::Waiting { why: self.text.clone() },
             Stage::Failed => ChartDifference::Failed { why: self.text.clone() },
             Stage::Declined => ChartDifference::Declined,
@@ -202,7 +202,10 @@ mod tests {
         let failed = ChartReport { stage: ChartStage::Failed, text: "disk full".to_owned(), ..report };
         assert_eq!(
             state(&failed, Some([7; 32])),
-            told("failed", "another sea chart than ashore; the shore's was not taken over: disk full")
+            told(
+                "failed",
+                "another sea chart than ashore; the chart from shore could not be used: disk full"
+            )
         );
         assert_eq!(aboard.vessels(), [0x2810]);
 

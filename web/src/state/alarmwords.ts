@@ -62,7 +62,7 @@ export function chartDiffers(held: boolean, difference: ChartDifference): string
     }
     case "failed": {
       const { why } = difference;
-      return held ? t("another sea chart than ashore; the shore's was not taken over: {why}", { why }) : t("no sea chart aboard; the shore's was not taken over: {why}", { why });
+      return held ? t("another sea chart than ashore; the chart from shore could not be used: {why}", { why }) : t("no sea chart aboard; the chart from shore could not be used: {why}", { why });
     }
     case "declined":
       return held ? t("another sea chart than ashore; the vessel is set up to take none from ashore") : t("no sea chart aboard; the vessel is set up to take none from ashore");

@@ -10,8 +10,9 @@ use units::LatLon;
 
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-/// A place may move by this share of the whole way, or so far (m), before another way is looked for. Bent by a share s a
-/// way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice.
+/// A place may move by this share of the whole way, or so far (m), before another way is looked for. Bent once by a share s
+/// a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice. A place
+/// that wanders leaves corners behind; a way that they make longer than that factor is looked for anew.
 const BENT_SHARE: f64 = 0.25;
 const BENT_M: f64 = 50.0;
 /// A place that keeps moving leaves no way of more corners behind it than this.
@@ -80,9 +81,13 @@ impl Detour {
             return Some(self.clone());
         }
         let ends = [self.corners.len().saturating_sub(1), self.corners.len()];
+        let longest_m = (self.found_m + 2.0 * BENT_M) * (1.0 + BENT_SHARE) / (1.0 - BENT_SHARE);
         let is_open = |kept: &usize| {
-            let from = kept.checked_sub(1).map_or(here, |last| self.corners[last]);
-            *kept < MOST_CORNERS && cx.waters.way(from, goal).is_ok()
+            let before: Vec<LatLon> =
+                std::iter::once(here).chain(self.corners.iter().take(*kept).copied()).collect();
+            let last = before[*kept];
+            let bent_m = length_m(&before) + distance_m(last, goal);
+            bent_m <= longest_m && *kept < MOST_CORNERS && cx.waters.way(last, goal).is_ok()
         };
         let kept = ends.into_iter().find(is_open)?;
         let corners = self.corners.iter().take(kept).copied().chain([goal]).collect();

@@ -162,6 +162,10 @@ impl Plans {
             _ => from,
         };
         chart::refusal(&self.settings, &checked, Some(start), &limits)?;
+        // Without a route before it nothing leads back into the area: that is the plan's own business.
+        if corners.is_empty() {
+            return Ok(());
+        }
         let waters = Waters { area: self.settings.mission.limits.area.clone(), chart: WaterChart::Off };
         // A vessel outside has left the area already: it is led back in, and stays inside from there on.
         let way: Vec<LatLon> = std::iter::once(from).chain(corners.iter().copied()).collect();
@@ -169,7 +173,9 @@ impl Plans {
         if outside > 0 {
             let back_m: f64 = way.windows(2).take(outside).map(|leg| length_m(leg[0], leg[1])).sum();
             if outside == way.len() || back_m > OUTSIDE_M {
-                return Err(format!("the route goes on for {back_m:.0} m outside the area of operation"));
+                return Err(format!(
+                    "the first {back_m:.0} m of the route lie outside the area of operation; at most {OUTSIDE_M:.0} m are allowed"
+                ));
             }
         }
         way[outside..].windows(2).try_for_each(|leg| waters.way(leg[0], leg[1]))

@@ -34,7 +34,7 @@ impl Plans {
         let asked_by =
             self.reference.as_ref().map_or_else(String::new, |(system, ..)| format!(" by {system:#06x}"));
         let text = format!(
-            "the place asked for{asked_by}, to which a route was looked for, is given up: '{plan_id}' has ended"
+            "the search for a route to the place asked for{asked_by} has stopped: '{plan_id}' has ended"
         );
         bus.entry(Entity::PlanEngine, Level::Warning, text);
     }

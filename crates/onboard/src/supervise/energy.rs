@@ -34,7 +34,7 @@ impl EnergyLeft {
         let needed_wh = (needed_wh / STEP_WH).ceil() * STEP_WH;
         let left_wh = (self.wh / STEP_WH).floor() * STEP_WH;
         Err(format!(
-            "it takes about {needed_wh:.0} Wh, and of {:.0} % charge {left_wh:.0} Wh are left above the {:.0} % that are kept",
+            "it takes about {needed_wh:.0} Wh; the battery is at {:.0} %, and {left_wh:.0} Wh may be used ({:.0} % are kept in reserve)",
             self.percent.floor(),
             100.0 * self.kept
         ))
@@ -50,7 +50,7 @@ mod tests {
         let left = EnergyLeft { percent: 14.6, kept: 0.1, wh: 168.0 };
         assert_eq!(left.reaches(168.0), Ok(()));
         let why = left.reaches(168.1).unwrap_err();
-        let told = "it takes about 170 Wh, and of 14 % charge 160 Wh are left above the 10 % that are kept";
+        let told = "it takes about 170 Wh; the battery is at 14 %, and 160 Wh may be used (10 % are kept in reserve)";
         assert_eq!(why, told);
     }
 }

@@ -155,7 +155,7 @@ impl WayHome {
                 return Some(Ok(Started { run: Some(run), how: Some(how) }));
             }
             Err(NotStarted::Engine(why)) => {
-                return Some(Err(format!("{}; {text} is kept until it can start: {why}", behind.why)));
+                return Some(Err(format!("{}; {text} was found and cannot start yet: {why}", behind.why)));
             }
             Err(NotStarted::Refused(why)) => no_route_text(behind.what, &why),
             Err(NotStarted::OutOfReach(why)) => format!("{text} is out of reach: {why}"),
@@ -246,7 +246,8 @@ impl Supervise {
             return;
         };
         if let Some(source) = self.arbiter.begin_again(bus.mono()) {
-            let text = format!("by the new chart the way home does not go on: {why}; another is looked for");
+            let text =
+                format!("the new chart closes the way home: {why}; the vessel holds and looks for another");
             bus.entry(entity_of(source), Level::Error, text);
         }
     }

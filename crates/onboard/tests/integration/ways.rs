@@ -458,7 +458,7 @@ fn a_pending_reference_is_given_up_and_told_when_control_changes_or_the_plan_end
     sea.send(reference(place(300.0, -50.0)));
     sea.ask(PlanControlOp::Stop, "", None);
     sea.run(0.2);
-    assert_eq!(told(&sea, "is given up: 'follow' has ended"), 1);
+    assert_eq!(told(&sea, "has stopped: 'follow' has ended"), 1);
 }
 
 /// A chart came under way that has land where the route leads.
@@ -473,7 +473,7 @@ fn a_return_under_way_is_judged_again_by_a_new_chart() {
         let Chart::Loaded(file) = Chart::of("another", chart.index()) else { panic!() };
         sea.tell(Input::Chart(file));
         sea.run(1.0);
-        let told = told(&sea, "by the new chart the way home does not go on");
+        let told = told(&sea, "the new chart closes the way home");
         if goes_on {
             assert!(runs(&sea, "home") && told == 0, "{:?}", sea.plan_state());
             continue;
@@ -509,7 +509,7 @@ fn a_route_that_the_charge_does_not_reach_is_not_sailed_and_told_with_figures() 
         assert!(runs(&sea, if sails { "home" } else { "hold" }), "{percent}: {:?}", sea.plan_state());
         let text = state(&sea, Entity::LostComms);
         let out_of_reach = text.contains("is out of reach: it takes about")
-            && text.contains("Wh are left above the 10 % that are kept");
+            && text.contains("Wh may be used (10 % are kept in reserve)");
         assert_eq!(out_of_reach, !sails, "{text}");
         assert_eq!(told(&sea, "is out of reach") > 0, !sails);
     }
@@ -532,7 +532,7 @@ fn a_route_that_is_found_while_the_engine_is_blocked_is_sailed_when_it_is_not() 
         sea.run(20.0);
         assert!(!runs(&sea, "home"));
         let text = state(&sea, Entity::LostComms);
-        assert!(text.contains("is kept until it can start: vehicle is blocked"), "{text}");
+        assert!(text.contains("was found and cannot start yet: vehicle is blocked"), "{text}");
         assert_eq!(requests(&sea).len(), 1, "not asked again");
         if drifts_ashore {
             // A chart that refuses the way lets go of it.

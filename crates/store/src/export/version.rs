@@ -3,7 +3,7 @@
 use super::select::Selection;
 use crate::archive;
 use crate::error::Result;
-use crate::history::GroupKey;
+use crate::history::{GroupKey, Names};
 use crate::range::TimeRange;
 use crate::reader::Reader;
 use imc::Address;
@@ -37,15 +37,13 @@ pub fn table_version(reader: &mut Reader, selection: &Selection) -> Result<u64> 
                 let there = part.within(TimeRange { from_us: first_us, to_us: last_us.saturating_add(1) });
                 if !there.is_empty() && selection.has_series(&names, group) {
                     (key, group, first_us, last_us, count).hash(&mut version);
-                    names.system(Address(group.src)).hash(&mut version);
-                    let labels = names.entities.get(&(group.src, group.src_ent));
-                    let labels = labels.into_iter().flat_map(|runs| &runs.runs);
-                    labels.for_each(|(from_us, run)| (from_us, &run.name).hash(&mut version));
+                    hash_names(&names, group.src, Some(group.src_ent), &mut version);
                 }
             }
             if selection.is_raw() {
                 let count = "SELECT count(*) FROM _raw";
                 connection.query_row(count, (), |row| row.get::<_, i64>(0))?.hash(&mut version);
+                names.systems.keys().for_each(|system| hash_names(&names, *system, None, &mut version));
             }
             Ok(())
         };
@@ -53,6 +51,18 @@ pub fn table_version(reader: &mut Reader, selection: &Selection) -> Result<u64> 
         reader.named(key, asked)?;
     }
     Ok(version.finish())
+}
+
+/// What a system and its entities, or one of them, are called when.
+fn hash_names(names: &Names, system: u16, entity: Option<u8>, version: &mut SipHasher13) {
+    names.system(Address(system)).hash(version);
+    let entities = entity.map_or(0..=u8::MAX, |entity| entity..=entity);
+    let (first, last) = ((system, *entities.start()), (system, *entities.end()));
+    for (key, runs) in names.entities.range(first..=last) {
+        for (from_us, run) in &runs.runs {
+            (key, from_us, &run.name).hash(version);
+        }
+    }
 }
 
 /// The same for a log: which days of the archive have packets of the selection's time, and how long they are.
