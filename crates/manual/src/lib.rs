@@ -1,5 +1,5 @@
 //! Manual pages (`man lutra-server-backup`) and completions for shells, made from the program's own command line, so that they
-//! cannot differ from it. Packages carry what [`write`] writes.
+//! cannot differ from it. Packages carry what [`write()`] writes.
 
 use clap::{Args, Command};
 use clap_complete::Shell;
