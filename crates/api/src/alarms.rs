@@ -228,7 +228,7 @@ pub enum ChartDifference {
     },
     /// The vessel is set up to take none from ashore.
     Declined,
-    /// There is none ashore to compare with.
+    /// There is no chart ashore.
     NoneAshore,
 }
 

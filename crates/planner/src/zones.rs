@@ -17,7 +17,7 @@ pub enum ZoneError {
     /// A zone needs three corners.
     #[error("a zone needs at least three corners")]
     TooFewCorners,
-    /// A margin that is no number or out of range.
+    /// The margin is not a number, or out of range.
     #[error("the margin to zones is {0} m; it must be a number from 0 to {MOST_MARGIN_M:.0} m")]
     Margin(f64),
 }

@@ -28,7 +28,7 @@ impl std::error::Error for NoMessage {}
 /// The message that a text stands for: its name in any case, or its number, decimal or hexadecimal after `0x`.
 ///
 /// # Errors
-/// There is none; the error names similar ones.
+/// The catalogue has no such message; the error names similar ones.
 pub fn message(text: &str) -> Result<&'static MessageDesc, NoMessage> {
     let text = text.trim();
     let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {

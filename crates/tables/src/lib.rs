@@ -6,8 +6,8 @@
 //! - A real is written with as many digits as tell it from all others and always as one (`8.0`), so that readers that guess
 //!   types take a column of whole numbers for reals. `NaN`, `inf` and `-inf` are those; an empty cell is a value that is
 //!   absent. Python (pandas, polars), R and DuckDB read all of these as numbers.
-//! - Text that is no UTF-8 is escaped by [`imc::text::escape`], quoted by RFC 4180 and harmless in spreadsheets.
-//! - A time is ISO 8601 in UTC and beside it seconds since 1970; a stamp that is no time gives two empty cells.
+//! - Text that is not UTF-8 is escaped by [`imc::text::escape`], quoted by RFC 4180 and harmless in spreadsheets.
+//! - A time is ISO 8601 in UTC and beside it seconds since 1970; a stamp that is not a time gives two empty cells.
 //!
 //! It is pure: values in, bytes out. It knows IMC and what a detection is, and nothing of files or databases.
 

@@ -28,7 +28,7 @@ EstimatedState, when a tag was heard) and the message's fields in their order wi
 with --degrees, `lat [deg]`. A nested message is one cell of JSON. Rows stand in the order of the log.
 
 Reals are always written as such (8.0); NaN, inf and -inf are those. An empty cell is a field that an older sender \
-left out; empty times are a stamp that is no time. Text that is no UTF-8 has its bytes as \\xNN and its backslashes \
+left out; an empty time means that the stamp is not a time. Text that is not UTF-8 has its bytes as \\xNN and its backslashes \
 doubled. Text that a spreadsheet would run as a formula (it starts with = + - @ ' or a control character) gets an \
 apostrophe in front; --raw-text turns that off.";
 

@@ -11,7 +11,7 @@
 //! - Integers and reals are numbers; a single is given as the double of the same value. NaN and infinities
 //!   are the texts `NaN`, `Infinity` and `-Infinity`; a NaN of unusual bits is `NaN:` and its bits in
 //!   hexadecimal. An integer beyond ±2⁵³ is a text of its digits, because many readers would round it.
-//! - Text is text; a byte that is no UTF-8, and NUL, is `\xNN` in it ([`crate::text::escape`] says how that is turned back,
+//! - Text is text; a byte that is not UTF-8, and NUL, is `\xNN` in it ([`crate::text::escape`] says how that is turned back,
 //!   which is how tables have it too). Raw data is a text of hexadecimal digits.
 //! - A nested message is `null` or `{"abbrev":…,"fields":…}`; a list is an array of these.
 //! - `"endian":"big"` marks a big-endian packet, `"trailing":"…"` holds payload bytes after the last field,

@@ -39,7 +39,7 @@ enum State {
     Idle,
     /// A way from a place to a place is looked for.
     Asked { from: LatLon, goal: LatLon },
-    /// There is none.
+    /// No way was found.
     Nothing { goal: LatLon, until: MonoTime },
     /// A way was found to a place that another has taken the place of.
     Spare { detour: Detour, until: MonoTime },

@@ -36,7 +36,7 @@ pub struct Exported {
 }
 
 /// Writes a table: a header, and a row for each message or value, ended by line feeds. A value that is absent is an empty
-/// cell, one that is no number `NaN`.
+/// cell, one that is not a number `NaN`.
 ///
 /// # Errors
 /// When the selection names what does not exist, the history cannot be read or `out` not be written. A table

@@ -95,8 +95,8 @@ impl Selection {
         self.has_message(group.id) && !self.spans(names, group.src, group.src_ent).is_empty()
     }
 
-    /// When an entity of a system is asked for. A label is that of whoever had it then: after a restart a number can be
-    /// another part.
+    /// The times in which an entity of a system belongs to the selection. After a restart a number can belong to another part,
+    /// so a label counts only while the entity had it.
     pub(crate) fn spans(&self, names: &Names, src: u16, src_ent: u8) -> Vec<TimeRange> {
         if !self.systems.is_empty() && !self.systems.contains(&Address(src)) {
             return Vec::new();
@@ -206,7 +206,7 @@ fn check_entities(names: &Names, selection: &Selection) -> Result<()> {
 /// decimal or hexadecimal after `0x`.
 ///
 /// # Errors
-/// There is none; the error tells which there are.
+/// No system is called so; the error lists those that are known.
 pub fn system(known: &BTreeMap<Address, Vec<String>>, text: &str) -> Result<Address> {
     let text = text.trim();
     let called = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(text));

@@ -14,7 +14,7 @@
 //! | `true_lat_deg`, `true_lon_deg` | of `EstimatedState`: the reference point displaced by x, y and z |
 //!
 //! The first four are the key, in this order: one series lies together on disk, which makes reading it 50 to
-//! 180 times faster than with the time first. Text that is no UTF-8 is kept as a blob.
+//! 180 times faster than with the time first. Text that is not UTF-8 is kept as a blob.
 //!
 //! SQLite has no NaN: it is kept as NULL, as is a field that an older sender left out. Which of the two it is tells `_short`,
 //! which holds how many fields a message had where it had not all; a month of an earlier version has no such table. The time
