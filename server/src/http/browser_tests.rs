@@ -247,6 +247,12 @@ async fn a_page_that_fails_says_so_and_is_grey() {
     before_a_boat("failing.mjs").await;
 }
 
+/// Control whose page was closed ends by itself, and who watches reads that it expired.
+#[tokio::test(flavor = "multi_thread")]
+async fn control_whose_page_is_gone_ends_by_itself() {
+    before_a_boat("lease-left.mjs").await;
+}
+
 /// Over a path that keeps connections open and delivers nothing.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stop_gets_through_as_soon_as_anything_does() {

@@ -13,7 +13,10 @@ export interface Palette {
   readonly first: readonly number[];
 }
 
-/** Reads the colours in force. */
+/** Colours that series have, after which dashes tell them apart. */
+export const SERIES = 4;
+
+/** Reads the colours in force: the browser reckons styles for it. */
 export function readPalette(first: readonly number[] = []): Palette {
   const style = getComputedStyle(document.documentElement);
   const colour = (name: string): string => style.getPropertyValue(name).trim();
@@ -22,7 +25,7 @@ export function readPalette(first: readonly number[] = []): Palette {
     halo: colour("--map-halo"),
     grid: colour("--map-grid"),
     danger: colour("--bad"),
-    series: [1, 2, 3, 4].map((number) => colour(`--series-${number}`)),
+    series: Array.from({ length: SERIES }, (_, at) => colour(`--series-${at + 1}`)),
     first,
   };
 }

@@ -2,7 +2,7 @@
 
 import { getJson, reason } from "../api/http";
 import type { Buckets, Gap, Series, Update } from "../api/types.gen";
-import { readPalette } from "../map/palette";
+import { SERIES } from "../map/palette";
 import { freshForS } from "../state/fleet";
 import { quantity } from "../state/quantities";
 import { make, setAttribute, setText } from "../ui/dom";
@@ -190,9 +190,8 @@ class Plots implements PlotPanel {
   /** Alone, a vessel's lines have a colour each; of several, each vessel has one. */
   private looks({ lines, beside }: Plot): LineLook[] {
     const { companions } = this;
-    const colours = readPalette().series.length;
     const label = (source: Source): string => `${this.entity(source.entity)} ${shownField(source)}`.trim();
-    if (!companions.length) return lines.map(({ source }, index) => ({ label: label(source), colour: index, dashes: Math.floor(index / colours), removable: true }));
+    if (!companions.length) return lines.map(({ source }, index) => ({ label: label(source), colour: index, dashes: Math.floor(index / SERIES), removable: true }));
     return [
       ...lines.map(({ source }, index) => ({ label: label(source), colour: 0, dashes: index, removable: true })),
       ...beside.map(({ line, like, companion }) => ({ label: `${companion.name} ${companion.labels.get(line.source.entity) ?? line.source.entity} ${shownField(line.source)}`, colour: companions.indexOf(companion) + 1, dashes: lines.indexOf(like), removable: false })),
