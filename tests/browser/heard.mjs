@@ -78,6 +78,8 @@ await inBrowser(async (open) => {
   // The legend lists them by protocol and number with their counts; a click, or a key, hides one on the map and in the table.
   const legend = page.getByRole("region", { name: "Tag legend" });
   const tool = page.getByRole("group", { name: "Map tools" }).getByRole("button", { name: "Tag legend", exact: true });
+  check(!(await legend.isVisible()), "it takes no room of a map that has little");
+  await tool.click();
   await legend.waitFor();
   same((await legend.getByRole("listitem").allInnerTexts()).map((text) => text.trim().replace(/\s+/g, " ")).sort(), ["OPi-103 1", "R64K-101 1", "R64K-102 1", "R64K-104 1"], "the legend");
   const colour = (one) => one.evaluate((node) => getComputedStyle(node, "::before").backgroundColor);

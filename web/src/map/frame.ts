@@ -12,6 +12,9 @@ import { CANVAS_FONT, type Palette } from "./palette";
 /** A wheel that rests so long begins another turn, ms. */
 const WHEEL_MS = 400;
 
+/** The tools at the right edge cover so much: latitudes stand beside them. */
+const BESIDE_TOOLS_PX = 58;
+
 export interface Wheel {
   isOwn(): boolean;
   dispose(): void;
@@ -55,6 +58,7 @@ export function graticuleLayer({ ink, halo, grid }: Palette): Graticule {
   const along = text.clone();
   text.setTextBaseline("bottom");
   along.setTextAlign("end");
+  along.setOffsetX(-BESIDE_TOOLS_PX);
   return new Graticule({
     strokeStyle: new Stroke({ color: grid, width: 1 }),
     showLabels: true,

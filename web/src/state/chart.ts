@@ -96,6 +96,14 @@ export function isOverscale(chart: number | undefined, shown: number): boolean {
   return chart !== undefined && chart > 0 && shown * OVERSCALE < chart;
 }
 
+/**
+ * Whether an area gets the bars of S-52's OVERSC01: it is overscale beside a better chart, that of the middle of the picture
+ * (0 where that has none, undefined while it is not known). A picture that is overscale all over says so in words alone.
+ */
+export function isBarred(area: number | undefined, middle: number | undefined, shown: number): boolean {
+  return middle !== undefined && area !== undefined && area > middle && isOverscale(area, shown);
+}
+
 /** Colours of buoys, beacons and lights in words, from the codes of S-57 or from words. */
 export function colourWords(text: unknown): string[] {
   const codes = ["", "white", "black", "red", "green", "blue", "yellow", "grey", "brown", "amber", "violet", "orange", "magenta", "pink"];

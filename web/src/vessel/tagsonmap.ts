@@ -12,8 +12,8 @@ import { t } from "../words/words";
 
 /** Whether the legend is open, for as long as this window is. */
 const KEPT = "lutra.tags.open";
-/** On a map that is narrower the legend is folded until somebody opens it, px. */
-const NARROW_PX = 560;
+/** On a map that is narrower the legend, which takes 200 px of it, is folded until somebody opens it, px. */
+const NARROW_PX = 800;
 
 export class TagsOnMap {
   readonly hidden: HiddenTags = keptHiddenTags();

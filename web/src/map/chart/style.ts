@@ -5,7 +5,7 @@ import type Geometry from "ol/geom/Geometry";
 import Point from "ol/geom/Point";
 import RenderFeature from "ol/render/Feature";
 import { Fill, Stroke, Style, Text } from "ol/style";
-import { type DepthLimits, isIsolated, isOverscale, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
+import { type DepthLimits, isBarred, isIsolated, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
 import { type ChartColours, chartColours } from "./colours";
 import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern, soundingIcon } from "./symbols";
 import { CANVAS_FONT } from "../palette";
@@ -32,6 +32,8 @@ export interface ChartStyles {
   without(switches: ReadonlySet<Switch>): void;
   /** Where on earth: scales differ with it. */
   latitude(deg: number): void;
+  /** The scale of the chart in the middle of the picture, 0 for none: what is coarser is barred. */
+  middle(scale: number): void;
   /** Takes the colours of the palette in force. */
   repaint(): void;
   colours(): ChartColours;
@@ -59,6 +61,7 @@ class Styles implements ChartStyles {
   private by: DepthLimits = { navigable_m: 1, autonomous_m: 5 };
   private left: ReadonlySet<Switch> = new Set();
   private latitudeDeg = 0;
+  private middleScale: number | undefined;
   private kept = new Map<string, Style | Style[]>();
   private readonly contours = new Set<number>();
   private safety: number | undefined;
@@ -132,6 +135,12 @@ class Styles implements ChartStyles {
     this.changed();
   }
 
+  middle(scale: number): void {
+    if (scale === this.middleScale) return;
+    this.middleScale = scale;
+    this.changed();
+  }
+
   latitude(deg: number): void {
     this.latitudeDeg = deg;
   }
@@ -185,9 +194,9 @@ class Styles implements ChartStyles {
     return { drying, "very-shallow": veryShallow, shallow, safe, deep, unknown: veryShallow }[shade];
   }
 
-  /** With bars where the map is shown larger than the chart was made for. */
+  /** With bars where it is shown larger than it was made for, beside what is not so coarse. */
   private barred(style: Style, feature: FeatureLike, resolution: number): Style | Style[] {
-    if (!isOverscale(number(feature.get("scale")), shownScale(resolution, this.latitudeDeg))) return style;
+    if (!isBarred(number(feature.get("scale")), this.middleScale, shownScale(resolution, this.latitudeDeg))) return style;
     const bars = this.once("bars", () => new Style({ fill: new Fill({ color: overscalePattern(this.now) ?? "transparent" }), zIndex: 4 }));
     return this.once(`barred ${style.getZIndex()} ${String(style.getFill()?.getColor())}`, () => [style, bars]);
   }
