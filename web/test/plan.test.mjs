@@ -79,6 +79,18 @@ test("the last point of a path takes the maneuver along", () => {
   assert.deepEqual(ids(state.withoutVertex(plan, { step: 1, point: 0 })), ["Goto 1", "Goto 2"]);
 });
 
+test("the way of a plan goes once round its circles", () => {
+  const circling = state.withNew(drawn(), "loiter", at(63.49, 10.4), SPEED);
+  const { task } = circling.maneuvers.at(-1);
+  const round = state.wayOfAll(circling, []).slice(state.wayOfAll(drawn(), []).length);
+  assert.ok(round.length > 12 && JSON.stringify(round[0]) === JSON.stringify(round.at(-1)), "it ends where it began");
+  for (const place of round) {
+    const [north, east] = [(place.lat_deg - 63.49) * 111_195, (place.lon_deg - 10.4) * 111_195 * Math.cos((63.49 * Math.PI) / 180)];
+    assert.ok(Math.abs(Math.hypot(north, east) - task.radius_m) < 0.5, `${north} ${east} of ${task.radius_m}`);
+  }
+  assert.equal(round[1].lon_deg > 10.4, task.clockwise, "the way round that was chosen");
+});
+
 test("order changes within the plan only", () => {
   const plan = drawn();
   assert.deepEqual(ids(state.withOrder(plan, 2, -1)), ["Goto 1", "Goto 2", "Path 1"]);

@@ -95,6 +95,8 @@ class DepthProfile implements Profile {
 
   private take(answer: ChartCorridor): void {
     [this.points, this.length_m] = [answer.profile, answer.length_m];
+    // A plan that stays at one place has nothing along it; its depth is in the verdict.
+    this.root.hidden = answer.length_m < 1;
     this.draw();
     this.fillTable();
     setText(this.said, this.summary());

@@ -180,6 +180,9 @@ export function same(one: unknown, other: unknown): boolean {
   return Array.isArray(one) === Array.isArray(other) && own.length === theirs.size && own.every(([key, value]) => theirs.has(key) && same(value, theirs.get(key)));
 }
 
+/** Of a circle that is looked at corner by corner: 0.9 % of its radius lie between both. */
+const CORNERS = 24;
+
 /** The states of a plan, to go back and forth between. */
 export class History {
   private before: PlanDocument[] = [];
@@ -237,14 +240,22 @@ export function wayOf(step: PlanStep, legs: readonly PlanLeg[]): PlanPlace[] {
   return places.length && (way.length < 2 || alike(places, way)) ? [...places] : way;
 }
 
+/** A circle once round, from its north on. */
+function circle({ at, radius_m, clockwise }: PlanTask & { kind: "loiter" }): PlanPlace[] {
+  return Array.from({ length: CORNERS + 1 }, (_, corner) => {
+    const bearing = ((clockwise ? 1 : -1) * corner * 2 * Math.PI) / CORNERS;
+    return displaced(at, radius_m * Math.cos(bearing), radius_m * Math.sin(bearing));
+  });
+}
+
 function alike(one: readonly PlanPlace[], other: readonly PlanPlace[]): boolean {
   const near = (a: PlanPlace, b: PlanPlace | undefined): boolean => b !== undefined && Math.abs(a.lat_deg - b.lat_deg) < SAME_DEG && Math.abs(a.lon_deg - b.lon_deg) < SAME_DEG;
   return one.length === other.length && one.every((place, at) => near(place, other[at]));
 }
 
-/** Where all of a plan leads; one that repeats, back to its beginning. */
+/** All that a plan sails over, circles as they are sailed; one that repeats, back to its beginning. */
 export function wayOfAll(plan: PlanDocument, legs: readonly PlanLeg[]): PlanPlace[] {
-  const way = plan.maneuvers.flatMap((step) => wayOf(step, legs));
+  const way = plan.maneuvers.flatMap((step) => (step.task.kind === "loiter" ? circle(step.task) : wayOf(step, legs)));
   const [first] = way;
   return plan.repeat && first ? [...way, first] : way;
 }
