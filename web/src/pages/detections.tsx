@@ -169,7 +169,7 @@ function Table({ rows, called }: { rows: readonly Detection[]; called: (address:
           {rows.map((one) => (
             <tr key={keyOf(one)}>
               <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
               <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{clockWord(one.clock)}</td>
             </tr>

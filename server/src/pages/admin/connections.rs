@@ -170,16 +170,33 @@ fn link_row(
         round_trip: status
             .round_trip
             .map_or_else(|| "—".to_owned(), |time| format!("{:.0} ms", time.as_secs_f64() * 1e3)),
-        clock: status
-            .clocks
-            .map_or_else(|| "—".to_owned(), |clocks| format!("{:+.3} s", clocks.utc_ahead_us as f64 / 1e6)),
+        clock: status.clocks.map_or_else(|| "—".to_owned(), |clocks| ahead(clocks.utc_ahead_us)),
         received: bytes(status.received_bytes),
     }
+}
+
+/// How far a vessel's clock is ahead (µs), to the millisecond.
+fn ahead(us: i64) -> String {
+    let ms = (us as f64 / 1e3).round();
+    let sign = if ms > 0.0 {
+        "+"
+    } else if ms < 0.0 {
+        "−"
+    } else {
+        ""
+    };
+    format!("{sign}{:.3} s", ms.abs() / 1e3)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clock_that_is_right_is_neither_ahead_nor_behind() {
+        let told = [-499, 499, 1_500, -12_345_600].map(ahead);
+        assert_eq!(told, ["0.000 s", "0.000 s", "+0.002 s", "−12.346 s"]);
+    }
 
     #[test]
     fn what_a_link_that_is_down_keeps_aboard_is_not_known() {
