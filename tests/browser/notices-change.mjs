@@ -34,6 +34,9 @@ await inBrowser(async (open) => {
   await row("/before").getByText("alarm and worse, all vessels, at once").waitFor();
 
   same(await form.getByLabel("Address or URL").inputValue(), "nowhere", "what was typed");
+  const refused = page.locator('input[aria-invalid="true"]');
+  same([await refused.inputValue(), await refused.evaluate((one) => document.activeElement === one)], ["nowhere", true], "the field that was refused, ready to be mended");
+  check((await refused.evaluate((one) => document.getElementById(one.getAttribute("aria-describedby")).textContent)).includes("is no URL"), "and why");
   await form.getByLabel("Address or URL").fill("http://127.0.0.1:9/after");
   await form.getByLabel("Least priority").selectOption("warning");
   await form.getByLabel("Vessel").selectOption("otter-0");

@@ -52,6 +52,7 @@ pub(super) async fn add(
         (_, None) => NO_PRIORITY.to_owned(),
         (Some(way), Some(least)) => {
             let typed = wanted.typed(vessel, least);
+            let target = typed.clone().of(way).check(state.shore.notices.settings()).is_err();
             match state.shore.notices.add(&who, remote.address.to_string(), typed.clone().of(way)).await {
                 Ok(Made { secret, .. }) if secret.is_empty() => {
                     return Ok(Redirect::to("/account?done=rule").into_response());
@@ -60,7 +61,7 @@ pub(super) async fn add(
                     return show(&state, &who, frame, Words { signing: secret, ..Words::default() }).await;
                 }
                 Err(error) if error.kind == ErrorKind::Refused => {
-                    let refused = Some(Refused { id: None, way: way.name(), typed });
+                    let refused = Some(Refused { id: None, way: way.name(), typed, target });
                     return show(
                         &state,
                         &who,
@@ -97,7 +98,8 @@ pub(super) async fn change(
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {
         Ok(()) => Ok(Redirect::to("/account?done=rule-changed").into_response()),
         Err(error) if error.kind == ErrorKind::Refused => {
-            let refused = Some(Refused { id: Some(id), way: "", typed });
+            // A rule that is there already is refused for nothing else.
+            let refused = Some(Refused { id: Some(id), way: "", typed, target: true });
             show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() }).await
         }
         Err(error) => Err(ApiError::from(error).into()),

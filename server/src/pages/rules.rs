@@ -30,6 +30,8 @@ pub(super) struct RuleForm {
     /// For how long nobody acknowledged an alarm: seconds, words, and whether it is this rule's.
     pub(super) waits: Vec<(u64, String, bool)>,
     pub(super) also_over: bool,
+    /// Whether where to was refused: the field is marked, and the page's problem says why.
+    pub(super) wrong: bool,
 }
 
 /// What somebody typed and was refused: it stands in its form again.
@@ -40,6 +42,8 @@ pub(super) struct Refused {
     /// How a new rule's messages were to go.
     pub(super) way: &'static str,
     pub(super) typed: RuleChange,
+    /// Whether where to is what was refused.
+    pub(super) target: bool,
 }
 
 /// What a form offers of times without an acknowledgement (s).
@@ -98,7 +102,7 @@ pub(super) fn rule_row(
             begin.to_string()
         },
         form: match refused {
-            Some(refused) => rule_form(language, &refused.typed, vessels),
+            Some(refused) => refused_form(language, refused, vessels),
             None => rule_form(language, &RuleChange::from(ask.clone()), vessels),
         },
         refused: refused.is_some(),
@@ -112,7 +116,7 @@ pub(super) fn new_rule(
     refused: Option<&Refused>,
 ) -> (RuleForm, &'static str) {
     if let Some(refused) = refused.filter(|refused| refused.id.is_none()) {
-        return (rule_form(language, &refused.typed, vessels), refused.way);
+        return (refused_form(language, refused, vessels), refused.way);
     }
     let (target, after) = (String::new(), Duration::ZERO);
     let empty = RuleChange { target, least: Priority::Alarm, vessel: None, after, also_over: false };
@@ -134,7 +138,13 @@ fn rule_form(language: Language, rule: &RuleChange, vessels: &[Vessel]) -> RuleF
         every_vessel: rule.vessel.is_none(),
         waits: waits(language, rule.after.as_secs()),
         also_over: rule.also_over,
+        wrong: false,
     }
+}
+
+/// With what was typed.
+fn refused_form(language: Language, refused: &Refused, vessels: &[Vessel]) -> RuleForm {
+    RuleForm { wrong: refused.target, ..rule_form(language, &refused.typed, vessels) }
 }
 
 /// A vessel's name, or its address where it has none.
