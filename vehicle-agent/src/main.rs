@@ -164,6 +164,7 @@ fn main() -> ExitCode {
 fn obey(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(arguments) => run::run(&arguments)?,
+        Command::Simulate(arguments) if arguments.open_loop.is_some() => open_loop::run(&arguments)?,
         Command::Simulate(arguments) => simulate::simulate(&arguments)?,
         Command::Doctor(arguments) => return Ok(doctor::doctor(&arguments)),
         Command::Motors(MotorsCommand::Test(arguments)) => motors_test::motors_test(&arguments)?,

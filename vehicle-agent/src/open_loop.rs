@@ -8,7 +8,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 
 /// Writes the states once a second, from rest.
-pub(crate) fn run(arguments: &SimulateArguments, until_s: f64) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &SimulateArguments) -> anyhow::Result<()> {
+    let until_s = arguments.until_s()?.context("--open-loop needs --until SECONDS")?;
     let (port, starboard) =
         pair(arguments.open_loop.as_deref().unwrap_or_default()).context("--open-loop")?;
     let command = Pair::new(port, starboard);

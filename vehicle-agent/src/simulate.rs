@@ -4,7 +4,6 @@ use crate::disk::Journal;
 use crate::disk::recording::{Beginning, Recorder};
 use crate::due::{Due, noting};
 use crate::hull::Simulated;
-use crate::open_loop;
 use crate::plan;
 use crate::say::{complain, say};
 use crate::setup;
@@ -120,11 +119,23 @@ struct Run {
     due: Vec<Due>,
 }
 
-pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
-    let limit_s = seconds(&arguments.until)?;
-    if arguments.open_loop.is_some() {
-        return open_loop::run(arguments, limit_s.context("--open-loop needs --until SECONDS")?);
+impl SimulateArguments {
+    /// How long it is to last (s), or `None` until the plan is done.
+    pub(crate) fn until_s(&self) -> anyhow::Result<Option<f64>> {
+        let text = self.until.as_str();
+        if text.eq_ignore_ascii_case("done") {
+            return Ok(None);
+        }
+        let seconds: f64 = text.trim_end_matches('s').parse().with_context(|| format!("--until {text}"))?;
+        if !(0.0..=LONGEST_S).contains(&seconds) {
+            bail!("--until {text} is not within 0 to {LONGEST_S} s");
+        }
+        Ok(Some(seconds))
     }
+}
+
+pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
+    let limit_s = arguments.until_s()?;
     let factor = match arguments.speed.as_str() {
         "max" => None,
         text => Some(text.parse::<f64>().ok().filter(|factor| *factor > 0.0).context("--speed")?),
@@ -436,18 +447,6 @@ fn conditions(vessel: &sim::VesselConfig) -> String {
 pub(crate) fn pair(text: &str) -> anyhow::Result<(f64, f64)> {
     let (first, second) = text.split_once(',').with_context(|| format!("`{text}` is not two numbers"))?;
     Ok((first.trim().parse()?, second.trim().parse()?))
-}
-
-/// A number of seconds, or `None` for DONE.
-fn seconds(text: &str) -> anyhow::Result<Option<f64>> {
-    if text.eq_ignore_ascii_case("done") {
-        return Ok(None);
-    }
-    let seconds: f64 = text.trim_end_matches('s').parse().with_context(|| format!("--until {text}"))?;
-    if !(0.0..=LONGEST_S).contains(&seconds) {
-        bail!("--until {text} is not within 0 to {LONGEST_S} s");
-    }
-    Ok(Some(seconds))
 }
 
 #[cfg(test)]

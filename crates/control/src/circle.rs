@@ -5,11 +5,12 @@
 //! 1/2g; without it the lag of the yaw loop and a current leave the vessel beside the circle. The rate at
 //! which the tangent turns is told to the yaw loop.
 
-use crate::guidance::{Corridor, Steering};
+use crate::corridor::Corridor;
 use crate::ilos::{Ilos, IntegratorForm};
 use crate::motion::Motion;
 use crate::path::CirclePosition;
 use crate::range::RangeCheck;
+use crate::steering::Steering;
 use units::wrap_pi;
 
 /// Parameters of circle following.

@@ -9,6 +9,7 @@ use crate::motion::Motion;
 use crate::path::{Geometry, PathStatus};
 use crate::pure_pursuit;
 use crate::range::{InvalidConfig, RangeCheck};
+use crate::steering::Steering;
 use crate::vector_field::VectorFieldConfig;
 use units::MonoTime;
 
@@ -16,28 +17,6 @@ use units::MonoTime;
 const LONGEST_STEP_S: f64 = 2.0;
 /// Integrators wait below this speed over ground (m/s): a vessel that does not move learns nothing.
 const LEAST_SPEED_MPS: f64 = 0.1;
-
-/// A band around the track.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corridor {
-    /// Half its width (m), 1 to 50, "Corridor -- Width".
-    pub width_m: f64,
-    /// Angle to the track at which its edge is crossed (rad), 2° to 45°, "Corridor -- Entry Angle".
-    pub entry_angle_rad: f64,
-}
-
-impl Corridor {
-    /// tan(entry angle) / width (1/m).
-    pub(crate) fn slope_per_m(&self) -> f64 {
-        self.entry_angle_rad.tan() / self.width_m
-    }
-
-    pub(crate) fn check(&self, check: &mut RangeCheck) {
-        check.number("width", "m", self.width_m, 1.0..=50.0);
-        let (least, most) = (2_f64.to_radians() - 1e-9, 45_f64.to_radians() + 1e-9);
-        check.number("entry_angle", "rad", self.entry_angle_rad, least..=most);
-    }
-}
 
 /// Law on straight legs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,15 +60,6 @@ impl GuidanceConfig {
         check.within("circle", |check| self.circle.check(check));
         check.finish()
     }
-}
-
-/// Where to go.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steering {
-    /// Desired course over ground (rad).
-    pub course_rad: f64,
-    /// How fast that course turns, positive to starboard (rad/s); 0 on straight legs.
-    pub turn_rate_rad_s: f64,
 }
 
 /// A guidance law with its memory.

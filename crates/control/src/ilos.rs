@@ -11,7 +11,7 @@
 //! its inner stages; both forms are here. Unlike the original the integrator starts again on every path, which
 //! avoids the overshoot behind sharp corners, and its angle is limited.
 
-use crate::guidance::Corridor;
+use crate::corridor::Corridor;
 use crate::path::LegPosition;
 use crate::range::RangeCheck;
 use units::wrap_pi;

@@ -50,6 +50,7 @@
 
 mod activity;
 mod circle;
+mod corridor;
 mod course_speed;
 mod crab;
 mod guidance;
@@ -62,17 +63,19 @@ mod ramp;
 mod range;
 mod remote;
 mod speed_table;
+mod steering;
 mod thrust;
 mod vector_field;
 
 pub use activity::MotorActivity;
 pub use circle::CircleConfig;
+pub use corridor::Corridor;
 pub use course_speed::{
     ControlFault, ControlOutput, CourseSpeed, CourseSpeedConfig, Damping, Drive, FeedForward, Governor,
     OutputConfig, Setpoint, SpeedConfig, YawConfig, YawTarget,
 };
 pub use crab::CourseTracking;
-pub use guidance::{Corridor, Guidance, GuidanceConfig, Law, Steering};
+pub use guidance::{Guidance, GuidanceConfig, Law};
 pub use ilos::{IlosConfig, IntegratorForm, OutsideCorridor};
 pub use motion::Motion;
 pub use path::{
@@ -84,5 +87,6 @@ pub use pid::{ErrorKind, FirstDerivative, Integration, Pid, PidConfig, PidTerms,
 pub use range::{InvalidConfig, OutOfRange};
 pub use remote::{Mixing, REMOTE_ACTIONS, Remote, RemoteActions, RemoteCommand, RemoteConfig, RemoteReply};
 pub use speed_table::SpeedTable;
+pub use steering::Steering;
 pub use thrust::{Allocation, EffortLimits, MotorPair, Sharing, ThrustMap, allocate};
 pub use vector_field::{ExtendedField, VectorFieldConfig};

@@ -6,7 +6,7 @@
 //! Barber, T. W. McLain & R. W. Beard, "Vector field path following for miniature air vehicles", IEEE Trans.
 //! Robotics 23(3), 2007, straight-line law; form of DUNE's Control.Path.VectorField).
 
-use crate::guidance::Corridor;
+use crate::corridor::Corridor;
 use crate::motion::Motion;
 use crate::path::LegPosition;
 use crate::range::RangeCheck;

@@ -17,6 +17,7 @@
 //! | command | waits if the vessel has a link, else it is refused | [`TIME_TO_LIVE`] |
 //! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
 
+use crate::delivery::{CommandId, Delivery, Tag, Urgency};
 use crate::{Hub, PeerId, Transport};
 use bytes::Bytes;
 use imc::messages::{
@@ -44,49 +45,6 @@ const VESSELS: usize = 1_024;
 /// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
 /// One that is heard all the time and shows nothing is given the stop again after as long, then after twice that.
 const SILENCE: Duration = Duration::from_secs(3);
-
-/// An order's number; grows, also over restarts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct CommandId(pub u64);
-
-/// How urgent an order is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Urgency {
-    /// Stick positions: the next ones replace them.
-    Sticks,
-    /// Any order but a stop.
-    Command,
-    /// A stop.
-    Stop,
-}
-
-/// What an order carries besides its packet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tag {
-    /// The command that it is; none for stick positions.
-    pub id: Option<CommandId>,
-    /// The lease under which it is given; 0 for what takes none.
-    pub epoch: u64,
-    /// It is not delivered from here on.
-    pub expires: MonoTime,
-    /// How urgent it is.
-    pub urgency: Urgency,
-}
-
-/// A packet for a peer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Delivery {
-    /// The packet.
-    pub packet: Bytes,
-    /// What it is as an order; nothing for what is only passed on.
-    pub tag: Option<Tag>,
-}
-
-impl From<Bytes> for Delivery {
-    fn from(packet: Bytes) -> Self {
-        Self { packet, tag: None }
-    }
-}
 
 /// An order for a vessel.
 #[derive(Debug, Clone, PartialEq, Eq)]

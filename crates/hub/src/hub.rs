@@ -3,12 +3,13 @@
 //! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
 //! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
 
-use crate::downlink::{Delivery, OrderLog, PendingStops, Waiting};
+use crate::delivery::Delivery;
+use crate::downlink::{OrderLog, PendingStops, Waiting};
 use crate::duplicates::{self, Repeats, Window};
 use crate::exchange::is_command;
 use crate::fleet::Fleet;
 use crate::linked::{Contradiction, Linked};
-use crate::node::Node;
+use crate::node::{Node, Settings};
 use crate::peer::{Peer, PeerId, PeerState, Sources};
 use crate::slot::Slot;
 use bytes::Bytes;
@@ -17,18 +18,6 @@ use imc::{Address, PacketView};
 use link::{LinkSeq, Transport};
 use std::collections::{BTreeMap, BTreeSet};
 use units::{MonoTime, Now, UtcTime};
-
-/// What the hub is told once.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// This server's own address, a console's (0x4000 to 0x5FFF), or vessels would not count its heartbeats.
-    pub address: Address,
-    /// This server's own name.
-    pub name: String,
-    /// Whether the server takes part as a console: announces itself, sends heartbeats so that vessels keep
-    /// sending, and asks for names of entities. Without it the server only listens.
-    pub active: bool,
-}
 
 /// How a packet came by the vessel link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,6 +12,7 @@
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 
+mod delivery;
 mod downlink;
 mod duplicates;
 mod exchange;
@@ -24,12 +25,12 @@ mod queue;
 mod route;
 mod slot;
 
-pub use downlink::{
-    CALLED_OFF, CommandId, Delivery, Dispatched, OrderLog, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency,
-};
+pub use delivery::{CommandId, Delivery, Tag, Urgency};
+pub use downlink::{CALLED_OFF, Dispatched, OrderLog, STOP_LIFE, TIME_TO_LIVE, Telecommand};
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
-pub use hub::{Counters, Hub, Incoming, Lane, Record, Settings};
+pub use hub::{Counters, Hub, Incoming, Lane, Record};
 pub use link::{LinkSeq, Transport};
 pub use linked::Contradiction;
+pub use node::Settings;
 pub use peer::{Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed, is_stop};

@@ -6,7 +6,6 @@
 //! IMCProxy passes nothing on that is addressed to everyone.
 
 use crate::fleet::{Fleet, Liveness, System};
-use crate::hub::Settings;
 use bytes::Bytes;
 use imc::messages::{Announce, EntityList, EntityListOp, Heartbeat, Payload, SystemType};
 use imc::{Address, Header};
@@ -23,6 +22,18 @@ const ASK_AGAIN_EVERY: Duration = Duration::from_mins(1);
 
 /// A system that was silent for longer gets no more heartbeats.
 const THERE_FOR: Duration = Duration::from_mins(1);
+
+/// What the hub is told once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// This server's own address, a console's (0x4000 to 0x5FFF), or vessels would not count its heartbeats.
+    pub address: Address,
+    /// This server's own name.
+    pub name: String,
+    /// Whether the server takes part as a console: announces itself, sends heartbeats so that vessels keep
+    /// sending, and asks for names of entities. Without it the server only listens.
+    pub active: bool,
+}
 
 #[derive(Debug)]
 pub(crate) struct Node {

@@ -4,7 +4,7 @@
 //! peer that reads again gets what is newest; commands, answers, detections and other events stay. When these
 //! alone fill the queue, the peer is beyond help and the caller is told to let it go.
 
-use crate::downlink::{CommandId, Delivery, Urgency};
+use crate::delivery::{CommandId, Delivery, Urgency};
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
 use std::collections::VecDeque;
@@ -174,7 +174,7 @@ fn is_telemetry(delivery: &Delivery) -> bool {
 mod tests {
 
     use super::*;
-    use crate::downlink::Tag;
+    use crate::delivery::Tag;
     use bytes::Bytes;
     use imc::{Header, Packet, messages};
 

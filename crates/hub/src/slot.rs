@@ -1,6 +1,6 @@
 //! What the hub keeps of a peer: which systems live behind it, what waits for it, and its figures.
 
-use crate::downlink::Delivery;
+use crate::delivery::Delivery;
 use crate::peer::{Peer, PeerId, PeerState, Role, Sources};
 use imc::Address;
 use link::Transport;

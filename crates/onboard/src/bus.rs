@@ -2,9 +2,9 @@
 //! says.
 
 use crate::entity::Entity;
-use crate::input::Peer;
 use crate::node::Node;
 use crate::output::{Level, Output};
+use crate::peer::Peer;
 use crate::routing::RouteRequest;
 use crate::settings::Settings;
 use imc::messages::{LogBookEntry, LogBookEntryType};

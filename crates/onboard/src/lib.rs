@@ -36,6 +36,7 @@ mod operator;
 mod output;
 pub mod parameters;
 mod path_wire;
+mod peer;
 mod pilot;
 mod plans;
 mod poses;
@@ -59,16 +60,16 @@ pub use brain::Brain;
 pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
 pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
-pub use input::{DeviceState, HostReading, Input, Peer, Reachable, SERVERS};
+pub use input::{DeviceState, HostReading, Input, Reachable};
 pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
 pub use navigation::{Arrival, Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
+pub use peer::{Peer, SERVERS};
 pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};
 pub use poses::LeverArm;
-pub use power::PowerChannel;
 pub use routing::{FoundRoute, RouteAnswer, RouteRequest, RouteSettings, Routes};
 pub use settings::{
-    AfterRestart, HydrophoneSettings, MissionSettings, NodeSettings, RestartSettings, Settings,
+    AfterRestart, HydrophoneSettings, MissionSettings, NodeSettings, PowerChannel, RestartSettings, Settings,
     TransportSettings, WatchSettings,
 };
 pub use states::Condition;

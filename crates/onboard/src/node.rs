@@ -11,7 +11,7 @@
 //! another host's announcement nor pushed out by many new ones, and few can be in contact at once.
 
 use crate::entity::Entity;
-use crate::input::Peer;
+use crate::peer::Peer;
 use crate::settings::{NodeSettings, TransportSettings};
 use imc::Address;
 use imc::messages::Announce;

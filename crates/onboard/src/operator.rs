@@ -9,7 +9,7 @@
 //! A session belongs to the peer that started it. A late message still stops: its `Stop` and `Exit` count,
 //! nothing else of it does.
 
-use crate::input::Peer;
+use crate::peer::Peer;
 use imc::Address;
 use mission::Operator;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What the brain wants done.
 
-use crate::input::Peer;
+use crate::peer::Peer;
 use crate::routing::RouteRequest;
 use control::MotorPair;
 use mission::Effect;

@@ -6,6 +6,7 @@
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::output::{Level, Output};
+use crate::settings::PowerChannel;
 use devices::PowerChannelReading;
 use imc::messages::{PowerChannelControl, PowerChannelControlOp, PowerChannelState, PowerChannelStateState};
 use std::time::Duration;
@@ -13,15 +14,6 @@ use units::MonoTime;
 
 /// The driver asks the card several times within this time.
 const FOLLOWS_WITHIN: Duration = Duration::from_secs(5);
-
-/// A power channel of the configuration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PowerChannel {
-    /// Its name, as consoles use it.
-    pub name: String,
-    /// The power rail that it hangs on, from 0.
-    pub rail: u8,
-}
 
 /// An order that the card has not followed yet.
 #[derive(Debug)]

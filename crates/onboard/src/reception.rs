@@ -4,12 +4,12 @@
 
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
-use crate::input::Peer;
 use crate::intake::Intake;
 use crate::lease::{Lease, LeaseGate, NotObeyed};
 use crate::node::Contact;
 use crate::operator::{Keys, Operators, Unfit};
 use crate::output::Level;
+use crate::peer::Peer;
 use crate::pilot::Pilot;
 use control::RemoteActions;
 use imc::messages::{Announce, Message, PlanControl, PlanControlType, PlanDB, PlanDBType};

@@ -4,7 +4,6 @@ use crate::entity::{Entity, Labels};
 use crate::grounding::GroundingSettings;
 use crate::navigation::NavigationSettings;
 use crate::poses::LeverArm;
-use crate::power::PowerChannel;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
 use guard::GuardLimits;
 use imc::Address;
@@ -323,4 +322,13 @@ impl Settings {
             hydrophone: HydrophoneSettings::default(),
         }
     }
+}
+
+/// A power channel of the configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PowerChannel {
+    /// Its name, as consoles use it.
+    pub name: String,
+    /// The power rail that it hangs on, from 0.
+    pub rail: u8,
 }

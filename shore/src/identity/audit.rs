@@ -1,11 +1,25 @@
 //! The log of what people did and tried.
 
 use super::fault::Fault;
-use super::journal::Line;
-use super::writer::Request;
+use super::request::Request;
 use api::AuditEntry;
 use sqlx::SqliteConnection;
 use units::UtcTime;
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Line {
+    /// Who did it.
+    pub actor: String,
+    /// From which network address; empty for what happened by itself.
+    pub address: String,
+    /// Like `plan.start`.
+    pub action: &'static str,
+    /// To what.
+    pub subject: String,
+    /// How far it is, or why not.
+    pub outcome: String,
+}
 
 /// Entries that are kept; older ones go.
 const ENTRIES: i64 = 1_000_000;

@@ -1,15 +1,17 @@
 //! The handle through which a running server asks about people.
 
+use super::audit::Line;
 use super::audit::{self, Acted};
 use super::fault::Fault;
 use super::hashing::Hashing;
-use super::journal::{Journal, Line};
+use super::journal::Journal;
 use super::limiter::Limiter;
 use super::register::{Found, Register, Use};
+use super::request::Request;
 use super::roles::Principal;
 use super::secret::{self, Secret};
 use super::sessions::{self, Lifetime};
-use super::writer::{Db, Request, within_transaction};
+use super::writer::{Db, within_transaction};
 use super::{password, persons, tokens};
 use crate::clock::Clock;
 use crate::owners::Owners;

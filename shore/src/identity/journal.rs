@@ -4,7 +4,7 @@
 //! soon as app.db takes it, in order, with the time at which they happened. [`WAITING`] lines may wait; one more goes to
 //! the program's log alone, as an error with everything that it says, and is counted.
 
-use super::audit;
+use super::audit::{self, Line};
 use super::fault::Fault;
 use super::writer::Db;
 use crate::clock::Clock;
@@ -25,21 +25,6 @@ const RETRY_AFTER: Duration = Duration::from_secs(1);
 const LATE_US: i64 = 10_000_000;
 /// What waits may take so long when the program ends.
 const GOOD_BYE: Duration = Duration::from_secs(2);
-
-/// Something that happened.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Line {
-    /// Who did it.
-    pub actor: String,
-    /// From which network address; empty for what happened by itself.
-    pub address: String,
-    /// Like `plan.start`.
-    pub action: &'static str,
-    /// To what.
-    pub subject: String,
-    /// How far it is, or why not.
-    pub outcome: String,
-}
 
 /// The way to the audit log that waits for nothing; cheap to clone.
 #[derive(Debug, Clone)]

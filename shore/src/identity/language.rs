@@ -1,7 +1,7 @@
 //! The language of a person's pages.
 
 use super::fault::Fault;
-use super::writer::Request;
+use super::request::Request;
 use sqlx::SqliteConnection;
 
 /// A language that pages speak.

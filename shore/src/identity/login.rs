@@ -1,15 +1,15 @@
 //! A login from name and password to a session.
 
+use super::audit::Line;
 use super::audit::{self, Act};
 use super::fault::Fault;
 use super::handle::People;
-use super::journal::Line;
 use super::limiter::Guess;
 use super::persons::Account;
+use super::request::Request;
 use super::roles::Principal;
 use super::secret::Secret;
 use super::sessions::Lifetime;
-use super::writer::Request;
 use super::{persons, sessions};
 use sha2::{Digest as _, Sha256};
 use sqlx::SqliteConnection;

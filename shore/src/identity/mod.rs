@@ -18,6 +18,7 @@ mod login;
 pub mod password;
 pub mod persons;
 mod register;
+mod request;
 mod roles;
 mod secret;
 pub mod sessions;
@@ -28,19 +29,20 @@ pub mod tokens;
 pub mod vessels;
 mod writer;
 
+pub use audit::Line;
 #[cfg(test)]
 pub(crate) use db::tests::fresh as migrated;
 pub(crate) use db::wait;
 pub use db::{backup, check, open, with};
 pub use fault::Fault;
 pub use handle::{ASK_PATIENCE, FirstAdmin, People};
-pub use journal::Line;
 pub use language::Language;
 pub use limiter::network;
 pub use login::{Attempt, Refused};
+pub use request::Request;
 pub use roles::{Grants, Principal, Via};
 pub use secret::{Secret, one_time_password, same};
 pub use settings::Settings;
 /// A connection to app.db.
 pub use sqlx::SqliteConnection as Connection;
-pub use writer::{Request, within_transaction};
+pub use writer::within_transaction;

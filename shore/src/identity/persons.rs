@@ -1,8 +1,8 @@
 //! Accounts in the database.
 
 use super::fault::Fault;
+use super::request::Request;
 use super::roles::Grants;
-use super::writer::Request;
 use api::{Permission, Person, Role};
 use sqlx::SqliteConnection;
 use units::UtcTime;

@@ -1,8 +1,8 @@
 //! Sessions of browsers, and the browsers that people are known to use.
 
 use super::fault::Fault;
+use super::request::Request;
 use super::secret::Secret;
-use super::writer::Request;
 use api::Session;
 use sqlx::SqliteConnection;
 use std::time::Duration;

@@ -3,9 +3,10 @@
 #![expect(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests alone")]
 
 use super::fault::Fault;
+use super::request::Request;
 use super::secret::Secret;
 use super::sessions::{self, Lifetime};
-use super::writer::{Request, within_transaction};
+use super::writer::within_transaction;
 use super::{persons, tokens};
 use crate::clock::Clock;
 use api::{NewToken, Role};

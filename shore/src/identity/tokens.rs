@@ -2,8 +2,8 @@
 
 use super::fault::Fault;
 use super::persons;
+use super::request::Request;
 use super::secret::Secret;
-use super::writer::Request;
 use api::{NewToken, Token, TokenMade};
 use sqlx::SqliteConnection;
 use units::UtcTime;

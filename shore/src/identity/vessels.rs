@@ -1,7 +1,7 @@
 //! Vessels that people have named. Their live state belongs to the hub.
 
 use super::fault::Fault;
-use super::writer::Request;
+use super::request::Request;
 use api::Vessel;
 use sqlx::SqliteConnection;
 use units::UtcTime;

@@ -7,6 +7,7 @@
 use super::db;
 use super::fault::Fault;
 use super::register::Register;
+use super::request::Request;
 use crate::owners::{Duty, Owners};
 use sqlx::sqlite::{SqlitePool, SqlitePoolOptions};
 use sqlx::{Connection as _, SqliteConnection};
@@ -22,24 +23,6 @@ const WAITING: usize = 256;
 const READERS: u32 = 4;
 /// How long a question waits for one of them.
 const PATIENCE: Duration = Duration::from_secs(10);
-
-/// Something asked of app.db, as a value with its arguments.
-pub trait Request: Send + 'static {
-    /// What comes of it.
-    type Answer: Send + 'static;
-
-    /// Carries it out. A fault undoes all of it.
-    fn run(self, db: &mut SqliteConnection) -> impl Future<Output = Result<Self::Answer, Fault>> + Send;
-}
-
-/// Two questions, of one moment.
-impl<A: Request, B: Request> Request for (A, B) {
-    type Answer = (A::Answer, B::Answer);
-
-    async fn run(self, db: &mut SqliteConnection) -> Result<Self::Answer, Fault> {
-        Ok((self.0.run(db).await?, self.1.run(db).await?))
-    }
-}
 
 /// The ways to app.db; the thread that writes ends when the last of them is gone. Cheap to clone.
 #[derive(Debug, Clone)]

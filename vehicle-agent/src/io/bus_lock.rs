@@ -4,7 +4,7 @@
 //! own, would command them in turns. So whoever opens an interface first takes a name that the system gives one process at a
 //! time, in the same name space as the interface, and takes back when the process ends, however it does.
 
-use super::port::OpenError;
+use super::open_error::OpenError;
 use std::io::ErrorKind;
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram};

@@ -6,6 +6,7 @@
 
 mod backoff;
 mod bus_lock;
+mod open_error;
 mod outbox;
 mod place;
 mod port;

@@ -1,6 +1,7 @@
 //! One open port, whatever its kind: bytes in, bytes out, and it never waits.
 
 use super::bus_lock::BusLock;
+use super::open_error::OpenError;
 use super::place::Place;
 use super::serial::Serial;
 use rustix::net::sockopt;
@@ -22,18 +23,6 @@ const ASKED: u32 = 3;
 const UNACKNOWLEDGED_MS: u32 = 10_000;
 /// Bits on a line for one byte: start, eight data, stop.
 const BITS_PER_BYTE: f64 = 10.0;
-
-/// Why a port cannot be opened, where, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct OpenError(pub(super) String);
-
-impl std::fmt::Display for OpenError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for OpenError {}
 
 /// What a read gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

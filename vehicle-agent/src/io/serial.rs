@@ -1,6 +1,6 @@
 //! Serial ports: found by stable names, opened for one program, raw, and with errors that say what to do.
 
-use super::port::OpenError;
+use super::open_error::OpenError;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::io::Errno;
 use rustix::termios::{

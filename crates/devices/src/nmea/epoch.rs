@@ -5,7 +5,8 @@
 //! the next epoch's heading slip into this one. GSA may repeat, as receivers send one for each satellite system. Who knows
 //! when bytes came may end an epoch by [`Epochs::close`] when the line is quiet. Of what comes, one epoch is kept.
 
-use super::report::{Attitude, DateTime, Errors, Kind, Position, Precision, Report, TimeOfDay};
+use super::fields::TimeOfDay;
+use super::report::{Attitude, DateTime, Errors, Kind, Position, Precision, Report};
 use crate::reading::{GnssFix, GnssReading, GroundVelocity, Quality};
 use units::UtcTime;
 

@@ -1,9 +1,16 @@
 //! The fields of a sentence: each reads one kind of value, `None` where it is empty, and says which field is wrong.
 
-use super::report::{DamagedSentence, TimeOfDay};
+use super::damage::DamagedSentence;
 use units::wrap_two_pi;
 
 const US_PER_S: u32 = 1_000_000;
+
+/// A time of day.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct TimeOfDay {
+    /// Since midnight UTC (µs); up to and with 24 h, as a leap second counts on.
+    pub micros: u64,
+}
 
 /// The fields of one sentence, counted from its address as 0.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,7 @@
 //! Sentences in a stream of bytes.
 
-use super::report::{DamagedSentence, Report, read};
+use super::damage::DamagedSentence;
+use super::report::{Report, read};
 use crate::framer::{self, Grammar};
 
 /// The longest sentence kept (bytes). NMEA allows 82; makers' own sentences are longer.

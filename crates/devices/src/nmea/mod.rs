@@ -5,18 +5,19 @@
 //! empty fields: they are `None` here, never zero. Angles are radians, headings and courses clockwise from north in
 //! [0, 2π), speeds m/s, heights m.
 
+mod damage;
 mod encode;
 mod epoch;
 mod fields;
 mod framer;
 mod report;
 
+pub use damage::DamagedSentence;
 pub use encode::{EarthModel, Sentence, Talker};
 pub use epoch::{Epoch, Epochs};
+pub use fields::TimeOfDay;
 pub use framer::{Framer, LONGEST};
-pub use report::{
-    Attitude, DamagedSentence, DateTime, Errors, Kind, Minimum, Position, Precision, Report, TimeOfDay, read,
-};
+pub use report::{Attitude, DateTime, Errors, Kind, Minimum, Position, Precision, Report, read};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! One sentence read: its checksum, its address, and the fields that Lutra has a use for.
 
-use super::fields::{Fields, decimal, whole};
+use super::damage::DamagedSentence;
+use super::fields::{Fields, TimeOfDay, decimal, whole};
 use units::{Civil, UtcTime};
 
 const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
@@ -96,13 +97,6 @@ impl Report {
     }
 }
 
-/// A time of day.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct TimeOfDay {
-    /// Since midnight UTC (µs); up to and with 24 h, as a leap second counts on.
-    pub micros: u64,
-}
-
 /// A position and how good it is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Position {
@@ -184,54 +178,6 @@ pub struct Attitude {
     pub roll_rad: Option<f64>,
     /// Heave (m).
     pub heave_m: Option<f64>,
-}
-
-/// Why a sentence is not read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum DamagedSentence {
-    /// It does not begin with `$`.
-    #[error("no NMEA sentence: it does not begin with $")]
-    NoStart,
-    /// A byte is no printable character.
-    #[error("bytes that are no text: the baud rate may be wrong")]
-    NotText,
-    /// Another sentence begins, or the stream ends, before its line end.
-    #[error("the sentence is cut short")]
-    Unended,
-    /// It is longer than [`LONGEST`](super::LONGEST).
-    #[error("longer than 256 bytes without a line end")]
-    TooLong,
-    /// It has no checksum, without which a serial line cannot be trusted.
-    #[error("no checksum")]
-    NoChecksum,
-    /// Its checksum is another.
-    #[error("checksum {stands}, computed {computed:02X}")]
-    Checksum {
-        /// What stands after `*`.
-        stands: String,
-        /// What the bytes make.
-        computed: u8,
-    },
-    /// It has too few fields.
-    #[error("{address} has {stand} fields, {least} are needed")]
-    TooFew {
-        /// The sentence's address.
-        address: String,
-        /// Fields that it has.
-        stand: usize,
-        /// Fields that it must have.
-        least: usize,
-    },
-    /// A field is not valid.
-    #[error("field {index} of {address} is not valid: '{text}'")]
-    Field {
-        /// The sentence's address.
-        address: String,
-        /// The field's number, the address being 0.
-        index: usize,
-        /// What stands there.
-        text: String,
-    },
 }
 
 /// Reads one sentence, from `$` to before its line end.

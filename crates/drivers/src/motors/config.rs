@@ -1,6 +1,5 @@
 //! What of the card differs between vessels: which motor is where, how often it is commanded, which channels have names.
 
-use super::power::ChannelConfig;
 use devices::torqeedo::{MOTORS, RAILS};
 use devices::{Pair, Side};
 use std::time::Duration;
@@ -132,4 +131,17 @@ impl MotorsConfig {
         let mut sides = Side::BOTH.into_iter().map(|side| (side, *self.sides.of(side)));
         sides.find(|(_, assignment)| assignment.motor == motor)
     }
+}
+
+/// A power channel with a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChannelConfig {
+    /// The name, as consoles use it.
+    pub name: String,
+    /// Its rail.
+    pub rail: u8,
+    /// Its number on the rail.
+    pub channel: u8,
+    /// Whether it is on at the start.
+    pub on: bool,
 }

@@ -17,9 +17,9 @@ mod watch;
 #[cfg(test)]
 mod tests;
 
-pub use config::{ConfigError, MotorAssignment, MotorsConfig, write_period};
+pub use config::{ChannelConfig, ConfigError, MotorAssignment, MotorsConfig, write_period};
 pub use outbox::MotorsOutput;
-pub use power::{ChannelConfig, ChannelTable, LABELS, UnknownChannel};
+pub use power::{ChannelTable, LABELS, UnknownChannel};
 
 use crate::{Note, State};
 use devices::torqeedo::{BatteryStatus, CARD, CanFrame, DecodeError, Message, MotorDrive, Received};

@@ -1,5 +1,6 @@
 //! Power channels: their labels, what was asked of each, and whether the card follows.
 
+use super::config::ChannelConfig;
 use super::outbox::Outbox;
 use crate::Note;
 use devices::torqeedo::CardCommand;
@@ -48,19 +49,6 @@ impl ChannelTable {
             _ => return None,
         })
     }
-}
-
-/// A power channel with a name.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ChannelConfig {
-    /// The name, as consoles use it.
-    pub name: String,
-    /// Its rail.
-    pub rail: u8,
-    /// Its number on the rail.
-    pub channel: u8,
-    /// Whether it is on at the start.
-    pub on: bool,
 }
 
 /// No power channel has this name.

@@ -2,8 +2,9 @@
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
-use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
+use crate::input::{DeviceState, HostReading, Input, Reachable};
 use crate::lease::Lease;
+use crate::peer::Peer;
 use crate::routing::{FoundRoute, RouteAnswer};
 use crate::states::Condition;
 use charts::depth_index::DepthIndex;

@@ -1,9 +1,10 @@
 //! Writing.
 
 use crate::grounding::ChartFile;
-use crate::input::{DeviceState, HostReading, Input, Peer, Reachable};
+use crate::input::{DeviceState, HostReading, Input, Reachable};
 use crate::lease::Lease;
 use crate::output::{Keep, Level, Output};
+use crate::peer::Peer;
 use crate::routing::{FoundRoute, RouteAnswer, RouteRequest};
 use charts::depth_index::{ChartTrust, Demand};
 use devices::{

@@ -4,6 +4,7 @@
 //! the archive; a row that is there already is left alone, so nothing is ever there twice.
 
 mod catalogue;
+mod group;
 pub(crate) mod look;
 mod month;
 mod month_key;
@@ -12,8 +13,9 @@ mod row;
 pub(crate) mod schema;
 
 pub(crate) use catalogue::{FILE as CATALOGUE, Progress, load_months, load_names, load_progress};
+pub use group::GroupKey;
 pub(crate) use imc::names::Names;
-pub use month::{Extent, GroupKey};
+pub use month::Extent;
 pub(crate) use month::{VERSION, columns};
 pub use month_key::MonthKey;
 pub(crate) use schema::ESTIMATED_STATE;

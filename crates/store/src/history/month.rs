@@ -1,6 +1,7 @@
 //! One file of the history, open for writing.
 
 use super::MonthKey;
+use super::group::GroupKey;
 use super::rollup;
 use super::row::{self, RowError, Sample};
 use super::schema::{MONTH, SHORT, Schema, Table};
@@ -32,17 +33,6 @@ pub(crate) const VERSION: i64 = 1;
 const QUIET_COMMITS: u64 = 2;
 /// The same when none has: the entity fell silent.
 const SILENT_COMMITS: u64 = 240;
-
-/// What a series of samples is known by: message, system, entity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct GroupKey {
-    /// Id of the message.
-    pub id: u16,
-    /// Address of the system.
-    pub src: u16,
-    /// Number of the entity.
-    pub src_ent: u8,
-}
 
 /// How much of a group there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

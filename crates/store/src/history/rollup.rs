@@ -6,7 +6,7 @@
 //! readers look at the samples themselves there until it is rolled up again. Values that are not finite count
 //! for nothing. The mean of angles is that of their directions: of 359° and 1° it is 0°, and not 180°.
 
-use super::month::GroupKey;
+use super::group::GroupKey;
 use super::schema::Table;
 use rusqlite::Connection;
 use rusqlite::types::ValueRef;

@@ -1,4 +1,4 @@
-use super::super::writer::Request as _;
+use super::super::request::Request as _;
 use super::super::{audit, persons, sessions, tokens, vessels};
 use super::*;
 use units::UtcTime;

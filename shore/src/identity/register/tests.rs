@@ -2,8 +2,8 @@
 
 use super::super::db::tests::fresh;
 use super::super::language::Choose;
+use super::super::request::Request as _;
 use super::super::tokens::{Make, MakeLink, Revoke};
-use super::super::writer::Request as _;
 use super::super::{sessions, vessels};
 use super::*;
 use api::NewToken;

@@ -1,5 +1,5 @@
+use super::super::audit::Line;
 use super::super::audit::{Entries, Record};
-use super::super::journal::Line;
 use super::super::{db, vessels};
 use super::*;
 use std::time::Instant;
