@@ -143,8 +143,16 @@ impl Question {
         // Cancelled: the client has gone.
         let Ok(passable) = set.router.passable(ends, &self.needs, cancel) else { return };
         refused.text = format!("{} {}", refused.text, passable_text(&passable));
-        let Passable { depth_m, clearance_m, by_rule_alone } = passable;
-        refused.passable = Some(SeaRoutePassable { depth_m, clearance_m, by_rule_alone });
+        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+        refused.passable = Some(SeaRoutePassable {
+            depth_m,
+            shallowest_at: shallowest.map(degrees),
+            clearance_m,
+            gap_at: gap.map(|gap| degrees(gap.at)),
+            gap_width_m: gap.map(|gap| gap.width_m),
+            by_rule_alone,
+            by_zones_alone,
+        });
     }
 
     fn described(&self, route: &Route, set: &Set) -> SeaRoute {
@@ -261,12 +269,21 @@ fn passable_text(passable: &Passable) -> String {
         [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
         some => format!("There is one with {}.", some.join(", or with ")),
     };
-    let areas = if passable.by_rule_alone {
+    let gap = passable.gap.map_or_else(String::new, |gap| {
+        let (lat_deg, lon_deg) = (gap.at.lat_deg(), gap.at.lon_deg());
+        format!(" The narrowest gap is {:.0} m wide, at {lat_deg:.5}, {lon_deg:.5}.", gap.width_m)
+    });
+    let rule = if passable.by_rule_alone {
         " Areas where entry is prohibited or restricted are in the way; without them there is a route."
     } else {
         ""
     };
-    format!("{text}{areas}")
+    let zones = if passable.by_zones_alone {
+        " The areas to avoid or to stay within are in the way; without them there is a route."
+    } else {
+        ""
+    };
+    format!("{text}{gap}{rule}{zones}")
 }
 
 /// With a capital letter and a full stop.

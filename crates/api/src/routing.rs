@@ -27,7 +27,7 @@ pub struct SeaRouteRequest {
     /// Speed that the duration is reckoned with (m/s); null for 1.5.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// If no route exists, look for a smaller depth and clearance that give one; can take some seconds.
+    /// If no route exists, look for a smaller depth and clearance that give one, and for what is in the way.
     #[serde(default)]
     pub explain: bool,
 }
@@ -143,8 +143,16 @@ pub struct SeaRouteClosed {
 pub struct SeaRoutePassable {
     /// The greatest least depth (m) that gives one with this clearance; null if none was found.
     pub depth_m: Option<f64>,
+    /// Where that one is shallowest: latitude and longitude (°).
+    pub shallowest_at: Option<[f64; 2]>,
     /// The greatest clearance (m) that gives one of this depth; null if none was found.
     pub clearance_m: Option<f64>,
+    /// Where the gap is that allows no more clearance: latitude and longitude (°) of its middle.
+    pub gap_at: Option<[f64; 2]>,
+    /// How wide that gap is (m).
+    pub gap_width_m: Option<f64>,
     /// Whether there is one without the areas where entry is prohibited or restricted.
     pub by_rule_alone: bool,
+    /// Whether there is one without the areas that the request itself avoids or keeps within.
+    pub by_zones_alone: bool,
 }

@@ -186,28 +186,18 @@ impl Terms<'_> {
         needs: &Needs,
         refusal: &Refusal,
     ) -> anyhow::Result<()> {
-        let no_way = matches!(refusal, Refusal::NoWay { .. });
         let ends = Request { from: ends[0], to: ends[1], ..*request };
-        if no_way {
-            complain!("no route; looking for a smaller depth and clearance that give one ...");
-        }
-        let passable = no_way.then(|| self.router.passable(&ends, needs, &Cancel::never())).transpose()?;
+        let passable = matches!(refusal, Refusal::NoWay { .. })
+            .then(|| self.router.passable(&ends, needs, &Cancel::never()))
+            .transpose()?;
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
-            if let Some(Passable { depth_m, clearance_m, by_rule_alone }) = passable {
-                value["passable_by_rule_alone"] = json!(by_rule_alone);
-                value["passable_depth_m"] = json!(depth_m);
-                value["passable_clearance_m"] = json!(clearance_m);
+            if let Some(passable) = &passable {
+                would_do(&mut value, passable);
             }
             say!("{value}");
         }
-        let depth = passable.and_then(|passable| passable.depth_m);
-        let depth = depth.map(|depth_m| format!("; there is one with --min-depth {depth_m}"));
-        let clearance = passable.and_then(|passable| passable.clearance_m);
-        let clearance = clearance.map(|clear_m| format!("; there is one with --clearance {clear_m}"));
-        let text =
-            format!("no route: {refusal}{}{}", depth.unwrap_or_default(), clearance.unwrap_or_default());
-        Err(anyhow!(text))
+        Err(anyhow!("no route: {refusal}{}", passable.map_or_else(String::new, |it| would_do_text(&it))))
     }
 
     /// One answer a line, in the order of the file.
@@ -334,6 +324,40 @@ impl Terms<'_> {
 /// Why the turn at the end of a leg cannot be sailed as asked.
 fn turn_warning(leg: &RouteLeg) -> Option<String> {
     leg.turn?.trouble.map(|trouble| trouble.to_string())
+}
+
+/// Adds what would give a route.
+fn would_do(value: &mut Value, passable: &Passable) {
+    let degrees = |place: LatLon| [place.lat_deg(), place.lon_deg()];
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    value["passable_by_rule_alone"] = json!(by_rule_alone);
+    value["passable_by_zones_alone"] = json!(by_zones_alone);
+    value["passable_depth_m"] = json!(depth_m);
+    value["passable_shallowest_at"] = json!(shallowest.map(degrees));
+    value["passable_clearance_m"] = json!(clearance_m);
+    value["passable_gap_at"] = json!(gap.map(|gap| degrees(gap.at)));
+    value["passable_gap_width_m"] = json!(gap.map(|gap| gap.width_m));
+}
+
+fn would_do_text(passable: &Passable) -> String {
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let at = |place: LatLon| format!("{:.5},{:.5}", place.lat_deg(), place.lon_deg());
+    let mut text = String::new();
+    if let Some(depth_m) = depth_m {
+        let place = shallowest.map_or_else(String::new, |place| format!(", shallowest at {}", at(place)));
+        text += &format!("; there is one with --min-depth {depth_m}{place}");
+    }
+    if let Some(clearance_m) = clearance_m {
+        let gap = gap.map(|gap| format!(", through a gap of {:.0} m at {}", gap.width_m, at(gap.at)));
+        text += &format!("; there is one with --clearance {clearance_m}{}", gap.unwrap_or_default());
+    }
+    if *by_rule_alone {
+        text += "; there is one through areas where entry is prohibited or restricted";
+    }
+    if *by_zones_alone {
+        text += "; there is one without the areas to avoid or to stay within";
+    }
+    text
 }
 
 fn refused(id: &Value, refusal: &Refusal) -> Value {
