@@ -20,6 +20,7 @@
 mod boxes;
 mod cancel;
 pub mod classic;
+mod joining;
 mod mesh;
 mod nearby;
 mod needs;

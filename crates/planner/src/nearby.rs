@@ -1,86 +1,95 @@
-//! Which of many sides lie near one, while they are added one after another: a plain grid of squares.
+//! Which of many short pieces lie near one, while they are added one after another: each in the square of its middle.
 
 use crate::obstacles::Region;
 use crate::plane::Point;
 
 /// So many squares at most.
-const MOST_SQUARES: f64 = 2e6;
-/// No square is smaller (m).
-const LEAST_M: f64 = 10.0;
+const MOST_SQUARES: f64 = 4e6;
 const NONE: u32 = u32::MAX;
 
-/// Sides by the squares that their boxes meet.
+/// Pieces by squares.
 pub(crate) struct Nearby {
     origin: Point,
     size_m: f64,
     columns: usize,
     rows: usize,
-    /// Of each square its newest entry.
+    /// Of each square its newest piece.
     newest: Vec<u32>,
-    /// A side, and the entry of its square before it.
-    entries: Vec<(u32, u32)>,
-    /// Of each side at which visit it was given.
-    given: Vec<u32>,
-    visits: u32,
-    added: u32,
+    settled: Vec<bool>,
+    /// Of each piece the one of its square that was added before it, and the marks of both and of all before.
+    before: Vec<(u32, u8)>,
 }
 
 impl Nearby {
-    /// For so many sides in a region; what lies outside of it counts as in its outermost squares.
-    pub(crate) fn new(region: Region, size_m: f64, count: usize) -> Self {
+    /// For pieces in a region; squares are larger than asked where there were too many. What lies outside of it counts as in
+    /// its outermost squares.
+    pub(crate) fn new(region: Region, size_m: f64) -> Self {
+        let size_m = size_m.max((region.area() / MOST_SQUARES).sqrt());
         let (wide_m, high_m) = (region.max.x - region.min.x, region.max.y - region.min.y);
-        let size_m = size_m.max(LEAST_M).max((wide_m * high_m / MOST_SQUARES).sqrt());
         // Within the greatest number of squares but for one row and one column.
         let [columns, rows] = [wide_m, high_m].map(|length_m| (length_m / size_m) as usize + 1);
-        Self {
-            origin: region.min,
-            size_m,
-            columns,
-            rows,
-            newest: vec![NONE; columns * rows],
-            entries: Vec::with_capacity(2 * count),
-            given: vec![0; count],
-            visits: 0,
-            added: 0,
-        }
+        let (newest, settled) = (vec![NONE; columns * rows], vec![false; columns * rows]);
+        Self { origin: region.min, size_m, columns, rows, newest, settled, before: Vec::new() }
     }
 
-    /// Adds the next side.
-    pub(crate) fn add(&mut self, ends: [Point; 2]) {
-        for square in self.squares(ends, 0.0) {
-            self.entries.push((self.added, self.newest[square]));
-            self.newest[square] = self.entries.len() as u32 - 1;
-        }
-        self.added += 1;
+    pub(crate) fn size_m(&self) -> f64 {
+        self.size_m
     }
 
-    /// Gives each side that was added and may come within a distance of these ends' box, once.
-    pub(crate) fn visit(&mut self, ends: [Point; 2], within_m: f64, mut give: impl FnMut(usize)) {
-        self.visits += 1;
-        for square in self.squares(ends, within_m) {
-            let mut entry = self.newest[square];
-            while let Some((side, before)) = self.entries.get(entry as usize).copied() {
-                let given = &mut self.given[side as usize];
-                if *given != self.visits {
-                    *given = self.visits;
-                    give(side as usize);
-                }
-                entry = before;
-            }
-        }
+    /// Adds the next piece to a square, with marks of its own.
+    pub(crate) fn add(&mut self, square: usize, mark: u8) {
+        let before = self.newest[square];
+        let marks = self.before.get(before as usize).map_or(mark, |(_, marks)| marks | mark);
+        self.before.push((before, marks));
+        self.newest[square] = self.before.len() as u32 - 1;
     }
 
-    /// The squares that a box meets, with so much around it.
-    fn squares(&self, [a, b]: [Point; 2], more_m: f64) -> impl Iterator<Item = usize> + use<> {
-        let index = |value: f64, origin: f64, count: usize| {
-            // Saturates at 0.
-            (((value - origin) / self.size_m) as usize).min(count - 1)
-        };
-        let column = |x: f64| index(x, self.origin.x, self.columns);
-        let row = |y: f64| index(y, self.origin.y, self.rows);
-        let (west, east) = (column(a.x.min(b.x) - more_m), column(a.x.max(b.x) + more_m));
-        let (south, north) = (row(a.y.min(b.y) - more_m), row(a.y.max(b.y) + more_m));
-        let columns = self.columns;
-        (south..=north).flat_map(move |row| (west..=east).map(move |column| row * columns + column))
+    /// The marks of a piece and of all that were added to its square before it.
+    pub(crate) fn mark(&self, piece: u32) -> u8 {
+        self.before[piece as usize].1
+    }
+
+    /// The newest piece in a square.
+    pub(crate) fn newest(&self, square: usize) -> Option<u32> {
+        Some(self.newest[square]).filter(|piece| *piece != NONE)
+    }
+
+    /// Notes whether more pieces in a square may tell something new.
+    pub(crate) fn settle(&mut self, square: usize, settled: bool) {
+        self.settled[square] = settled;
+    }
+
+    pub(crate) fn is_settled(&self, square: usize) -> bool {
+        self.settled[square]
+    }
+
+    /// The squares that come within a distance of a point.
+    pub(crate) fn around(&self, at: Point, within_m: f64) -> impl Iterator<Item = usize> + '_ {
+        let columns = self.column(at.x - within_m)..=self.column(at.x + within_m);
+        let rows = self.row(at.y - within_m)..=self.row(at.y + within_m);
+        rows.flat_map(move |row| columns.clone().map(move |column| self.square(column, row)))
+    }
+
+    /// The square of a point.
+    pub(crate) fn square_of(&self, at: Point) -> usize {
+        self.square(self.column(at.x), self.row(at.y))
+    }
+
+    /// The piece of the same square that was added before this one.
+    pub(crate) fn earlier(&self, piece: u32) -> Option<u32> {
+        Some(self.before[piece as usize].0).filter(|before| *before != NONE)
+    }
+
+    // Saturate at 0.
+    fn column(&self, x: f64) -> usize {
+        (((x - self.origin.x) / self.size_m) as usize).min(self.columns - 1)
+    }
+
+    fn row(&self, y: f64) -> usize {
+        (((y - self.origin.y) / self.size_m) as usize).min(self.rows - 1)
+    }
+
+    fn square(&self, column: usize, row: usize) -> usize {
+        row * self.columns + column
     }
 }

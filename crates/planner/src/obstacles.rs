@@ -60,6 +60,12 @@ impl Region {
         }
     }
 
+    /// Its border, closed.
+    pub(crate) fn ring(&self) -> [Point; 5] {
+        let Self { min, max } = *self;
+        [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }, min]
+    }
+
     /// In square metres.
     pub(crate) fn area(&self) -> f64 {
         (self.max.x - self.min.x) * (self.max.y - self.min.y)
@@ -141,12 +147,17 @@ pub(crate) fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
 
 /// How far at most from a line water is cut out for a clearance (m).
 pub(crate) fn cut_out_m(clearance_m: f64) -> f64 {
-    let brush = Brush::new(clearance_m + thinned_m(clearance_m) + SLACK_M);
+    let brush = Brush::new(least_cut_out_m(clearance_m));
     brush.corners[0].distance_m(Point::default())
 }
 
+/// How far from a line water is cut out for a clearance at least (m).
+pub(crate) fn least_cut_out_m(clearance_m: f64) -> f64 {
+    clearance_m + thinned_m(clearance_m) + SLACK_M
+}
+
 /// By how much lines are thinned for a clearance (m).
-pub(crate) fn thinned_m(clearance_m: f64) -> f64 {
+fn thinned_m(clearance_m: f64) -> f64 {
     (clearance_m * THINNED).clamp(LEAST_THINNED_M, MOST_THINNED_M)
 }
 

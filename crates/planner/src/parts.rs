@@ -33,6 +33,11 @@ impl Parts {
         false
     }
 
+    /// Whether two are joined, and a link between them that crosses nothing would tell nothing new.
+    pub(crate) fn are_one(&mut self, one: u32, other: u32) -> bool {
+        self.top(one) == self.top(other)
+    }
+
     /// What it hangs on in the end, and whether the way there crosses an odd number of times.
     fn top(&mut self, mut at: u32) -> (u32, bool) {
         let mut is_odd = false;

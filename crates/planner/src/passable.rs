@@ -6,7 +6,7 @@
 
 use crate::Cancel;
 use crate::needs::Needs;
-use crate::obstacles::{Region, cut_out_m};
+use crate::obstacles::{Region, cut_out_m, least_cut_out_m};
 use crate::plane::Point;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
@@ -20,8 +20,10 @@ use units::LatLon;
 const DEPTH_TRIALS: usize = 4;
 /// Shares of the measured clearance that are tried.
 const CLEARANCE_TRIALS: [f64; 5] = [1.0, 0.95, 0.8, 0.5, 0.0];
-/// Lines are thinned by this (m), and by so many times more where too many lie near each other.
-const THINNED_M: f64 = 0.3;
+/// Lines are thinned by this share of the reach, by no less than this (m), and by so many times more where too many lie near
+/// each other.
+const THINNED: f64 = 0.005;
+const LEAST_THINNED_M: f64 = 0.3;
 const COARSER: f64 = 5.0;
 /// Lines thinned by more than this share of the reach say little.
 const COARSEST: f64 = 0.25;
@@ -79,8 +81,9 @@ impl<'a> Search<'a> {
     ) -> Option<Self> {
         let ends = Question { room, index, request, cancel }.ends()?;
         let (lines, wider_m) = room.closing_lines(index);
-        let walls = room.walls(&lines, THINNED_M);
-        Some(Self { room, index, request, cancel, ends, lines, wider_m, thinned_m: THINNED_M, walls })
+        let thinned_m = (THINNED * room.cut_m()).max(LEAST_THINNED_M);
+        let walls = room.walls(&lines, thinned_m);
+        Some(Self { room, index, request, cancel, ends, lines, wider_m, thinned_m, walls })
     }
 
     pub(crate) fn answer(mut self) -> Result<Passable, PlanError> {
@@ -173,9 +176,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// How far from lines nothing is open for these needs.
+    /// How far from lines nothing is open for these needs: no more than is cut out, so that what parts the ends does.
     fn reach(&self, needs: &Needs, zones: &Zones) -> Reach {
-        Reach { chart_m: cut_out_m(needs.reach_m() + self.wider_m), zone_m: cut_out_m(zones.margin_m()) }
+        Reach {
+            chart_m: least_cut_out_m(needs.reach_m() + self.wider_m),
+            zone_m: least_cut_out_m(zones.margin_m()),
+        }
     }
 
     /// The greatest clearance (m), up to the one asked for, for which no more is cut out than this; it grows evenly, by at

@@ -1,29 +1,21 @@
 //! What parts two places: the chart's lines, each with the depth at which it closes, and how near each other they lie.
 //!
 //! Lines that are widened by the clearance and meet are one wall; two points are parted if a ring of walls has one of them
-//! inside ([`Parts`]). Taken in the order of the depth at which they close, the first line that completes such a ring tells
+//! inside ([`Joining`]). Taken in the order of the depth at which they close, the first line that completes such a ring tells
 //! the greatest depth that lets a vessel pass; taken in the order of the gaps between them, it tells the narrowest gap of the
 //! widest way. Nothing is divided into triangles for this, so it answers in milliseconds what would else take many
 //! preparations of the water.
 
-use crate::boxes::Bounds;
-use crate::nearby::Nearby;
+use crate::joining::Joining;
 use crate::obstacles::{Region, project_line, thin};
-use crate::parts::Parts;
 use crate::plane::{Plane, Point};
 use crate::room::sides;
 use crate::{Cancel, PlanError};
 use charts::depth_index::{Closes, ClosingLine};
 use std::collections::HashSet;
 
-/// Sides are cut into pieces of so many times the greatest reach, and no shorter than so many metres.
-const LONGEST: f64 = 20.0;
-const SHORT_M: f64 = 500.0;
-/// Sides between two looks at whether the answer is still wanted.
-const SIDES_BETWEEN_LOOKS: usize = 1_024;
-/// More pairs are too many to look at, or to lie near each other.
-const MOST_LOOKED_AT: usize = 20_000_000;
-const MOST_PAIRS: usize = 3_000_000;
+/// From one reach to a smaller one, where the widest way is looked for.
+const HALF: f64 = 0.5;
 
 /// What a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +40,7 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    fn of(&self, kind: Kind) -> f64 {
+    pub(crate) fn of(&self, kind: Kind) -> f64 {
         match kind {
             Kind::Chart | Kind::Rule => self.chart_m,
             Kind::Zone => self.zone_m,
@@ -56,18 +48,24 @@ impl Reach {
         }
     }
 
-    fn most_m(&self) -> f64 {
+    pub(crate) fn most_m(&self) -> f64 {
         self.chart_m.max(self.zone_m)
     }
 }
 
 /// A straight part of a line.
 #[derive(Debug, Clone, Copy)]
-struct Side {
-    ends: [Point; 2],
+pub(crate) struct Side {
+    pub(crate) ends: [Point; 2],
     /// It is in the way where more depth is needed (m).
-    deeper_than_m: f64,
-    kind: Kind,
+    pub(crate) deeper_than_m: f64,
+    pub(crate) kind: Kind,
+}
+
+impl Side {
+    pub(crate) fn middle(&self) -> Point {
+        self.ends[0].towards(self.ends[1], 0.5)
+    }
 }
 
 /// Lines, in the order of the depths at which they close.
@@ -168,157 +166,37 @@ impl Walls {
         reach: Reach,
         cancel: &Cancel<'_>,
     ) -> Result<Option<f64>, Trouble> {
-        let sides = self.pieces(reach);
-        let mut parts = Parts::new(sides.len());
-        let parted = pairs(&sides, self.region, reach, cancel, |one, other, near| {
-            let touch = near.width_m <= reach.of(sides[one].kind) + reach.of(sides[other].kind);
-            touch && parts.join(one as u32, other as u32, near.crosses(ends, [&sides[one], &sides[other]]))
-        })?;
-        Ok(parted.map(|at| sides[at].deeper_than_m))
+        let joining = Joining::new(self.region, &self.sides, [reach, reach], ends)?;
+        Ok(joining.run(cancel)?.parted_at_m)
     }
 
     /// The narrowest gap of the widest way between two points, if it is narrower than this reach; `None` where nothing
-    /// parts them, and a reach below the least one where even that is too much.
+    /// parts them, and a reach of no more than the least one where even that is too much.
     pub(crate) fn widest_gap(
         &self,
         ends: [Point; 2],
         (least, most): (Reach, Reach),
         cancel: &Cancel<'_>,
     ) -> Result<Option<Gap>, Trouble> {
-        let sides = self.pieces(most);
-        let mut gaps: Vec<(f32, u32, u32)> = Vec::new();
-        pairs(&sides, self.region, most, cancel, |one, other, near| {
-            let kinds = [sides[one].kind, sides[other].kind];
-            let reach_m = closes_at_m(kinds, near.width_m, most);
-            if reach_m <= most.chart_m {
-                // Within 20 km to the millimetre.
-                gaps.push((reach_m.max(least.chart_m) as f32, one as u32, other as u32));
+        let at = |chart_m: f64| Reach { chart_m: chart_m.max(least.chart_m), ..most };
+        let parted = |reach: Reach| self.parted_below_m(ends, reach, cancel).map(|parted| parted.is_some());
+        if !parted(most)? {
+            return Ok(None);
+        }
+        let (mut open, mut closed) = (at(HALF * most.chart_m), most);
+        while parted(open)? {
+            if open == least {
+                return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
             }
-            false
-        })?;
-        gaps.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
-        let mut parts = Parts::new(sides.len());
-        for (reach_m, one, other) in gaps {
-            let pair = [&sides[one as usize], &sides[other as usize]];
-            let near = Near::of(pair[0], pair[1]);
-            if parts.join(one, other, near.crosses(ends, pair)) {
-                let [from, to] = near.points;
-                let reach_m = f64::from(reach_m);
-                return Ok(Some(Gap { reach_m, width_m: near.width_m, at: from.towards(to, 0.5) }));
-            }
+            (open, closed) = (at(HALF * open.chart_m), open);
         }
-        Ok(None)
-    }
-
-    /// Sides that come into the region, long ones in pieces, and its edges.
-    fn pieces(&self, reach: Reach) -> Vec<Side> {
-        let Region { min, max } = self.region;
-        let corners = [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }, min];
-        let longest_m = (LONGEST * reach.most_m()).max(SHORT_M);
-        let near = self.region.wider(reach.most_m());
-        let edge = |ends| Side { ends, deeper_than_m: f64::NEG_INFINITY, kind: Kind::Edge };
-        let all = sides(&corners).map(edge).chain(self.sides.iter().copied());
-        let mut pieces = Vec::with_capacity(self.sides.len() + 256);
-        for side in all {
-            let Some((a, b)) = near.clip(side.ends[0], side.ends[1]) else { continue };
-            // A region is some thousand kilometres wide at most.
-            let count = (a.distance_m(b) / longest_m).ceil().clamp(1.0, 1e5) as u32;
-            let at = |piece: u32| a.towards(b, f64::from(piece) / f64::from(count));
-            pieces.extend((0..count).map(|piece| Side { ends: [at(piece), at(piece + 1)], ..side }));
+        // Lines in one square are surely joined where the two reaches differ by less than this.
+        while closed.chart_m > std::f64::consts::SQRT_2 * open.chart_m {
+            let middle = at((open.chart_m * closed.chart_m).sqrt());
+            *(if parted(middle)? { &mut closed } else { &mut open }) = middle;
         }
-        pieces
-    }
-}
-
-/// From which reach on two lines with so much between them leave no way (m).
-fn closes_at_m(kinds: [Kind; 2], width_m: f64, reach: Reach) -> f64 {
-    let grows = |kind: Kind| matches!(kind, Kind::Chart | Kind::Rule);
-    match kinds.map(grows) {
-        [true, true] => width_m / 2.0,
-        [true, false] => width_m - reach.of(kinds[1]),
-        [false, true] => width_m - reach.of(kinds[0]),
-        [false, false] if width_m <= reach.of(kinds[0]) + reach.of(kinds[1]) => 0.0,
-        [false, false] => f64::INFINITY,
-    }
-}
-
-/// Gives pairs of sides that may lie within twice the reach of each other, the later one of each growing; ends with the
-/// number of the later one when told to.
-fn pairs(
-    sides: &[Side],
-    region: Region,
-    reach: Reach,
-    cancel: &Cancel<'_>,
-    mut give: impl FnMut(usize, usize, Near) -> bool,
-) -> Result<Option<usize>, Trouble> {
-    let within_m = 2.0 * reach.most_m();
-    let mut nearby = Nearby::new(region.wider(reach.most_m()), within_m, sides.len());
-    let (mut looked_at, mut found) = (0, 0);
-    for (at, side) in sides.iter().enumerate() {
-        if at % SIDES_BETWEEN_LOOKS == 0 {
-            cancel.check()?;
-        }
-        let mut ends = false;
-        let bounds = Bounds::of(&side.ends);
-        nearby.visit(side.ends, within_m, |other| {
-            looked_at += 1;
-            if Bounds::of(&sides[other].ends).distance_m(&bounds) > within_m {
-                return;
-            }
-            let near = Near::of(&sides[other], side);
-            if near.width_m <= within_m {
-                found += 1;
-                ends |= give(other, at, near);
-            }
-        });
-        if ends {
-            return Ok(Some(at));
-        }
-        if looked_at > MOST_LOOKED_AT || found > MOST_PAIRS {
-            return Err(Trouble::TooMany);
-        }
-        nearby.add(side.ends);
-    }
-    Ok(None)
-}
-
-/// How near two sides lie.
-#[derive(Debug, Clone, Copy)]
-struct Near {
-    width_m: f64,
-    /// The nearest points of both.
-    points: [Point; 2],
-}
-
-impl Near {
-    fn of(one: &Side, other: &Side) -> Self {
-        let ([a, b], [c, d]) = (one.ends, other.ends);
-        let (of_a, of_b) = (c.cross(d, a), c.cross(d, b));
-        if of_a * of_b < 0.0 && a.cross(b, c) * a.cross(b, d) < 0.0 {
-            let meet = a.towards(b, of_a / (of_a - of_b));
-            return Self { width_m: 0.0, points: [meet, meet] };
-        }
-        let ways = [
-            [a, a.nearest_on(c, d)],
-            [b, b.nearest_on(c, d)],
-            [c.nearest_on(a, b), c],
-            [d.nearest_on(a, b), d],
-        ];
-        let [first, rest @ ..] = ways.map(|points| Self { width_m: points[0].distance_m(points[1]), points });
-        rest.into_iter().fold(first, |best, one| if one.width_m < best.width_m { one } else { best })
-    }
-
-    /// Whether the way from the middle of one side to that of the other, by their nearest points, crosses the line between
-    /// two points an odd number of times.
-    fn crosses(&self, [from, to]: [Point; 2], [one, other]: [&Side; 2]) -> bool {
-        let middle = |side: &Side| side.ends[0].towards(side.ends[1], 0.5);
-        let way = [middle(one), self.points[0], self.points[1], middle(other)];
-        let left = way.map(|at| from.cross(to, at) > 0.0);
-        let crosses = |n: usize| {
-            let (a, b) = (way[n], way[n + 1]);
-            left[n] != left[n + 1] && (a.cross(b, from) > 0.0) != (a.cross(b, to) > 0.0)
-        };
-        (0..3).filter(|n| crosses(*n)).count() % 2 == 1
+        let joining = Joining::new(self.region, &self.sides, [open, closed], ends)?;
+        Ok(joining.run(cancel)?.gap)
     }
 }
 
