@@ -2655,6 +2655,28 @@ current: SeaRouteCurrent | null,
  */
 explain: boolean, };
 
+export type SeaRouteZone = { 
+/**
+ * What it is for.
+ */
+kind: SeaRouteZoneKind, 
+/**
+ * Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
+ */
+corners: Array<[number, number]>, };
+
+export type SeaRouteZoneKind = "avoid" | "within";
+
+export type SeaRouteCurrent = { 
+/**
+ * Where it flows to (°), clockwise from true north.
+ */
+set_deg: number, 
+/**
+ * How fast (m/s), 0 to 10.
+ */
+drift_mps: number, };
+
 export type SeaRouteLeg = { 
 /**
  * Length (m).
