@@ -41,7 +41,7 @@ pub(crate) struct Joining {
     sides: Vec<Side>,
     /// How many are looked at by all others.
     special: usize,
-    /// Joined at once, and joined in the order of their gaps at last.
+    /// What is joined at once, and up to where gaps are looked at after that.
     reaches: [Reach; 2],
     ends: [Point; 2],
     nearby: Nearby,
@@ -107,7 +107,67 @@ impl Joining {
                 return Err(Trouble::TooMany);
             }
         }
+        if self.reaches[0] != self.reaches[1] {
+            self.find_gaps(cancel)?;
+        }
         Ok(Outcome { parted_at_m: None, gap: self.close_gaps() })
+    }
+
+    /// Notes the gaps between what is not joined by the lesser reach: few are left then.
+    fn find_gaps(&mut self, cancel: &Cancel<'_>) -> Result<(), Trouble> {
+        let within_m = 2.0 * self.reaches[1].chart_m + 0.5 * self.nearby.size_m();
+        for at in 0..self.sides.len() {
+            if at % PIECES_BETWEEN_LOOKS == 0 {
+                cancel.check()?;
+            }
+            for other in 0..at.min(self.special) {
+                self.note(other, at);
+            }
+            if at < self.special {
+                continue;
+            }
+            let hand = self.hand(at);
+            let squares: Vec<usize> = self.nearby.around(self.sides[at].middle(), within_m).collect();
+            for newest in
+                squares.into_iter().filter_map(|square| self.nearby.newest(square)).collect::<Vec<_>>()
+            {
+                let whole = self.squares_join && hand != LEFT | RIGHT && self.nearby.mark(newest) == hand;
+                if whole && self.is_one(at, newest) {
+                    continue;
+                }
+                let mut piece = Some(newest);
+                while let Some(one) = piece {
+                    piece = self.nearby.earlier(one);
+                    let other = one as usize + self.special;
+                    let nothing_new =
+                        hand != LEFT | RIGHT && self.hand(other) == hand && self.is_one(at, one);
+                    // Each pair once.
+                    if other < at && !nothing_new {
+                        self.note(other, at);
+                    }
+                }
+            }
+            if self.gaps.len() > MOST_GAPS {
+                return Err(Trouble::TooMany);
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the gap between two that are not joined by the lesser reach and are by the greater.
+    fn note(&mut self, one: usize, other: usize) {
+        let pair = [&self.sides[one], &self.sides[other]];
+        let [sure_m, most_m] = self.reaches.map(|reach| reach.of(pair[0].kind) + reach.of(pair[1].kind));
+        if Bounds::of(&pair[0].ends).distance_m(&Bounds::of(&pair[1].ends)) > most_m {
+            return;
+        }
+        let width_m = Near::of(pair[0], pair[1]).width_m;
+        if width_m > sure_m && width_m <= most_m {
+            // What the reach is at which they join; within 20 km to the millimetre.
+            let grows = pair.iter().filter(|side| matches!(side.kind, Kind::Chart | Kind::Rule)).count();
+            let reach_m = (width_m - most_m) / grows.max(1) as f64 + self.reaches[1].chart_m;
+            self.gaps.push((reach_m as f32, one as u32, other as u32));
+        }
     }
 
     /// Looks at the pieces near one; whether that completes a wall.
@@ -124,7 +184,7 @@ impl Joining {
             self.nearby.add(here, hand);
             return self.parts.join(newest + self.special as u32, at as u32, false);
         }
-        let within_m = 2.0 * self.reaches[1].chart_m + 0.5 * self.nearby.size_m();
+        let within_m = 2.0 * self.reaches[0].chart_m + 0.5 * self.nearby.size_m();
         let squares: Vec<usize> = self.nearby.around(middle, within_m).collect();
         let mut settled = one_hand;
         for square in squares {
@@ -175,26 +235,16 @@ impl Joining {
         hands[0] | hands[1]
     }
 
-    /// Joins two if they lie near enough, or notes the gap between them; whether that completes a wall.
+    /// Joins two if they lie near enough; whether that completes a wall.
     fn look(&mut self, one: usize, other: usize) -> bool {
         let pair = [&self.sides[one], &self.sides[other]];
-        let [sure_m, most_m] = self.reaches.map(|reach| reach.of(pair[0].kind) + reach.of(pair[1].kind));
-        if Bounds::of(&pair[0].ends).distance_m(&Bounds::of(&pair[1].ends)) > most_m {
+        let reach_m = self.reaches[0].of(pair[0].kind) + self.reaches[0].of(pair[1].kind);
+        if Bounds::of(&pair[0].ends).distance_m(&Bounds::of(&pair[1].ends)) > reach_m {
             return false;
         }
         self.pairs += 1;
         let near = Near::of(pair[0], pair[1]);
-        if near.width_m <= sure_m {
-            let crosses = near.crosses(self.ends, pair);
-            return self.parts.join(one as u32, other as u32, crosses);
-        }
-        if near.width_m <= most_m {
-            // What the reach is at which they join; within 20 km to the millimetre.
-            let grows = pair.iter().filter(|side| matches!(side.kind, Kind::Chart | Kind::Rule)).count();
-            let reach_m = (near.width_m - most_m) / grows.max(1) as f64 + self.reaches[1].chart_m;
-            self.gaps.push((reach_m as f32, one as u32, other as u32));
-        }
-        false
+        near.width_m <= reach_m && self.parts.join(one as u32, other as u32, near.crosses(self.ends, pair))
     }
 
     /// Joins what has gaps between it, the narrowest first; the gap that completes a wall.

@@ -13,6 +13,7 @@ use crate::route::{Question, Refusal, Request, Route};
 use crate::walls::{Gap, Kind, Reach, Trouble, Walls};
 use crate::zones::Zones;
 use charts::depth_index::{ClosingLine, Demand, DepthIndex, EntryRules};
+use std::cell::Cell;
 use std::sync::Arc;
 use units::LatLon;
 
@@ -28,7 +29,7 @@ const COARSER: f64 = 5.0;
 /// Lines thinned by more than this share of the reach say little.
 const COARSEST: f64 = 0.25;
 /// Water is prepared so far around the ends at least (m).
-const AROUND_M: f64 = 500.0;
+const AROUND_M: f64 = 300.0;
 
 /// Smaller demands that give a route.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -65,6 +66,8 @@ pub(crate) struct Search<'a> {
     cancel: &'a Cancel<'a>,
     /// Start and goal; several where each may be moved to several pieces of water.
     ends: Vec<[Point; 2]>,
+    /// One of them does not stand where it was asked for.
+    moved: bool,
     lines: Vec<ClosingLine>,
     wider_m: f64,
     thinned_m: f64,
@@ -80,10 +83,12 @@ impl<'a> Search<'a> {
         cancel: &'a Cancel<'a>,
     ) -> Option<Self> {
         let ends = Question { room, index, request, cancel }.ends()?;
+        let asked = [request.from, request.to].map(|place| room.plane().point(place));
+        let moved = ends.len() > 1 || ends[0] != asked;
         let (lines, wider_m) = room.closing_lines(index);
         let thinned_m = (THINNED * room.cut_m()).max(LEAST_THINNED_M);
         let walls = room.walls(&lines, thinned_m);
-        Some(Self { room, index, request, cancel, ends, lines, wider_m, thinned_m, walls })
+        Some(Self { room, index, request, cancel, ends, moved, lines, wider_m, thinned_m, walls })
     }
 
     pub(crate) fn answer(mut self) -> Result<Passable, PlanError> {
@@ -133,7 +138,17 @@ impl<'a> Search<'a> {
     fn clearance(&mut self) -> Result<Option<(f64, Option<PassableGap>)>, PlanError> {
         let (needs, most) = (*self.room.needs(), self.reach(self.room.needs(), self.room.zones()));
         let least = self.reach(&Needs { clearance_m: 0.0, ..needs }, self.room.zones());
-        let gaps = self.of_all_ends(|walls, ends, cancel| walls.widest_gap(ends, (least, most), cancel))?;
+        let widest_m = Cell::new(least.chart_m);
+        let gaps = self.of_all_ends(|walls, ends, cancel| {
+            // Other places for the ends count only where they leave a wider way.
+            let at = Reach { chart_m: widest_m.get(), ..most };
+            if at != least && walls.parted_below_m(ends, at, cancel)?.is_some() {
+                return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
+            }
+            let gap = walls.widest_gap(ends, (least, most), cancel)?;
+            widest_m.set(gap.map_or(most.chart_m, |gap| gap.reach_m).max(widest_m.get()));
+            Ok(gap)
+        })?;
         let reach_m = |gap: &Option<Gap>| gap.map_or(most.chart_m, |gap| gap.reach_m);
         let widest = gaps.into_iter().max_by(|one, other| reach_m(one).total_cmp(&reach_m(other)));
         let Some(widest) = widest.filter(|gap| reach_m(gap) > least.chart_m) else { return Ok(None) };
@@ -210,14 +225,16 @@ impl<'a> Search<'a> {
         let Self { index, request, cancel, .. } = *self;
         let reach = self.reach(needs, zones);
         for region in self.regions(reach) {
+            // In the whole the walls were asked already.
+            let mut open = region == self.room.region && std::ptr::eq(walls, &self.walls);
             let here = walls.within(region, needs.demand.needed_m());
-            let mut open = false;
             for ends in &self.ends {
-                open |= match here.parted_below_m(*ends, reach, cancel) {
-                    Ok(parted) => parted.is_none(),
-                    Err(Trouble::TooMany) => true,
-                    Err(Trouble::Plan(error)) => return Err(error),
-                };
+                open = open
+                    || match here.parted_below_m(*ends, reach, cancel) {
+                        Ok(parted) => parted.is_none(),
+                        Err(Trouble::TooMany) => true,
+                        Err(Trouble::Plan(error)) => return Err(error),
+                    };
             }
             if !open {
                 continue;
@@ -240,7 +257,9 @@ impl<'a> Search<'a> {
         let whole = self.room.region;
         let all: Vec<Point> = self.ends.iter().flatten().copied().collect();
         let apart_m = self.ends[0][0].distance_m(self.ends[0][1]);
-        let least_m = self.request.move_up_to_m + 2.0 * reach.chart_m + AROUND_M;
+        // Ends that are moved may be moved elsewhere.
+        let move_m = if self.moved { self.request.move_up_to_m } else { 0.0 };
+        let least_m = move_m + 2.0 * reach.chart_m + AROUND_M;
         let around = |more_m: f64| Region::of(&all).wider(more_m).common(whole);
         let mut regions =
             vec![around(least_m), around(least_m + 0.3 * apart_m), around(2.0 * least_m + apart_m)];
