@@ -226,7 +226,7 @@ impl<'a> Search<'a> {
         let reach = self.reach(needs, zones);
         for region in self.regions(reach) {
             // In the whole the walls were asked already.
-            let mut open = region == self.room.region && std::ptr::eq(walls, &self.walls);
+            let mut open = region == self.room.region && std::ptr::eq(walls, &raw const self.walls);
             let here = walls.within(region, needs.demand.needed_m());
             for ends in &self.ends {
                 open = open

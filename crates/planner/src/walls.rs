@@ -12,7 +12,7 @@ use crate::plane::{Plane, Point};
 use crate::room::sides;
 use crate::{Cancel, PlanError};
 use charts::depth_index::{Closes, ClosingLine};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// From one reach to a smaller one, where the widest way is looked for.
 const HALF: f64 = 0.5;
@@ -128,7 +128,7 @@ impl Walls {
     fn thin_short(&mut self, thinned_m: f64) {
         // Saturates far beyond any region.
         let square = |at: Point| ((at.x / thinned_m) as i32, (at.y / thinned_m) as i32);
-        let mut taken = HashSet::new();
+        let mut taken = BTreeSet::new();
         self.sides.retain(|side| {
             let [a, b] = side.ends;
             a.distance_m(b) > thinned_m || taken.insert((square(a.towards(b, 0.5)), side.kind as u8))

@@ -390,22 +390,22 @@ fn would_do(value: &mut Value, passable: &Passable) {
 fn would_do_text(passable: &Passable) -> String {
     let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
     let at = |place: LatLon| format!("{:.5},{:.5}", place.lat_deg(), place.lon_deg());
-    let mut text = String::new();
+    let mut would_do = Vec::new();
     if let Some(depth_m) = depth_m {
         let place = shallowest.map_or_else(String::new, |place| format!(", shallowest at {}", at(place)));
-        text += &format!("; there is one with --min-depth {depth_m}{place}");
+        would_do.push(format!("; there is one with --min-depth {depth_m}{place}"));
     }
     if let Some(clearance_m) = clearance_m {
         let gap = gap.map(|gap| format!(", through a gap of {:.0} m at {}", gap.width_m, at(gap.at)));
-        text += &format!("; there is one with --clearance {clearance_m}{}", gap.unwrap_or_default());
+        would_do.push(format!("; there is one with --clearance {clearance_m}{}", gap.unwrap_or_default()));
     }
     if *by_rule_alone {
-        text += "; there is one through areas where entry is prohibited or restricted";
+        would_do.push("; there is one through areas where entry is prohibited or restricted".to_owned());
     }
     if *by_zones_alone {
-        text += "; there is one without the areas to avoid or to stay within";
+        would_do.push("; there is one without the areas to avoid or to stay within".to_owned());
     }
-    text
+    would_do.concat()
 }
 
 fn refused(id: &Value, refusal: &Refusal) -> Value {
