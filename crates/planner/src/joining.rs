@@ -9,9 +9,8 @@ use crate::boxes::Bounds;
 use crate::nearby::Nearby;
 use crate::obstacles::Region;
 use crate::parts::Parts;
-use crate::plane::Point;
-use crate::room::sides;
-use crate::walls::{Gap, Kind, Reach, Side, Trouble};
+use crate::plane::{Point, sides};
+use crate::side::{Gap, Kind, Reach, Side, Trouble};
 
 /// No square is smaller (m).
 const LEAST_SQUARE_M: f64 = 10.0;

@@ -32,6 +32,7 @@ mod room;
 mod route;
 mod router;
 mod search;
+mod side;
 mod tidy;
 mod turns;
 mod walls;

@@ -5,7 +5,7 @@ use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles::{Cut, Region, SLACK_M, cut_out, project};
-use crate::plane::{Plane, Point};
+use crate::plane::{Plane, Point, sides};
 use crate::walls::Walls;
 use crate::zones::Zones;
 use charts::depth_index::{ClosingLine, DepthIndex, GeoBox};
@@ -243,12 +243,6 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
     GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }
-}
-
-/// The sides of a line; a point is a side without length.
-pub(crate) fn sides(line: &[Point]) -> impl Iterator<Item = [Point; 2]> {
-    let single = (line.len() == 1).then(|| [line[0], line[0]]);
-    line.windows(2).map(|pair| [pair[0], pair[1]]).chain(single)
 }
 
 /// Distance of two segments (m) and the point of the second that is nearest.
