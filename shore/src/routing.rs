@@ -7,12 +7,13 @@ use crate::charts::Set;
 use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
-    SeaRouteRequest,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
+    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
-use planner::{Cancel, End, Moved, Needs, Passable, Refusal, Request, Route, RouteLeg};
+use mission::{Cost, Current, VehicleModel};
+use planner::{Cancel, End, Moved, Needs, Passable, Refusal, Request, Route, RouteLeg, Router, Zone, Zones};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,6 +27,9 @@ const AT_ONCE: usize = 2;
 const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
+/// Areas of a request, and corners of one.
+const ZONES: usize = 50;
+const CORNERS: RangeInclusive<usize> = 3..=200;
 /// Speed where none is asked for (m/s).
 const SPEED_MPS: f64 = 1.5;
 
@@ -80,7 +84,9 @@ pub struct Question {
     needs: Needs,
     request: Request,
     limits: GuardLimits,
+    zones: Option<Zones>,
     speed_mps: f64,
+    current: Current,
     explain: bool,
 }
 
@@ -105,11 +111,15 @@ impl Question {
         if !(0.05..=20.0).contains(&speed_mps) {
             return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
         }
+        let current = current(ask.current.as_ref()).map_err(malformed)?;
+        let margin_m = needs.clearance_m.min(limits.half_width_m());
+        let zones = zones(&ask.zones, margin_m).map_err(malformed)?;
         let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
         let ends = Request::new(places[0], places[places.len() - 1]);
         let request = Request { turn_radius_m: ask.turn_radius_m, ..ends };
         request.validate().map_err(|error| malformed(error.to_string()))?;
-        Ok(Self { places, needs, request, limits, speed_mps, explain: ask.explain })
+        let explain = ask.explain;
+        Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
     }
 
     /// Plans; `wanted` says whether anybody still waits.
@@ -117,7 +127,9 @@ impl Question {
         let began = Instant::now();
         let cancel = Cancel::unless(wanted);
         let request = self.request;
-        let planned = set.router.route_by(&self.places, &request, &self.needs, &cancel);
+        let zoned = self.zones.clone().map(|zones| set.router.in_zones(zones));
+        let router = zoned.as_ref().unwrap_or(&set.router);
+        let planned = router.route_by(&self.places, &request, &self.needs, &cancel);
         let (route, refusal) = match planned {
             Ok(route) => (Some(self.described(&route, set)), None),
             Err((stretch, refusal)) => {
@@ -125,7 +137,7 @@ impl Question {
                 if self.explain && matches!(refusal, Refusal::NoWay { .. }) {
                     let ends =
                         Request { from: self.places[stretch], to: self.places[stretch + 1], ..request };
-                    self.explain(set, &ends, &cancel, &mut refused);
+                    self.explain(router, &ends, &cancel, &mut refused);
                 }
                 (None, Some(refused))
             }
@@ -139,12 +151,20 @@ impl Question {
         }
     }
 
-    fn explain(&self, set: &Set, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
+    fn explain(&self, router: &Router, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
         // Cancelled: the client has gone.
-        let Ok(passable) = set.router.passable(ends, &self.needs, cancel) else { return };
+        let Ok(passable) = router.passable(ends, &self.needs, cancel) else { return };
         refused.text = format!("{} {}", refused.text, passable_text(&passable));
-        let Passable { depth_m, clearance_m, by_rule_alone } = passable;
-        refused.passable = Some(SeaRoutePassable { depth_m, clearance_m, by_rule_alone });
+        let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+        refused.passable = Some(SeaRoutePassable {
+            depth_m,
+            shallowest_at: shallowest.map(degrees),
+            clearance_m,
+            gap_at: gap.map(|gap| degrees(gap.at)),
+            gap_width_m: gap.map(|gap| gap.width_m),
+            by_rule_alone,
+            by_zones_alone,
+        });
     }
 
     fn described(&self, route: &Route, set: &Set) -> SeaRoute {
@@ -152,11 +172,13 @@ impl Question {
             route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
         let guard = dangers.zip(0..).find_map(|(check, number)| reason(&LegCheck { number, ..check }));
         let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
+        let legs: Vec<SeaRouteLeg> = route.legs.iter().map(|leg| self.leg(leg)).collect();
         SeaRoute {
             points: route.places().map(degrees).collect(),
-            legs: route.legs.iter().map(leg).collect(),
             length_m: route.length_m,
-            duration_s: route.length_m / self.speed_mps,
+            duration_s: legs.iter().map(|leg| leg.duration_s).sum(),
+            energy_wh: legs.iter().map(|leg| leg.energy_wh).sum(),
+            legs,
             least_depth_m: route.least_depth_m(),
             least_clearance_m: route.least_clearance_m(),
             moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
@@ -164,6 +186,73 @@ impl Question {
             guard,
         }
     }
+
+    fn leg(&self, leg: &RouteLeg) -> SeaRouteLeg {
+        let Cost { duration_s, energy_j, .. } = cost(leg, self.speed_mps, self.current);
+        SeaRouteLeg {
+            length_m: leg.length_m,
+            course_deg: course_rad(leg).to_degrees(),
+            duration_s,
+            energy_wh: energy_j.map(|energy_j| energy_j / 3_600.0),
+            least_depth_m: leg.worst.water.least_m(),
+            least_depth_at: degrees(leg.worst.at),
+            clearance_m: leg.clearance_m,
+            turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
+        }
+    }
+}
+
+/// What a leg takes at a speed through the water, by the power of the vessel that plans are reckoned with.
+pub fn cost(leg: &RouteLeg, speed_mps: f64, current: Current) -> Cost {
+    Cost::of_leg(leg.length_m, course_rad(leg), speed_mps, current, &VehicleModel::default())
+}
+
+fn course_rad(leg: &RouteLeg) -> f64 {
+    wrap_two_pi(LocalPoint::default().bearing_rad(LocalFrame::new(leg.from).to_local(leg.to)))
+}
+
+fn current(asked: Option<&SeaRouteCurrent>) -> std::result::Result<Current, String> {
+    let Some(SeaRouteCurrent { set_deg, drift_mps }) = asked else { return Ok(Current::default()) };
+    if !set_deg.is_finite() || !(0.0..=10.0).contains(drift_mps) {
+        return Err(format!(
+            "current: {set_deg}°, {drift_mps} m/s; give a direction in degrees and a speed of 0 to 10 m/s"
+        ));
+    }
+    Ok(Current { set_rad: set_deg.to_radians(), drift_mps: *drift_mps })
+}
+
+/// The areas of a request; `None` if there are none.
+fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zones>, String> {
+    if asked.is_empty() {
+        return Ok(None);
+    }
+    if asked.len() > ZONES {
+        return Err(format!("zones: there are {}; give up to {ZONES}", asked.len()));
+    }
+    let (mut within, mut avoid) = (None, Vec::new());
+    for (number, SeaRouteZone { kind, corners }) in asked.iter().enumerate() {
+        let zone = zone(corners).map_err(|text| format!("zones[{number}]: {text}"))?;
+        match kind {
+            SeaRouteZoneKind::Avoid => avoid.push(zone),
+            SeaRouteZoneKind::Within if within.is_none() => within = Some(zone),
+            SeaRouteZoneKind::Within => {
+                return Err(format!("zones[{number}]: only one area can be to stay within"));
+            }
+        }
+    }
+    Zones::new(within, avoid, margin_m).map(Some).map_err(|error| format!("zones: {error}"))
+}
+
+fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, String> {
+    if !CORNERS.contains(&corners.len()) {
+        let (least, most) = CORNERS.into_inner();
+        return Err(format!("it has {} corners; give {least} to {most}", corners.len()));
+    }
+    let place = |[lat, lon]: [f64; 2]| {
+        LatLon::from_deg(lat, lon).map_err(|error| format!("{lat}, {lon} is not a place: {error}"))
+    };
+    let corners = corners.iter().copied().map(place).collect::<std::result::Result<Vec<_>, _>>()?;
+    Zone::drawn(corners).map_err(|error| error.to_string())
 }
 
 /// What a way needs: what is asked for, else what the guard demands.
@@ -174,18 +263,6 @@ pub fn needs(limits: &GuardLimits, least_depth_m: Option<f64>, clearance_m: Opti
 
 fn degrees(place: LatLon) -> [f64; 2] {
     [place.lat_deg(), place.lon_deg()]
-}
-
-fn leg(leg: &RouteLeg) -> SeaRouteLeg {
-    let course_rad = LocalPoint::default().bearing_rad(LocalFrame::new(leg.from).to_local(leg.to));
-    SeaRouteLeg {
-        length_m: leg.length_m,
-        course_deg: wrap_two_pi(course_rad).to_degrees(),
-        least_depth_m: leg.worst.water.least_m(),
-        least_depth_at: degrees(leg.worst.at),
-        clearance_m: leg.clearance_m,
-        turn_text: leg.turn.and_then(|turn| turn.trouble).map(|trouble| sentence(&trouble.to_string())),
-    }
 }
 
 fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
@@ -219,9 +296,9 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         passable: None,
     };
     match refusal {
-        Refusal::Closed { water, refused, nearest_m, allowed_m, .. } => {
+        Refusal::Closed { water, refused, zoned, nearest_m, allowed_m, .. } => {
             told.gap_m = *nearest_m;
-            let code = water_code(*water, *refused).to_owned();
+            let code = if *zoned { "zone" } else { water_code(*water, *refused) }.to_owned();
             told.closed = Some(SeaRouteClosed { code, depth_m: water.least_m(), may_move_m: *allowed_m });
         }
         Refusal::NoWay { nearest, gap_m } => {
@@ -261,12 +338,21 @@ fn passable_text(passable: &Passable) -> String {
         [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
         some => format!("There is one with {}.", some.join(", or with ")),
     };
-    let areas = if passable.by_rule_alone {
+    let gap = passable.gap.map_or_else(String::new, |gap| {
+        let (lat_deg, lon_deg) = (gap.at.lat_deg(), gap.at.lon_deg());
+        format!(" The narrowest gap is {:.0} m wide, at {lat_deg:.5}, {lon_deg:.5}.", gap.width_m)
+    });
+    let rule = if passable.by_rule_alone {
         " Areas where entry is prohibited or restricted are in the way; without them there is a route."
     } else {
         ""
     };
-    format!("{text}{areas}")
+    let zones = if passable.by_zones_alone {
+        " The areas to avoid or to stay within are in the way; without them there is a route."
+    } else {
+        ""
+    };
+    format!("{text}{gap}{rule}{zones}")
 }
 
 /// With a capital letter and a full stop.

@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
 const outfile = join(folder, "searoute.mjs");
 await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { canGoAround, placesOfRoute, remarks, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
+const { canGoAround, energyOf, placesOfRoute, remarks, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
@@ -24,6 +24,12 @@ const ENDS = { from: { lat_deg: 63, lon_deg: 10 }, to: { lat_deg: 64, lon_deg: 1
 test("a route is told in a line, with what is least", () => {
   assert.equal(routeText(found), "2865 m · 32 min · least depth 5.0 m · clear by 18 m");
   assert.equal(routeText(route([[63, 10], [63.3, 10]], { length_m: 81_770, duration_s: 54_513, least_depth_m: null, least_clearance_m: null })), "81.8 km · 15 h 9 min · clear by more than 5 km");
+});
+
+test("a current that is too strong leaves time and energy out", () => {
+  assert.equal(routeText({ ...found, duration_s: null }), "2865 m · the current is too strong · least depth 5.0 m · clear by 18 m");
+  assert.equal(energyOf({ energy_wh: null }), "");
+  assert.equal(energyOf({ energy_wh: 123.4 }), "About 123 Wh from the batteries (estimate).");
 });
 
 test("what is moved, refused or against the guard is told", () => {
@@ -41,9 +47,11 @@ test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(told({ code: "too_far", apart_m: [812_000, 500_000] }), ["Start and goal are 812 km apart; routes are planned up to 500 km: add places on the way."]);
   const noWay = "No route is deep enough and keeps this clearance. The nearest place that can be reached is 812 m from the goal.";
   assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);
-  const passable = { depth_m: 3, clearance_m: 12, by_rule_alone: false };
+  const passable = { depth_m: 3, shallowest_at: [63, 10], clearance_m: 12, gap_at: null, gap_width_m: null, by_rule_alone: false, by_zones_alone: false };
   assert.deepEqual(told({ code: "no_way", gap_m: 812, passable }), [noWay, "There is one with a least depth of 3 m, or with a clearance of 12 m."]);
-  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { depth_m: null, clearance_m: null, by_rule_alone: true } }), [noWay, "Neither a smaller depth nor a smaller clearance gives one.", "Areas where entry is prohibited or restricted are in the way; without them there is a route."]);
+  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { ...passable, depth_m: null, clearance_m: null, by_rule_alone: true } }), [noWay, "Neither a smaller depth nor a smaller clearance gives one.", "Areas where entry is prohibited or restricted are in the way; without them there is a route."]);
+  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { ...passable, depth_m: null, gap_at: [63, 10], gap_width_m: 25.7, by_zones_alone: true } }), [noWay, "There is one with a clearance of 12 m.", "The narrowest gap is 25 m wide; the map shows it.", "The areas to avoid are in the way; without them there is a route."]);
+  assert.deepEqual(told({ code: "closed_goal", closed: { code: "zone", depth_m: null, may_move_m: 200 } }), ["No route can end there: it lies in an area to avoid, or too near its edge."]);
 });
 
 test("a route is a path of its own, after the chosen maneuver or at the end", () => {

@@ -66,8 +66,8 @@ pub use plans::{
 };
 pub use refusals::{NoControl, Refusal, RefusalReason};
 pub use routing::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
-    SeaRouteRequest,
+    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
+    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,

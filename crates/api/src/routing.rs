@@ -24,12 +24,51 @@ pub struct SeaRouteRequest {
     /// null where it is not known.
     #[serde(default)]
     pub turn_radius_m: Option<f64>,
-    /// Speed that the duration is reckoned with (m/s); null for 1.5.
+    /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// If no route exists, look for a smaller depth and clearance that give one; can take some seconds.
+    /// Areas to avoid, or to stay within; up to 50, of which one may be to stay within.
+    #[serde(default)]
+    pub zones: Vec<SeaRouteZone>,
+    /// The current that time and energy are reckoned in; null for none.
+    #[serde(default)]
+    pub current: Option<SeaRouteCurrent>,
+    /// If no route exists, look for a smaller depth and clearance that give one, and for what is in the way.
     #[serde(default)]
     pub explain: bool,
+}
+
+/// An area that routes avoid or stay within.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteZone {
+    /// What it is for.
+    pub kind: SeaRouteZoneKind,
+    /// Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
+    pub corners: Vec<[f64; 2]>,
+}
+
+/// What an area of a route is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum SeaRouteZoneKind {
+    /// Routes do not enter it.
+    Avoid,
+    /// Routes do not leave it.
+    Within,
+}
+
+/// A steady current.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteCurrent {
+    /// Where it flows to (°), clockwise from true north.
+    pub set_deg: f64,
+    /// How fast (m/s), 0 to 10.
+    pub drift_mps: f64,
 }
 
 /// The answer: either a route, or the reason that no route exists. The other is null.
@@ -58,8 +97,10 @@ pub struct SeaRoute {
     pub legs: Vec<SeaRouteLeg>,
     /// Length (m).
     pub length_m: f64,
-    /// How long it takes at the speed (s).
-    pub duration_s: f64,
+    /// How long it takes at the speed through the water (s); null where the current is too strong.
+    pub duration_s: Option<f64>,
+    /// Energy from the battery (Wh), by the power that a vessel takes at this speed; null where the current is too strong.
+    pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,
     /// Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
@@ -80,6 +121,10 @@ pub struct SeaRouteLeg {
     pub length_m: f64,
     /// Course over ground at its start (°), clockwise from true north.
     pub course_deg: f64,
+    /// How long it takes (s); null where the current is too strong.
+    pub duration_s: Option<f64>,
+    /// Energy from the battery (Wh); null where the current is too strong.
+    pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,
     /// Where that is: latitude and longitude (°).
@@ -129,7 +174,7 @@ pub struct SeaRouteRefusal {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteClosed {
-    /// As the code of a [`GuardReason`]; `too-shallow` also where it is deep enough and a danger is too near.
+    /// As the code of a [`GuardReason`], or `zone` in an area to avoid or outside of one to stay within; `too-shallow` also where it is deep enough and a danger is too near.
     pub code: String,
     /// Least charted depth there (m); null where it is no water of known depth.
     pub depth_m: Option<f64>,
@@ -143,8 +188,16 @@ pub struct SeaRouteClosed {
 pub struct SeaRoutePassable {
     /// The greatest least depth (m) that gives one with this clearance; null if none was found.
     pub depth_m: Option<f64>,
+    /// Where that one is shallowest: latitude and longitude (°).
+    pub shallowest_at: Option<[f64; 2]>,
     /// The greatest clearance (m) that gives one of this depth; null if none was found.
     pub clearance_m: Option<f64>,
+    /// Where the gap is that allows no more clearance: latitude and longitude (°) of its middle.
+    pub gap_at: Option<[f64; 2]>,
+    /// How wide that gap is (m).
+    pub gap_width_m: Option<f64>,
     /// Whether there is one without the areas where entry is prohibited or restricted.
     pub by_rule_alone: bool,
+    /// Whether there is one without the areas that the request itself avoids or keeps within.
+    pub by_zones_alone: bool,
 }

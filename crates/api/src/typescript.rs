@@ -14,10 +14,11 @@ use crate::{
     PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask,
     PlanTrouble, PlanUnderWay, PlanUploadRequest, PlansAboard, ReceiverClock, Recorded, RecordedDay,
     Recording, Refusal, RefusalReason, Role, RouteLeg, SampleRow, Samples, SeaRoute, SeaRouteAnswer,
-    SeaRouteClosed, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, Series,
-    SeriesField, Session, ShelveRequest, SpeedUnit, StoredPlan, Subscription, System, TeleopMessage,
-    TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update,
-    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
+    SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Series, SeriesField, Session, ShelveRequest, SpeedUnit,
+    StoredPlan, Subscription, System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop,
+    Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters,
+    VesselQuery, VesselQuerySent,
 };
 use ts_rs::TS;
 
@@ -136,6 +137,9 @@ fn text() -> String {
         SeaRoute::decl(),
         SeaRouteAnswer::decl(),
         SeaRouteRequest::decl(),
+        SeaRouteZone::decl(),
+        SeaRouteZoneKind::decl(),
+        SeaRouteCurrent::decl(),
         SeaRouteLeg::decl(),
         SeaRouteMoved::decl(),
         SeaRouteClosed::decl(),

@@ -135,18 +135,6 @@ impl Mesh {
         nearest
     }
 
-    /// The triangles that come within a distance of a point.
-    pub(crate) fn within_reach(&self, at: Point, within_m: f64) -> Vec<u32> {
-        let mut found = Vec::from_iter(self.locate(at));
-        self.tree.nearest(&Bounds { min: at, max: at }, within_m, |triangle| {
-            if found.first() != Some(&triangle) && self.near(triangle, at).distance_m <= within_m {
-                found.push(triangle);
-            }
-            within_m
-        });
-        found
-    }
-
     fn near(&self, triangle: u32, at: Point) -> Near {
         let [a, b, c] = self.triangle(triangle);
         let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| at.nearest_on(from, to));

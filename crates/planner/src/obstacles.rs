@@ -4,6 +4,7 @@
 //! the region: what is left are pieces of open water and of closed ground, which the chart tells apart. Circles become
 //! polygons around them, never inside, so that the result keeps at least as far off as was asked.
 
+use crate::boxes::Bounds;
 use crate::plane::{Plane, Point};
 use crate::{Cancel, PlanError};
 use charts::coverage::{Vertex, degrees};
@@ -45,8 +46,33 @@ pub(crate) struct Region {
 }
 
 impl Region {
+    /// The smallest that holds some points.
+    pub(crate) fn of(points: &[Point]) -> Self {
+        let Bounds { min, max } = Bounds::of(points);
+        Self { min, max }
+    }
+
+    /// What it has in common with another that it meets.
+    pub(crate) fn common(&self, other: Self) -> Self {
+        Self {
+            min: Point { x: self.min.x.max(other.min.x), y: self.min.y.max(other.min.y) },
+            max: Point { x: self.max.x.min(other.max.x), y: self.max.y.min(other.max.y) },
+        }
+    }
+
+    /// Its border, closed.
+    pub(crate) fn ring(&self) -> [Point; 5] {
+        let Self { min, max } = *self;
+        [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }, min]
+    }
+
+    /// In square metres.
+    pub(crate) fn area(&self) -> f64 {
+        (self.max.x - self.min.x) * (self.max.y - self.min.y)
+    }
+
     /// With so much more around it (m).
-    fn wider(&self, by_m: f64) -> Self {
+    pub(crate) fn wider(&self, by_m: f64) -> Self {
         let Self { min, max } = self;
         Self {
             min: Point { x: min.x - by_m, y: min.y - by_m },
@@ -55,7 +81,7 @@ impl Region {
     }
 
     /// The part of a segment that lies within (Y.-D. Liang and B. A. Barsky 1984).
-    fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
+    pub(crate) fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
         let (dx, dy) = (b.x - a.x, b.y - a.y);
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
         let sides = [
@@ -93,7 +119,7 @@ pub(crate) fn project(lines: &[Vec<Vertex>], plane: &Plane) -> Vec<Vec<Point>> {
     lines.iter().map(|line| project_line(line, plane)).collect()
 }
 
-fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
+pub(crate) fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
     let at = |lon_deg: f64, lat_deg: f64| {
         units::LatLon::from_deg(lat_deg, lon_deg).map(|place| plane.point(place)).unwrap_or_default()
     };
@@ -121,8 +147,13 @@ fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
 
 /// How far at most from a line water is cut out for a clearance (m).
 pub(crate) fn cut_out_m(clearance_m: f64) -> f64 {
-    let brush = Brush::new(clearance_m + thinned_m(clearance_m) + SLACK_M);
+    let brush = Brush::new(least_cut_out_m(clearance_m));
     brush.corners[0].distance_m(Point::default())
+}
+
+/// How far from a line water is cut out for a clearance at least (m).
+pub(crate) fn least_cut_out_m(clearance_m: f64) -> f64 {
+    clearance_m + thinned_m(clearance_m) + SLACK_M
 }
 
 /// By how much lines are thinned for a clearance (m).
@@ -231,7 +262,7 @@ impl Brush {
 }
 
 /// Leaves out what lies within a tolerance of the rest (U. Ramer 1972; D. Douglas and T. Peucker 1973).
-fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
+pub(crate) fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
     if line.len() < 3 {
         return line.to_vec();
     }

@@ -1,129 +1,281 @@
-//! Which smaller demands would give a route where what was asked for gives none.
+//! Which smaller demands would give a route where what was asked for gives none, and what is in the way.
 //!
-//! Water that is prepared for a demand shows whether that one gives a route, but preparing is slow. So the clearance is
-//! measured as the widest way in water prepared without any, and depths are tried only where the chart has some. A
-//! figure is given only if water that was prepared for it has a route that the chart confirms.
+//! What parts the ends is found among the chart's lines themselves ([`Walls`]): up to which depth they leave a way, and how
+//! narrow its narrowest gap is. A figure is given only if water that was prepared for it has a route that the chart
+//! confirms; as little water is prepared as holds a way by those lines.
 
 use crate::Cancel;
 use crate::needs::Needs;
-use crate::obstacles::cut_out_m;
+use crate::obstacles::{Region, cut_out_m, least_cut_out_m};
 use crate::plane::Point;
 use crate::room::{PlanError, SeaRoom};
-use crate::route::Request;
-use crate::widest::widest_m;
-use charts::depth_index::Demand;
+use crate::route::{Question, Refusal, Request, Route};
+use crate::side::{Gap, Kind, Reach, Trouble};
+use crate::walls::Walls;
+use crate::zones::Zones;
+use charts::depth_index::{ClosingLine, Demand, DepthIndex, EntryRules};
+use std::cell::Cell;
+use std::sync::Arc;
+use units::LatLon;
 
-/// Trials for depths: enough for 63 different ones.
-const DEPTH_TRIALS: u32 = 6;
-/// Trials for a clearance that is less than the one measured, where ends must be moved too far for that.
-const CLEARANCE_TRIALS: u32 = 3;
-/// What thinned lines and the grid may take off the width that is measured (m).
-const MEASURED_M: f64 = 0.15;
-/// Nearer than this to a figure that gives no route, no other is looked for.
-const NEAR_ENOUGH: f64 = 0.95;
-/// How far from an end dangers are looked for (m): more than any clearance.
-const FAR_M: f64 = 25_000.0;
+/// So many depths are tried, from the greatest that may do.
+const DEPTH_TRIALS: usize = 4;
+/// Shares of the measured clearance that are tried.
+const CLEARANCE_TRIALS: [f64; 5] = [1.0, 0.95, 0.8, 0.5, 0.0];
+/// Lines are thinned by this share of the reach, by no less than this (m), and by so many times more where too many lie near
+/// each other.
+const THINNED: f64 = 0.005;
+const LEAST_THINNED_M: f64 = 0.3;
+const COARSER: f64 = 5.0;
+/// Lines thinned by more than this share of the reach say little.
+const COARSEST: f64 = 0.25;
+/// Water is prepared so far around the ends at least (m).
+const AROUND_M: f64 = 300.0;
 
 /// Smaller demands that give a route.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Passable {
     /// The greatest least depth (m), in tenths; `None` if 0 m is still too much.
     pub depth_m: Option<f64>,
+    /// Where the way of that depth is shallowest.
+    pub shallowest: Option<LatLon>,
     /// The greatest clearance (m), in whole metres or, below 10 m, tenths; `None` if no route exists even without
     /// clearance.
     pub clearance_m: Option<f64>,
+    /// Where the way of that clearance is narrowest.
+    pub gap: Option<PassableGap>,
     /// There is one through areas whose entry is prohibited or restricted: the rule of entry alone refuses it.
     pub by_rule_alone: bool,
+    /// There is one outside the allowed zone or through forbidden ones: they alone are in the way.
+    pub by_zones_alone: bool,
 }
 
-/// What water is prepared for these needs, and whether it has a confirmed route.
-pub(crate) type Trial<'a> = dyn FnMut(&Needs) -> Result<(SeaRoom, bool), PlanError> + 'a;
-
-/// The greatest least depth below the one demanded that gives a route, of those at which the water changes.
-pub(crate) fn depth_m(
-    needs: &Needs,
-    closing_m: &[f64],
-    trial: &mut Trial<'_>,
-) -> Result<Option<f64>, PlanError> {
-    let wanted_m = needs.demand.needed_m();
-    let mut gives_route = |depth_m: f64| {
-        let demand = Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, ..needs.demand };
-        trial(&Needs { demand, ..*needs }).map(|(_, found)| found)
-    };
-    if wanted_m <= 0.0 || !gives_route(0.0)? {
-        return Ok(None);
-    }
-    let mut depths_m: Vec<f64> = closing_m.iter().map(|depth_m| tenths(*depth_m)).collect();
-    depths_m.dedup();
-    depths_m.retain(|depth_m| *depth_m > 0.0 && *depth_m < wanted_m);
-    let (mut best_m, mut left) = (0.0, &depths_m[..]);
-    for _ in 0..DEPTH_TRIALS {
-        let middle = left.len() / 2;
-        let Some(depth_m) = left.get(middle) else { break };
-        if gives_route(*depth_m)? {
-            (best_m, left) = (*depth_m, &left[middle + 1..]);
-        } else {
-            left = &left[..middle];
-        }
-    }
-    Ok(Some(best_m))
+/// A gap between what a way has to keep clear of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassableGap {
+    /// Its middle.
+    pub at: LatLon,
+    /// How wide it is (m).
+    pub width_m: f64,
 }
 
-/// The greatest clearance below the one demanded that gives a route.
-pub(crate) fn clearance_m(
-    request: &Request,
-    needs: &Needs,
-    cancel: &Cancel<'_>,
-    trial: &mut Trial<'_>,
-) -> Result<Option<f64>, PlanError> {
-    let wanted_m = needs.clearance_m;
-    if wanted_m <= 0.0 {
-        return Ok(None);
+/// A search for smaller demands.
+pub(crate) struct Search<'a> {
+    room: &'a SeaRoom,
+    index: &'a DepthIndex,
+    request: &'a Request,
+    cancel: &'a Cancel<'a>,
+    /// Start and goal; several where each may be moved to several pieces of water.
+    ends: Vec<[Point; 2]>,
+    /// One of them does not stand where it was asked for.
+    moved: bool,
+    lines: Vec<ClosingLine>,
+    wider_m: f64,
+    thinned_m: f64,
+    walls: Walls,
+}
+
+impl<'a> Search<'a> {
+    /// In the water that was prepared for what was asked; `None` if an end is closed.
+    pub(crate) fn new(
+        room: &'a SeaRoom,
+        index: &'a DepthIndex,
+        request: &'a Request,
+        cancel: &'a Cancel<'a>,
+    ) -> Option<Self> {
+        let ends = Question { room, index, request, cancel }.ends()?;
+        let asked = [request.from, request.to].map(|place| room.plane().point(place));
+        let moved = ends.len() > 1 || ends[0] != asked;
+        let (lines, wider_m) = room.closing_lines(index);
+        let thinned_m = (THINNED * room.cut_m()).max(LEAST_THINNED_M);
+        let walls = room.walls(&lines, thinned_m);
+        Some(Self { room, index, request, cancel, ends, moved, lines, wider_m, thinned_m, walls })
     }
-    let (room, found) = trial(&Needs { clearance_m: 0.0, ..*needs })?;
-    if !found {
-        return Ok(None);
-    }
-    let most_m = greatest_m(&room, request, cancel)?.min(NEAR_ENOUGH * wanted_m);
-    let (mut best_m, mut too_much_m, mut next_m) = (0.0, f64::INFINITY, presentable(most_m));
-    for _ in 0..=CLEARANCE_TRIALS {
-        if next_m <= best_m || best_m > NEAR_ENOUGH * too_much_m {
-            break;
+
+    pub(crate) fn answer(mut self) -> Result<Passable, PlanError> {
+        let mut passable = Passable::default();
+        if let Some((depth_m, route)) = self.depth()? {
+            (passable.depth_m, passable.shallowest) = (Some(depth_m), shallowest(&route));
         }
-        if trial(&Needs { clearance_m: next_m, ..*needs })?.1 {
-            best_m = next_m;
-            if too_much_m.is_infinite() {
-                break;
+        if let Some((clearance_m, gap)) = self.clearance()? {
+            (passable.clearance_m, passable.gap) = (Some(clearance_m), gap);
+        }
+        let Needs { demand, .. } = *self.room.needs();
+        if demand.entry.refuse_any() && self.walls.has(Kind::Rule) {
+            let needs =
+                Needs { demand: Demand { entry: EntryRules::IGNORE, ..demand }, ..*self.room.needs() };
+            let walls = self.walls.without(Kind::Rule);
+            passable.by_rule_alone = self.confirmed(&needs, self.room.zones(), &walls)?.is_some();
+        }
+        if self.walls.has(Kind::Zone) {
+            let walls = self.walls.without(Kind::Zone);
+            passable.by_zones_alone = self.confirmed(self.room.needs(), &Arc::default(), &walls)?.is_some();
+        }
+        Ok(passable)
+    }
+
+    /// The greatest least depth below the one demanded that gives a route, in tenths.
+    fn depth(&mut self) -> Result<Option<(f64, Route)>, PlanError> {
+        let (needs, reach) = (*self.room.needs(), self.reach(self.room.needs(), self.room.zones()));
+        let parted = self.of_all_ends(|walls, ends, cancel| walls.parted_below_m(ends, reach, cancel))?;
+        let wanted_m = needs.demand.needed_m();
+        // Where nothing parts them by the lines, one step less than asked is the first that may do.
+        let most_m = parted.into_iter().map(|depth_m| depth_m.unwrap_or(wanted_m)).fold(f64::MIN, f64::max);
+        let mut depths_m: Vec<f64> =
+            self.walls.depths_m().filter(|depth_m| *depth_m <= most_m).map(tenths).collect();
+        depths_m.dedup();
+        depths_m.retain(|depth_m| (0.0..wanted_m).contains(depth_m));
+        for depth_m in depths_m.into_iter().rev().take(DEPTH_TRIALS) {
+            let demand = Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, ..needs.demand };
+            let found = self.confirmed(&Needs { demand, ..needs }, self.room.zones(), &self.walls)?;
+            if let Some(route) = found {
+                return Ok(Some((depth_m, route)));
             }
-        } else {
-            too_much_m = next_m;
         }
-        next_m = presentable(f64::midpoint(best_m, too_much_m));
+        Ok(None)
     }
-    Ok(Some(best_m))
+
+    /// The greatest clearance below the one demanded that gives a route, and the gap that allows no more.
+    fn clearance(&mut self) -> Result<Option<(f64, Option<PassableGap>)>, PlanError> {
+        let (needs, most) = (*self.room.needs(), self.reach(self.room.needs(), self.room.zones()));
+        let least = self.reach(&Needs { clearance_m: 0.0, ..needs }, self.room.zones());
+        let widest_m = Cell::new(least.chart_m);
+        let gaps = self.of_all_ends(|walls, ends, cancel| {
+            // Other places for the ends count only where they leave a wider way.
+            let at = Reach { chart_m: widest_m.get(), ..most };
+            if at != least && walls.parted_below_m(ends, at, cancel)?.is_some() {
+                return Ok(Some(Gap { reach_m: 0.0, width_m: 0.0, at: ends[0] }));
+            }
+            let gap = walls.widest_gap(ends, (least, most), cancel)?;
+            widest_m.set(gap.map_or(most.chart_m, |gap| gap.reach_m).max(widest_m.get()));
+            Ok(gap)
+        })?;
+        let reach_m = |gap: &Option<Gap>| gap.map_or(most.chart_m, |gap| gap.reach_m);
+        let widest = gaps.into_iter().max_by(|one, other| reach_m(one).total_cmp(&reach_m(other)));
+        let Some(widest) = widest.filter(|gap| reach_m(gap) > least.chart_m) else { return Ok(None) };
+        let most_m = self.clearance_of(reach_m(&widest) - self.thinned_m, &needs);
+        let gap =
+            widest.map(|Gap { width_m, at, .. }| PassableGap { at: self.room.plane().place(at), width_m });
+        let mut tried_m = needs.clearance_m;
+        for share in CLEARANCE_TRIALS {
+            let clearance_m = presentable(share * most_m);
+            if clearance_m >= tried_m {
+                continue;
+            }
+            tried_m = clearance_m;
+            let found = self.confirmed(&Needs { clearance_m, ..needs }, self.room.zones(), &self.walls)?;
+            if found.is_some() {
+                return Ok(Some((clearance_m, gap)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What the walls say for each pair of ends; of lines that are thinned more where too many lie near each other, and of
+    /// none at all where that says nothing.
+    fn of_all_ends<T>(
+        &mut self,
+        ask: impl Fn(&Walls, [Point; 2], &Cancel<'_>) -> Result<T, Trouble>,
+    ) -> Result<Vec<T>, PlanError> {
+        loop {
+            let all: Result<Vec<T>, Trouble> =
+                self.ends.iter().map(|ends| ask(&self.walls, *ends, self.cancel)).collect();
+            match all {
+                Ok(all) => return Ok(all),
+                Err(Trouble::Plan(error)) => return Err(error),
+                Err(Trouble::TooMany) => self.thinned_m *= COARSER,
+            }
+            if self.thinned_m > COARSEST * cut_out_m(self.room.cut_m()) {
+                return Ok(Vec::new());
+            }
+            self.walls = self.room.walls(&self.lines, self.thinned_m);
+        }
+    }
+
+    /// How far from lines nothing is open for these needs: no more than is cut out, so that what parts the ends does.
+    fn reach(&self, needs: &Needs, zones: &Zones) -> Reach {
+        Reach {
+            chart_m: least_cut_out_m(needs.reach_m() + self.wider_m),
+            zone_m: least_cut_out_m(zones.margin_m()),
+        }
+    }
+
+    /// The greatest clearance (m), up to the one asked for, for which no more is cut out than this; it grows evenly, by at
+    /// least the clearance.
+    fn clearance_of(&self, cut_m: f64, needs: &Needs) -> f64 {
+        let (mut least_m, mut most_m) = (0.0, needs.clearance_m);
+        for _ in 0..40 {
+            let middle_m = f64::midpoint(least_m, most_m);
+            let needs = Needs { clearance_m: middle_m, ..*needs };
+            if cut_out_m(needs.reach_m() + self.wider_m) <= cut_m {
+                least_m = middle_m;
+            } else {
+                most_m = middle_m;
+            }
+        }
+        least_m
+    }
+
+    /// A route for these needs, confirmed by the chart, in the smallest region of some that has one by those walls.
+    fn confirmed(
+        &self,
+        needs: &Needs,
+        zones: &Arc<Zones>,
+        walls: &Walls,
+    ) -> Result<Option<Route>, PlanError> {
+        let Self { index, request, cancel, .. } = *self;
+        let reach = self.reach(needs, zones);
+        for region in self.regions(reach) {
+            // In the whole the walls were asked already.
+            let mut open = region == self.room.region && std::ptr::eq(walls, &raw const self.walls);
+            let here = walls.within(region, needs.demand.needed_m());
+            for ends in &self.ends {
+                open = open
+                    || match here.parted_below_m(*ends, reach, cancel) {
+                        Ok(parted) => parted.is_none(),
+                        Err(Trouble::TooMany) => true,
+                        Err(Trouble::Plan(error)) => return Err(error),
+                    };
+            }
+            if !open {
+                continue;
+            }
+            let Region { min, max } = region;
+            let middle = self.room.plane().place(min.towards(max, 0.5));
+            let halves_m = ((max.x - min.x) / 2.0, (max.y - min.y) / 2.0);
+            let room = SeaRoom::around(index, (needs, zones), middle, halves_m, cancel)?;
+            match (Question { room: &room, index, request, cancel }).answer() {
+                Ok(route) => return Ok(Some(route)),
+                Err(Refusal::Plan(error)) => return Err(error),
+                Err(_) => {}
+            }
+        }
+        Ok(None)
+    }
+
+    /// Regions around the ends, the smallest first; the last is that of the water that was prepared.
+    fn regions(&self, reach: Reach) -> Vec<Region> {
+        let whole = self.room.region;
+        let all: Vec<Point> = self.ends.iter().flatten().copied().collect();
+        let apart_m = self.ends[0][0].distance_m(self.ends[0][1]);
+        // Ends that are moved may be moved elsewhere.
+        let move_m = if self.moved { self.request.move_up_to_m } else { 0.0 };
+        let least_m = move_m + 2.0 * reach.chart_m + AROUND_M;
+        let around = |more_m: f64| Region::of(&all).wider(more_m).common(whole);
+        let mut regions =
+            vec![around(least_m), around(least_m + 0.3 * apart_m), around(2.0 * least_m + apart_m)];
+        regions.dedup();
+        // One that is nearly all of it saves nothing.
+        regions.retain(|region| region.area() < 0.7 * whole.area());
+        regions.push(whole);
+        regions
+    }
 }
 
-/// No way in this room, which was prepared without clearance, can be widened to more clearance than this (m): as far as
-/// it goes by the widest way, and as far as the ends may be moved.
-fn greatest_m(room: &SeaRoom, request: &Request, cancel: &Cancel<'_>) -> Result<f64, PlanError> {
-    let ends = [request.from, request.to].map(|place| room.plane().point(place));
-    let near = ends.map(|end| room.mesh.within_reach(end, request.move_up_to_m));
-    let width_m = widest_m(&room.mesh, &near[0], &near[1], cancel)?.unwrap_or(0.0);
-    let open_m = |end: Point| room.clearance(end, end, FAR_M).map_or(FAR_M, |(open_m, _)| open_m);
-    let half_m = width_m / 2.0 + cut_out_m(room.cut_m());
-    let ends_m = ends.map(|end| open_m(end) + request.move_up_to_m);
-    let half_m = ends_m.into_iter().fold(half_m, f64::min) - MEASURED_M;
-    // What is cut out for a clearance must not be more than half the width; it grows evenly, by at least the clearance.
-    let (mut least_m, mut most_m) = (0.0, half_m.max(0.0));
-    for _ in 0..40 {
-        let middle_m = f64::midpoint(least_m, most_m);
-        if cut_out_m(room.cut_m() + middle_m) <= half_m {
-            least_m = middle_m;
-        } else {
-            most_m = middle_m;
-        }
-    }
-    Ok(least_m)
+/// Where a route is shallowest.
+fn shallowest(route: &Route) -> Option<LatLon> {
+    let depths_m = route.legs.iter().filter_map(|leg| Some((leg.worst.water.least_m()?, leg.worst.at)));
+    depths_m.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, at)| at)
 }
 
 /// Rounded down to tenths.

@@ -43,6 +43,12 @@ impl Point {
     }
 }
 
+/// The sides of a line; a point is a side without length.
+pub(crate) fn sides(line: &[Point]) -> impl Iterator<Item = [Point; 2]> {
+    let single = (line.len() == 1).then(|| [line[0], line[0]]);
+    line.windows(2).map(|pair| [pair[0], pair[1]]).chain(single)
+}
+
 /// The projection around a middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {

@@ -5,9 +5,10 @@ use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles::{Cut, Region, SLACK_M, cut_out, project};
-use crate::plane::{Plane, Point};
+use crate::plane::{Plane, Point, sides};
+use crate::walls::Walls;
 use crate::zones::Zones;
-use charts::depth_index::{DepthIndex, GeoBox};
+use charts::depth_index::{ClosingLine, DepthIndex, GeoBox};
 use std::sync::Arc;
 use units::LatLon;
 
@@ -118,7 +119,7 @@ impl SeaRoom {
     }
 
     /// What its ways keep to beside the chart.
-    pub fn zones(&self) -> &Zones {
+    pub fn zones(&self) -> &Arc<Zones> {
         &self.zones
     }
 
@@ -136,9 +137,15 @@ impl SeaRoom {
         self.cut_m
     }
 
-    /// The needed depths at which more of its water would come to be closed, below what is demanded, in order (m).
-    pub(crate) fn closing_depths_m(&self, index: &DepthIndex) -> Vec<f64> {
-        index.closing_depths_m(&self.needs.demand, &box_of(self.region, &self.plane, self.needs.reach_m()))
+    /// All that its ways keep clear of, with the depths at which it closes, and by how much more they keep off (m).
+    pub(crate) fn closing_lines(&self, index: &DepthIndex) -> (Vec<ClosingLine>, f64) {
+        let reach_m = 2.0 * self.needs.reach_m() + MARGIN_M;
+        index.closing_lines(&self.needs.demand, &box_of(self.region, &self.plane, reach_m))
+    }
+
+    /// Those lines, and the borders of its zones, as walls.
+    pub(crate) fn walls(&self, lines: &[ClosingLine], thinned_m: f64) -> Walls {
+        Walls::new(self.region, &self.plane, lines, &self.zones.borders(&self.plane), thinned_m)
     }
 
     /// A way between two points that leaves the region is at least so long (m).
@@ -236,12 +243,6 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
     GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }
-}
-
-/// The sides of a line; a point is a side without length.
-fn sides(line: &[Point]) -> impl Iterator<Item = [Point; 2]> {
-    let single = (line.len() == 1).then(|| [line[0], line[0]]);
-    line.windows(2).map(|pair| [pair[0], pair[1]]).chain(single)
 }
 
 /// Distance of two segments (m) and the point of the second that is nearest.

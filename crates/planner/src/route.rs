@@ -19,6 +19,8 @@ const MOST_HALVINGS: u32 = 7;
 /// Beyond the allowed distance, water is looked for so far, to say where it is (m).
 const LOOK_M: f64 = 50_000.0;
 
+/// Where smaller demands are looked for, so many places for each end are tried.
+const MOST_STANDS: usize = 2;
 /// Greatest turning radius that routes are planned for (m).
 const MOST_TURN_RADIUS_M: f64 = 2_000.0;
 /// Greatest length that can be asked for as the longest (m): half way round the globe.
@@ -319,6 +321,15 @@ impl Question<'_> {
         let length_m = legs.iter().map(|leg| leg.length_m).sum();
         let (moved_start, moved_goal) = (start.moved, goal.moved);
         Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort })
+    }
+
+    /// Where both ends may stand, as pairs; `None` where one is closed.
+    pub(crate) fn ends(&self) -> Option<Vec<[Point; 2]>> {
+        let starts = self.stand(End::Start, self.request.from).ok()?;
+        let goals = self.stand(End::Goal, self.request.to).ok()?;
+        let few = |stands: Vec<Stand>| stands.into_iter().take(MOST_STANDS);
+        let goals: Vec<Stand> = few(goals).collect();
+        Some(few(starts).flat_map(|start| goals.iter().map(move |goal| [start.at, goal.at])).collect())
     }
 
     /// Both ends in open water, in the same piece of it if there is a choice.

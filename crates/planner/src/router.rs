@@ -2,12 +2,12 @@
 
 use crate::Cancel;
 use crate::needs::Needs;
-use crate::passable::{self, Passable};
+use crate::passable::{Passable, Search};
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
 use crate::zones::Zones;
-use charts::depth_index::{Demand, DepthIndex, EntryRules, Leg};
+use charts::depth_index::{DepthIndex, Leg};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
 
@@ -177,24 +177,9 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<Passable, PlanError> {
-        let square = self.smallest_square(request);
-        let asked = self.room(self.key(needs, square), cancel)?;
-        let closing_m = asked.closing_depths_m(&self.index);
-        let mut trial = |needs: &Needs| {
-            let room = Self::prepare(&self.index, &self.key(needs, square), cancel)?;
-            match (Question { room: &room, index: &self.index, request, cancel }).answer() {
-                Ok(_) => Ok((room, true)),
-                Err(Refusal::Plan(error)) => Err(error),
-                Err(_) => Ok((room, false)),
-            }
-        };
-        let depth_m = passable::depth_m(needs, &closing_m, &mut trial)?;
-        let clearance_m = passable::clearance_m(request, needs, cancel, &mut trial)?;
-        let by_rule_alone = needs.demand.entry.refuse_any() && {
-            let demand = Demand { entry: EntryRules::IGNORE, ..needs.demand };
-            trial(&Needs { demand, ..*needs })?.1
-        };
-        Ok(Passable { depth_m, clearance_m, by_rule_alone })
+        let room = self.room(self.key(needs, self.smallest_square(request)), cancel)?;
+        Search::new(&room, &self.index, request, cancel)
+            .map_or_else(|| Ok(Passable::default()), Search::answer)
     }
 
     fn key(&self, needs: &Needs, region: Option<Square>) -> Key {

@@ -17,6 +17,17 @@ pub enum ZoneError {
     /// A zone needs three corners.
     #[error("a zone needs at least three corners")]
     TooFewCorners,
+    /// Two sides cross, so that nobody can tell what is inside.
+    #[error("two sides of the zone cross near {lat_deg:.5}, {lon_deg:.5}: draw it without")]
+    Crosses {
+        /// Where (degrees).
+        lat_deg: f64,
+        /// Where (degrees).
+        lon_deg: f64,
+    },
+    /// It spans half the globe or more.
+    #[error("a zone is less than 180 degrees wide")]
+    TooWide,
     /// The margin is not a number, or out of range.
     #[error("the margin to zones is {0} m; it must be a number from 0 to {MOST_MARGIN_M:.0} m")]
     Margin(f64),
@@ -36,6 +47,33 @@ impl Zone {
     /// With fewer than three corners.
     pub fn new(corners: Vec<LatLon>) -> Result<Self, ZoneError> {
         if corners.len() < 3 { Err(ZoneError::TooFewCorners) } else { Ok(Self { corners }) }
+    }
+
+    /// As [`Self::new`], and only if its sides do not cross: for what people draw.
+    ///
+    /// # Errors
+    /// Which sides do.
+    pub fn drawn(corners: Vec<LatLon>) -> Result<Self, ZoneError> {
+        let zone = Self::new(corners)?;
+        let first = zone.corners[0];
+        let point =
+            |place: LatLon| Point { x: wrap_pi(place.lon_rad() - first.lon_rad()), y: place.lat_rad() };
+        let xs = || zone.corners.iter().map(|corner| point(*corner).x);
+        if xs().fold(0.0, f64::max) - xs().fold(0.0, f64::min) >= std::f64::consts::PI {
+            return Err(ZoneError::TooWide);
+        }
+        let sides: Vec<[Point; 2]> = zone.sides().map(|(from, to)| [point(from), point(to)]).collect();
+        for (at, [a, b]) in sides.iter().enumerate() {
+            for [c, d] in &sides[at + 1..] {
+                let (of_c, of_d) = (a.cross(*b, *c), a.cross(*b, *d));
+                if of_c * of_d < 0.0 && c.cross(*d, *a) * c.cross(*d, *b) < 0.0 {
+                    let meet = c.towards(*d, of_c / (of_c - of_d));
+                    let lon_deg = wrap_pi(first.lon_rad() + meet.x).to_degrees();
+                    return Err(ZoneError::Crosses { lat_deg: meet.y.to_degrees(), lon_deg });
+                }
+            }
+        }
+        Ok(zone)
     }
 
     /// Whether it holds a place.
@@ -141,6 +179,14 @@ mod tests {
     #[test]
     fn bad_zones_are_refused() {
         assert_eq!(Zone::new(vec![place(63.0, 10.0); 2]), Err(ZoneError::TooFewCorners));
+        let bow = [(63.0, 10.0), (63.1, 10.2), (63.1, 10.0), (63.0, 10.2)].map(|(lat, lon)| place(lat, lon));
+        let crossed = Zone::drawn(bow.to_vec()).unwrap_err();
+        assert!(crossed.to_string().contains("63.05000, 10.10000"), "{crossed}");
+        let band = [0.0, 100.0, -100.0].map(|lon| place(10.0 + lon / 50.0, lon));
+        assert_eq!(Zone::drawn(band.to_vec()), Err(ZoneError::TooWide));
+        let square =
+            [(63.0, 10.0), (63.1, 10.0), (63.1, 10.2), (63.0, 10.2)].map(|(lat, lon)| place(lat, lon));
+        assert!(Zone::drawn(square.to_vec()).is_ok());
         assert!(Zones::new(None, Vec::new(), f64::NAN).is_err());
         assert!(Zones::new(None, Vec::new(), -1.0).is_err());
     }

@@ -239,6 +239,20 @@ proptest! {
             return Ok(());
         }
         let passable = router.passable(&request, &needs, &Cancel::never()).unwrap();
+        // Nothing between what is said and what was asked gives a route; where an end is moved, it may be moved elsewhere.
+        let moved = matches!(ask(&router, from, to, &needs), Err(Refusal::Closed { .. }));
+        for shoal in shoals.iter().filter(|_| !moved) {
+            let between_m = (shoal.depth_m * 10.0).floor() / 10.0;
+            if between_m > passable.depth_m.unwrap_or(-1.0) && (0.0..depth_m).contains(&between_m) {
+                let less = Needs::depth_and_clearance(between_m, clearance_m);
+                prop_assert!(router.route(&request, &less, &Cancel::never()).is_err(), "{between_m} m would do");
+            }
+        }
+        let nearer_m = passable.clearance_m.map_or(1.0, |clear_m| 1.02 * clear_m + 3.0);
+        if nearer_m < clearance_m && !moved {
+            let less = Needs::depth_and_clearance(depth_m, nearer_m);
+            prop_assert!(router.route(&request, &less, &Cancel::never()).is_err(), "{nearer_m} m would do");
+        }
         if let Some(passable_m) = passable.depth_m {
             let shallower = Needs::depth_and_clearance(passable_m, clearance_m);
             prop_assert!(router.route(&request, &shallower, &Cancel::never()).is_ok());

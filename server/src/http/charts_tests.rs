@@ -137,7 +137,7 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     assert!(found.guarded && found.guard.is_none(), "{:?}", found.guard);
     assert_eq!((answer.asked_depth_m, found.points.len()), (5.0, found.legs.len() + 1));
     assert!(found.least_depth_m.unwrap() >= 5.0 && found.least_clearance_m.unwrap() >= 11.2);
-    assert!((found.duration_s - found.length_m / 1.5).abs() < 1e-6);
+    assert!((found.duration_s.unwrap() - found.length_m / 1.5).abs() < 1e-6);
     // By way of a place far off it is longer; less water than the guard wants is given, and said so.
     let by = json!({"points": [east, [63.4552, 10.3600], west]});
     let by: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &by).await.1).unwrap();
@@ -170,7 +170,85 @@ async fn a_route_for_a_turning_radius_says_which_turns_leave_the_water() {
     assert!(status == StatusCode::BAD_REQUEST && body.contains("turning radius"), "{body}");
 }
 
-/// Some seconds: looking for what would do prepares the water a few times, which is slow unoptimised.
+#[tokio::test]
+async fn a_route_keeps_out_of_areas_and_says_when_they_are_in_the_way() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
+    let ask = |zones: Value| json!({"points": [east, west], "zones": zones, "explain": true});
+    let plain: SeaRouteAnswer =
+        serde_json::from_str(&route(&shore, &token, &ask(json!([]))).await.1).unwrap();
+    let plain = plain.route.unwrap();
+    let [lat, lon] = plain.points[plain.points.len() / 2];
+    let around = |lat: f64, lon: f64, by: f64| {
+        json!([
+            [lat - by, lon - 2.0 * by],
+            [lat - by, lon + 2.0 * by],
+            [lat + by, lon + 2.0 * by],
+            [lat + by, lon - 2.0 * by]
+        ])
+    };
+    let avoid = ask(json!([{"kind": "avoid", "corners": around(lat, lon, 0.0008)}]));
+    let (status, body) = route(&shore, &token, &avoid).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let avoided = serde_json::from_str::<SeaRouteAnswer>(&body).unwrap().route.unwrap();
+    assert!(avoided.length_m > plain.length_m + 10.0, "{} {}", avoided.length_m, plain.length_m);
+    let inside = |[a, b]: [f64; 2]| (a - lat).abs() < 0.0008 && (b - lon).abs() < 0.0016;
+    assert!(!avoided.points.iter().any(|point| inside(*point)), "{:?}", avoided.points);
+    // From shore to shore of the chart nothing but the area is in the way; outside of one nothing begins or ends.
+    let wall = json!([[63.2, 10.332], [63.2, 10.334], [63.7, 10.334], [63.7, 10.332]]);
+    let wall = ask(json!([{"kind": "avoid", "corners": wall}]));
+    let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &wall).await.1).unwrap();
+    let refusal = answer.refusal.unwrap();
+    assert!(
+        refusal.passable.unwrap().by_zones_alone && refusal.text.contains("areas to avoid"),
+        "{}",
+        refusal.text
+    );
+    let within = ask(json!([{"kind": "within", "corners": around(63.4455, 10.352, 0.002)}]));
+    let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &within).await.1).unwrap();
+    let refusal = answer.refusal.unwrap();
+    assert_eq!((&*refusal.code, &*refusal.closed.unwrap().code), ("closed_goal", "zone"));
+    for (bad, why) in [
+        (json!([{"kind": "avoid", "corners": [[63.4, 10.3], [63.5, 10.3]]}]), "zones[0]: it has 2 corners"),
+        (
+            json!([{"kind": "avoid", "corners": [[63.4, 10.3], [93.5, 10.3], [63.4, 10.4]]}]),
+            "93.5, 10.3 is not a place",
+        ),
+        (
+            json!([{"kind": "avoid", "corners": [[63.4, 10.3], [63.5, 10.4], [63.5, 10.3], [63.4, 10.4]]}]),
+            "cross near 63.45",
+        ),
+        (json!([{"kind": "around", "corners": []}]), "around"),
+    ] {
+        let (status, body) = route(&shore, &token, &ask(bad)).await;
+        assert!(status.is_client_error() && body.contains(why), "{body}");
+    }
+}
+
+#[tokio::test]
+async fn a_current_changes_time_and_energy_and_one_that_is_too_strong_leaves_them_out() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let ask = |drift_mps: f64| json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "current": {"set_deg": 270, "drift_mps": drift_mps}});
+    let mut found = Vec::new();
+    for drift_mps in [0.0, 0.5, 2.0] {
+        let (status, body) = route(&shore, &token, &ask(drift_mps)).await;
+        assert_eq!(status, StatusCode::OK, "{body}");
+        found.push(serde_json::from_str::<SeaRouteAnswer>(&body).unwrap().route.unwrap());
+    }
+    let [still, with, strong] = &found[..] else { panic!("three") };
+    assert!(with.duration_s.unwrap() < 0.85 * still.duration_s.unwrap());
+    assert!(with.energy_wh.unwrap() < 0.85 * still.energy_wh.unwrap());
+    let legs_s: f64 = with.legs.iter().map(|leg| leg.duration_s.unwrap()).sum();
+    assert!((legs_s - with.duration_s.unwrap()).abs() < 1e-6);
+    // Some legs lead across a current that is faster than the vessel.
+    assert!(strong.duration_s.is_none() && strong.energy_wh.is_none());
+    assert!((strong.length_m - still.length_m).abs() < 1e-6);
+    let (status, body) = route(&shore, &token, &ask(-1.0)).await;
+    assert!(status == StatusCode::BAD_REQUEST && body.contains("current"), "{body}");
+}
+
 #[tokio::test]
 async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     let shore = Shore::with(archipelago).await;

@@ -2566,9 +2566,13 @@ legs: Array<SeaRouteLeg>,
  */
 length_m: number, 
 /**
- * How long it takes at the speed (s).
+ * How long it takes at the speed through the water (s); null where the current is too strong.
  */
-duration_s: number, 
+duration_s: number | null, 
+/**
+ * Energy from the battery (Wh), by the power that a vessel takes at this speed; null where the current is too strong.
+ */
+energy_wh: number | null, 
 /**
  * Least charted depth within the clearance (m).
  */
@@ -2635,13 +2639,43 @@ clearance_m: number | null,
  */
 turn_radius_m: number | null, 
 /**
- * Speed that the duration is reckoned with (m/s); null for 1.5.
+ * Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
  */
 speed_mps: number | null, 
 /**
- * If no route exists, look for a smaller depth and clearance that give one; can take some seconds.
+ * Areas to avoid, or to stay within; up to 50, of which one may be to stay within.
+ */
+zones: Array<SeaRouteZone>, 
+/**
+ * The current that time and energy are reckoned in; null for none.
+ */
+current: SeaRouteCurrent | null, 
+/**
+ * If no route exists, look for a smaller depth and clearance that give one, and for what is in the way.
  */
 explain: boolean, };
+
+export type SeaRouteZone = { 
+/**
+ * What it is for.
+ */
+kind: SeaRouteZoneKind, 
+/**
+ * Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross.
+ */
+corners: Array<[number, number]>, };
+
+export type SeaRouteZoneKind = "avoid" | "within";
+
+export type SeaRouteCurrent = { 
+/**
+ * Where it flows to (°), clockwise from true north.
+ */
+set_deg: number, 
+/**
+ * How fast (m/s), 0 to 10.
+ */
+drift_mps: number, };
 
 export type SeaRouteLeg = { 
 /**
@@ -2652,6 +2686,14 @@ length_m: number,
  * Course over ground at its start (°), clockwise from true north.
  */
 course_deg: number, 
+/**
+ * How long it takes (s); null where the current is too strong.
+ */
+duration_s: number | null, 
+/**
+ * Energy from the battery (Wh); null where the current is too strong.
+ */
+energy_wh: number | null, 
 /**
  * Least charted depth within the clearance (m).
  */
@@ -2686,7 +2728,7 @@ text: string, };
 
 export type SeaRouteClosed = { 
 /**
- * As the code of a [`GuardReason`]; `too-shallow` also where it is deep enough and a danger is too near.
+ * As the code of a [`GuardReason`], or `zone` in an area to avoid or outside of one to stay within; `too-shallow` also where it is deep enough and a danger is too near.
  */
 code: string, 
 /**
@@ -2704,13 +2746,29 @@ export type SeaRoutePassable = {
  */
 depth_m: number | null, 
 /**
+ * Where that one is shallowest: latitude and longitude (°).
+ */
+shallowest_at: [number, number] | null, 
+/**
  * The greatest clearance (m) that gives one of this depth; null if none was found.
  */
 clearance_m: number | null, 
 /**
+ * Where the gap is that allows no more clearance: latitude and longitude (°) of its middle.
+ */
+gap_at: [number, number] | null, 
+/**
+ * How wide that gap is (m).
+ */
+gap_width_m: number | null, 
+/**
  * Whether there is one without the areas where entry is prohibited or restricted.
  */
-by_rule_alone: boolean, };
+by_rule_alone: boolean, 
+/**
+ * Whether there is one without the areas that the request itself avoids or keeps within.
+ */
+by_zones_alone: boolean, };
 
 export type SeaRouteRefusal = { 
 /**

@@ -1,8 +1,8 @@
 // The panel of a route on the sea chart: what is asked of the water, what came of it, and what to do with it.
 
 import type { Signal } from "@preact/signals";
-import type { SeaRouteAnswer } from "../api/types.gen";
-import { remarks, routeText } from "../state/searoute";
+import type { PlanPlace, SeaRouteAnswer, SeaRoutePassable } from "../api/types.gen";
+import { energyOf, remarks, routeText } from "../state/searoute";
 import { t } from "../words/words";
 
 export interface SeaRouteModel {
@@ -14,6 +14,10 @@ export interface SeaRouteModel {
   readonly answer: Signal<SeaRouteAnswer | undefined>;
   readonly trouble: Signal<string>;
   readonly busy: Signal<boolean>;
+  /** Areas to avoid. */
+  readonly avoid: Signal<readonly (readonly PlanPlace[])[]>;
+  /** Corners of the area that is being drawn; undefined while none is. */
+  readonly drawing: Signal<readonly PlanPlace[] | undefined>;
   /** What it goes around, in words; empty for a route by itself. */
   readonly around: Signal<string>;
 }
@@ -22,7 +26,17 @@ export interface SeaRouteActions {
   ask(): void;
   explain(): void;
   take(): void;
-  lessVia(): void;
+  /** A place to pass in the middle of the map, and away with one, by its number among all chosen places. */
+  moreVia(): void;
+  lessVia(index: number): void;
+  /** Begins to draw an area to avoid; a corner in the middle of the map; the last corner away; takes it; leaves it. */
+  draw(): void;
+  corner(): void;
+  lessCorner(): void;
+  drawn(): void;
+  leave(): void;
+  lessArea(index: number): void;
+  use(passable: Partial<Pick<SeaRoutePassable, "depth_m" | "clearance_m">>): void;
   swap(): void;
   close(): void;
 }
@@ -39,15 +53,64 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} step={1} then={act.ask} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
       {answer.value && remarks(answer.value).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
+      {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
         {route && <button type="button" class="main" onClick={act.take}>{around.value ? t("Take this way") : t("Add to the plan")}</button>}
         {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>{t("Find what would work")}</button>}
-        {chosen.value > 2 && <button type="button" onClick={act.lessVia}>{t("Remove the last place to pass")}</button>}
+        <Offers passable={answer.value?.refusal?.passable ?? undefined} act={act} />
         {chosen.value > 1 && !around.value && <button type="button" onClick={act.swap}>{t("Other way round")}</button>}
         <button type="button" onClick={act.close}>{t("Close")}</button>
       </div>
+      <Vias chosen={chosen.value} act={act} />
+      <Areas model={model} act={act} />
     </section>
+  );
+}
+
+/** What would do, one press away. */
+function Offers({ passable, act }: { readonly passable: SeaRoutePassable | undefined; readonly act: SeaRouteActions }) {
+  if (!passable) return null;
+  const { depth_m, clearance_m } = passable;
+  return (
+    <>
+      {depth_m !== null && <button type="button" onClick={() => act.use({ depth_m })}>{t("Ask with least depth {depth} m", { depth: depth_m })}</button>}
+      {clearance_m !== null && <button type="button" onClick={() => act.use({ clearance_m })}>{t("Ask with clearance {distance} m", { distance: clearance_m })}</button>}
+    </>
+  );
+}
+
+/** Places to pass: dragged on the map, or added and removed here. */
+function Vias({ chosen, act }: { readonly chosen: number; readonly act: SeaRouteActions }) {
+  if (chosen < 2) return null;
+  const numbers = Array.from({ length: chosen - 2 }, (_, at) => at + 1);
+  return (
+    <div class="row" role="group" aria-label={t("Places to pass")}>
+      <button type="button" onClick={act.moreVia}>{t("Pass the middle of the map")}</button>
+      {numbers.map((number) => <button key={number} type="button" onClick={() => act.lessVia(number)}>{t("Remove place {number}", { number })}</button>)}
+    </div>
+  );
+}
+
+/** Areas to avoid: drawn by clicks, or by corners in the middle of the map. */
+function Areas({ model, act }: { readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
+  const corners = model.drawing.value;
+  if (corners) {
+    return (
+      <div class="row" role="group" aria-label={t("The area that you draw")}>
+        <p class="note">{t("Click the corners of the area to avoid: {n} so far.", { n: corners.length })}</p>
+        <button type="button" class="main" disabled={corners.length < 3} onClick={act.drawn}>{t("Avoid this area")}</button>
+        <button type="button" onClick={act.corner}>{t("Corner in the middle of the map")}</button>
+        <button type="button" disabled={!corners.length} onClick={act.lessCorner}>{t("Remove the last corner")}</button>
+        <button type="button" onClick={act.leave}>{t("Cancel")}</button>
+      </div>
+    );
+  }
+  return (
+    <div class="row" role="group" aria-label={t("Areas to avoid")}>
+      <button type="button" onClick={act.draw}>{t("Draw an area to avoid")}</button>
+      {model.avoid.value.map((_, at) => <button key={at} type="button" onClick={() => act.lessArea(at)}>{t("Remove area {number}", { number: at + 1 })}</button>)}
+    </div>
   );
 }
 

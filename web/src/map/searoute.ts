@@ -2,7 +2,7 @@
 // on the line, of which one makes a new place to pass.
 
 import Feature from "ol/Feature";
-import { LineString, Point } from "ol/geom";
+import { LineString, Point, Polygon } from "ol/geom";
 import PointerInteraction from "ol/interaction/Pointer";
 import VectorLayer from "ol/layer/Vector";
 import VectorSource from "ol/source/Vector";
@@ -26,9 +26,18 @@ export interface SeaRouteHandlers {
   pulled(leg: number, place: PlanPlace): number;
 }
 
+/** What is shown beside the route. */
+export interface SeaRouteBeside {
+  /** Areas to avoid, and one that is being drawn. */
+  readonly areas: readonly (readonly PlanPlace[])[];
+  readonly drawing: readonly PlanPlace[] | undefined;
+  /** The narrowest gap, where nothing passes. */
+  readonly gap: PlanPlace | undefined;
+}
+
 export interface SeaRouteOnMap {
   /** The chosen places, and the corners of the route between them; no corners while there is none. */
-  update(chosen: readonly PlanPlace[], route: readonly PlanPlace[]): void;
+  update(chosen: readonly PlanPlace[], route: readonly PlanPlace[], beside?: SeaRouteBeside): void;
   clear(): void;
 }
 
@@ -53,6 +62,7 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
         }),
       ];
     }
+    if (feature.get("beside") !== undefined) return besideStyles(feature, ink, halo, map.palette().danger);
     if (feature.get("leg") !== undefined) {
       return [new Style({ image: new Circle({ radius: 5, fill: new Fill({ color: halo }), stroke: new Stroke({ color: colour, width: 2 }) }), zIndex: 2 })];
     }
@@ -74,9 +84,10 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
   };
   if (handlers) map.ol.addInteraction(dragging(at, handlers));
 
-  const update = (chosen: readonly PlanPlace[], route: readonly PlanPlace[]): void => {
+  const update = (chosen: readonly PlanPlace[], route: readonly PlanPlace[], beside?: SeaRouteBeside): void => {
     lines.clear(true);
     places.clear(true);
+    if (beside) lines.addFeatures(besideOf(beside));
     const line = route.length > 1 ? route : chosen;
     if (line.length > 1) lines.addFeature(new Feature({ geometry: new LineString(line.map(xy)), wanted: route.length < 2 }));
     places.addFeatures(chosen.map((place, index) => new Feature({ geometry: new Point(xy(place)), index, label: name(index, chosen.length) })));
@@ -87,6 +98,28 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
     places.addFeatures(handles.map(({ leg, from, to }) => new Feature({ geometry: new Point([((from[0] ?? 0) + (to[0] ?? 0)) / 2, ((from[1] ?? 0) + (to[1] ?? 0)) / 2]), leg })));
   };
   return { update, clear: () => update([], []) };
+}
+
+function besideOf({ areas, drawing, gap }: SeaRouteBeside): Feature[] {
+  const ring = (corners: readonly PlanPlace[]): number[][] => [...corners, ...corners.slice(0, 1)].map(xy);
+  return [
+    ...areas.map((corners) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "area" })),
+    ...(drawing?.length ? [new Feature({ geometry: new LineString(drawing.map(xy)), beside: "drawing" }), ...drawing.map((place) => new Feature({ geometry: new Point(xy(place)), beside: "corner" }))] : []),
+    ...(gap ? [new Feature({ geometry: new Point(xy(gap)), beside: "gap" })] : []),
+  ];
+}
+
+function besideStyles(feature: Feature, ink: string, halo: string, danger: string): Style[] {
+  switch (feature.get("beside") as string) {
+    case "area":
+      return [new Style({ fill: new Fill({ color: `${danger}33` }), stroke: new Stroke({ color: danger, width: 2.5, lineDash: [8, 5] }), zIndex: -1 })];
+    case "gap":
+      return [new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: halo, width: 7 }) }), zIndex: 5 }), new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: danger, width: 3 }) }), zIndex: 6 })];
+    case "corner":
+      return [new Style({ image: new Circle({ radius: 5, fill: new Fill({ color: halo }), stroke: new Stroke({ color: ink, width: 2.5 }) }), zIndex: 3 })];
+    default:
+      return [new Style({ stroke: new Stroke({ color: halo, width: 6 }) }), new Style({ stroke: new Stroke({ color: ink, width: 2.5, lineDash: [8, 5] }) })];
+  }
 }
 
 function dragging(at: (event: MapBrowserEvent) => Feature | undefined, handlers: SeaRouteHandlers): PointerInteraction {

@@ -206,6 +206,8 @@ class PlanPage {
       map,
       root: this.boxes.route,
       editing,
+      plan: this.path,
+      centre: () => this.canvas.centre(),
       vessel: () => this.systems.find(({ address }) => address === editing.plan.vessel)?.fix ?? undefined,
       changed: () => {
         if (route.open) editing.letGo();

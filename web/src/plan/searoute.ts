@@ -10,17 +10,22 @@ import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
 import { type Around, placesOfRoute, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type Area, keepAreas, keptAreas, MOST_AREAS, MOST_CORNERS, zonesOf } from "../state/avoided";
 import type { PlanEditing } from "./editing";
 
 const PATIENCE_MS = 20_000;
-/** Looking for what would do takes the server some seconds. */
-const EXPLAIN_MS = 60_000;
+/** Looking for what would do may prepare the water twice. */
+const EXPLAIN_MS = 30_000;
 const MOST_PLACES = 50;
 
 export interface SeaRouteNeeds {
   readonly map: FleetMap;
   readonly root: HTMLElement;
   readonly editing: PlanEditing;
+  /** Under which name areas to avoid are kept in this browser. */
+  readonly plan: string;
+  /** The middle of the map. */
+  centre(): PlanPlace;
   /** Where the plan's vessel is, if that is known. */
   vessel(): PlanPlace | undefined;
   /** It was opened or closed. */
@@ -31,7 +36,7 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), trouble: signal(""), busy: signal(false), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
   private asking = false;
   private again = false;
@@ -45,10 +50,23 @@ export class SeaRouteTool {
       ask: () => void this.ask(),
       explain: () => void this.explain(),
       take: () => this.take(),
-      lessVia: () => this.place(this.chosen.filter((_, at) => at !== this.chosen.length - 2)),
+      moreVia: () => this.via(this.needs.centre()),
+      lessVia: (index: number) => this.place(this.chosen.filter((_, at) => at !== index)),
+      draw: () => this.sketch([]),
+      corner: () => this.corner(this.needs.centre()),
+      lessCorner: () => this.sketch(this.model.drawing.value?.slice(0, -1)),
+      drawn: () => this.drawn(),
+      leave: () => this.sketch(undefined),
+      lessArea: (index: number) => this.areas(this.model.avoid.value.filter((_, at) => at !== index)),
+      use: ({ depth_m, clearance_m }: { depth_m?: number | null; clearance_m?: number | null }) => {
+        this.model.depth.value = depth_m ?? this.model.depth.value;
+        this.model.clearance.value = clearance_m ?? this.model.clearance.value;
+        void this.ask();
+      },
       swap: () => this.place([...this.chosen].reverse()),
       close: () => this.close(),
     };
+    this.model.avoid.value = keptAreas(localStorage, needs.plan);
     createMount(needs.root)(h(SeaRoutePanel, { model: this.model, act }));
   }
 
@@ -78,7 +96,12 @@ export class SeaRouteTool {
 
   /** A click on the map beside everything; whether it was meant for the route. */
   takes(place: PlanPlace): boolean {
-    if (!this.open || this.around) return false;
+    if (!this.open) return false;
+    if (this.model.drawing.value) {
+      this.corner(place);
+      return true;
+    }
+    if (this.around) return false;
     this.place(this.chosen.length < 2 ? [...this.chosen, place] : [...this.chosen.slice(0, -1), place]);
     return true;
   }
@@ -86,7 +109,7 @@ export class SeaRouteTool {
   close(): void {
     this.model.open.value = false;
     [this.chosen, this.around] = [[], undefined];
-    this.model.answer.value = undefined;
+    [this.model.answer.value, this.model.drawing.value] = [undefined, undefined];
     this.onMap.clear();
     this.needs.changed();
   }
@@ -126,6 +149,38 @@ export class SeaRouteTool {
     return stretch + 1;
   }
 
+  /** A place to pass, in the middle of the way. */
+  private via(place: PlanPlace): void {
+    if (this.chosen.length < 2 || this.chosen.length >= MOST_PLACES) return;
+    this.place([...this.chosen.slice(0, -1), place, ...this.chosen.slice(-1)]);
+  }
+
+  private sketch(corners: Area | undefined): void {
+    this.model.drawing.value = corners;
+    this.draw();
+  }
+
+  private corner(place: PlanPlace): void {
+    const corners = this.model.drawing.value;
+    if (corners && corners.length < MOST_CORNERS) this.sketch([...corners, place]);
+  }
+
+  private drawn(): void {
+    const { avoid, drawing } = this.model;
+    if (!drawing.value || drawing.value.length < 3) return;
+    const areas = [...avoid.value, drawing.value].slice(-MOST_AREAS);
+    drawing.value = undefined;
+    this.areas(areas);
+  }
+
+  private areas(areas: readonly Area[]): void {
+    this.model.avoid.value = areas;
+    keepAreas(localStorage, this.needs.plan, areas);
+    this.model.answer.value = undefined;
+    this.draw();
+    void this.ask();
+  }
+
   private question(explain: boolean): SeaRouteRequest {
     const { editing } = this.needs;
     return {
@@ -135,6 +190,8 @@ export class SeaRouteTool {
       clearance_m: this.model.clearance.value,
       turn_radius_m: null,
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
+      zones: zonesOf(this.model.avoid.value),
+      current: null,
       explain,
     };
   }
@@ -172,8 +229,14 @@ export class SeaRouteTool {
   }
 
   private draw(): void {
-    const route = this.model.answer.value?.route;
-    this.onMap.update(this.chosen, route ? placesOfRoute(route) : []);
+    const { answer, avoid, drawing } = this.model;
+    const route = answer.value?.route;
+    const gap = answer.value?.refusal?.passable?.gap_at;
+    this.onMap.update(this.chosen, route ? placesOfRoute(route) : [], {
+      areas: avoid.value,
+      drawing: drawing.value,
+      gap: gap ? { lat_deg: gap[0], lon_deg: gap[1] } : undefined,
+    });
   }
 
   private take(): void {

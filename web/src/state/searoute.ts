@@ -28,9 +28,18 @@ export function placesOfRoute(route: SeaRoute): PlanPlace[] {
 export function routeText(route: SeaRoute): string {
   const depth = route.least_depth_m === null ? "" : ` · ${t("least depth {depth} m", { depth: route.least_depth_m.toFixed(1) })}`;
   const clear = ` · ${route.least_clearance_m === null ? t("clear by more than 5 km") : t("clear by {distance} m", { distance: Math.floor(route.least_clearance_m) })}`;
-  const minutes = Math.max(1, Math.round(route.duration_s / 60));
-  const time = minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
-  return `${lengthOf(route.length_m)} · ${time}${depth}${clear}`;
+  return `${lengthOf(route.length_m)} · ${timeOf(route.duration_s)}${depth}${clear}`;
+}
+
+function timeOf(duration_s: number | null): string {
+  if (duration_s === null) return t("the current is too strong");
+  const minutes = Math.max(1, Math.round(duration_s / 60));
+  return minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+/** What it takes from the batteries; empty where that is not known. */
+export function energyOf({ energy_wh }: Pick<SeaRoute, "energy_wh">): string {
+  return energy_wh === null ? "" : t("About {energy} Wh from the batteries (estimate).", { energy: Math.round(energy_wh) });
 }
 
 export function lengthOf(metres: number): string {
@@ -63,6 +72,7 @@ function refusalTexts(refusal: SeaRouteRefusal): string[] {
 }
 
 function closedText(start: boolean, { code, depth_m, may_move_m }: SeaRouteClosed, gap_m: number | null): string {
+  if (code === "zone") return start ? t("No route can begin there: it lies in an area to avoid, or too near its edge.") : t("No route can end there: it lies in an area to avoid, or too near its edge.");
   const why = code === "too-shallow" && depth_m !== null ? t("charted depth {depth}, or too near a danger", { depth: depthText(depth_m) }) : spotName(code);
   if (gap_m === null) return start ? t("No route can begin there ({why}), and there is no open water within 50 km.", { why }) : t("No route can end there ({why}), and there is no open water within 50 km.", { why });
   const values = { why, distance: Math.round(gap_m), most: Math.round(may_move_m) };
@@ -71,12 +81,17 @@ function closedText(start: boolean, { code, depth_m, may_move_m }: SeaRouteClose
     : t("No route can end there ({why}). The nearest open water is {distance} m away; the goal is moved by {most} m at most.", values);
 }
 
-function passableTexts({ depth_m, clearance_m, by_rule_alone }: SeaRoutePassable): string[] {
+function passableTexts({ depth_m, clearance_m, gap_width_m, by_rule_alone, by_zones_alone }: SeaRoutePassable): string[] {
   const depth = depth_m === null ? "" : t("a least depth of {depth} m", { depth: depth_m });
   const clearance = clearance_m === null ? "" : t("a clearance of {distance} m", { distance: clearance_m });
   const both = depth && clearance ? t("{one}, or with {other}", { one: depth, other: clearance }) : depth || clearance;
   const would = both ? t("There is one with {what}.", { what: both }) : t("Neither a smaller depth nor a smaller clearance gives one.");
-  return by_rule_alone ? [would, t("Areas where entry is prohibited or restricted are in the way; without them there is a route.")] : [would];
+  return [
+    would,
+    ...(gap_width_m === null ? [] : [t("The narrowest gap is {distance} m wide; the map shows it.", { distance: Math.floor(gap_width_m) })]),
+    ...(by_rule_alone ? [t("Areas where entry is prohibited or restricted are in the way; without them there is a route.")] : []),
+    ...(by_zones_alone ? [t("The areas to avoid are in the way; without them there is a route.")] : []),
+  ];
 }
 
 /** With the route as a path of its own after a maneuver, or at the end. */

@@ -23,6 +23,26 @@ pub struct Barriers {
     pub wider_m: f64,
 }
 
+/// From when on a line is in a vessel's way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Closes {
+    /// Whatever depth is needed.
+    Always,
+    /// Whatever depth is needed, by the rule of entry.
+    ByRule,
+    /// As soon as more depth is needed than this (m).
+    DeeperThan(f64),
+}
+
+/// A line that corridors are held against, and from when on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosingLine {
+    /// A polyline; a single vertex is a point.
+    pub vertices: Vec<Vertex>,
+    /// From when on.
+    pub closes: Closes,
+}
+
 /// A box on the globe; where `west_deg` is greater than `east_deg` it reaches over ±180°.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeoBox {
@@ -104,25 +124,33 @@ impl DepthIndex {
         Barriers { lines, wider_m }
     }
 
-    /// The needed depths (m) at which more comes to be closed within a box, all below what is demanded: up to each of
-    /// them, what has it as its charted depth is still open. In order, each once; with water level and errors reckoned as
-    /// for [`Self::barriers`].
-    pub fn closing_depths_m(&self, demand: &Demand, within: &GeoBox) -> Vec<f64> {
-        let (error, _) = self.worst_error(demand);
+    /// All that [`Self::barriers`] is about, each with the depth from which on it is in the way, and with the borders
+    /// between areas that are both closed: for who asks what a smaller demand would open. The second is
+    /// [`Barriers::wider_m`].
+    pub fn closing_lines(&self, demand: &Demand, within: &GeoBox) -> (Vec<ClosingLine>, f64) {
+        let (error, wider_m) = self.worst_error(demand);
         let wanted = Wanted { demand, error, within: within.bounds() };
         let needing_nothing = Demand { draught_m: 0.0, squat_m: 0.0, reserve_m: 0.0, ..*demand };
-        let mut found = Vec::new();
+        let mut lines = Vec::new();
         for chart in self.charts_in(|node| wanted.meets(&node.bounds)) {
             let piece = self.piece(chart);
-            let closed = wanted.runs(&piece, Kind::Danger, |stored| wanted.closed(stored));
-            let margins = closed
-                .iter()
-                .filter_map(|run| needing_nothing.judge(piece.stored(run.object).water(), error).1);
-            found.extend(margins);
-            found.sort_by(f64::total_cmp);
-            found.dedup();
+            let mut add = |runs: Vec<Run>, closes: &dyn Fn(&Run) -> Closes| {
+                lines.extend(chains(runs).iter().map(|chain| ClosingLine {
+                    vertices: piece.vertices(chain).to_vec(),
+                    closes: closes(chain),
+                }));
+            };
+            add(wanted.runs(&piece, Kind::Danger, |stored| wanted.closed(stored)), &|chain| {
+                let left_m = needing_nothing.judge(piece.stored(chain.object).water(), error).1;
+                left_m.map_or(Closes::Always, Closes::DeeperThan)
+            });
+            if demand.air_draught_m.is_some() {
+                let too_low = |stored: Stored| !demand.fits_under(stored.clearance_m());
+                add(wanted.runs(&piece, Kind::Overhead, too_low), &|_| Closes::Always);
+            }
+            add(wanted.refused_entry(&piece), &|_| Closes::ByRule);
         }
-        found
+        (lines, wider_m)
     }
 
     /// The errors of the worst zone of confidence that there is, and by how much they widen a corridor (m).

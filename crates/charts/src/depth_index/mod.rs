@@ -54,7 +54,7 @@ mod tree;
 
 pub use along::{DepthAnswer, Leg};
 pub use assembly::{ChartToIndex, assemble, assemble_after};
-pub use barriers::{Barriers, GeoBox};
+pub use barriers::{Barriers, Closes, ClosingLine, GeoBox};
 pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};

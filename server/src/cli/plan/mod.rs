@@ -1,6 +1,7 @@
 //! `lutra-server plan`: plans without a running server.
 
 mod route;
+mod zones;
 
 use super::Common;
 use clap::{Args, Subcommand};

@@ -1,5 +1,6 @@
 //! `plan route`: one route, or one for each line of a file.
 
+use super::zones;
 use crate::cli::Common;
 use crate::cli::chart::{index, place};
 use crate::cli::say::{complain, say};
@@ -8,7 +9,8 @@ use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
+use mission::{Cost, Current};
+use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router, Zones};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -26,6 +28,7 @@ const LONGEST_LINE: usize = 64 * 1024;
 #[command(after_help = "Examples:
   lutra-server plan route --from 63.4402,10.3951 --to 63.4521,10.2870 --min-depth 5 --clearance 25
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
@@ -63,13 +66,22 @@ pub(super) struct RouteArguments {
     /// Turning radius of the vessel (m): turns keep the depth and distance too, or are warned of [default: not known].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     turn_radius: Option<f64>,
+    /// GeoJSON file with polygons to avoid; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    avoid: Vec<PathBuf>,
+    /// GeoJSON file with one polygon to stay within.
+    #[arg(long, value_name = "FILE")]
+    within: Option<PathBuf>,
+    /// A steady current that time and energy are reckoned in: where it flows to (degrees), and how fast (m/s).
+    #[arg(long, value_name = "DEG,MPS", value_parser = current)]
+    current: Option<Current>,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
     /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
     #[arg(long)]
     errors: bool,
-    /// Speed for the duration (m/s).
+    /// Speed through the water for time and energy (m/s).
     #[arg(long, value_name = "MPS", default_value_t = 1.5)]
     speed: f64,
     /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
@@ -108,10 +120,27 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let format = arguments.out.as_deref().map(format).transpose()?;
     let config = common.load(Vec::new())?;
     let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
-    let terms = Terms { arguments, limits, router: Router::new(Arc::new(index(&db)?)) };
+    // As far from borders as the guard holds legs from dangers, or as was asked.
+    let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
+    let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
+    let router = Router::new(Arc::new(index(&db)?));
+    let router = zones.map_or_else(|| router.in_zones(Zones::default()), |zones| router.in_zones(zones));
+    let terms = Terms { arguments, limits, router };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
         None => terms.one(format),
+    }
+}
+
+fn current(text: &str) -> Result<Current, String> {
+    let numbers = text.split_once(',').map(|(set, drift)| (set.trim().parse(), drift.trim().parse()));
+    match numbers {
+        Some((Ok(set_deg), Ok(drift_mps)))
+            if f64::is_finite(set_deg) && (0.0..=10.0).contains(&drift_mps) =>
+        {
+            Ok(Current { set_rad: set_deg.to_radians(), drift_mps })
+        }
+        _ => Err("give where it flows to in degrees and how fast, 0 to 10 m/s, such as 250,0.4".to_owned()),
     }
 }
 
@@ -186,28 +215,18 @@ impl Terms<'_> {
         needs: &Needs,
         refusal: &Refusal,
     ) -> anyhow::Result<()> {
-        let no_way = matches!(refusal, Refusal::NoWay { .. });
         let ends = Request { from: ends[0], to: ends[1], ..*request };
-        if no_way {
-            complain!("no route; looking for a smaller depth and clearance that give one ...");
-        }
-        let passable = no_way.then(|| self.router.passable(&ends, needs, &Cancel::never())).transpose()?;
+        let passable = matches!(refusal, Refusal::NoWay { .. })
+            .then(|| self.router.passable(&ends, needs, &Cancel::never()))
+            .transpose()?;
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
-            if let Some(Passable { depth_m, clearance_m, by_rule_alone }) = passable {
-                value["passable_by_rule_alone"] = json!(by_rule_alone);
-                value["passable_depth_m"] = json!(depth_m);
-                value["passable_clearance_m"] = json!(clearance_m);
+            if let Some(passable) = &passable {
+                would_do(&mut value, passable);
             }
             say!("{value}");
         }
-        let depth = passable.and_then(|passable| passable.depth_m);
-        let depth = depth.map(|depth_m| format!("; there is one with --min-depth {depth_m}"));
-        let clearance = passable.and_then(|passable| passable.clearance_m);
-        let clearance = clearance.map(|clear_m| format!("; there is one with --clearance {clear_m}"));
-        let text =
-            format!("no route: {refusal}{}{}", depth.unwrap_or_default(), clearance.unwrap_or_default());
-        Err(anyhow!(text))
+        Err(anyhow!("no route: {refusal}{}", passable.map_or_else(String::new, |it| would_do_text(&it))))
     }
 
     /// One answer a line, in the order of the file.
@@ -281,17 +300,31 @@ impl Terms<'_> {
             .legs
             .iter()
             .map(|leg| {
-                json!({"length_m": leg.length_m, "min_depth_m": leg.worst.water.least_m(),
+                let cost = self.cost(leg);
+                json!({"length_m": leg.length_m, "duration_s": cost.duration_s,
+                       "energy_wh": cost.energy_j.map(|energy_j| energy_j / 3_600.0), "min_depth_m": leg.worst.water.least_m(),
                        "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m,
                        "turn_deg": leg.turn.map(|turn| turn.change_rad.to_degrees()),
                        "turn_warning": turn_warning(leg)})
             })
             .collect();
         let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
+        let (duration_s, energy_wh) = self.costs(route);
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": route.length_m / self.arguments.speed,
+               "duration_s": duration_s, "energy_wh": energy_wh,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
+    }
+
+    fn cost(&self, leg: &RouteLeg) -> Cost {
+        shore::routing::cost(leg, self.arguments.speed, self.arguments.current.unwrap_or_default())
+    }
+
+    /// Time (s) and energy (Wh) of a whole route; nothing where the current is too strong.
+    fn costs(&self, route: &Route) -> (Option<f64>, Option<f64>) {
+        let legs = || route.legs.iter().map(|leg| self.cost(leg));
+        let energy_j: Option<f64> = legs().map(|cost| cost.energy_j).sum();
+        (legs().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
     }
 
     fn print(&self, route: &Route, needs: &Needs) {
@@ -319,9 +352,14 @@ impl Terms<'_> {
         let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
         let clear = route.least_clearance_m();
         let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
-        let minutes = route.length_m / self.arguments.speed / 60.0;
+        let takes = match self.costs(route) {
+            (Some(duration_s), Some(energy_wh)) => {
+                format!("{:.0} min and {energy_wh:.0} Wh (estimate)", duration_s / 60.0)
+            }
+            _ => "the current is too strong".to_owned(),
+        };
         say!(
-            "{:.1} m in {} legs, {minutes:.0} min at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            "{:.1} m in {} legs, {takes} at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
             route.length_m,
             route.legs.len(),
             self.arguments.speed,
@@ -334,6 +372,40 @@ impl Terms<'_> {
 /// Why the turn at the end of a leg cannot be sailed as asked.
 fn turn_warning(leg: &RouteLeg) -> Option<String> {
     leg.turn?.trouble.map(|trouble| trouble.to_string())
+}
+
+/// Adds what would give a route.
+fn would_do(value: &mut Value, passable: &Passable) {
+    let degrees = |place: LatLon| [place.lat_deg(), place.lon_deg()];
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    value["passable_by_rule_alone"] = json!(by_rule_alone);
+    value["passable_by_zones_alone"] = json!(by_zones_alone);
+    value["passable_depth_m"] = json!(depth_m);
+    value["passable_shallowest_at"] = json!(shallowest.map(degrees));
+    value["passable_clearance_m"] = json!(clearance_m);
+    value["passable_gap_at"] = json!(gap.map(|gap| degrees(gap.at)));
+    value["passable_gap_width_m"] = json!(gap.map(|gap| gap.width_m));
+}
+
+fn would_do_text(passable: &Passable) -> String {
+    let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
+    let at = |place: LatLon| format!("{:.5},{:.5}", place.lat_deg(), place.lon_deg());
+    let mut would_do = Vec::new();
+    if let Some(depth_m) = depth_m {
+        let place = shallowest.map_or_else(String::new, |place| format!(", shallowest at {}", at(place)));
+        would_do.push(format!("; there is one with --min-depth {depth_m}{place}"));
+    }
+    if let Some(clearance_m) = clearance_m {
+        let gap = gap.map(|gap| format!(", through a gap of {:.0} m at {}", gap.width_m, at(gap.at)));
+        would_do.push(format!("; there is one with --clearance {clearance_m}{}", gap.unwrap_or_default()));
+    }
+    if *by_rule_alone {
+        would_do.push("; there is one through areas where entry is prohibited or restricted".to_owned());
+    }
+    if *by_zones_alone {
+        would_do.push("; there is one without the areas to avoid or to stay within".to_owned());
+    }
+    would_do.concat()
 }
 
 fn refused(id: &Value, refusal: &Refusal) -> Value {
