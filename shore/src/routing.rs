@@ -27,9 +27,13 @@ const AT_ONCE: usize = 2;
 const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
-/// Areas of a request, and corners of one.
+/// Areas of a request, corners of one and of all, and how long all their borders are (km).
 const ZONES: usize = 50;
 const CORNERS: RangeInclusive<usize> = 3..=200;
+const ALL_CORNERS: usize = 1_000;
+const ALL_BORDERS_KM: f64 = 2_000.0;
+/// Farthest that a request may ask to keep clear (m): what is cut out grows with it, and so does the time that takes.
+const MOST_CLEARANCE_M: f64 = 500.0;
 /// Speed where none is asked for (m/s).
 const SPEED_MPS: f64 = 1.5;
 
@@ -70,11 +74,17 @@ impl Routing {
         let question = Question::new(&ask, limits)?;
         let busy =
             || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
-        let _place = self.places.try_acquire().map_err(|_| busy())?;
-        let _working = self.working.acquire().await.map_err(|error| Error::internal(&error))?;
+        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
+        let working =
+            Arc::clone(&self.working).acquire_owned().await.map_err(|error| Error::internal(&error))?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
-        slow(move || question.answer(&set, &|| wanted.load(Ordering::Relaxed))).await
+        // Whoever goes away leaves a planner that needs a moment to notice: until then its turn is taken.
+        slow(move || {
+            let _taken = (place, working);
+            question.answer(&set, &|| wanted.load(Ordering::Relaxed))
+        })
+        .await
     }
 }
 
@@ -107,6 +117,12 @@ impl Question {
         };
         let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
         needs.validate().map_err(|error| malformed(error.to_string()))?;
+        if needs.clearance_m > MOST_CLEARANCE_M {
+            return Err(malformed(format!(
+                "clearance_m: {} is more than {MOST_CLEARANCE_M} m; draw an area to avoid around what is to be kept away from",
+                needs.clearance_m
+            )));
+        }
         let speed_mps = ask.speed_mps.unwrap_or(SPEED_MPS);
         if !(0.05..=20.0).contains(&speed_mps) {
             return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
@@ -153,7 +169,11 @@ impl Question {
 
     fn explain(&self, router: &Router, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
         // Cancelled: the client has gone.
-        let Ok(passable) = router.passable(ends, &self.needs, cancel) else { return };
+        let Ok(mut passable) = router.passable(ends, &self.needs, cancel) else { return };
+        // In water less deep than that it does not float, whatever is asked.
+        if passable.depth_m.is_some_and(|depth_m| depth_m < self.limits.needed_m(0.0)) {
+            (passable.depth_m, passable.shallowest) = (None, None);
+        }
         refused.text = format!("{} {}", refused.text, passable_text(&passable));
         let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;
         refused.passable = Some(SeaRoutePassable {
@@ -229,9 +249,14 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
     if asked.len() > ZONES {
         return Err(format!("zones: there are {}; give up to {ZONES}", asked.len()));
     }
-    let (mut within, mut avoid) = (None, Vec::new());
+    let all: usize = asked.iter().map(|zone| zone.corners.len()).sum();
+    if all > ALL_CORNERS {
+        return Err(format!("zones: they have {all} corners; give up to {ALL_CORNERS} in all"));
+    }
+    let (mut within, mut avoid, mut borders_km) = (None, Vec::new(), 0.0);
     for (number, SeaRouteZone { kind, corners }) in asked.iter().enumerate() {
         let zone = zone(corners).map_err(|text| format!("zones[{number}]: {text}"))?;
+        borders_km += zone.border_m() / 1e3;
         match kind {
             SeaRouteZoneKind::Avoid => avoid.push(zone),
             SeaRouteZoneKind::Within if within.is_none() => within = Some(zone),
@@ -239,6 +264,11 @@ fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zo
                 return Err(format!("zones[{number}]: only one area can be to stay within"));
             }
         }
+    }
+    if borders_km > ALL_BORDERS_KM {
+        return Err(format!(
+            "zones: their borders are {borders_km:.0} km long; give up to {ALL_BORDERS_KM:.0} km in all"
+        ));
     }
     Zones::new(within, avoid, margin_m).map(Some).map_err(|error| format!("zones: {error}"))
 }
@@ -271,7 +301,7 @@ fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
         end: end.to_owned(),
         distance_m,
         text: format!(
-            "The {end} lies too near land, shallow water or a danger; it was moved by {distance_m:.0} m."
+            "The {end} lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance_m:.0} m."
         ),
     }
 }
@@ -335,7 +365,7 @@ fn passable_text(passable: &Passable) -> String {
         would_do.push(format!("a clearance of {clearance_m} m"));
     }
     let text = match &would_do[..] {
-        [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
+        [] => "No smaller depth or clearance was found that gives one.".to_owned(),
         some => format!("There is one with {}.", some.join(", or with ")),
     };
     let gap = passable.gap.map_or_else(String::new, |gap| {

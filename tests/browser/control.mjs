@@ -103,7 +103,7 @@ await inBrowser(async (open) => {
   await started.getByText(/done executing square/).waitFor();
   const stages = await started.innerText();
   for (const stage of ["accepted", "sent", "received", "executing", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
-  await row(viewer, "plan.start").getByText(/done/).waitFor();
+  await viewer.locator('.commands > li[data-order="plan.start"]').filter({ hasText: "by admin" }).first().getByText(/done/).waitFor();
 
   // Go to a clicked point, and to a typed one.
   await button(one, "Choose on the map").click();

@@ -1,7 +1,7 @@
 // Routes on the demonstration's chart: a refused leg is sailed around, a route is drawn and pulled, and a vessel is sent
 // behind an island: node routes.mjs URL PASSWORD VESSEL.
 
-import { check, fits, inBrowser, logIn, look } from "./browser.mjs";
+import { check, fits, inBrowser, logIn, look, until } from "./browser.mjs";
 
 const [url, password, vessel] = process.argv.slice(2);
 const ADDRESS = { "otter-1": 10449, "otter-2": 10450, "otter-3": 10451 }[vessel];
@@ -93,10 +93,41 @@ await inBrowser(async (open) => {
   }
   await look(page, "route-drawn");
 
-  // What cannot be is told, with what would do.
-  await clearance.fill("2000");
+  // An area to avoid, drawn by clicks: one whose sides cross is none; the way goes around it until it is taken away.
+  const totalM = () => page.evaluate(() => Number.parseFloat(document.querySelector(".sea-route .totals").textContent));
+  const settled = async (why, holds) => until(async () => holds(await totalM()), why);
+  await clearance.fill("15");
+  await clearance.press("Enter");
+  await settled("a route is there", (length) => length > 0);
+  const freeM = await totalM();
+  const onMap = (x, y) => page.mouse.click(box.x + box.width * x, box.y + box.height * y);
+  await panel.getByRole("button", { name: "Draw an area to avoid" }).click();
+  for (const [x, y] of [[0.55, 0.25], [0.7, 0.75], [0.7, 0.25], [0.55, 0.75]]) await onMap(x, y);
+  await panel.getByRole("button", { name: "Avoid this area" }).click();
+  await panel.getByText("Two sides of the area cross").waitFor();
+  for (let corner = 0; corner < 3; corner++) await panel.getByRole("button", { name: "Remove the last corner" }).click();
+  for (const [x, y] of [[0.7, 0.25], [0.7, 0.75], [0.55, 0.75]]) await onMap(x, y);
+  await panel.getByText(/: 4 so far/).waitFor();
+  await panel.getByRole("button", { name: "Avoid this area" }).click();
+  check(await panel.getByRole("button", { name: "Draw an area to avoid" }).evaluate((one) => one === document.activeElement).catch(() => false), "the focus stays in the panel");
+  await panel.getByRole("button", { name: "Remove area 1" }).waitFor();
+  await until(async () => asking === 0, "it is answered");
+  const aroundM = await totalM();
+  check(!(Math.abs(aroundM - freeM) < 1) || (await panel.locator(".note.bad").count()) > 0, `${aroundM} m with the area, ${freeM} m without`);
+  await look(page, "route-with-area");
+  await panel.getByRole("button", { name: "Remove area 1" }).click();
+  await settled("the way of before", (length) => Math.abs(length - freeM) < 1);
+
+  // What cannot be is told, with what would do, one press away.
+  await clearance.fill("300");
   await clearance.press("Enter");
   await panel.locator(".note.bad").waitFor();
+  const find = panel.getByRole("button", { name: "Find what would work" });
+  if (await find.isVisible()) {
+    await find.click();
+    await panel.getByRole("button", { name: /^Try a clearance of \d+(\.\d)? m$/ }).click();
+    await settled("the offered clearance gives a route", (length) => length > 0);
+  }
   await panel.getByRole("button", { name: "Close" }).click();
   check((await panel.count()) === 0, "the panel is gone");
 

@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-avoided-"));
 const outfile = join(folder, "avoided.mjs");
 await build({ entryPoints: ["src/state/avoided.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { keepAreas, keptAreas, zonesOf } = await import(outfile);
+const { crosses, hasRoom, keepAreas, keptAreas, zonesOf } = await import(outfile);
 
 function store() {
   const kept = new Map();
@@ -35,4 +35,20 @@ test("what is kept and is no area is left out", () => {
     local.setItem("lutra.avoid.p", text);
     assert.deepEqual(keptAreas(local, "p"), [], text);
   }
+});
+
+test("an area whose sides cross is told from one whose sides do not", () => {
+  const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
+  const square = [at(63, 10), at(63, 10.1), at(63.1, 10.1), at(63.1, 10)];
+  assert.equal(crosses(square), false);
+  assert.equal(crosses([square[0], square[2], square[1], square[3]]), true);
+  assert.equal(crosses(square.slice(0, 3)), false);
+});
+
+test("there is room for as many areas and corners as the server takes", () => {
+  const area = (corners) => Array.from({ length: corners }, () => ({ lat_deg: 63, lon_deg: 10 }));
+  assert.equal(hasRoom([], area(199)), true);
+  assert.equal(hasRoom([], area(200)), false);
+  assert.equal(hasRoom(Array.from({ length: 50 }, () => area(3)), []), false);
+  assert.equal(hasRoom(Array.from({ length: 5 }, () => area(199)), area(5)), false, "1000 in all");
 });

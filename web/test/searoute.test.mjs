@@ -36,7 +36,7 @@ test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(remarks({ route: found, refusal: null }), []);
   const guard = { code: "too-shallow", number: 1, depth_m: 2.5 };
   assert.deepEqual(remarks({ route: route([], { moved: [{ end: "goal", distance_m: 20.4, text: "moved" }], guarded: false, guard }), refusal: null }), [
-    "The goal lies too near land, shallow water or a danger; it was moved by 20 m.",
+    "The goal lies too near land, shallow water, a danger or an area to avoid; it was moved by 20 m.",
     "The guard would refuse leg 2: too shallow, 2.5 m",
   ]);
   const none = { text: "in English", stretch: 0, nearest: null, gap_m: null, closed: null, apart_m: null, passable: null };
@@ -49,7 +49,7 @@ test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(told({ code: "no_way", gap_m: 812 }), [noWay]);
   const passable = { depth_m: 3, shallowest_at: [63, 10], clearance_m: 12, gap_at: null, gap_width_m: null, by_rule_alone: false, by_zones_alone: false };
   assert.deepEqual(told({ code: "no_way", gap_m: 812, passable }), [noWay, "There is one with a least depth of 3 m, or with a clearance of 12 m."]);
-  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { ...passable, depth_m: null, clearance_m: null, by_rule_alone: true } }), [noWay, "Neither a smaller depth nor a smaller clearance gives one.", "Areas where entry is prohibited or restricted are in the way; without them there is a route."]);
+  assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { ...passable, depth_m: null, clearance_m: null, by_rule_alone: true } }), [noWay, "No smaller depth or clearance was found that gives one.", "Areas where entry is prohibited or restricted are in the way; without them there is a route."]);
   assert.deepEqual(told({ code: "no_way", gap_m: 812, passable: { ...passable, depth_m: null, gap_at: [63, 10], gap_width_m: 25.7, by_zones_alone: true } }), [noWay, "There is one with a clearance of 12 m.", "The narrowest gap is 25 m wide; the map shows it.", "The areas to avoid are in the way; without them there is a route."]);
   assert.deepEqual(told({ code: "closed_goal", closed: { code: "zone", depth_m: null, may_move_m: 200 } }), ["No route can end there: it lies in an area to avoid, or too near its edge."]);
 });

@@ -17,7 +17,7 @@ pub struct SeaRouteRequest {
     /// Least depth (m); null for what the guard demands.
     #[serde(default)]
     pub least_depth_m: Option<f64>,
-    /// How far to keep from all that is not deep enough (m); null for what the guard demands.
+    /// How far to keep from all that is not deep enough (m), 0 to 500; null for what the guard demands.
     #[serde(default)]
     pub clearance_m: Option<f64>,
     /// Turning radius of the vessel (m), 0 to 2000: turns keep to the asked water too, or their leg says that they do not;
@@ -27,13 +27,15 @@ pub struct SeaRouteRequest {
     /// Speed through the water that time and energy are reckoned with (m/s); null for 1.5.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// Areas to avoid, or to stay within; up to 50, of which one may be to stay within.
+    /// Areas to avoid, or to stay within; up to 50, of which one may be to stay within, with 1000 corners and 2000 km of
+    /// borders in all.
     #[serde(default)]
     pub zones: Vec<SeaRouteZone>,
     /// The current that time and energy are reckoned in; null for none.
     #[serde(default)]
     pub current: Option<SeaRouteCurrent>,
-    /// If no route exists, look for a smaller depth and clearance that give one, and for what is in the way.
+    /// If no route exists, look for a smaller depth and clearance that give one, and for what is in the way; it can take some
+    /// seconds.
     #[serde(default)]
     pub explain: bool,
 }
@@ -99,7 +101,8 @@ pub struct SeaRoute {
     pub length_m: f64,
     /// How long it takes at the speed through the water (s); null where the current is too strong.
     pub duration_s: Option<f64>,
-    /// Energy from the battery (Wh), by the power that a vessel takes at this speed; null where the current is too strong.
+    /// Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong, and at speeds that
+    /// the model does not know.
     pub energy_wh: Option<f64>,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,

@@ -35,12 +35,11 @@ const AROUND_M: f64 = 300.0;
 /// Smaller demands that give a route.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Passable {
-    /// The greatest least depth (m), in tenths; `None` if 0 m is still too much.
+    /// The greatest least depth (m), in tenths; `None` if none was found.
     pub depth_m: Option<f64>,
     /// Where the way of that depth is shallowest.
     pub shallowest: Option<LatLon>,
-    /// The greatest clearance (m), in whole metres or, below 10 m, tenths; `None` if no route exists even without
-    /// clearance.
+    /// The greatest clearance (m), in whole metres or, below 10 m, tenths; `None` if none was found.
     pub clearance_m: Option<f64>,
     /// Where the way of that clearance is narrowest.
     pub gap: Option<PassableGap>,
@@ -228,8 +227,8 @@ impl<'a> Search<'a> {
         for region in self.regions(reach) {
             // In the whole the walls were asked already.
             let mut open = region == self.room.region && std::ptr::eq(walls, &raw const self.walls);
-            let here = walls.within(region, needs.demand.needed_m());
-            for ends in &self.ends {
+            let here = if open { None } else { Some(walls.within(region, needs.demand.needed_m())) };
+            for (ends, here) in self.ends.iter().zip(here.iter().cycle()) {
                 open = open
                     || match here.parted_below_m(*ends, reach, cancel) {
                         Ok(parted) => parted.is_none(),

@@ -8,6 +8,7 @@ use crate::room::{PlanError, SeaRoom};
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
 use crate::turns::{self, Turn};
+use crate::zones::Zones;
 use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction, Water};
 use std::fmt;
 use units::LatLon;
@@ -153,9 +154,15 @@ impl Route {
     }
 
     /// Says at each leg what turn follows it, if a turning radius was asked for.
-    pub(crate) fn judge_turns(&mut self, request: &Request, index: &DepthIndex, needs: &Needs) {
+    pub(crate) fn judge_turns(
+        &mut self,
+        request: &Request,
+        index: &DepthIndex,
+        needs: &Needs,
+        zones: &Zones,
+    ) {
         if let Some(radius_m) = request.turn_radius_m {
-            turns::judge(&mut self.legs, radius_m, index, needs);
+            turns::judge(&mut self.legs, radius_m, index, needs, zones);
         }
     }
 

@@ -99,7 +99,7 @@ impl Router {
     /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
         let mut route = request.not_too_long(self.stretch(request, needs, cancel)?)?;
-        route.judge_turns(request, &self.index, needs);
+        route.judge_turns(request, &self.index, needs, &self.zones);
         Ok(route)
     }
 
@@ -162,7 +162,7 @@ impl Router {
         let mut whole = whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))?;
         whole = request.not_too_long(whole).map_err(|refusal| (places.len().saturating_sub(2), refusal))?;
         // With the turns at places on the way.
-        whole.judge_turns(request, &self.index, needs);
+        whole.judge_turns(request, &self.index, needs, &self.zones);
         Ok(whole)
     }
 

@@ -9,6 +9,7 @@
 use crate::needs::Needs;
 use crate::plane::{Plane, Point};
 use crate::route::RouteLeg;
+use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
 
 /// Changes of course below this need no turn (rad).
@@ -39,7 +40,7 @@ pub enum TurnTrouble {
         "the legs are too short for a turn of this radius: turn slower here, or plan with a smaller radius"
     )]
     ShortLegs,
-    /// The arc comes nearer to land, shallow water or a danger than asked.
+    /// The arc comes nearer to land, shallow water or a danger than asked, or into an area to avoid.
     #[error(
         "a turn of this radius leaves the water that was asked for: turn slower here, or plan with a smaller radius or \
          clearance"
@@ -122,7 +123,7 @@ fn outside(a: Point, b: Point, c: Point, radius_m: f64) -> Point {
 }
 
 /// Says of each leg what turn follows it, by the chart itself.
-pub(crate) fn judge(legs: &mut [RouteLeg], radius_m: f64, index: &DepthIndex, needs: &Needs) {
+pub(crate) fn judge(legs: &mut [RouteLeg], radius_m: f64, index: &DepthIndex, needs: &Needs, zones: &Zones) {
     let mut before_m = 0.0;
     for at in 1..legs.len() {
         let (leg, next) = (&legs[at - 1], &legs[at]);
@@ -137,7 +138,9 @@ pub(crate) fn judge(legs: &mut [RouteLeg], radius_m: f64, index: &DepthIndex, ne
         let short = before_m + tangent_m > leg.length_m + SAME_M || tangent_m > next.length_m + SAME_M;
         let confirmed = |chord: &[Point]| {
             let leg = Leg { from: plane.place(chord[0]), to: plane.place(chord[1]) };
-            index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable
+            let deep = index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable;
+            // A chord is some metres long.
+            deep && zones.allow(leg.from) && zones.allow(leg.to)
         };
         let trouble = if short {
             Some(TurnTrouble::ShortLegs)

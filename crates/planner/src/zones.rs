@@ -11,6 +11,9 @@ use units::{LatLon, wrap_pi};
 /// Farthest that ways can be asked to keep from borders (m).
 const MOST_MARGIN_M: f64 = 10_000.0;
 
+/// Longest border of a zone that people draw (km): it is cut into pieces, which all take room and time.
+const MOST_BORDER_KM: f64 = 1_000.0;
+
 /// Why some places are no zone.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ZoneError {
@@ -18,7 +21,7 @@ pub enum ZoneError {
     #[error("a zone needs at least three corners")]
     TooFewCorners,
     /// Two sides cross, so that nobody can tell what is inside.
-    #[error("two sides of the zone cross near {lat_deg:.5}, {lon_deg:.5}: draw it without")]
+    #[error("two sides of the zone cross near {lat_deg:.5}, {lon_deg:.5}: draw it without crossing sides")]
     Crosses {
         /// Where (degrees).
         lat_deg: f64,
@@ -28,6 +31,12 @@ pub enum ZoneError {
     /// It spans half the globe or more.
     #[error("a zone is less than 180 degrees wide")]
     TooWide,
+    /// Its border is too long to be looked at.
+    #[error("the border of the zone is {km:.0} km long; at most {MOST_BORDER_KM:.0} km are taken")]
+    TooLong {
+        /// How long it is (km).
+        km: f64,
+    },
     /// The margin is not a number, or out of range.
     #[error("the margin to zones is {0} m; it must be a number from 0 to {MOST_MARGIN_M:.0} m")]
     Margin(f64),
@@ -62,6 +71,10 @@ impl Zone {
         if xs().fold(0.0, f64::max) - xs().fold(0.0, f64::min) >= std::f64::consts::PI {
             return Err(ZoneError::TooWide);
         }
+        let km = zone.border_m() / 1e3;
+        if km > MOST_BORDER_KM {
+            return Err(ZoneError::TooLong { km });
+        }
         let sides: Vec<[Point; 2]> = zone.sides().map(|(from, to)| [point(from), point(to)]).collect();
         for (at, [a, b]) in sides.iter().enumerate() {
             for [c, d] in &sides[at + 1..] {
@@ -74,6 +87,11 @@ impl Zone {
             }
         }
         Ok(zone)
+    }
+
+    /// How long its border is (m); sides of many kilometres only nearly.
+    pub fn border_m(&self) -> f64 {
+        self.sides().map(|(from, to)| Plane::new(from).point(to).distance_m(Point::default())).sum()
     }
 
     /// Whether it holds a place.
@@ -184,6 +202,8 @@ mod tests {
         assert!(crossed.to_string().contains("63.05000, 10.10000"), "{crossed}");
         let band = [0.0, 100.0, -100.0].map(|lon| place(10.0 + lon / 50.0, lon));
         assert_eq!(Zone::drawn(band.to_vec()), Err(ZoneError::TooWide));
+        let sea = [(50.0, 0.0), (60.0, 0.0), (60.0, 20.0), (50.0, 20.0)].map(|(lat, lon)| place(lat, lon));
+        assert!(matches!(Zone::drawn(sea.to_vec()), Err(ZoneError::TooLong { km }) if km > 2_000.0));
         let square =
             [(63.0, 10.0), (63.1, 10.0), (63.1, 10.2), (63.0, 10.2)].map(|(lat, lon)| place(lat, lon));
         assert!(Zone::drawn(square.to_vec()).is_ok());

@@ -52,7 +52,7 @@ pub(super) async fn add(
         (_, None) => NO_PRIORITY.to_owned(),
         (Some(way), Some(least)) => {
             let typed = wanted.typed(vessel, least);
-            let target = typed.clone().of(way).check(state.shore.notices.settings()).is_err();
+            let target = typed.clone().of(way).check_target(state.shore.notices.settings()).is_err();
             match state.shore.notices.add(&who, remote.address.to_string(), typed.clone().of(way)).await {
                 Ok(Made { secret, .. }) if secret.is_empty() => {
                     return Ok(Redirect::to("/account?done=rule").into_response());
@@ -98,8 +98,11 @@ pub(super) async fn change(
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {
         Ok(()) => Ok(Redirect::to("/account?done=rule-changed").into_response()),
         Err(error) if error.kind == ErrorKind::Refused => {
-            // A rule that is there already is refused for nothing else.
-            let refused = Some(Refused { id: Some(id), way: "", typed, target: true });
+            let settings = state.shore.notices.settings();
+            let mine = state.shore.notices.mine(&who).await?.rules;
+            let way = mine.iter().find(|rule| rule.id == id).map(|rule| rule.ask.way);
+            let target = way.is_some_and(|way| typed.clone().of(way).check_target(settings).is_err());
+            let refused = Some(Refused { id: Some(id), way: "", typed, target });
             show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() }).await
         }
         Err(error) => Err(ApiError::from(error).into()),

@@ -130,11 +130,19 @@ impl RuleRequest {
     /// # Errors
     /// What is wrong, with the remedy.
     pub fn check(&self, settings: &Settings) -> Result<(), String> {
-        if self.target.chars().count() > TARGET_CHARS {
-            return Err(format!("Where to: {TARGET_CHARS} letters at most."));
-        }
         if self.after > LONGEST {
             return Err("An alarm may wait for an acknowledgement for 24 hours at most.".to_owned());
+        }
+        self.check_target(settings)
+    }
+
+    /// Whether this server can send there.
+    ///
+    /// # Errors
+    /// What is wrong, with the remedy.
+    pub fn check_target(&self, settings: &Settings) -> Result<(), String> {
+        if self.target.chars().count() > TARGET_CHARS {
+            return Err(format!("Where to: {TARGET_CHARS} letters at most."));
         }
         match self.way {
             Way::Mail if settings.mail.host.is_empty() => {

@@ -2570,7 +2570,8 @@ length_m: number,
  */
 duration_s: number | null, 
 /**
- * Energy from the battery (Wh), by the power that a vessel takes at this speed; null where the current is too strong.
+ * Energy from the battery (Wh), by a rough model of an Otter; null where the current is too strong, and at speeds that
+ * the model does not know.
  */
 energy_wh: number | null, 
 /**
@@ -2630,7 +2631,7 @@ vessel: number | null,
  */
 least_depth_m: number | null, 
 /**
- * How far to keep from all that is not deep enough (m); null for what the guard demands.
+ * How far to keep from all that is not deep enough (m), 0 to 500; null for what the guard demands.
  */
 clearance_m: number | null, 
 /**
@@ -2643,7 +2644,8 @@ turn_radius_m: number | null,
  */
 speed_mps: number | null, 
 /**
- * Areas to avoid, or to stay within; up to 50, of which one may be to stay within.
+ * Areas to avoid, or to stay within; up to 50, of which one may be to stay within, with 1000 corners and 2000 km of
+ * borders in all.
  */
 zones: Array<SeaRouteZone>, 
 /**
@@ -2651,7 +2653,8 @@ zones: Array<SeaRouteZone>,
  */
 current: SeaRouteCurrent | null, 
 /**
- * If no route exists, look for a smaller depth and clearance that give one, and for what is in the way.
+ * If no route exists, look for a smaller depth and clearance that give one, and for what is in the way; it can take some
+ * seconds.
  */
 explain: boolean, };
 

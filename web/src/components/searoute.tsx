@@ -2,6 +2,7 @@
 
 import type { Signal } from "@preact/signals";
 import type { PlanPlace, SeaRouteAnswer, SeaRoutePassable } from "../api/types.gen";
+import { hasRoom } from "../state/avoided";
 import { energyOf, remarks, routeText } from "../state/searoute";
 import { t } from "../words/words";
 
@@ -49,8 +50,8 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
     <section class="sea-route" aria-labelledby="sea-route-title">
       <h2 id="sea-route-title">{around.value ? t("Way around: {place}", { place: around.value }) : t("Route on the chart")}</h2>
       <p class="dim">{hint(chosen.value, around.value !== "")}</p>
-      <Wanted label={t("Least depth")} id="sea-route-depth" unit="m" value={model.depth} most={30} step={0.5} then={act.ask} />
-      <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} step={1} then={act.ask} />
+      <Wanted label={t("Least depth")} id="sea-route-depth" unit="m" value={model.depth} most={30} limit={20_000} step={0.5} then={act.ask} />
+      <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} limit={500} step={1} then={act.ask} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
       {answer.value && remarks(answer.value).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
       {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
@@ -68,14 +69,22 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
   );
 }
 
+/** Does something after which its button may be gone, and gives the focus to the first button of a group, or to the depth. */
+function then(act: () => void, group: string): () => void {
+  return () => {
+    act();
+    requestAnimationFrame(() => document.querySelector<HTMLElement>(`#${group} button:not(:disabled), #sea-route-depth`)?.focus());
+  };
+}
+
 /** What would do, one press away. */
 function Offers({ passable, act }: { readonly passable: SeaRoutePassable | undefined; readonly act: SeaRouteActions }) {
   if (!passable) return null;
   const { depth_m, clearance_m } = passable;
   return (
     <>
-      {depth_m !== null && <button type="button" onClick={() => act.use({ depth_m })}>{t("Ask with least depth {depth} m", { depth: depth_m })}</button>}
-      {clearance_m !== null && <button type="button" onClick={() => act.use({ clearance_m })}>{t("Ask with clearance {distance} m", { distance: clearance_m })}</button>}
+      {depth_m !== null && <button type="button" onClick={then(() => act.use({ depth_m }), "sea-route-offers")}>{t("Try a least depth of {depth} m", { depth: depth_m })}</button>}
+      {clearance_m !== null && <button type="button" onClick={then(() => act.use({ clearance_m }), "sea-route-offers")}>{t("Try a clearance of {distance} m", { distance: clearance_m })}</button>}
     </>
   );
 }
@@ -85,9 +94,9 @@ function Vias({ chosen, act }: { readonly chosen: number; readonly act: SeaRoute
   if (chosen < 2) return null;
   const numbers = Array.from({ length: chosen - 2 }, (_, at) => at + 1);
   return (
-    <div class="row" role="group" aria-label={t("Places to pass")}>
+    <div class="row" role="group" id="sea-route-vias" aria-label={t("Places to pass")}>
       <button type="button" onClick={act.moreVia}>{t("Pass the middle of the map")}</button>
-      {numbers.map((number) => <button key={number} type="button" onClick={() => act.lessVia(number)}>{t("Remove place {number}", { number })}</button>)}
+      {numbers.map((number) => <button key={number} type="button" onClick={then(() => act.lessVia(number), "sea-route-vias")}>{t("Remove place {number}", { number })}</button>)}
     </div>
   );
 }
@@ -97,19 +106,19 @@ function Areas({ model, act }: { readonly model: SeaRouteModel; readonly act: Se
   const corners = model.drawing.value;
   if (corners) {
     return (
-      <div class="row" role="group" aria-label={t("The area that you draw")}>
-        <p class="note">{t("Click the corners of the area to avoid: {n} so far.", { n: corners.length })}</p>
-        <button type="button" class="main" disabled={corners.length < 3} onClick={act.drawn}>{t("Avoid this area")}</button>
-        <button type="button" onClick={act.corner}>{t("Corner in the middle of the map")}</button>
-        <button type="button" disabled={!corners.length} onClick={act.lessCorner}>{t("Remove the last corner")}</button>
-        <button type="button" onClick={act.leave}>{t("Cancel")}</button>
+      <div class="row" role="group" id="sea-route-areas" aria-label={t("The area that you draw")}>
+        <p class="note" role="status">{t("Click the corners of the area to avoid: {n} so far.", { n: corners.length })}</p>
+        <button type="button" class="main" disabled={corners.length < 3} onClick={then(act.drawn, "sea-route-areas")}>{t("Avoid this area")}</button>
+        <button type="button" disabled={!hasRoom(model.avoid.value, corners)} onClick={act.corner}>{t("Corner in the middle of the map")}</button>
+        <button type="button" disabled={!corners.length} onClick={corners.length > 1 ? act.lessCorner : then(act.lessCorner, "sea-route-areas")}>{t("Remove the last corner")}</button>
+        <button type="button" onClick={then(act.leave, "sea-route-areas")}>{t("Cancel")}</button>
       </div>
     );
   }
   return (
-    <div class="row" role="group" aria-label={t("Areas to avoid")}>
-      <button type="button" onClick={act.draw}>{t("Draw an area to avoid")}</button>
-      {model.avoid.value.map((_, at) => <button key={at} type="button" onClick={() => act.lessArea(at)}>{t("Remove area {number}", { number: at + 1 })}</button>)}
+    <div class="row" role="group" id="sea-route-areas" aria-label={t("Areas to avoid")}>
+      <button type="button" disabled={!hasRoom(model.avoid.value, [])} onClick={then(act.draw, "sea-route-areas")}>{t("Draw an area to avoid")}</button>
+      {model.avoid.value.map((_, at) => <button key={at} type="button" onClick={then(() => act.lessArea(at), "sea-route-areas")}>{t("Remove area {number}", { number: at + 1 })}</button>)}
     </div>
   );
 }
@@ -121,18 +130,18 @@ function hint(chosen: number, around: boolean): string {
   return t("Drag A, B or the line. A click moves B.");
 }
 
-function Wanted({ label, id, unit, value, most, step, then }: { readonly label: string; readonly id: string; readonly unit: string; readonly value: Signal<number>; readonly most: number; readonly step: number; readonly then: () => void }) {
+function Wanted({ label, id, unit, value, most, limit, step, then }: { readonly label: string; readonly id: string; readonly unit: string; readonly value: Signal<number>; readonly most: number; readonly limit: number; readonly step: number; readonly then: () => void }) {
   const set = (text: string): void => {
     const number = Number(text);
     if (!Number.isFinite(number) || text.trim() === "") return;
-    value.value = Math.max(0, number);
+    value.value = Math.min(limit, Math.max(0, number));
     then();
   };
   return (
     <div class="field wanted">
       <label for={id}>{label} ({unit})</label>
       <input type="range" min="0" max={most} step={step} value={value.value} aria-label={`${label}, ${unit}`} onInput={(event) => set(event.currentTarget.value)} />
-      <input id={id} class="num" type="number" min="0" max="20000" step={step} value={value.value} onChange={(event) => set(event.currentTarget.value)} />
+      <input id={id} class="num" type="number" min="0" max={limit} step={step} value={value.value} onChange={(event) => set(event.currentTarget.value)} />
     </div>
   );
 }

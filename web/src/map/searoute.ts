@@ -103,7 +103,7 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
 function besideOf({ areas, drawing, gap }: SeaRouteBeside): Feature[] {
   const ring = (corners: readonly PlanPlace[]): number[][] => [...corners, ...corners.slice(0, 1)].map(xy);
   return [
-    ...areas.map((corners) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "area" })),
+    ...areas.map((corners, at) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "area", number: String(at + 1) })),
     ...(drawing?.length ? [new Feature({ geometry: new LineString(drawing.map(xy)), beside: "drawing" }), ...drawing.map((place) => new Feature({ geometry: new Point(xy(place)), beside: "corner" }))] : []),
     ...(gap ? [new Feature({ geometry: new Point(xy(gap)), beside: "gap" })] : []),
   ];
@@ -112,7 +112,12 @@ function besideOf({ areas, drawing, gap }: SeaRouteBeside): Feature[] {
 function besideStyles(feature: Feature, ink: string, halo: string, danger: string): Style[] {
   switch (feature.get("beside") as string) {
     case "area":
-      return [new Style({ fill: new Fill({ color: `${danger}33` }), stroke: new Stroke({ color: danger, width: 2.5, lineDash: [8, 5] }), zIndex: -1 })];
+      return [new Style({
+        fill: new Fill({ color: `${danger}33` }),
+        stroke: new Stroke({ color: danger, width: 2.5, lineDash: [8, 5] }),
+        text: new Text({ text: feature.get("number") as string, overflow: true, font: `700 15px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) }),
+        zIndex: -1,
+      })];
     case "gap":
       return [new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: halo, width: 7 }) }), zIndex: 5 }), new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: danger, width: 3 }) }), zIndex: 6 })];
     case "corner":

@@ -10,12 +10,14 @@ import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
 import { type Around, placesOfRoute, stretchAt, withRoute, withWayAround } from "../state/searoute";
-import { type Area, keepAreas, keptAreas, MOST_AREAS, MOST_CORNERS, zonesOf } from "../state/avoided";
+import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
+import { same } from "../state/plan";
+import { t } from "../words/words";
 import type { PlanEditing } from "./editing";
 
 const PATIENCE_MS = 20_000;
-/** Looking for what would do may prepare the water twice. */
-const EXPLAIN_MS = 30_000;
+/** Looking for what would do may prepare several pieces of water. */
+const EXPLAIN_MS = 60_000;
 const MOST_PLACES = 50;
 
 export interface SeaRouteNeeds {
@@ -40,6 +42,8 @@ export class SeaRouteTool {
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
   private asking = false;
   private again = false;
+  /** Counts what was changed: an answer to what was asked before is not shown. */
+  private version = 0;
 
   constructor(private readonly needs: SeaRouteNeeds) {
     this.onMap = createSeaRoute(needs.map, {
@@ -47,7 +51,7 @@ export class SeaRouteTool {
       pulled: (leg, place) => this.pull(leg, place),
     });
     const act = {
-      ask: () => void this.ask(),
+      ask: () => this.anew(),
       explain: () => void this.explain(),
       take: () => this.take(),
       moreVia: () => this.via(this.needs.centre()),
@@ -61,7 +65,7 @@ export class SeaRouteTool {
       use: ({ depth_m, clearance_m }: { depth_m?: number | null; clearance_m?: number | null }) => {
         this.model.depth.value = depth_m ?? this.model.depth.value;
         this.model.clearance.value = clearance_m ?? this.model.clearance.value;
-        void this.ask();
+        this.anew();
       },
       swap: () => this.place([...this.chosen].reverse()),
       close: () => this.close(),
@@ -107,6 +111,7 @@ export class SeaRouteTool {
   }
 
   close(): void {
+    this.version++;
     this.model.open.value = false;
     [this.chosen, this.around] = [[], undefined];
     [this.model.answer.value, this.model.drawing.value] = [undefined, undefined];
@@ -128,7 +133,7 @@ export class SeaRouteTool {
     this.model.chosen.value = chosen.length;
     this.model.answer.value = undefined;
     this.draw();
-    void this.ask();
+    this.anew();
   }
 
   private move(index: number, place: PlanPlace): void {
@@ -149,7 +154,7 @@ export class SeaRouteTool {
     return stretch + 1;
   }
 
-  /** A place to pass, in the middle of the way. */
+  /** A place to pass, the last before the goal. */
   private via(place: PlanPlace): void {
     if (this.chosen.length < 2 || this.chosen.length >= MOST_PLACES) return;
     this.place([...this.chosen.slice(0, -1), place, ...this.chosen.slice(-1)]);
@@ -162,13 +167,18 @@ export class SeaRouteTool {
 
   private corner(place: PlanPlace): void {
     const corners = this.model.drawing.value;
-    if (corners && corners.length < MOST_CORNERS) this.sketch([...corners, place]);
+    if (corners && hasRoom(this.model.avoid.value, corners)) this.sketch([...corners, place]);
   }
 
   private drawn(): void {
     const { avoid, drawing } = this.model;
     if (!drawing.value || drawing.value.length < 3) return;
-    const areas = [...avoid.value, drawing.value].slice(-MOST_AREAS);
+    if (crosses(drawing.value)) {
+      this.model.trouble.value = t("Two sides of the area cross: remove corners and draw it without.");
+      return;
+    }
+    const areas = [...avoid.value, drawing.value];
+    this.model.trouble.value = "";
     drawing.value = undefined;
     this.areas(areas);
   }
@@ -178,7 +188,7 @@ export class SeaRouteTool {
     keepAreas(localStorage, this.needs.plan, areas);
     this.model.answer.value = undefined;
     this.draw();
-    void this.ask();
+    this.anew();
   }
 
   private question(explain: boolean): SeaRouteRequest {
@@ -194,6 +204,12 @@ export class SeaRouteTool {
       current: null,
       explain,
     };
+  }
+
+  /** Asks what was never asked: an answer that is still on its way is of something else. */
+  private anew(): void {
+    this.version++;
+    void this.ask();
   }
 
   private async ask(): Promise<void> {
@@ -215,14 +231,16 @@ export class SeaRouteTool {
   }
 
   private async send(explain: boolean, patienceMs: number): Promise<void> {
-    const { model } = this;
+    const { model, version } = this;
+    const question = this.question(explain);
+    // While a place is dragged the answer to where it was just now is shown; what would do is looked for once.
+    const isOfNow = (): boolean => this.open && version === this.version && (!explain || same(question, this.question(true)));
     model.busy.value = true;
     try {
-      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", patienceMs, this.question(explain));
-      if (this.open) [model.answer.value, model.trouble.value] = [answer, ""];
+      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", patienceMs, question);
+      if (isOfNow()) [model.answer.value, model.trouble.value] = [answer, ""];
     } catch (error) {
-      model.answer.value = undefined;
-      model.trouble.value = reason(error);
+      if (isOfNow()) [model.answer.value, model.trouble.value] = [undefined, reason(error)];
     }
     model.busy.value = false;
     this.draw();

@@ -97,11 +97,11 @@ export function isOverscale(chart: number | undefined, shown: number): boolean {
 }
 
 /**
- * Whether an area gets the bars of S-52's OVERSC01: it is overscale beside a better chart, that of the middle of the picture
- * (0 where that has none, undefined while it is not known). A picture that is overscale all over says so in words alone.
+ * Whether an area gets the bars of S-52's OVERSC01: it is overscale, and the picture has a better chart elsewhere. A picture that
+ * is overscale all over says so in words alone; `best` is not known before something is drawn.
  */
-export function isBarred(area: number | undefined, middle: number | undefined, shown: number): boolean {
-  return middle !== undefined && area !== undefined && area > middle && isOverscale(area, shown);
+export function isBarred(area: number | undefined, best: number | undefined, shown: number): boolean {
+  return best !== undefined && area !== undefined && area > best && isOverscale(area, shown);
 }
 
 /** Colours of buoys, beacons and lights in words, from the codes of S-57 or from words. */

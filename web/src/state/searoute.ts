@@ -57,8 +57,8 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
 function movedText({ end, distance_m }: SeaRouteMoved): string {
   const distance = Math.round(distance_m);
   return end === "start"
-    ? t("The start lies too near land, shallow water or a danger; it was moved by {distance} m.", { distance })
-    : t("The goal lies too near land, shallow water or a danger; it was moved by {distance} m.", { distance });
+    ? t("The start lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance} m.", { distance })
+    : t("The goal lies too near land, shallow water, a danger or an area to avoid; it was moved by {distance} m.", { distance });
 }
 
 /** Why there is no route, and what would give one. What has no code is said as the server said it. */
@@ -85,7 +85,7 @@ function passableTexts({ depth_m, clearance_m, gap_width_m, by_rule_alone, by_zo
   const depth = depth_m === null ? "" : t("a least depth of {depth} m", { depth: depth_m });
   const clearance = clearance_m === null ? "" : t("a clearance of {distance} m", { distance: clearance_m });
   const both = depth && clearance ? t("{one}, or with {other}", { one: depth, other: clearance }) : depth || clearance;
-  const would = both ? t("There is one with {what}.", { what: both }) : t("Neither a smaller depth nor a smaller clearance gives one.");
+  const would = both ? t("There is one with {what}.", { what: both }) : t("No smaller depth or clearance was found that gives one.");
   return [
     would,
     ...(gap_width_m === null ? [] : [t("The narrowest gap is {distance} m wide; the map shows it.", { distance: Math.floor(gap_width_m) })]),

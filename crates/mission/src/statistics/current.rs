@@ -24,7 +24,8 @@ impl Current {
 }
 
 impl Cost {
-    /// Of a straight leg at a speed through the water; without time and energy where the current is too strong.
+    /// Of a straight leg at a speed through the water; without time and energy where the current is too strong, without energy
+    /// at speeds that the model does not know.
     pub fn of_leg(
         length_m: f64,
         course_rad: f64,
@@ -34,7 +35,9 @@ impl Cost {
     ) -> Self {
         let over_ground_mps = current.over_ground_mps(course_rad, through_water_mps);
         let duration_s = over_ground_mps.map(|mps| length_m / mps);
-        let energy_j = duration_s.map(|duration_s| duration_s * model.power_w(through_water_mps));
+        let known = through_water_mps <= model.fastest_mps();
+        let energy_j =
+            duration_s.filter(|_| known).map(|duration_s| duration_s * model.power_w(through_water_mps));
         Self { length_m: Some(length_m), duration_s, energy_j }
     }
 }
@@ -58,5 +61,7 @@ mod tests {
         assert!((cost.duration_s.unwrap() - 1_000.0).abs() < 1e-9);
         assert!((cost.energy_j.unwrap() - 1_000.0 * model.power_w(1.0)).abs() < 1e-6);
         assert_eq!(Cost::of_leg(800.0, 0.0, 0.5, east, &model).energy_j, None);
+        let racing = Cost::of_leg(800.0, 0.0, 10.0, east, &model);
+        assert!(racing.duration_s.is_some() && racing.energy_j.is_none(), "{racing:?}");
     }
 }

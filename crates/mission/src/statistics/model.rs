@@ -84,6 +84,11 @@ impl VehicleModel {
         }
     }
 
+    /// The fastest speed that it knows (m/s).
+    pub fn fastest_mps(&self) -> f64 {
+        self.0.last().map_or(0.0, |row| row.mps)
+    }
+
     /// The power a speed takes (W).
     pub fn power_w(&self, mps: f64) -> f64 {
         self.look_up(mps, |row| row.mps, |row| row.power_w)

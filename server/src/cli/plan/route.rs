@@ -10,7 +10,7 @@ use charts::depth_index::{ChartTrust, Demand};
 use clap::Args;
 use guard::GuardLimits;
 use mission::{Cost, Current};
-use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router, Zones};
+use planner::{Cancel, Needs, Passable, Refusal, Request, Route, RouteLeg, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
@@ -124,7 +124,7 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
     let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
     let router = Router::new(Arc::new(index(&db)?));
-    let router = zones.map_or_else(|| router.in_zones(Zones::default()), |zones| router.in_zones(zones));
+    let router = router.in_zones(zones.unwrap_or_default());
     let terms = Terms { arguments, limits, router };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),

@@ -141,7 +141,7 @@ class Chart implements ChartOnMap {
     }
     const center = map.getView().getCenter() ?? [0, 0];
     const scale = this.layers.scaleAt(center);
-    this.styles.middle(scale ?? 0);
+    this.styles.finest(this.layers.finest());
     const [, lat = 0] = toLonLat(center);
     const shown = shownScale(map.getView().getResolution() ?? 1, lat);
     const none = this.waiting === undefined ? t("No chart here") : t("The chart does not come from the server; trying again …");

@@ -26,6 +26,8 @@ export interface ChartLayers {
   again(): void;
   /** Scale of the chart that is drawn at a coordinate: undefined outside of any, 0 where the chart does not tell. */
   scaleAt(coordinate: readonly number[]): number | undefined;
+  /** The scale of the best chart in the picture; undefined where nothing is drawn. */
+  finest(): number | undefined;
 }
 
 /** `arrived` is called with each tile that is there, `failed` with each that the server did not give. */
@@ -77,6 +79,12 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
     },
     again() {
       base.getSource()?.refresh();
+    },
+    finest() {
+      const size = map.getSize();
+      if (!base.getVisible() || !size) return undefined;
+      const scales = base.getFeaturesInExtent(map.getView().calculateExtent(size)).filter((one) => ["water", "land"].includes(String(one.get("layer")))).map((one) => Number(one.get("scale") ?? 0)).filter((scale) => scale > 0);
+      return scales.length ? scales.reduce((best, scale) => Math.min(best, scale)) : undefined;
     },
     scaleAt([x = 0, y = 0]) {
       if (!base.getVisible()) return undefined;

@@ -32,8 +32,8 @@ export interface ChartStyles {
   without(switches: ReadonlySet<Switch>): void;
   /** Where on earth: scales differ with it. */
   latitude(deg: number): void;
-  /** The scale of the chart in the middle of the picture, 0 for none: what is coarser is barred. */
-  middle(scale: number): void;
+  /** The scale of the best chart in the picture: what is coarser is barred. */
+  finest(scale: number | undefined): void;
   /** Takes the colours of the palette in force. */
   repaint(): void;
   colours(): ChartColours;
@@ -61,7 +61,7 @@ class Styles implements ChartStyles {
   private by: DepthLimits = { navigable_m: 1, autonomous_m: 5 };
   private left: ReadonlySet<Switch> = new Set();
   private latitudeDeg = 0;
-  private middleScale: number | undefined;
+  private best: number | undefined;
   private kept = new Map<string, Style | Style[]>();
   private readonly contours = new Set<number>();
   private safety: number | undefined;
@@ -135,9 +135,9 @@ class Styles implements ChartStyles {
     this.changed();
   }
 
-  middle(scale: number): void {
-    if (scale === this.middleScale) return;
-    this.middleScale = scale;
+  finest(scale: number | undefined): void {
+    if (scale === this.best) return;
+    this.best = scale;
     this.changed();
   }
 
@@ -196,7 +196,7 @@ class Styles implements ChartStyles {
 
   /** With bars where it is shown larger than it was made for, beside what is not so coarse. */
   private barred(style: Style, feature: FeatureLike, resolution: number): Style | Style[] {
-    if (!isBarred(number(feature.get("scale")), this.middleScale, shownScale(resolution, this.latitudeDeg))) return style;
+    if (!isBarred(number(feature.get("scale")), this.best, shownScale(resolution, this.latitudeDeg))) return style;
     const bars = this.once("bars", () => new Style({ fill: new Fill({ color: overscalePattern(this.now) ?? "transparent" }), zIndex: 4 }));
     return this.once(`barred ${style.getZIndex()} ${String(style.getFill()?.getColor())}`, () => [style, bars]);
   }
