@@ -1,11 +1,14 @@
 //! What a vessel's agent is told of the fleet file: an .ini file that requires the packaged one and says what differs.
 
-use crate::fleet::{Device, Fleet, Limits, Vessel};
+use crate::fleet::{Device, Fleet, Limits, VESSEL_ADDRESSES, Vessel};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// The packaged configuration, beside which the overlay lies.
 pub const BASE_FILE: &str = "agent.ini";
+
+/// The vessel that it is for, as `config::Vessel::default()` says.
+const PACKAGED: (&str, u16) = ("ntnu-otter-01", 0x2810);
 
 /// Sections, each with its parameters in order; a later value of a parameter is the one that holds.
 type Sections = BTreeMap<String, Vec<(String, String)>>;
@@ -19,7 +22,9 @@ pub fn overlay(fleet: &Fleet, vessel: &Vessel, token: &str, authority: Option<&s
     if let Some(hull) = &vessel.hull {
         set("General", "Vehicle Type", hull);
     }
-    set("IMC Addresses", &vessel.name, &format!("0x{:04X}", vessel.imc_address));
+    for (name, address) in addresses(fleet, vessel) {
+        set("IMC Addresses", &name, &format!("0x{address:04X}"));
+    }
     set("Transports.Lutra", "Enabled", "Always");
     set("Transports.Lutra", "URL", &fleet.link_url());
     set("Transports.Lutra", "Token File", token);
@@ -41,11 +46,24 @@ pub fn overlay(fleet: &Fleet, vessel: &Vessel, token: &str, authority: Option<&s
     written(&vessel.name, sections)
 }
 
+/// The addresses of the whole fleet. The packaged file gives one to an Otter of its own, which must not be this vessel's: where
+/// no vessel is called so, that name gets an address that no vessel has.
+fn addresses(fleet: &Fleet, vessel: &Vessel) -> Vec<(String, u16)> {
+    let (name, address) = PACKAGED;
+    let mut all: Vec<(String, u16)> =
+        fleet.vessels.iter().map(|one| (one.name.clone(), one.imc_address)).collect();
+    if vessel.imc_address == address && all.iter().all(|(known, _)| known != name) {
+        let free = VESSEL_ADDRESSES.rev().find(|free| all.iter().all(|(_, taken)| taken != free));
+        all.extend(free.map(|free| (name.to_owned(), free)));
+    }
+    all
+}
+
 /// Where a device's port is configured.
 const fn device_parameter(device: Device) -> (&'static str, &'static str) {
     match device {
         Device::Compass => ("Sensors.GPS", "Serial Port - Device"),
-        Device::Hydrophone => ("Sensors.TBR700RT", "Serial Port - Device"),
+        Device::Hydrophone => ("Sensors.ThelmaHydrophone", "Serial Port - Device"),
         Device::Motors => ("Actuators.Torqeedo", "CAN Port - Device"),
     }
 }
@@ -78,4 +96,38 @@ fn written(name: &str, sections: Sections) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXAMPLE: &str = include_str!("../../../deploy/fleet.example.toml");
+
+    #[test]
+    fn a_vessel_gets_what_is_its_own_and_the_addresses_of_all() {
+        let fleet = Fleet::read(EXAMPLE).unwrap();
+        let text = overlay(&fleet, &fleet.vessels[3], "lutra.token", Some("ca.pem"));
+        for line in [
+            "[Require agent.ini]",
+            "Vehicle = ntnu-otter-04",
+            "ntnu-otter-01 = 0x2810",
+            "ntnu-otter-04 = 0x2813",
+            "URL = ws://10.8.0.1:8080/link",
+            "Certificate Authority = ca.pem",
+            "CAN Port - Device = can0",
+            "Maximum Speed = 1.5",
+            "Air Draught = 1.5",
+        ] {
+            assert_eq!(text.lines().filter(|one| *one == line).count(), 1, "{line} in {text}");
+        }
+    }
+
+    #[test]
+    fn the_packaged_vessel_does_not_keep_another_ones_address() {
+        let fleet = Fleet::read(&EXAMPLE.replace("ntnu-otter", "skerry")).unwrap();
+        let text = overlay(&fleet, &fleet.vessels[0], "lutra.token", None);
+        assert!(text.contains("skerry-01 = 0x2810") && text.contains("ntnu-otter-01 = 0x3FFF"), "{text}");
+        assert!(!overlay(&fleet, &fleet.vessels[1], "lutra.token", None).contains("ntnu-otter-01"));
+    }
 }

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use tempfile::TempDir;
 
 const EXAMPLE: &str = include_str!("../../../deploy/fleet.example.toml");
-const MADE: UtcTime = UtcTime::from_micros(1_795_600_000_000_000);
+const MADE: UtcTime = UtcTime::from_micros(1_795_700_000_000_000);
 
 /// A root on which the package is installed.
 fn installed() -> TempDir {

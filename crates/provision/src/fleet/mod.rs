@@ -16,8 +16,8 @@ mod tests;
 pub use door::{Door, Doors, Protocol};
 pub use network::Network;
 pub use problem::Problem;
-pub(crate) use read::is_name;
 pub use read::{MAX_FILE_BYTES, MAX_VESSELS};
+pub(crate) use read::{VESSEL_ADDRESSES, is_name};
 
 use std::net::Ipv4Addr;
 

@@ -21,7 +21,7 @@ const LIMITS: [&str; 5] =
     ["top_speed_mps", "navigable_depth_m", "autonomous_depth_m", "draught_m", "lost_link_s"];
 
 /// Addresses of systems on the water; consoles and others come after.
-const VESSEL_ADDRESSES: std::ops::RangeInclusive<u16> = 0x0001..=0x3FFF;
+pub(crate) const VESSEL_ADDRESSES: std::ops::RangeInclusive<u16> = 0x0001..=0x3FFF;
 /// Characters of a name; it is part of names of files.
 const NAME_CHARS: usize = 32;
 

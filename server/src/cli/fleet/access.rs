@@ -1,7 +1,7 @@
 //! `lutra-server fleet rotate` and `revoke`: what a vessel comes in by, made anew or taken.
 
-use super::apply::{tell_next, write_vpn};
 use super::files::{Files, VpnAccess};
+use super::vpn::{tell_next, write_vpn};
 use super::{Place, RotateArguments, state};
 use crate::cli::Common;
 use crate::cli::say::say;

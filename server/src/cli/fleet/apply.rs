@@ -6,6 +6,7 @@
 
 use super::files::{self, Files, VpnAccess};
 use super::state::{self, Known};
+use super::vpn::{tell_next, write_vpn};
 use super::{ApplyArguments, access, look};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
@@ -51,31 +52,6 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
         tell_next(&files);
     }
     Ok(())
-}
-
-/// What must be done by hand so that the VPN goes by its files.
-pub(super) fn tell_next(files: &Files) {
-    let (wireguard, firewall) = (files.wireguard(), files.firewall());
-    say!("the VPN goes by the new files once root has them:");
-    say!("  sudo install -m 600 {} {} /etc/wireguard/", wireguard.display(), firewall.display());
-    say!("  sudo nft -f /etc/wireguard/lutra.nft && sudo systemctl restart wg-quick@lutra");
-}
-
-/// Writes the files of the VPN as far as they differ. Whether any did.
-pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<bool> {
-    let Some(key) = files.server_key()? else { return Ok(false) };
-    let peers = state::peers(files, fleet)?;
-    let mut changed = false;
-    for (path, text) in [
-        (files.wireguard(), wireguard::ashore(fleet, &key, &peers)),
-        (files.firewall(), nftables(fleet, &peers)),
-    ] {
-        if files::read(&path)?.as_deref() != Some(&text) {
-            files::write(&path, text.as_bytes())?;
-            changed = true;
-        }
-    }
-    Ok(changed)
 }
 
 fn refuse(conflicts: &[String]) -> anyhow::Result<()> {

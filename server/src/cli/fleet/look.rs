@@ -62,8 +62,14 @@ fn refused_aboard(fleet: &Fleet, vessel: &Vessel) -> Vec<String> {
     };
     let files = config::InMemory::new().with(BASE_FILE, base).with(OVERLAY, text);
     let read = config::Config::load(&files, Path::new(OVERLAY), &[vessel.profile.name()]);
+    let name = &vessel.name;
     let problems = read.report().problems().iter().filter(|problem| is_refusal(problem));
-    problems.map(|problem| format!("vessel {}: its agent refuses this: {problem}", vessel.name)).collect()
+    let mut told: Vec<String> =
+        problems.map(|problem| format!("vessel {name}: its agent refuses this: {problem}")).collect();
+    if (read.vehicle(), read.address()) != (name, Some(vessel.imc_address)) {
+        told.push(format!("vessel {name}: its settings give it another name or address: take them out"));
+    }
+    told
 }
 
 /// An error, or anything doubtful in the overlay itself: a parameter that no agent knows does nothing aboard.

@@ -1,7 +1,7 @@
 //! `lutra-server fleet`: a fleet from one file: vessels, link tokens, keys and files of the VPN, and a bundle for each boat.
 //!
 //! `files` is what is kept of it in the data folder, `state` what stands in app.db and there, `apply` makes both as the file says,
-//! `bundle` writes what is carried aboard, `access` renews and takes what a vessel comes in by, `look` reads the file and
+//! `vpn` writes the files of the VPN, `bundle` what is carried aboard, `access` renews and takes what a vessel comes in by, `look` reads the file and
 //! compares it with the server's and the agent's configuration.
 
 mod access;
@@ -10,6 +10,7 @@ mod bundle;
 mod files;
 mod look;
 mod state;
+mod vpn;
 
 use super::Common;
 use clap::{ArgGroup, Args, Subcommand};
