@@ -1,6 +1,7 @@
 //! A fleet from one file, by the real programs: `lutra-server fleet` ashore, `lutra-agent provision` aboard, and an agent that comes
 //! in through the tunnel that both made.
 
+use crate::disk_full::Disk;
 use crate::support::program::{Process, SERVER, Server, agent_program, until};
 use crate::vpn::{Cable, daemon, ip, is_there, run as run_tool};
 use std::fs;
@@ -263,19 +264,17 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
 /// A root on which the agent's package is installed.
 fn boat() -> TempDir {
     let root = TempDir::new().unwrap();
-    fs::create_dir_all(root.path().join("etc/lutra")).unwrap();
-    fs::copy(
-        testkit::repository().join("vehicle-agent/etc/otter.ini"),
-        root.path().join("etc/lutra/agent.ini"),
-    )
-    .unwrap();
-    let line = format!(
-        "lutra-agent:x:{}:{}:::\n",
-        rustix::process::geteuid().as_raw(),
-        rustix::process::getegid().as_raw()
-    );
-    fs::write(root.path().join("etc/passwd"), line).unwrap();
+    install(root.path());
     root
+}
+
+/// Puts there what the package does.
+fn install(root: &Path) {
+    fs::create_dir_all(root.join("etc/lutra")).unwrap();
+    let packaged = testkit::repository().join("vehicle-agent/etc/otter.ini");
+    fs::copy(packaged, root.join("etc/lutra/agent.ini")).unwrap();
+    let (user, group) = (rustix::process::geteuid().as_raw(), rustix::process::getegid().as_raw());
+    fs::write(root.join("etc/passwd"), format!("lutra-agent:x:{user}:{group}:::\n")).unwrap();
 }
 
 fn provision(program: &Path, bundle: &Path, passphrase: &str, root: &Path, more: &[&str]) -> Output {
@@ -331,6 +330,51 @@ fn a_bundle_made_ashore_is_unpacked_aboard() {
     fs::write(&other, &whole[..whole.len() - 9]).unwrap();
     let refused = provision(&program, &other, &passphrase, boat().path(), &[]);
     assert!(!refused.status.success() && said(&refused).contains("is cut short"), "{}", said(&refused));
+}
+
+#[test]
+fn a_full_disk_takes_nothing_of_a_bundle_and_all_of_it_once_there_is_room() {
+    let Some(program) = agent_program() else { return };
+    let Some(disk) = Disk::mount() else { return };
+    let (ashore, root) = (Ashore::example(), disk.data());
+    ashore.apply(&[]);
+    let (bundle, passphrase) = ashore.bundle("ntnu-otter-01");
+    let secret = ashore.folder.path().join("passphrase");
+    fs::write(&secret, passphrase).unwrap();
+    install(&root);
+    let bring = || {
+        let mut command = Command::new(&program);
+        command.arg("provision").arg(&bundle).arg("--root").arg(&root).arg("--passphrase-file").arg(&secret);
+        command.output().unwrap()
+    };
+    disk.fill();
+    let (before, output) = (files(&root), bring());
+    assert!(!output.status.success() && said(&output).contains("bring old logs ashore"), "{}", said(&output));
+    assert_eq!(files(&root), before);
+    disk.make_room();
+    assert!(bring().status.success());
+    assert!(root.join("etc/lutra/vessel.ini").exists());
+}
+
+#[test]
+fn an_encrypted_link_brings_its_authority_aboard() {
+    let Some(program) = agent_program() else { return };
+    let example = fs::read_to_string(testkit::repository().join("deploy/fleet.example.toml")).unwrap();
+    let ashore = Ashore::new(&example.replace("encrypted = false", "encrypted = true"));
+    let said_first = ashore.apply(&[]);
+    assert!(said_first.contains("this server has no certificate"), "{said_first}");
+    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-01", "-o", "/dev/null"]);
+    assert!(!output.status.success() && said(&output).contains("tls init"), "{}", said(&output));
+    ashore.run(&["tls", "init", "--name", "10.8.0.1"]);
+    let (bundle, passphrase) = ashore.bundle("ntnu-otter-01");
+    let root = boat();
+    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+    assert!(output.status.success(), "{}", said(&output));
+    let brought = fs::read(root.path().join("etc/lutra/ca.pem")).unwrap();
+    assert_eq!(brought, fs::read(ashore.data().join("tls/ca.pem")).unwrap());
+    let overlay = fs::read_to_string(root.path().join("etc/lutra/vessel.ini")).unwrap();
+    assert!(overlay.contains("URL = wss://10.8.0.1:8080/link\n"), "{overlay}");
+    assert!(overlay.contains("Certificate Authority = ca.pem\n"), "{overlay}");
 }
 
 /// A fleet of two simulated boats whose shore is reached at 192.0.2.1, as [`Cable`] lays it.
