@@ -60,12 +60,12 @@ chromium:
 
 # For the tests of tunnels, clocks, InfluxDB and gpsd, which are skipped and named at the end where these are absent.
 tools:
-	@for tool in openvpn wireguard-go wg ip influxd gpsd gpsdecode; do command -v $$tool >/dev/null || missing=yes; done; \
+	@for tool in openvpn wireguard-go wg nft ip influxd gpsd gpsdecode; do command -v $$tool >/dev/null || missing=yes; done; \
 	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
 	[ -z "$$missing" ] || { \
 	  echo "Installing OpenVPN, WireGuard, libfaketime, InfluxDB and gpsd, for tests with the real ones (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends \
-	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime influxdb gpsd gpsd-clients; } || \
+	    openvpn wireguard-go wireguard-tools nftables iproute2 openssl libfaketime influxdb gpsd gpsd-clients; } || \
 	  echo "not installed: what needs them is skipped and says so"
 
 # A server's own tests need the pages' scripts.

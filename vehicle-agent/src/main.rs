@@ -20,6 +20,7 @@ mod net;
 mod open_loop;
 mod plan;
 mod plot;
+mod provision;
 mod routing;
 mod run;
 mod say;
@@ -88,6 +89,12 @@ enum Command {
     /// Opens the ports of the devices and listens: no motor is commanded, nothing is set or switched. While an agent uses the
     /// folder of data no port is opened. Ends with 0 when the vessel can sail, with 1 when something must be mended first.
     Doctor(doctor::DoctorArguments),
+    /// Make this computer the one of a vessel, from the bundle that `lutra-server fleet bundle` wrote.
+    ///
+    /// Asks for the passphrase of the bundle, verifies it, writes configuration, token, VPN and chart to the places that the
+    /// package uses, and says what the boat lacks beside. All of it is written or nothing; a second time changes nothing.
+    /// No service is started.
+    Provision(provision::ProvisionArguments),
     /// Try the motors.
     #[command(subcommand)]
     Motors(MotorsCommand),
@@ -167,6 +174,7 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
         Command::Simulate(arguments) if arguments.open_loop.is_some() => open_loop::run(&arguments)?,
         Command::Simulate(arguments) => simulate::simulate(&arguments)?,
         Command::Doctor(arguments) => return Ok(doctor::doctor(&arguments)),
+        Command::Provision(arguments) => return provision::provision(&arguments),
         Command::Motors(MotorsCommand::Test(arguments)) => motors_test::motors_test(&arguments)?,
         Command::SimulateDevices(arguments) => simulate_devices::simulate_devices(&arguments)?,
         Command::Replay { file } => {

@@ -29,6 +29,8 @@ pub enum Need {
     Native,
     /// The right to make a network namespace.
     Netns,
+    /// `nft` of nftables.
+    Nftables,
     /// OpenVPN.
     Openvpn,
     /// The folder `shared` beside the checkout.
@@ -51,6 +53,7 @@ impl Need {
             Self::Mount => "mount",
             Self::Native => "native",
             Self::Netns => "netns",
+            Self::Nftables => "nftables",
             Self::Openvpn => "openvpn",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",

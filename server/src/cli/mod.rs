@@ -5,6 +5,7 @@ mod data;
 mod demo;
 mod doctor;
 mod files;
+mod fleet;
 mod people;
 mod plan;
 mod say;
@@ -64,6 +65,9 @@ enum Command {
     /// Vessels that have names.
     #[command(subcommand)]
     Vessel(people::VesselCommand),
+    /// A whole fleet from one file: vessels, link tokens, VPN, and a bundle for each boat.
+    #[command(subcommand)]
+    Fleet(fleet::FleetCommand),
     /// Certificates.
     #[command(subcommand)]
     Tls(tls::TlsCommand),
@@ -143,6 +147,7 @@ pub fn main() -> ExitCode {
         Command::User(command) => people::user(&common, command),
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),
+        Command::Fleet(command) => fleet::fleet(&common, command),
         Command::Tls(command) => tls::tls(&common, command),
         Command::Import(arguments) => data::import(&common, &arguments),
         Command::Export(arguments) => data::export(&common, &arguments),

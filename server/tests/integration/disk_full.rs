@@ -22,11 +22,11 @@ const DUNE: Address = Address(0x0801);
 const SAID: u32 = 500;
 
 /// A small disk in memory at `data` in a folder; gone when dropped.
-struct Disk(TempDir);
+pub(crate) struct Disk(TempDir);
 
 impl Disk {
     /// `None`, and says so, where none may be mounted.
-    fn mount() -> Option<Self> {
+    pub(crate) fn mount() -> Option<Self> {
         let disk = Self(TempDir::new().unwrap());
         std::fs::create_dir(disk.data()).unwrap();
         let mut mount = Command::new("mount");
@@ -39,7 +39,7 @@ impl Disk {
         None
     }
 
-    fn data(&self) -> PathBuf {
+    pub(crate) fn data(&self) -> PathBuf {
         self.0.path().join("data")
     }
 
@@ -48,12 +48,12 @@ impl Disk {
     }
 
     /// Takes all room there is.
-    fn fill(&self) {
+    pub(crate) fn fill(&self) {
         let mut file = std::fs::File::options().create(true).append(true).open(self.filler()).unwrap();
         while file.write_all(&[0; 4096]).is_ok() {}
     }
 
-    fn make_room(&self) {
+    pub(crate) fn make_room(&self) {
         std::fs::remove_file(self.filler()).unwrap();
     }
 }

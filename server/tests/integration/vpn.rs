@@ -22,7 +22,7 @@ const CUT: Duration = Duration::from_secs(8);
 const SHORE_INSIDE: &str = "10.77.0.1";
 
 /// Runs a command; what it printed, or what it complained of.
-fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
+pub(crate) fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| format!("{program}: {error}"))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
@@ -34,23 +34,23 @@ fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
 }
 
 /// `ip` with words from one line.
-fn ip(line: &str) -> Result<String, String> {
+pub(crate) fn ip(line: &str) -> Result<String, String> {
     run("ip", &line.split(' ').collect::<Vec<_>>())
 }
 
-fn is_there(program: &str) -> bool {
+pub(crate) fn is_there(program: &str) -> bool {
     run("which", &[program]).is_ok()
 }
 
 /// A shore and a vessel in namespaces of their own, with a cable between them; gone when dropped.
-struct Cable {
+pub(crate) struct Cable {
     /// Makes names unique on this computer.
     id: String,
 }
 
 impl Cable {
     /// Lays it; `None`, and says so, where this computer does not let us.
-    fn lay(kind: &str) -> Option<Self> {
+    pub(crate) fn lay(kind: &str) -> Option<Self> {
         let cable = Self { id: format!("{}{}", kind.chars().next()?, std::process::id()) };
         let (shore, vessel) = (cable.shore(), cable.vessel());
         let first = ip(&format!("netns add {shore}"));
@@ -74,11 +74,11 @@ impl Cable {
         Some(cable)
     }
 
-    fn shore(&self) -> String {
+    pub(crate) fn shore(&self) -> String {
         format!("lutra-{}-shore", self.id)
     }
 
-    fn vessel(&self) -> String {
+    pub(crate) fn vessel(&self) -> String {
         format!("lutra-{}-vessel", self.id)
     }
 
@@ -88,7 +88,7 @@ impl Cable {
     }
 
     /// A tunnel's interface of one end.
-    fn tunnel(&self, side: char) -> String {
+    pub(crate) fn tunnel(&self, side: char) -> String {
         format!("t{side}{}", self.id)
     }
 
@@ -97,7 +97,7 @@ impl Cable {
         ip(&format!("-n {} link set {} {state}", self.vessel(), self.end('v'))).unwrap();
     }
 
-    fn inside(namespace: &str, program: &str) -> Command {
+    pub(crate) fn inside(namespace: &str, program: &str) -> Command {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", namespace, program]);
         command
@@ -113,7 +113,7 @@ impl Drop for Cable {
 }
 
 /// Starts a daemon of the tunnel that stays in the foreground.
-fn daemon(namespace: &str, program: &str, arguments: &[&str], log: &Path) -> Process {
+pub(crate) fn daemon(namespace: &str, program: &str, arguments: &[&str], log: &Path) -> Process {
     let log = std::fs::File::create(log).unwrap();
     let errors = log.try_clone().unwrap();
     let mut command = Cable::inside(namespace, program);

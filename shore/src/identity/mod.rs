@@ -14,6 +14,7 @@ mod hashing;
 mod journal;
 pub mod language;
 mod limiter;
+pub mod links;
 mod login;
 pub mod password;
 pub mod persons;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 /// How good something is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     /// As it should be.
     Good,
     /// The vessel sails, and somebody should look at it.
@@ -26,30 +26,30 @@ impl Verdict {
 
 /// One thing that was looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Finding {
+pub(crate) struct Finding {
     /// What was looked at.
-    pub(super) part: &'static str,
+    pub(crate) part: &'static str,
     /// How good it is.
-    pub(super) verdict: Verdict,
+    pub(crate) verdict: Verdict,
     /// What was seen.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// What to do; empty where nothing is to be done, or the text says it.
-    pub(super) remedy: String,
+    pub(crate) remedy: String,
 }
 
 impl Finding {
     /// Nothing is to be done.
-    pub(super) fn good(part: &'static str, text: impl Into<String>) -> Self {
+    pub(crate) fn good(part: &'static str, text: impl Into<String>) -> Self {
         Self { part, verdict: Verdict::Good, text: text.into(), remedy: String::new() }
     }
 
     /// Somebody should look at it.
-    pub(super) fn doubt(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub(crate) fn doubt(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, verdict: Verdict::Doubt, text: text.into(), remedy: remedy.into() }
     }
 
     /// It must be mended.
-    pub(super) fn bad(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub(crate) fn bad(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, verdict: Verdict::Bad, text: text.into(), remedy: remedy.into() }
     }
 
@@ -59,7 +59,7 @@ impl Finding {
 }
 
 /// Prints all; answers the worst.
-pub(super) fn print(findings: &[Finding], json: bool) -> Verdict {
+pub(crate) fn print(findings: &[Finding], json: bool) -> Verdict {
     let worst = findings.iter().map(|finding| finding.verdict).max().unwrap_or(Verdict::Good);
     if json {
         let all: Vec<Value> = findings.iter().map(Finding::to_json).collect();

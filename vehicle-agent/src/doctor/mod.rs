@@ -8,6 +8,8 @@
 mod devices;
 mod finding;
 
+pub(crate) use finding::{Finding, Verdict, print};
+
 use crate::clock::Clock;
 use crate::disk::{DataLock, Host, InUse};
 use crate::sea_chart::ChartFolder;
@@ -16,7 +18,6 @@ use crate::trial;
 use crate::uplink::{self, UplinkSettings};
 use clap::Args;
 use config::Config;
-use finding::{Finding, Verdict};
 use onboard::Chart;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -51,7 +52,7 @@ pub(crate) fn doctor(arguments: &DoctorArguments) -> ExitCode {
     if findings[0].verdict != Verdict::Bad {
         findings.extend(aboard(arguments, &config));
     }
-    match finding::print(&findings, arguments.json) {
+    match print(&findings, arguments.json) {
         Verdict::Good | Verdict::Doubt => ExitCode::SUCCESS,
         Verdict::Bad => ExitCode::FAILURE,
     }

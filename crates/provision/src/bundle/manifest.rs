@@ -1,0 +1,91 @@
+//! What a bundle says of itself.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+/// What a file of a bundle is for. Where it goes is the agent's business: no path travels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// The overlay of the agent's configuration.
+    Overlay,
+    /// The token of the link.
+    Token,
+    /// The certificate of the authority that the server's is checked by.
+    Authority,
+    /// The VPN's configuration.
+    Vpn,
+    /// The sea chart's index.
+    Chart,
+}
+
+impl Part {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Overlay, Self::Token, Self::Authority, Self::Vpn, Self::Chart];
+
+    /// As the manifest calls it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Overlay => "vessel.ini",
+            Self::Token => "lutra.token",
+            Self::Authority => "ca.pem",
+            Self::Vpn => "lutra.conf",
+            Self::Chart => "chart.lutra-index",
+        }
+    }
+
+    /// What the manifest calls so.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|part| part.name() == name)
+    }
+}
+
+/// What a bundle says of itself; no secret is in it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// The format, [`crate::FORMAT`].
+    pub format: u16,
+    /// The vessel's name.
+    pub vessel: String,
+    /// Its IMC address.
+    pub imc_address: u16,
+    /// The profile that its agent runs with.
+    pub profile: String,
+    /// When the bundle was made (µs since 1970, UTC).
+    pub made_us: i64,
+    /// By which version of the server.
+    pub made_by: String,
+    /// Where its devices are plugged in.
+    pub devices: Vec<Port>,
+    /// The files.
+    pub files: Vec<Item>,
+}
+
+/// A device and its port.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Port {
+    /// As the fleet file calls it.
+    pub device: String,
+    /// As the agent's configuration has it.
+    pub port: String,
+}
+
+/// A file of a bundle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Item {
+    /// What it is for, as [`Part::name`].
+    pub name: String,
+    /// How long it is.
+    pub bytes: u64,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Item {
+    pub(super) fn of(part: Part, bytes: &[u8]) -> Self {
+        let sha256 = hex::encode(Sha256::digest(bytes));
+        Self { name: part.name().to_owned(), bytes: bytes.len() as u64, sha256 }
+    }
+}

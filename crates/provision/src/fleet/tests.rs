@@ -1,0 +1,124 @@
+//! Fleet files that are read, and what is told of those that are not.
+
+use super::*;
+use proptest::prelude::*;
+
+const EXAMPLE: &str = include_str!("../../../../deploy/fleet.example.toml");
+
+/// A good file, with `old` replaced.
+fn with(old: &str, new: &str) -> Vec<String> {
+    assert!(EXAMPLE.contains(old), "{old}");
+    let problems = Fleet::read(&EXAMPLE.replacen(old, new, 1)).unwrap_err();
+    problems.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn the_example_is_the_address_plan_of_the_thesis() {
+    let fleet = Fleet::read(EXAMPLE).unwrap();
+    let plan: Vec<_> = fleet.vessels.iter().map(|one| (one.name.as_str(), one.imc_address)).collect();
+    let expected = [
+        ("ntnu-otter-01", 0x2810),
+        ("ntnu-otter-02", 0x2811),
+        ("ntnu-otter-03", 0x2812),
+        ("ntnu-otter-04", 0x2813),
+    ];
+    assert_eq!(plan, expected);
+    assert!(fleet.vessels.iter().all(|vessel| fleet.vpn.network.has_host(vessel.vpn_address)));
+    assert_eq!(fleet.link_url(), "ws://10.8.0.1:8080/link");
+}
+
+#[test]
+fn a_vessel_has_what_is_common_unless_it_says_otherwise() {
+    let fleet = Fleet::read(EXAMPLE).unwrap();
+    let port = |name: &str| {
+        let vessel = fleet.vessel(name).unwrap();
+        vessel.devices.iter().find(|(device, _)| *device == Device::Hydrophone).unwrap().1.clone()
+    };
+    assert_eq!(
+        (port("ntnu-otter-01"), port("NTNU-otter-03")),
+        ("/dev/lutra/hydrophone".into(), "/dev/ttyAMA0".into())
+    );
+    let last = fleet.vessel("ntnu-otter-04").unwrap();
+    assert_eq!((last.limits.top_speed_mps, last.limits.autonomous_depth_m), (Some(1.5), Some(5.0)));
+    let setting =
+        Setting { section: "Supervisors.Grounding".into(), key: "Air Draught".into(), value: "1.5".into() };
+    assert_eq!(last.settings, [setting]);
+}
+
+#[test]
+fn every_problem_is_told_at_once_with_its_line() {
+    let text = "\
+[server]
+public_name = \"https://boats.example.org\"
+link_prot = 8080
+doors = [\"udp/6001\", \"udp/6001\", \"6001\"]
+[vpn]
+network = \"10.8.0.0/24\"
+server_address = \"10.9.0.1\"
+port = \"51820\"
+[[vessel]]
+name = \"otter 1\"
+imc_address = 0x4F00
+vpn_address = \"10.8.0.11\"
+[[vessel]]
+name = \"otter-2\"
+imc_address = 0x2811
+vpn_address = \"10.8.1.12\"
+[[vessel]]
+name = \"Otter-2\"
+imc_address = 0x2811
+vpn_address = \"10.8.1.12\"
+limits = { top_speed_mps = 99, navigable_depth_m = 6, autonomous_depth_m = 5 }
+";
+    let problems = Fleet::read(text).unwrap_err();
+    let lines: Vec<usize> = problems.iter().map(|problem| problem.line).collect();
+    assert_eq!(lines, [2, 3, 4, 4, 7, 8, 10, 11, 16, 18, 19, 20, 20, 21, 21], "{problems:#?}");
+    assert!(problems.iter().all(|problem| !problem.remedy.is_empty()), "{problems:#?}");
+    assert!(problems[1].remedy.contains("`link_port`"), "{}", problems[1]);
+}
+
+#[test]
+fn each_mistake_is_told_in_words() {
+    for (old, new, told) in [
+        ("imc_address = 0x2811", "imc_address = 0x2810", "0x2810 is ntnu-otter-01's"),
+        ("10.8.0.12", "10.8.0.11", "10.8.0.11 is ntnu-otter-01's"),
+        ("10.8.0.12", "10.8.0.1", "10.8.0.1 is the server's"),
+        ("10.8.0.12", "10.8.0.255", "not in 10.8.0.0/24"),
+        ("imc_address = 0x2811", "imc_address = 0xFFFF", "no vessel's address"),
+        ("imc_address = 0x2811", "imc_address = -1", "-1 cannot be"),
+        ("imc_address = 0x2811", "", "`imc_address` is missing"),
+        ("\"ntnu-otter-02\"", "\"../etc\"", "cannot be a vessel's name"),
+        ("\"can0\"", "\"/dev/lutra/compass\"", "compass's already"),
+        ("\"can0\"", "\"can0 # one\"", "cannot stand in an .ini file"),
+        ("hull = \"ASV\"", "hul = \"ASV\"", "did you mean `hull`?"),
+        ("hull = \"ASV\"", "hull = \"ASV\"\nhull = \"B\"", "duplicate key"),
+        ("\"Hardware\"", "\"Hardwear\"", "no profile"),
+        ("\"Air Draught\" = 1.5", "\"Air Draught\" = [1]", "not a text, a number"),
+        ("\"Air Draught\" = 1.5", "\"Air\\nDraught\" = 1", "cannot stand in an .ini file"),
+        ("encrypted = false", "encrypted = 0", "write true or false"),
+    ] {
+        let problems = with(old, new);
+        assert!(problems.iter().any(|problem| problem.contains(told)), "{new}: {problems:#?}");
+    }
+}
+
+#[test]
+fn what_is_absent_is_told_once_each() {
+    let problems = Fleet::read("").unwrap_err();
+    let told: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 3, "{told:?}");
+}
+
+proptest! {
+    /// Damaged files are refused in words or are still whole; nothing panics.
+    #[test]
+    fn damaged_files_are_read_or_refused(at in 0..EXAMPLE.len(), insert in ".{0,8}", cut in 0..EXAMPLE.len()) {
+        let split = (0..=at).rev().find(|at| EXAMPLE.is_char_boundary(*at)).unwrap();
+        let (before, after) = EXAMPLE.split_at(split);
+        for text in [format!("{before}{insert}{after}"), EXAMPLE.chars().take(cut).collect()] {
+            if let Err(problems) = Fleet::read(&text) {
+                prop_assert!(!problems.is_empty());
+            }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! `lutra-server fleet apply`: what is to be done, told first, then done.
+//!
+//! Keys come first, then one transaction of app.db with names, tokens and their lines in the audit log, then the files of the
+//! VPN, then the copy of the fleet file. Each step is whole or not there, and each is looked at anew by the next run: whatever
+//! interrupts one, the same command finishes it.
+
+use super::files::{self, Files, VpnAccess};
+use super::state::{self, Known};
+use super::vpn::{tell_next, write_vpn};
+use super::{ApplyArguments, access, look};
+use crate::cli::Common;
+use crate::cli::say::{complain, say};
+use anyhow::ensure;
+use provision::{Fleet, Vessel, nftables, wireguard};
+use shore::clock;
+use shore::identity::audit::Record;
+use shore::identity::{Connection, Fault, Request, tokens, vessels, with, within_transaction};
+use std::net::Ipv4Addr;
+use std::path::Path;
+use units::UtcTime;
+
+/// `lutra-server fleet apply`.
+pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Result<()> {
+    let config = if arguments.dry_run { common.load(Vec::new())? } else { common.load_to_write()? };
+    let (fleet, text) = look::read(&arguments.file)?;
+    let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
+    let known = Known::look(&config.data, &files, &fleet, clock::now())?;
+    refuse(&conflicts(&files, &fleet, &known, &arguments.revoke)?)?;
+    let plan = Plan::make(&files, &fleet, &text, &known)?;
+    for doubt in look::doubts(&fleet, &config) {
+        complain!("note: {doubt}");
+    }
+    tell_left(&files, &fleet, &known, &arguments.revoke)?;
+    for name in &arguments.revoke {
+        say!("will take the access of {name}");
+    }
+    plan.tell(&files);
+    if plan.is_empty() && arguments.revoke.is_empty() {
+        say!("nothing to do: all is as {} says", arguments.file.display());
+        return Ok(());
+    }
+    if arguments.dry_run {
+        say!("nothing was done (--dry-run)");
+        return Ok(());
+    }
+    for name in &arguments.revoke {
+        access::take(&config.data, &files, name)?;
+    }
+    let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
+    say!("done");
+    if changed || !arguments.revoke.is_empty() {
+        tell_next(&files);
+    }
+    Ok(())
+}
+
+fn refuse(conflicts: &[String]) -> anyhow::Result<()> {
+    for conflict in conflicts {
+        complain!("{conflict}");
+    }
+    let s = if conflicts.len() == 1 { "" } else { "s" };
+    ensure!(conflicts.is_empty(), "{} conflict{s} with what is there; nothing was done", conflicts.len());
+    Ok(())
+}
+
+/// Where the file contradicts what is there already.
+fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<Vec<String>> {
+    let mut conflicts = Vec::new();
+    for Vessel { name, imc_address, .. } in &fleet.vessels {
+        for there in &known.vessels {
+            let (same_name, same_address) = (there.name == *name, there.address == *imc_address);
+            if same_name != same_address || !same_name && there.name.eq_ignore_ascii_case(name) {
+                conflicts.push(format!(
+                    "{name} is 0x{imc_address:04X} in the file, and app.db knows {} as 0x{:04X}: mend the file, or forget that \
+                     name (`lutra-server vessel remove {}`; recordings stay)",
+                    there.name, there.address, there.name
+                ));
+            }
+        }
+    }
+    for name in state::left(files, fleet)? {
+        let Some(access) = files.vpn_access(&name)?.filter(|_| !revoke.contains(&name)) else { continue };
+        let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == access.address);
+        let by = taken.map(|vessel| vessel.name.as_str());
+        let by = by.or_else(|| (fleet.vpn.server_address == access.address).then_some("the server"));
+        if let Some(by) = by {
+            conflicts.push(format!(
+                "{} is given to {by}, and {name}, which is no longer in the file, still has it: --revoke {name}, or take \
+                 another address",
+                access.address
+            ));
+        }
+    }
+    for name in revoke {
+        if fleet.vessel(name).is_some() {
+            conflicts.push(format!("--revoke {name}: it is in the file; take it out of the file first"));
+        } else if !files.names()?.contains(name) && known.vessels.iter().all(|vessel| vessel.name != *name) {
+            conflicts.push(format!("--revoke {name}: nobody knows such a vessel"));
+        }
+    }
+    Ok(conflicts)
+}
+
+/// Tells which vessels are known and no longer in the file.
+fn tell_left(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<()> {
+    let keys = files.names()?;
+    let mut names: Vec<&str> = known.vessels.iter().map(|vessel| vessel.name.as_str()).collect();
+    names.extend(
+        keys.iter().map(String::as_str).filter(|name| known.vessels.iter().all(|one| one.name != *name)),
+    );
+    for name in names {
+        if fleet.vessel(name).is_some() || revoke.iter().any(|revoked| revoked == name) {
+            continue;
+        }
+        let link =
+            known.vessels.iter().any(|vessel| vessel.name == name && known.open.contains(&vessel.address));
+        let has = match (link, keys.iter().any(|key| key == name)) {
+            (true, true) => "keeps its link token and its place in the VPN",
+            (true, false) => "keeps its link token",
+            (false, true) => "keeps its place in the VPN",
+            (false, false) => {
+                complain!("note: {name} is not in the file, and has no access");
+                continue;
+            }
+        };
+        complain!("note: {name} is not in the file and {has}: --revoke {name} takes them");
+    }
+    Ok(())
+}
+
+/// A vessel's key: a new one, or that it has, at another address.
+#[derive(Debug)]
+struct KeyStep {
+    name: String,
+    address: Ipv4Addr,
+    new: bool,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+struct Plan {
+    names: Vec<(String, u16)>,
+    tokens: Vec<(String, u16)>,
+    server_key: bool,
+    keys: Vec<KeyStep>,
+    /// Whether files of the VPN differ.
+    vpn: bool,
+    /// Whether the copy of the fleet file does.
+    copy: bool,
+}
+
+impl Plan {
+    fn make(files: &Files, fleet: &Fleet, text: &str, known: &Known) -> anyhow::Result<Self> {
+        let address = |vessel: &Vessel| (vessel.name.clone(), vessel.imc_address);
+        let unnamed = |vessel: &&Vessel| known.vessels.iter().all(|there| there.name != vessel.name);
+        let mut keys = Vec::new();
+        for vessel in &fleet.vessels {
+            let access = files.vpn_access(&vessel.name)?;
+            if access.as_ref().is_none_or(|access| access.address != vessel.vpn_address) {
+                keys.push(KeyStep {
+                    name: vessel.name.clone(),
+                    address: vessel.vpn_address,
+                    new: access.is_none(),
+                });
+            }
+        }
+        let server_key = files.server_key()?;
+        let vpn = match &server_key {
+            Some(key) if keys.is_empty() => {
+                let peers = state::peers(files, fleet)?;
+                files::read(&files.wireguard())? != Some(wireguard::ashore(fleet, key, &peers))
+                    || files::read(&files.firewall())? != Some(nftables(fleet, &peers))
+            }
+            _ => true,
+        };
+        Ok(Self {
+            names: fleet.vessels.iter().filter(unnamed).map(address).collect(),
+            tokens: fleet
+                .vessels
+                .iter()
+                .filter(|vessel| !known.good.contains(&vessel.name))
+                .map(address)
+                .collect(),
+            server_key: server_key.is_none(),
+            keys,
+            vpn,
+            copy: files::read(&files.applied())?.as_deref() != Some(text),
+        })
+    }
+
+    const fn is_empty(&self) -> bool {
+        self.names.is_empty()
+            && self.tokens.is_empty()
+            && !self.server_key
+            && self.keys.is_empty()
+            && !self.vpn
+            && !self.copy
+    }
+
+    fn tell(&self, files: &Files) {
+        for (name, address) in &self.names {
+            say!("will name vessel 0x{address:04X} {name}");
+        }
+        for (name, _) in &self.tokens {
+            say!("will make a link token for {name}");
+        }
+        if self.server_key {
+            say!("will make the server's VPN key");
+        }
+        for KeyStep { name, address, new } in &self.keys {
+            let what = if *new { "make a VPN key" } else { "move the VPN key" };
+            say!("will {what} for {name} at {address}; the boat needs a bundle");
+        }
+        if self.vpn {
+            say!("will write {} and {}", files.wireguard().display(), files.firewall().display());
+        }
+        if self.copy {
+            say!("will keep the file as {}", files.applied().display());
+        }
+    }
+
+    /// Does it. Whether files of the VPN changed.
+    fn carry_out(self, data: &Path, files: &Files, fleet: &Fleet, text: &str) -> anyhow::Result<bool> {
+        if self.server_key {
+            files.keep_server_key(&state::new_key()?)?;
+        }
+        for KeyStep { name, address, .. } in &self.keys {
+            let key = match files.vpn_access(name)? {
+                Some(access) => access.key,
+                None => state::new_key()?,
+            };
+            files.keep_vpn_access(name, &VpnAccess { key, address: *address })?;
+        }
+        let keys = self.keys.iter().map(|step| step.name.clone()).collect();
+        let change =
+            Change { names: self.names, tokens: self.tokens, keys, files: files.clone(), now: clock::now() };
+        with(data, async |db| within_transaction(db, change).await)?;
+        let changed = write_vpn(files, fleet)?;
+        files::write(&files.applied(), text.as_bytes())?;
+        Ok(changed)
+    }
+}
+
+/// What app.db is told, with the kept tokens: all of it or nothing.
+#[derive(Debug)]
+struct Change {
+    names: Vec<(String, u16)>,
+    tokens: Vec<(String, u16)>,
+    /// Vessels with another key or place in the VPN.
+    keys: Vec<String>,
+    files: Files,
+    now: UtcTime,
+}
+
+impl Request for Change {
+    type Answer = ();
+
+    async fn run(self, db: &mut Connection) -> Result<(), Fault> {
+        let now = self.now;
+        let mut lines = vec![state::line("fleet.apply", "")];
+        for (name, address) in self.names {
+            lines.push(state::line("vessel.add", &name));
+            vessels::Add { address, name, now }.run(db).await?;
+        }
+        for (name, vessel) in self.tokens {
+            let made =
+                tokens::MakeLink { label: format!("fleet: {name}"), vessel, days: None, now }.run(db).await?;
+            self.files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
+            lines.push(state::line("token.make", &format!("fleet: {name}")));
+        }
+        lines.extend(self.keys.iter().map(|name| state::line("fleet.vpn", name)));
+        Record(lines.into_iter().map(|line| (now, line)).collect()).run(db).await
+    }
+}

@@ -1,0 +1,110 @@
+//! What stands in app.db and in the folder of the fleet, before anything is changed.
+
+use super::files::Files;
+use anyhow::{Context as _, bail};
+use api::Vessel;
+use provision::{Fleet, Peer, VpnKey};
+use shore::identity::{Fault, Line, Request as _, links, vessels, with};
+use std::path::Path;
+use units::UtcTime;
+
+/// What app.db says.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    /// Vessels that have names.
+    pub(super) vessels: Vec<Vessel>,
+    /// Vessels (IMC addresses) that some token lets in.
+    pub(super) open: Vec<u16>,
+    /// Vessels of the fleet, by name, whose kept token opens their link.
+    pub(super) good: Vec<String>,
+}
+
+impl Known {
+    /// Looks; a folder without app.db stays without.
+    pub(super) fn look(data: &Path, files: &Files, fleet: &Fleet, now: UtcTime) -> anyhow::Result<Self> {
+        let mut kept = Vec::new();
+        for vessel in &fleet.vessels {
+            if let Some(secret) = files.token(&vessel.name)? {
+                kept.push((vessel.name.clone(), links::Opens { secret, vessel: vessel.imc_address, now }));
+            }
+        }
+        if !data.join("app.db").exists() {
+            return Ok(Self::default());
+        }
+        Ok(with(data, async |db| {
+            let mut good = Vec::new();
+            for (name, opens) in kept {
+                if opens.run(db).await?.is_some() {
+                    good.push(name);
+                }
+            }
+            Ok(Self { vessels: vessels::List.run(db).await?, open: links::Open(now).run(db).await?, good })
+        })?)
+    }
+}
+
+/// The fleet file that was applied last.
+///
+/// # Errors
+/// There is none, or it cannot be read any more.
+pub(super) fn applied(files: &Files) -> anyhow::Result<Fleet> {
+    let path = files.applied();
+    let text = super::files::read(&path)?
+        .context("no fleet file was applied: `lutra-server fleet apply FILE` first")?;
+    match Fleet::read(&text) {
+        Ok(fleet) => Ok(fleet),
+        Err(problems) => {
+            let first = problems.first().map(ToString::to_string).unwrap_or_default();
+            bail!("{} cannot be read ({first}): apply the fleet file again", path.display())
+        }
+    }
+}
+
+/// The vessels that may take part in the VPN: those of the fleet that have a key, then those that left the file and were not
+/// revoked.
+pub(super) fn peers(files: &Files, fleet: &Fleet) -> anyhow::Result<Vec<Peer>> {
+    let mut peers = Vec::new();
+    for vessel in &fleet.vessels {
+        if let Some(access) = files.vpn_access(&vessel.name)? {
+            peers.push(Peer {
+                name: vessel.name.clone(),
+                address: vessel.vpn_address,
+                public: access.key.public(),
+            });
+        }
+    }
+    for name in left(files, fleet)? {
+        if let Some(access) = files.vpn_access(&name)? {
+            peers.push(Peer { name, address: access.address, public: access.key.public() });
+        }
+    }
+    Ok(peers)
+}
+
+/// Vessels that have a key of the VPN and are no longer in the file.
+pub(super) fn left(files: &Files, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
+    let mut names = files.names()?;
+    names.retain(|name| fleet.vessels.iter().all(|vessel| vessel.name != *name));
+    Ok(names)
+}
+
+/// A line of the audit log.
+pub(super) fn line(action: &'static str, subject: &str) -> Line {
+    let by = || "command line".to_owned();
+    Line { actor: by(), address: by(), action, subject: subject.to_owned(), outcome: "done".to_owned() }
+}
+
+/// A new key of the VPN.
+///
+/// # Errors
+/// The kernel has no randomness.
+pub(super) fn new_key() -> anyhow::Result<VpnKey> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).context("the kernel gives no randomness")?;
+    Ok(VpnKey::from_random(bytes))
+}
+
+/// A fault of a file within a change of app.db, which undoes the change.
+pub(super) fn refused(error: &anyhow::Error) -> Fault {
+    Fault::Refused(format!("{error:#}"))
+}

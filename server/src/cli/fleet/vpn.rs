@@ -1,0 +1,31 @@
+//! The files of the VPN: written where they differ, and what root does with them.
+
+use super::files::{self, Files};
+use super::state;
+use crate::cli::say::say;
+use provision::{Fleet, nftables, wireguard};
+
+/// What must be done by hand so that the VPN goes by its files.
+pub(super) fn tell_next(files: &Files) {
+    let (wireguard, firewall) = (files.wireguard(), files.firewall());
+    say!("the VPN goes by the new files once root has them:");
+    say!("  sudo install -m 600 {} {} /etc/wireguard/", wireguard.display(), firewall.display());
+    say!("  sudo nft -f /etc/wireguard/lutra.nft && sudo systemctl restart wg-quick@lutra");
+}
+
+/// Writes the files of the VPN as far as they differ. Whether any did.
+pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<bool> {
+    let Some(key) = files.server_key()? else { return Ok(false) };
+    let peers = state::peers(files, fleet)?;
+    let mut changed = false;
+    for (path, text) in [
+        (files.wireguard(), wireguard::ashore(fleet, &key, &peers)),
+        (files.firewall(), nftables(fleet, &peers)),
+    ] {
+        if files::read(&path)?.as_deref() != Some(&text) {
+            files::write(&path, text.as_bytes())?;
+            changed = true;
+        }
+    }
+    Ok(changed)
+}

@@ -1,0 +1,470 @@
+//! A fleet from one file, by the real programs: `lutra-server fleet` ashore, `lutra-agent provision` aboard, and an agent that comes
+//! in through the tunnel that both made.
+
+use crate::disk_full::Disk;
+use crate::support::program::{Process, SERVER, Server, agent_program, until};
+use crate::vpn::{Cable, daemon, ip, is_there, run as run_tool};
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+use testkit::{Need, absent};
+
+/// A data folder and a fleet file beside it.
+struct Ashore {
+    folder: TempDir,
+}
+
+impl Ashore {
+    fn new(fleet: &str) -> Self {
+        let ashore = Self { folder: TempDir::new().unwrap() };
+        ashore.says(fleet);
+        ashore
+    }
+
+    /// The example of `deploy/`.
+    fn example() -> Self {
+        Self::new(&fs::read_to_string(testkit::repository().join("deploy/fleet.example.toml")).unwrap())
+    }
+
+    fn says(&self, fleet: &str) {
+        fs::write(self.file(), fleet).unwrap();
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("fleet.toml")
+    }
+
+    fn data(&self) -> PathBuf {
+        self.folder.path().join("data")
+    }
+
+    fn try_to(&self, arguments: &[&str]) -> Output {
+        Command::new(SERVER).args(arguments).arg("--data").arg(self.data()).output().unwrap()
+    }
+
+    /// What a command says on both streams; it must succeed.
+    fn run(&self, arguments: &[&str]) -> String {
+        let output = self.try_to(arguments);
+        let said = said(&output);
+        assert!(output.status.success(), "{arguments:?}: {said}");
+        said
+    }
+
+    fn apply(&self, more: &[&str]) -> String {
+        let file = self.file();
+        self.run(&[&["fleet", "apply", file.to_str().unwrap()], more].concat())
+    }
+
+    /// A secret file of the fleet.
+    fn kept(&self, name: &str) -> String {
+        fs::read_to_string(self.data().join("fleet").join(name)).unwrap().trim().to_owned()
+    }
+
+    /// The bundle of a vessel and its passphrase.
+    fn bundle(&self, name: &str) -> (PathBuf, String) {
+        let file = self.folder.path().join(format!("{name}.bundle"));
+        let output = self.try_to(&["fleet", "bundle", name, "-o", file.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", said(&output));
+        (file, String::from_utf8(output.stdout).unwrap().trim().to_owned())
+    }
+}
+
+fn said(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// All files below a folder with their bytes.
+fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else {
+            found.push((path.clone(), fs::read(&path).unwrap()));
+        }
+    }
+    found.sort();
+    found
+}
+
+/// What audit log and people hold, read from app.db.
+fn rows(data: &Path, sql: &str) -> Vec<String> {
+    let db = rusqlite::Connection::open(data.join("app.db")).unwrap();
+    let mut asked = db.prepare(sql).unwrap();
+    asked.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect()
+}
+
+#[test]
+fn a_fleet_is_applied_once_and_a_second_run_changes_nothing() {
+    let ashore = Ashore::example();
+    let planned = ashore.apply(&["--dry-run"]);
+    assert!(planned.contains("will make a link token for ntnu-otter-01"), "{planned}");
+    assert!(!ashore.data().exists(), "nothing is written by --dry-run");
+
+    let first = ashore.apply(&[]);
+    let listed = ashore.run(&["vessel", "list"]);
+    assert_eq!(listed.lines().count(), 4, "{listed}");
+    assert!(listed.contains("ntnu-otter-04\t0x2813"), "{listed}");
+    let kept: Vec<_> =
+        ["fleet", "vpn"].iter().flat_map(|folder| files(&ashore.data().join(folder))).collect();
+    for (path, bytes) in &kept {
+        assert_eq!(fs::metadata(path).unwrap().permissions().mode() & 0o077, 0, "{}", path.display());
+        let text = String::from_utf8_lossy(bytes);
+        let secret = text.lines().next().unwrap_or_default();
+        let is_secret = [".token", ".vpn", ".key"].iter().any(|end| path.to_str().unwrap().ends_with(end));
+        assert!(!is_secret || secret.len() > 40 && !first.contains(secret), "{}", path.display());
+    }
+    assert_eq!(
+        kept.len(),
+        4 * 2 + 1 + 1 + 2,
+        "tokens and keys, the server's, the file, WireGuard and firewall"
+    );
+
+    let second = ashore.apply(&[]);
+    assert!(second.contains("nothing to do"), "{second}");
+    let after: Vec<_> =
+        ["fleet", "vpn"].iter().flat_map(|folder| files(&ashore.data().join(folder))).collect();
+    assert_eq!(kept, after);
+    let audited = rows(&ashore.data(), "SELECT action || ' ' || subject FROM audit ORDER BY id");
+    assert!(audited.contains(&"token.make fleet: ntnu-otter-02".to_owned()), "{audited:?}");
+    assert_eq!(audited.iter().filter(|line| line.starts_with("fleet.apply")).count(), 1);
+}
+
+#[test]
+fn a_broken_file_is_told_whole_and_nothing_is_done() {
+    let ashore = Ashore::example();
+    let good = fs::read_to_string(ashore.file()).unwrap();
+    let bad = good
+        .replace("0x2811", "0x2810")
+        .replace("10.8.0.13", "10.9.0.13")
+        .replace("[common.limits]", "[common.limit]");
+    ashore.says(&bad);
+    for command in ["check", "apply"] {
+        let output = ashore.try_to(&["fleet", command, ashore.file().to_str().unwrap()]);
+        let said = said(&output);
+        assert!(!output.status.success() && said.contains("3 problems"), "{said}");
+        for told in
+            ["0x2810 is ntnu-otter-01's", "not in 10.8.0.0/24", "did you mean `limits`?", "fleet.toml: line "]
+        {
+            assert!(said.contains(told), "{told}: {said}");
+        }
+    }
+    assert!(!ashore.data().join("app.db").exists());
+    // What the agent would refuse, or not know, is told ashore.
+    for (old, new, told) in [
+        ("\"Air Draught\" = 1.5", "\"Air Drought\" = 1.5", "Air Drought"),
+        ("\"Air Draught\" = 1.5", "\"Air Draught\" = -1", "Air Draught"),
+    ] {
+        ashore.says(&good.replace(old, new));
+        let output = ashore.try_to(&["fleet", "check", ashore.file().to_str().unwrap()]);
+        assert!(!output.status.success() && said(&output).contains(told), "{}", said(&output));
+    }
+}
+
+#[test]
+fn what_contradicts_the_database_is_told_and_nothing_is_done() {
+    let ashore = Ashore::example();
+    ashore.run(&["vessel", "add", "ntnu-otter-01", "0x2899"]);
+    ashore.run(&["vessel", "add", "other", "0x2811"]);
+    let output = ashore.try_to(&["fleet", "apply", ashore.file().to_str().unwrap()]);
+    let said = said(&output);
+    assert!(!output.status.success() && said.contains("2 conflicts"), "{said}");
+    assert!(said.contains("vessel remove other"), "{said}");
+    assert!(!ashore.data().join("fleet").exists());
+}
+
+#[test]
+fn a_run_that_was_killed_is_finished_by_the_next() {
+    let ashore = Ashore::example();
+    ashore.apply(&[]);
+    // A token that was written down and never came into app.db; files of the VPN that were not written any more.
+    let fleet = ashore.data().join("fleet");
+    let known = ashore.kept("ntnu-otter-01.token");
+    let unknown = known.replace(&known[known.len() - 4..], "0000");
+    fs::write(fleet.join("ntnu-otter-01.token"), unknown).unwrap();
+    fs::remove_file(ashore.data().join("vpn/lutra.conf")).unwrap();
+    fs::remove_file(fleet.join("fleet.toml")).unwrap();
+    let said = ashore.apply(&[]);
+    assert!(
+        said.contains("will make a link token for ntnu-otter-01\n") && said.contains("will write"),
+        "{said}"
+    );
+    assert!(!said.contains("ntnu-otter-02"), "{said}");
+    assert!(ashore.apply(&[]).contains("nothing to do"));
+}
+
+#[test]
+fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
+    let ashore = Ashore::example();
+    ashore.apply(&[]);
+    let (token, key) = (ashore.kept("ntnu-otter-01.token"), ashore.kept("ntnu-otter-01.vpn"));
+    let said = ashore.run(&["fleet", "rotate", "ntnu-otter-01", "--token"]);
+    assert!(said.contains("its old one is good until"), "{said}");
+    assert_ne!(ashore.kept("ntnu-otter-01.token"), token);
+    let count = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810";
+    let never = format!("{count} AND expires_us IS NULL");
+    assert_eq!(
+        (rows(&ashore.data(), count), rows(&ashore.data(), &never)),
+        (vec!["2".to_owned()], vec!["1".to_owned()])
+    );
+    let said = ashore.run(&["fleet", "rotate", "ntnu-otter-01", "--token", "--vpn", "--grace-days", "0"]);
+    assert!(said.contains("is off the VPN") && said.contains("opens nothing any more"), "{said}");
+    assert_ne!(ashore.kept("ntnu-otter-01.vpn"), key);
+    assert_eq!(rows(&ashore.data(), count), ["1"]);
+    let conf = fs::read_to_string(ashore.data().join("vpn/lutra.conf")).unwrap();
+    assert!(conf.contains("10.8.0.11/32"));
+
+    // One that leaves the file keeps what it has until it is revoked by name.
+    let fleet = fs::read_to_string(ashore.file()).unwrap();
+    let left = fleet.replace(
+        "[[vessel]]\nname = \"ntnu-otter-01\"\nimc_address = 0x2810\nvpn_address = \"10.8.0.11\"\n",
+        "",
+    );
+    assert_ne!(fleet, left);
+    ashore.says(&left);
+    let said = ashore.apply(&[]);
+    assert!(
+        said.contains("ntnu-otter-01 is not in the file and keeps its link token and its place in the VPN"),
+        "{said}"
+    );
+    let conf = || fs::read_to_string(ashore.data().join("vpn/lutra.conf")).unwrap();
+    assert!(conf().contains("10.8.0.11/32"));
+    let said = ashore.apply(&["--revoke", "ntnu-otter-01"]);
+    assert!(said.contains("1 link token revoked"), "{said}");
+    assert!(!conf().contains("10.8.0.11/32") && conf().contains("10.8.0.12/32"));
+    assert_eq!(rows(&ashore.data(), count), ["0"]);
+    assert!(!ashore.data().join("fleet/ntnu-otter-01.token").exists());
+    let said = ashore.run(&["fleet", "revoke", "ntnu-otter-02"]);
+    assert!(said.contains("still in the fleet file") && !conf().contains("10.8.0.12/32"), "{said}");
+    let audited = rows(
+        &ashore.data(),
+        "SELECT subject FROM audit WHERE action IN ('fleet.rotate', 'fleet.revoke') ORDER BY id",
+    );
+    assert_eq!(
+        audited,
+        [
+            "ntnu-otter-01: link token",
+            "ntnu-otter-01: link token",
+            "ntnu-otter-01: VPN key",
+            "ntnu-otter-01",
+            "ntnu-otter-02"
+        ]
+    );
+    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-02", "-o", "/dev/null"]);
+    assert!(
+        !output.status.success() && self::said(&output).contains("has no link token"),
+        "{}",
+        self::said(&output)
+    );
+}
+
+/// A root on which the agent's package is installed.
+fn boat() -> TempDir {
+    let root = TempDir::new().unwrap();
+    install(root.path());
+    root
+}
+
+/// Puts there what the package does.
+fn install(root: &Path) {
+    fs::create_dir_all(root.join("etc/lutra")).unwrap();
+    let packaged = testkit::repository().join("vehicle-agent/etc/otter.ini");
+    fs::copy(packaged, root.join("etc/lutra/agent.ini")).unwrap();
+    let (user, group) = (rustix::process::geteuid().as_raw(), rustix::process::getegid().as_raw());
+    fs::write(root.join("etc/passwd"), format!("lutra-agent:x:{user}:{group}:::\n")).unwrap();
+}
+
+fn provision(program: &Path, bundle: &Path, passphrase: &str, root: &Path, more: &[&str]) -> Output {
+    let secret = root.join("passphrase");
+    fs::write(&secret, passphrase).unwrap();
+    let mut command = Command::new(program);
+    command
+        .arg("provision")
+        .arg(bundle)
+        .arg("--root")
+        .arg(root)
+        .arg("--passphrase-file")
+        .arg(&secret)
+        .args(more);
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    fs::remove_file(secret).unwrap();
+    output
+}
+
+#[test]
+fn a_bundle_made_ashore_is_unpacked_aboard() {
+    let Some(program) = agent_program() else { return };
+    let ashore = Ashore::example();
+    ashore.apply(&[]);
+    let (bundle, passphrase) = ashore.bundle("ntnu-otter-02");
+    assert_eq!(fs::metadata(&bundle).unwrap().permissions().mode() & 0o077, 0);
+    let root = boat();
+    let before = files(root.path());
+    for (passphrase, more, told) in [
+        ("another passphrase", &[][..], "does not open this bundle"),
+        (&passphrase, &["--check"], "would write"),
+    ] {
+        let output = provision(&program, &bundle, passphrase, root.path(), more);
+        assert!(said(&output).contains(told), "{}", said(&output));
+        assert_eq!(files(root.path()), before, "nothing is written");
+    }
+    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(said(&output).contains("this computer is ntnu-otter-02 (0x2811)"), "{}", said(&output));
+    let token = ashore.kept("ntnu-otter-02.token");
+    assert_eq!(fs::read_to_string(root.path().join("etc/lutra/lutra.token")).unwrap().trim(), token);
+    assert!(!said(&output).contains(&token));
+    let again = said(&provision(&program, &bundle, &passphrase, root.path(), &[]));
+    assert!(again.contains("nothing to do: this computer is ntnu-otter-02 already"), "{again}");
+    let (other, passphrase) = ashore.bundle("ntnu-otter-03");
+    let refused = provision(&program, &other, &passphrase, root.path(), &[]);
+    assert!(
+        !refused.status.success() && said(&refused).contains("this computer is ntnu-otter-02"),
+        "{}",
+        said(&refused)
+    );
+    let whole = fs::read(&other).unwrap();
+    fs::write(&other, &whole[..whole.len() - 9]).unwrap();
+    let refused = provision(&program, &other, &passphrase, boat().path(), &[]);
+    assert!(!refused.status.success() && said(&refused).contains("is cut short"), "{}", said(&refused));
+}
+
+#[test]
+fn a_full_disk_takes_nothing_of_a_bundle_and_all_of_it_once_there_is_room() {
+    let Some(program) = agent_program() else { return };
+    let Some(disk) = Disk::mount() else { return };
+    let (ashore, root) = (Ashore::example(), disk.data());
+    ashore.apply(&[]);
+    let (bundle, passphrase) = ashore.bundle("ntnu-otter-01");
+    let secret = ashore.folder.path().join("passphrase");
+    fs::write(&secret, passphrase).unwrap();
+    install(&root);
+    let bring = || {
+        let mut command = Command::new(&program);
+        command.arg("provision").arg(&bundle).arg("--root").arg(&root).arg("--passphrase-file").arg(&secret);
+        command.output().unwrap()
+    };
+    disk.fill();
+    let (before, output) = (files(&root), bring());
+    assert!(!output.status.success() && said(&output).contains("bring old logs ashore"), "{}", said(&output));
+    assert_eq!(files(&root), before);
+    disk.make_room();
+    assert!(bring().status.success());
+    assert!(root.join("etc/lutra/vessel.ini").exists());
+}
+
+#[test]
+fn an_encrypted_link_brings_its_authority_aboard() {
+    let Some(program) = agent_program() else { return };
+    let example = fs::read_to_string(testkit::repository().join("deploy/fleet.example.toml")).unwrap();
+    let ashore = Ashore::new(&example.replace("encrypted = false", "encrypted = true"));
+    let said_first = ashore.apply(&[]);
+    assert!(said_first.contains("this server has no certificate"), "{said_first}");
+    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-01", "-o", "/dev/null"]);
+    assert!(!output.status.success() && said(&output).contains("tls init"), "{}", said(&output));
+    ashore.run(&["tls", "init", "--name", "10.8.0.1"]);
+    let (bundle, passphrase) = ashore.bundle("ntnu-otter-01");
+    let root = boat();
+    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+    assert!(output.status.success(), "{}", said(&output));
+    let brought = fs::read(root.path().join("etc/lutra/ca.pem")).unwrap();
+    assert_eq!(brought, fs::read(ashore.data().join("tls/ca.pem")).unwrap());
+    let overlay = fs::read_to_string(root.path().join("etc/lutra/vessel.ini")).unwrap();
+    assert!(overlay.contains("URL = wss://10.8.0.1:8080/link\n"), "{overlay}");
+    assert!(overlay.contains("Certificate Authority = ca.pem\n"), "{overlay}");
+}
+
+/// A fleet of two simulated boats whose shore is reached at 192.0.2.1, as [`Cable`] lays it.
+const TWO: &str = "
+[server]
+public_name = \"192.0.2.1\"
+[vpn]
+network = \"10.77.0.0/24\"
+server_address = \"10.77.0.1\"
+keepalive_s = 1
+[common]
+profile = \"Simulation\"
+[[vessel]]
+name = \"otter-1\"
+imc_address = 0x2810
+vpn_address = \"10.77.0.11\"
+[[vessel]]
+name = \"otter-2\"
+imc_address = 0x2811
+vpn_address = \"10.77.0.12\"
+";
+
+/// A `wg-quick` file put into force by hand: this kernel has no WireGuard, and names of interfaces must be unique here.
+async fn tunnel(cable: &Cable, side: char, file: &Path, folder: &Path) -> Process {
+    let (namespace, other) =
+        if side == 's' { (cable.shore(), "10.77.0.0/24") } else { (cable.vessel(), "10.77.0.1/32") };
+    let device = cable.tunnel(side);
+    let text = fs::read_to_string(file).unwrap();
+    let (address, plain): (Vec<&str>, Vec<&str>) =
+        text.lines().partition(|line| line.starts_with("Address = "));
+    let plain_file = folder.join(format!("{side}.wg"));
+    fs::write(&plain_file, plain.join("\n") + "\n").unwrap();
+    let running = daemon(&namespace, "wireguard-go", &["-f", &device], &folder.join(format!("{side}.log")));
+    let set = ["netns", "exec", &namespace, "wg", "setconf", &device, plain_file.to_str().unwrap()];
+    until("WireGuard up", || run_tool("ip", &set).ok()).await;
+    ip(&format!("-n {namespace} addr add {} dev {device}", &address[0]["Address = ".len()..])).unwrap();
+    ip(&format!("-n {namespace} link set {device} up")).unwrap();
+    ip(&format!("-n {namespace} route replace {other} dev {device}")).unwrap();
+    running
+}
+
+/// Whether a connection from the boat reaches this port of the shore; nothing listens on it, so that who is let through is
+/// refused at once, and who is not hears nothing.
+fn is_let_through(cable: &Cable, port: u16) -> bool {
+    let script = format!("timeout 2 bash -c 'exec 3<>/dev/tcp/10.77.0.1/{port}' 2>&1; test $? -ne 124");
+    Cable::inside(&cable.vessel(), "bash").args(["-c", &script]).status().unwrap().success()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reaches_nothing_else() {
+    let Some(program) = agent_program() else { return };
+    if !is_there("wireguard-go") || !is_there("wg") {
+        absent(Need::Wireguard, "apt-get install wireguard-go wireguard-tools");
+        return;
+    }
+    let Some(cable) = Cable::lay("fleet") else { return };
+    let (ashore, root) = (Ashore::new(TWO), boat());
+    ashore.apply(&[]);
+    let (bundle, passphrase) = ashore.bundle("otter-1");
+    let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+    assert!(output.status.success(), "{}", said(&output));
+
+    let _shore = tunnel(&cable, 's', &ashore.data().join("vpn/lutra.conf"), ashore.folder.path()).await;
+    let _boat =
+        tunnel(&cable, 'v', &root.path().join("etc/wireguard/lutra.conf"), ashore.folder.path()).await;
+    let firewall = is_there("nft");
+    if firewall {
+        let rules = fs::read_to_string(ashore.data().join("vpn/lutra.nft")).unwrap();
+        let file = ashore.folder.path().join("lutra.nft");
+        fs::write(&file, rules.replace("\"lutra\"", &format!("\"{}\"", cable.tunnel('s')))).unwrap();
+        for (how, why) in [("-c", "syntax"), ("-e", "in force"), ("-e", "in force again")] {
+            let shore = cable.shore();
+            let load = ["netns", "exec", &shore, "nft", how, "-f", file.to_str().unwrap()];
+            run_tool("ip", &load).unwrap_or_else(|error| panic!("{why}: {error}"));
+        }
+    } else {
+        absent(Need::Nftables, "apt-get install nftables");
+    }
+
+    let beyond = ["--set", "http.plain_beyond_loopback=true"];
+    let mut server =
+        Server::start_by(Cable::inside(&cable.shore(), SERVER), &ashore.data(), "10.77.0.1:8080", &beyond);
+    let mut agent = Cable::inside(&cable.vessel(), program.to_str().unwrap());
+    let config = root.path().join("etc/lutra/vessel.ini");
+    agent.arg("run").arg(&config).args(["--quiet", "--data"]).arg(root.path().join("sailing"));
+    let _agent = Process(agent.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    until("the link stands", || server.log().contains("the link stands").then_some(())).await;
+    if firewall {
+        assert!(is_let_through(&cable, 8080), "the link's door is open");
+        assert!(!is_let_through(&cable, 8081), "no other is");
+    }
+    server.process.terminate();
+}

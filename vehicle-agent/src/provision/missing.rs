@@ -1,0 +1,72 @@
+//! What the boat lacks beside the files of the bundle.
+
+use super::place::CHART;
+use crate::doctor::Finding;
+use provision::{Bundle, Part, Port};
+use std::path::Path;
+
+/// Programs that keep a computer's clock.
+const CLOCK_KEEPERS: [&str; 4] = [
+    "usr/sbin/chronyd",
+    "usr/lib/systemd/systemd-timesyncd",
+    "lib/systemd/systemd-timesyncd",
+    "usr/sbin/ntpd",
+];
+
+pub(super) fn look(bundle: &Bundle, root: &Path) -> Vec<Finding> {
+    let mut findings = vec![vpn(root), clock(root), chart(bundle, root)];
+    if bundle.manifest.profile == "Hardware" {
+        findings.extend(bundle.manifest.devices.iter().map(|port| device(port, root)));
+    }
+    findings
+}
+
+fn vpn(root: &Path) -> Finding {
+    if root.join("usr/bin/wg-quick").exists() {
+        return Finding::good("VPN", "WireGuard is installed");
+    }
+    Finding::doubt(
+        "VPN",
+        "WireGuard is not installed, so the shore is not reached",
+        "sudo apt install wireguard-tools",
+    )
+}
+
+fn clock(root: &Path) -> Finding {
+    if CLOCK_KEEPERS.iter().any(|program| root.join(program).exists()) {
+        return Finding::good("clock", "a program keeps it");
+    }
+    Finding::doubt("clock", "nothing keeps this computer's clock", "sudo apt install chrony")
+}
+
+fn chart(bundle: &Bundle, root: &Path) -> Finding {
+    match (root.join(CHART).exists(), bundle.file(Part::Chart).is_some()) {
+        (true, _) => Finding::good("chart", "one is aboard; the shore sends a newer one by the link"),
+        (false, true) => Finding::good("chart", "it is in the bundle"),
+        (false, false) => {
+            Finding::doubt("chart", "none is aboard", "connect to the shore once before the first plan")
+        }
+    }
+}
+
+/// Whether the device's port is there; a device that is off has none.
+fn device(Port { device, port }: &Port, root: &Path) -> Finding {
+    let path = port.strip_prefix("slcan:").unwrap_or(port);
+    let place = match path.strip_prefix('/') {
+        Some(_) if path.contains('*') => None,
+        Some(below) => Some(root.join(below)),
+        // A CAN interface of the system.
+        None if !path.contains(':') => Some(root.join("sys/class/net").join(path)),
+        None => None,
+    };
+    let text = |state: &str| format!("{device} at {port}{state}");
+    match place {
+        None => Finding::good("device", text(", which cannot be looked for")),
+        Some(place) if place.exists() => Finding::good("device", text("")),
+        Some(_) => Finding::doubt(
+            "device",
+            text(" is not there"),
+            "plug it in and switch it on; 60-lutra-agent.rules says how ports get names",
+        ),
+    }
+}

@@ -1,0 +1,156 @@
+//! `lutra-agent provision`: makes this computer the one of a vessel, from the sealed bundle that `lutra-server fleet bundle` wrote.
+//!
+//! `verify` looks whether the bundle is for this computer, whole, and of its time; `place` says where each file goes and who may
+//! read it; `stage` writes them beside their places and puts them there by renaming, all or none; `missing` looks at what the
+//! boat lacks beside. Where files go stands here and never in the bundle.
+
+mod account;
+mod missing;
+mod place;
+mod stage;
+mod verify;
+
+#[cfg(test)]
+mod tests;
+
+use crate::doctor::{Verdict, print};
+use crate::say::{complain, say};
+use anyhow::{Context as _, bail, ensure};
+use clap::Args;
+use place::Destination;
+use provision::{Bundle, BundleError, sealed_bytes};
+use std::fs::{self, File};
+use std::io::{self, IsTerminal as _, Read as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{SystemTime, UNIX_EPOCH};
+use units::UtcTime;
+
+/// As many bytes as tell how long a bundle is.
+const HEAD_BYTES: u64 = 64;
+/// The longest passphrase that is read.
+const PASSPHRASE_BYTES: u64 = 1_024;
+
+#[derive(Debug, Args)]
+pub(crate) struct ProvisionArguments {
+    /// The bundle.
+    file: PathBuf,
+    /// Below which the boat's file system lies; for a card that is prepared on another computer.
+    #[arg(long, value_name = "DIR", default_value = "/")]
+    root: PathBuf,
+    /// Only verify, and say what would be written and what is missing.
+    #[arg(long)]
+    check: bool,
+    /// Take a bundle of another vessel, or an older one than this computer has.
+    #[arg(long)]
+    replace: bool,
+    /// Read the passphrase from this file instead of asking for it.
+    #[arg(long, value_name = "FILE")]
+    passphrase_file: Option<PathBuf>,
+}
+
+/// Ends with failure where the vessel cannot sail with what is there.
+pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<ExitCode> {
+    let ProvisionArguments { file, root, check, replace, passphrase_file } = arguments;
+    let sealed = read(file)?;
+    let passphrase = passphrase(passphrase_file.as_deref())?;
+    let bundle = Bundle::open(sealed, &passphrase).with_context(|| file.display().to_string())?;
+    verify::in_time(&bundle, now())?;
+    verify::computer(&bundle, root, *replace)?;
+    verify::configuration(&bundle, root)?;
+    let wanted = place::destinations(&bundle, root)?;
+    let due = stage::due(wanted)?;
+    let manifest = &bundle.manifest;
+    for Destination { path, .. } in &due {
+        say!("{} {}", if *check { "would write" } else { "will write" }, path.display());
+    }
+    if due.is_empty() {
+        say!("nothing to do: this computer is {} already", manifest.vessel);
+    } else if !check {
+        stage::put(&due)?;
+        say!("this computer is {} (0x{:04X})", manifest.vessel, manifest.imc_address);
+    }
+    let worst = print(&missing::look(&bundle, root), false);
+    if !check && !due.is_empty() {
+        tell_next();
+    }
+    Ok(if worst == Verdict::Bad { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn tell_next() {
+    say!("next, aboard:");
+    say!(
+        "  sudo systemctl daemon-reload && sudo systemctl enable wg-quick@lutra && sudo systemctl restart wg-quick@lutra"
+    );
+    say!("  sudo -u lutra-agent lutra-agent doctor /etc/lutra/vessel.ini --data /var/lib/lutra-agent");
+    say!(
+        "  sudo systemctl enable lutra-agent && sudo systemctl restart lutra-agent    # the motors may turn"
+    );
+}
+
+/// The bundle's bytes; what is no whole bundle is refused before it is read.
+fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
+    let name = || path.display().to_string();
+    let about = fs::metadata(path).with_context(name)?;
+    ensure!(about.is_file(), "{} is no file", path.display());
+    let mut file = File::open(path).with_context(name)?;
+    let mut bytes = Vec::new();
+    file.by_ref().take(HEAD_BYTES).read_to_end(&mut bytes).with_context(name)?;
+    let whole = sealed_bytes(&bytes).with_context(name)?;
+    let have = about.len();
+    if have < whole {
+        return Err(BundleError::CutShort { have, whole }).with_context(name);
+    }
+    file.take(whole.saturating_sub(HEAD_BYTES).saturating_add(1))
+        .read_to_end(&mut bytes)
+        .with_context(name)?;
+    Ok(bytes)
+}
+
+fn now() -> UtcTime {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    UtcTime::from_micros(i64::try_from(since.as_micros()).unwrap_or(i64::MAX))
+}
+
+/// The passphrase, from a file, a pipe, or whoever sits before the terminal.
+fn passphrase(file: Option<&Path>) -> anyhow::Result<String> {
+    let mut text = String::new();
+    match file {
+        Some(path) => {
+            let file = File::open(path).with_context(|| path.display().to_string())?;
+            file.take(PASSPHRASE_BYTES)
+                .read_to_string(&mut text)
+                .with_context(|| path.display().to_string())?;
+        }
+        None if io::stdin().is_terminal() => text = asked()?,
+        None => {
+            io::stdin()
+                .take(PASSPHRASE_BYTES)
+                .read_to_string(&mut text)
+                .context("cannot read the passphrase")?;
+        }
+    }
+    let text = text.lines().next().unwrap_or_default().trim().to_owned();
+    if text.is_empty() {
+        bail!(
+            "no passphrase was given: `lutra-server fleet bundle` said it; type it, or give --passphrase-file"
+        );
+    }
+    Ok(text)
+}
+
+/// Asks without showing what is typed.
+fn asked() -> anyhow::Result<String> {
+    use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
+    complain!("passphrase of the bundle:");
+    let terminal = io::stdin();
+    let shown = tcgetattr(&terminal).context("the terminal")?;
+    let mut hidden = shown.clone();
+    hidden.local_modes.remove(LocalModes::ECHO);
+    tcsetattr(&terminal, OptionalActions::Now, &hidden).context("the terminal")?;
+    let mut text = String::new();
+    let read = terminal.read_line(&mut text);
+    tcsetattr(&terminal, OptionalActions::Now, &shown).context("the terminal")?;
+    read.context("cannot read the passphrase")?;
+    Ok(text)
+}
