@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::secret::Secret;
 use super::tokens::LINK_PREFIX;
-use super::writer::Request;
+use super::request::Request;
 use sqlx::SqliteConnection;
 use units::UtcTime;
 

@@ -73,7 +73,8 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
 function then(act: () => void, group: string): () => void {
   return () => {
     act();
-    requestAnimationFrame(() => document.querySelector<HTMLElement>(`#${group} button:not(:disabled), #sea-route-depth`)?.focus());
+    const find = (selector: string): HTMLElement | null => document.querySelector<HTMLElement>(selector);
+    requestAnimationFrame(() => (find(`#${group} button:not(:disabled)`) ?? find("#sea-route-depth"))?.focus());
   };
 }
 
@@ -83,8 +84,8 @@ function Offers({ passable, act }: { readonly passable: SeaRoutePassable | undef
   const { depth_m, clearance_m } = passable;
   return (
     <>
-      {depth_m !== null && <button type="button" onClick={then(() => act.use({ depth_m }), "sea-route-offers")}>{t("Try a least depth of {depth} m", { depth: depth_m })}</button>}
-      {clearance_m !== null && <button type="button" onClick={then(() => act.use({ clearance_m }), "sea-route-offers")}>{t("Try a clearance of {distance} m", { distance: clearance_m })}</button>}
+      {depth_m !== null && <button type="button" onClick={then(() => act.use({ depth_m }), "sea-route-vias")}>{t("Try a least depth of {depth} m", { depth: depth_m })}</button>}
+      {clearance_m !== null && <button type="button" onClick={then(() => act.use({ clearance_m }), "sea-route-vias")}>{t("Try a clearance of {distance} m", { distance: clearance_m })}</button>}
     </>
   );
 }
