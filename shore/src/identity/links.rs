@@ -1,9 +1,9 @@
 //! Tokens of vessels' links, as provisioning handles them: is a secret still good, and when do a vessel's older ones end.
 
 use super::fault::Fault;
+use super::request::Request;
 use super::secret::Secret;
 use super::tokens::LINK_PREFIX;
-use super::request::Request;
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
