@@ -174,7 +174,7 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
         Command::Simulate(arguments) if arguments.open_loop.is_some() => open_loop::run(&arguments)?,
         Command::Simulate(arguments) => simulate::simulate(&arguments)?,
         Command::Doctor(arguments) => return Ok(doctor::doctor(&arguments)),
-        Command::Provision(arguments) => return provision::provision(&arguments),
+        Command::Provision(arguments) => provision::provision(&arguments)?,
         Command::Motors(MotorsCommand::Test(arguments)) => motors_test::motors_test(&arguments)?,
         Command::SimulateDevices(arguments) => simulate_devices::simulate_devices(&arguments)?,
         Command::Replay { file } => {

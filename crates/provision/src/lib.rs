@@ -18,7 +18,7 @@ mod overlay;
 mod vpn;
 
 pub use bundle::{
-    Bundle, BundleError, FORMAT, Item, MAX_BUNDLE_BYTES, Manifest, Part, Port, Randomness,
+    Bundle, BundleError, FORMAT, Item, MAX_BUNDLE_BYTES, Manifest, Part, Port, Randomness, passphrase_in,
     passphrase_is_good, sealed_bytes,
 };
 pub use certificate::{Validity, authority_validity};

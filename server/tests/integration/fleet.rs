@@ -194,6 +194,9 @@ fn a_run_that_was_killed_is_finished_by_the_next() {
     );
     assert!(!said.contains("ntnu-otter-02"), "{said}");
     assert!(ashore.apply(&[]).contains("nothing to do"));
+    // The one that nobody holds any more ends by itself.
+    let endless = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810 AND expires_us IS NULL";
+    assert_eq!(rows(&ashore.data(), endless), ["1"]);
 }
 
 #[test]
@@ -253,7 +256,7 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
             "ntnu-otter-02"
         ]
     );
-    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-02", "-o", "/dev/null"]);
+    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-02", "-o", "never.bundle"]);
     assert!(
         !output.status.success() && self::said(&output).contains("has no link token"),
         "{}",
@@ -363,7 +366,7 @@ fn an_encrypted_link_brings_its_authority_aboard() {
     let ashore = Ashore::new(&example.replace("encrypted = false", "encrypted = true"));
     let said_first = ashore.apply(&[]);
     assert!(said_first.contains("this server has no certificate"), "{said_first}");
-    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-01", "-o", "/dev/null"]);
+    let output = ashore.try_to(&["fleet", "bundle", "ntnu-otter-01", "-o", "never.bundle"]);
     assert!(!output.status.success() && said(&output).contains("tls init"), "{}", said(&output));
     ashore.run(&["tls", "init", "--name", "10.8.0.1"]);
     let (bundle, passphrase) = ashore.bundle("ntnu-otter-01");
@@ -403,8 +406,10 @@ async fn tunnel(cable: &Cable, side: char, file: &Path, folder: &Path) -> Proces
         if side == 's' { (cable.shore(), "10.77.0.0/24") } else { (cable.vessel(), "10.77.0.1/32") };
     let device = cable.tunnel(side);
     let text = fs::read_to_string(file).unwrap();
-    let (address, plain): (Vec<&str>, Vec<&str>) =
-        text.lines().partition(|line| line.starts_with("Address = "));
+    let (address, plain): (Vec<&str>, Vec<&str>) = text
+        .lines()
+        .filter(|line| !line.starts_with("PreUp = "))
+        .partition(|line| line.starts_with("Address = "));
     let plain_file = folder.join(format!("{side}.wg"));
     fs::write(&plain_file, plain.join("\n") + "\n").unwrap();
     let running = daemon(&namespace, "wireguard-go", &["-f", &device], &folder.join(format!("{side}.log")));

@@ -44,6 +44,8 @@ pub struct End {
     pub vessel: u16,
     /// The token that goes on.
     pub but: Option<i64>,
+    /// Only those with this label; `None`: all.
+    pub label: Option<String>,
     /// When the others end; those that end earlier still do. `None`: at once.
     pub at: Option<UtcTime>,
 }
@@ -52,17 +54,18 @@ impl Request for End {
     type Answer = u64;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<u64, Fault> {
-        let Self { vessel, but, at } = self;
+        let Self { vessel, but, label, at } = self;
         let done = match at {
             None => {
-                let sql = "DELETE FROM token WHERE person IS NULL AND vessel = ?1 AND id IS NOT ?2";
-                sqlx::query(sql).bind(vessel).bind(but).execute(db).await?
+                let sql = "DELETE FROM token WHERE person IS NULL AND vessel = ?1 AND id IS NOT ?2
+                           AND (?3 IS NULL OR label = ?3)";
+                sqlx::query(sql).bind(vessel).bind(but).bind(label).execute(db).await?
             }
             Some(at) => {
                 let sql =
                     "UPDATE token SET expires_us = ?3 WHERE person IS NULL AND vessel = ?1 AND id IS NOT ?2
-                           AND (expires_us IS NULL OR expires_us > ?3)";
-                sqlx::query(sql).bind(vessel).bind(but).bind(at.micros()).execute(db).await?
+                           AND (expires_us IS NULL OR expires_us > ?3) AND (?4 IS NULL OR label = ?4)";
+                sqlx::query(sql).bind(vessel).bind(but).bind(at.micros()).bind(label).execute(db).await?
             }
         };
         Ok(done.rows_affected())
@@ -106,7 +109,7 @@ mod tests {
         let mut db = fresh().await;
         let (old, new) = (make(7).run(&mut db).await.unwrap(), make(7).run(&mut db).await.unwrap());
         let other = make(8).run(&mut db).await.unwrap();
-        let end = End { vessel: 7, but: Some(new.id), at: Some(LATER) };
+        let end = End { vessel: 7, but: Some(new.id), label: None, at: Some(LATER) };
         assert_eq!(end.run(&mut db).await.unwrap(), 1);
         for (token, vessel, now, good) in [
             (&old, 7, NOW, true),
@@ -132,7 +135,7 @@ mod tests {
             make(vessel).run(&mut db).await.unwrap();
         }
         assert_eq!(Open(NOW).run(&mut db).await.unwrap(), [7, 8]);
-        assert_eq!(End { vessel: 7, but: None, at: None }.run(&mut db).await.unwrap(), 2);
+        assert_eq!(End { vessel: 7, but: None, label: None, at: None }.run(&mut db).await.unwrap(), 2);
         assert_eq!(Open(NOW).run(&mut db).await.unwrap(), [8]);
     }
 }

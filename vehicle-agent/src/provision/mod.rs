@@ -13,23 +13,22 @@ mod verify;
 #[cfg(test)]
 mod tests;
 
-use crate::doctor::{Verdict, print};
+use crate::doctor::print;
 use crate::say::{complain, say};
 use anyhow::{Context as _, bail, ensure};
 use clap::Args;
 use place::Destination;
-use provision::{Bundle, BundleError, sealed_bytes};
+use provision::{Bundle, BundleError, passphrase_in, sealed_bytes};
 use std::fs::{self, File};
 use std::io::{self, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 use units::UtcTime;
 
 /// As many bytes as tell how long a bundle is.
 const HEAD_BYTES: u64 = 64;
 /// The longest passphrase that is read.
-const PASSPHRASE_BYTES: u64 = 1_024;
+const PASSPHRASE_BYTES: u64 = 1 << 20;
 
 #[derive(Debug, Args)]
 pub(crate) struct ProvisionArguments {
@@ -49,8 +48,8 @@ pub(crate) struct ProvisionArguments {
     passphrase_file: Option<PathBuf>,
 }
 
-/// Ends with failure where the vessel cannot sail with what is there.
-pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<ExitCode> {
+/// What the boat lacks beside is said, and is no failure: it is often brought later.
+pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<()> {
     let ProvisionArguments { file, root, check, replace, passphrase_file } = arguments;
     let sealed = read(file)?;
     let passphrase = passphrase(passphrase_file.as_deref())?;
@@ -70,11 +69,11 @@ pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<ExitCo
         stage::put(&due)?;
         say!("this computer is {} (0x{:04X})", manifest.vessel, manifest.imc_address);
     }
-    let worst = print(&missing::look(&bundle, root), false);
+    print(&missing::look(&bundle, root), false);
     if !check && !due.is_empty() {
         tell_next();
     }
-    Ok(if worst == Verdict::Bad { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    Ok(())
 }
 
 fn tell_next() {
@@ -130,7 +129,7 @@ fn passphrase(file: Option<&Path>) -> anyhow::Result<String> {
                 .context("cannot read the passphrase")?;
         }
     }
-    let text = text.lines().next().unwrap_or_default().trim().to_owned();
+    let text = passphrase_in(&text).context("give the passphrase in one line")?.to_owned();
     if text.is_empty() {
         bail!(
             "no passphrase was given: `lutra-server fleet bundle` said it; type it, or give --passphrase-file"
@@ -146,11 +145,13 @@ fn asked() -> anyhow::Result<String> {
     let terminal = io::stdin();
     let shown = tcgetattr(&terminal).context("the terminal")?;
     let mut hidden = shown.clone();
-    hidden.local_modes.remove(LocalModes::ECHO);
+    // Ctrl-C comes as a letter, so that it does not leave a terminal behind that shows nothing.
+    hidden.local_modes.remove(LocalModes::ECHO | LocalModes::ISIG);
     tcsetattr(&terminal, OptionalActions::Now, &hidden).context("the terminal")?;
     let mut text = String::new();
     let read = terminal.read_line(&mut text);
     tcsetattr(&terminal, OptionalActions::Now, &shown).context("the terminal")?;
     read.context("cannot read the passphrase")?;
+    ensure!(!text.contains('\u{3}'), "stopped; nothing was changed");
     Ok(text)
 }

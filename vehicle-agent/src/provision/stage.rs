@@ -3,11 +3,12 @@
 use super::account::Account;
 use super::place::Destination;
 use anyhow::{Context as _, ensure};
+use rustix::fs::{Mode, OFlags};
 use std::ffi::OsString;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write as _};
 use std::os::unix::fs::{
-    DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _, chown,
+    DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _, fchown,
 };
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,12 @@ pub(super) fn due(wanted: Vec<Destination>) -> anyhow::Result<Vec<Destination>> 
     let mut due = Vec::new();
     for one in wanted {
         let there = is_there(&one).with_context(|| format!("cannot read {}", one.path.display()))?;
+        let in_the_way = one.path.symlink_metadata().is_ok_and(|about| about.is_dir());
+        ensure!(
+            !in_the_way,
+            "{} is a folder, where a file is to be: move it away. Nothing was changed",
+            one.path.display()
+        );
         if !there {
             due.push(one);
         }
@@ -99,7 +106,7 @@ impl Staged {
         self.files.push((beside, one.path.clone()));
         file.write_all(&one.bytes)?;
         if let Some(Account { user, group }) = one.owner {
-            std::os::unix::fs::fchown(&file, Some(user), Some(group))?;
+            fchown(&file, Some(user), Some(group))?;
         }
         file.set_permissions(Permissions::from_mode(one.mode))?;
         file.sync_all()
@@ -110,9 +117,12 @@ impl Staged {
         for folder in absent.into_iter().rev() {
             DirBuilder::new().mode(mode).create(folder)?;
             self.folders.push(folder.to_owned());
-            fs::set_permissions(folder, Permissions::from_mode(mode))?;
+            // Its parent may belong to the agent's user: what was made is held fast, and no link in its place is followed.
+            let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+            let made = File::from(rustix::fs::open(folder, flags, Mode::empty())?);
+            made.set_permissions(Permissions::from_mode(mode))?;
             if let Some(Account { user, group }) = owner {
-                chown(folder, Some(user), Some(group))?;
+                fchown(&made, Some(user), Some(group))?;
             }
         }
         Ok(())
@@ -120,10 +130,12 @@ impl Staged {
 
     fn finish(mut self) -> anyhow::Result<()> {
         self.folders.clear();
-        for (beside, place) in std::mem::take(&mut self.files) {
+        // What is not in its place when one fails is taken away when this is dropped.
+        while let Some((beside, place)) = self.files.first().cloned() {
             fs::rename(&beside, &place).with_context(|| {
                 format!("cannot put {} in its place; run it again, which does the rest", place.display())
             })?;
+            self.files.remove(0);
             let folder = place.parent().unwrap_or(Path::new("/"));
             File::open(folder)
                 .and_then(|folder| folder.sync_all())

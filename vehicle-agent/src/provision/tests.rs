@@ -1,6 +1,7 @@
 //! Bundles brought aboard a root file system like the package's, and those that are refused.
 
 use super::*;
+use crate::doctor::Verdict;
 use provision::{FORMAT, Fleet, Manifest, Part, Port, VpnKey, overlay, wireguard};
 use std::os::unix::fs::PermissionsExt as _;
 use tempfile::TempDir;

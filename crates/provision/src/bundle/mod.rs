@@ -10,7 +10,7 @@ mod seal;
 mod tests;
 
 pub use manifest::{Item, Manifest, Part, Port};
-pub use seal::{MAX_BUNDLE_BYTES, Randomness, passphrase_is_good, sealed_bytes};
+pub use seal::{MAX_BUNDLE_BYTES, Randomness, passphrase_in, passphrase_is_good, sealed_bytes};
 
 use thiserror::Error;
 

@@ -23,11 +23,12 @@ impl<'t> Report<'t> {
 
     /// Tells what is wrong at this byte.
     pub(super) fn tell(&mut self, at: usize, text: impl Into<String>, remedy: impl Into<String>) {
+        if self.problems.len() >= MOST {
+            return;
+        }
         let before = self.text.as_bytes().iter().take(at);
         let line = before.filter(|byte| **byte == b'\n').count() + 1;
-        if self.problems.len() < MOST {
-            self.problems.push(Problem { line, text: text.into(), remedy: remedy.into() });
-        }
+        self.problems.push(Problem { line, text: text.into(), remedy: remedy.into() });
     }
 
     pub(super) const fn is_clean(&self) -> bool {

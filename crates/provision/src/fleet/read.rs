@@ -267,6 +267,22 @@ fn settings(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Vec<Setting> {
     let sections = Fields::new(report, table, place.clone(), &names);
     let mut settings = Vec::new();
     for (section, inner) in sections.inner(report) {
+        if ["require ", "include "].iter().any(|word| section.value.to_lowercase().starts_with(word)) {
+            let text = "is a directive of .ini files, no section";
+            sections.wrong(report, section.at, section.value, text, "take it out");
+            continue;
+        }
+        if inner.value.len() > MOST_SETTINGS || settings.len() > MOST_SETTINGS {
+            let text = format!("more than {MOST_SETTINGS} settings");
+            sections.wrong(
+                report,
+                section.at,
+                section.value,
+                text,
+                "put them into a configuration of your own aboard",
+            );
+            return settings;
+        }
         let keys: Vec<&str> = inner.value.keys().map(|key| key.get_ref().as_ref()).collect();
         let inner = Fields::new(report, inner, format!("{place}: {}", section.value), &keys);
         for (key, value) in inner.values(report) {
@@ -286,6 +302,9 @@ fn settings(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Vec<Setting> {
     }
     settings
 }
+
+/// Settings of one table; every vessel has those of all.
+const MOST_SETTINGS: usize = 500;
 
 /// A text that can stand in a line of an .ini file.
 fn line<'a>(report: &mut Report<'_>, fields: &Fields<'a, '_>, key: &str) -> Option<Found<&'a str>> {

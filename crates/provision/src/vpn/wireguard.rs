@@ -10,7 +10,8 @@ pub fn ashore(fleet: &Fleet, key: &VpnKey, peers: &[Peer]) -> String {
     let vpn = &fleet.vpn;
     let mut text = format!(
         "# Lutra's VPN, the server's side. Written by `lutra-server fleet apply`: change the fleet file.\n\
-         [Interface]\nAddress = {}/{}\nListenPort = {}\nPrivateKey = {}\n",
+         [Interface]\n# No tunnel without its firewall.\nPreUp = nft -f /etc/wireguard/lutra.nft\n\
+         Address = {}/{}\nListenPort = {}\nPrivateKey = {}\n",
         vpn.server_address,
         vpn.network.bits(),
         vpn.port,

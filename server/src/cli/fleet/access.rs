@@ -12,7 +12,7 @@ use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, 
 use std::path::Path;
 use units::UtcTime;
 
-const DAY_US: i64 = 86_400_000_000;
+pub(super) const DAY_US: i64 = 86_400_000_000;
 
 /// `lutra-server fleet rotate`.
 pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Result<()> {
@@ -123,7 +123,7 @@ impl Request for Rotate {
             };
             let made =
                 tokens::MakeLink { label: format!("fleet: {name}"), vessel, days: None, now }.run(db).await?;
-            links::End { vessel, but: Some(made.id), at }.run(db).await?;
+            links::End { vessel, but: Some(made.id), label: None, at }.run(db).await?;
             files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
             lines.push((now, state::line("fleet.rotate", &format!("{name}: link token"))));
         }
@@ -159,7 +159,9 @@ impl Request for Revoke {
             )));
         }
         let tokens = match known {
-            Some(vessel) => links::End { vessel: vessel.address, but: None, at: None }.run(db).await?,
+            Some(vessel) => {
+                links::End { vessel: vessel.address, but: None, label: None, at: None }.run(db).await?
+            }
             None => 0,
         };
         Record(vec![(now, state::line("fleet.revoke", &name))]).run(db).await?;

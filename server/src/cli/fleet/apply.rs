@@ -14,10 +14,13 @@ use anyhow::ensure;
 use provision::{Fleet, Vessel, nftables, wireguard};
 use shore::clock;
 use shore::identity::audit::Record;
-use shore::identity::{Connection, Fault, Request, tokens, vessels, with, within_transaction};
+use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, within_transaction};
 use std::net::Ipv4Addr;
 use std::path::Path;
 use units::UtcTime;
+
+/// A token that the fleet's file does not hold any more goes on for so long: the boat may have it.
+const GRACE_DAYS: i64 = 14;
 
 /// `lutra-server fleet apply`.
 pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Result<()> {
@@ -267,6 +270,12 @@ impl Request for Change {
                 tokens::MakeLink { label: format!("fleet: {name}"), vessel, days: None, now }.run(db).await?;
             self.files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
             lines.push(state::line("token.make", &format!("fleet: {name}")));
+            // One that this file does not hold any more, after a run that was killed or a file that was lost: nobody would end it.
+            let at = UtcTime::from_micros(now.micros() + GRACE_DAYS * access::DAY_US);
+            let label = Some(format!("fleet: {name}"));
+            if (links::End { vessel, but: Some(made.id), label, at: Some(at) }).run(db).await? > 0 {
+                lines.push(state::line("token.expire", &format!("fleet: {name}")));
+            }
         }
         lines.extend(self.keys.iter().map(|name| state::line("fleet.vpn", name)));
         Record(lines.into_iter().map(|line| (now, line)).collect()).run(db).await

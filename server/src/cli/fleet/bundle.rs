@@ -9,7 +9,7 @@ use crate::config::Config;
 use anyhow::{Context as _, bail, ensure};
 use provision::{
     Bundle, FORMAT, Fleet, MAX_BUNDLE_BYTES, Manifest, Part, Port, Randomness, Vessel, authority_validity,
-    overlay, passphrase_is_good, wireguard,
+    overlay, passphrase_in, passphrase_is_good, wireguard,
 };
 use shore::clock;
 use shore::identity::audit::Record;
@@ -138,7 +138,9 @@ fn chart(config: &Config, arguments: &BundleArguments) -> anyhow::Result<Option<
 fn passphrase(file: Option<&Path>) -> anyhow::Result<(String, bool)> {
     let Some(file) = file else { return Ok((one_time_password(), true)) };
     let text = small(file)?;
-    let text = text.trim_end_matches(['\r', '\n']).to_owned();
+    let text = passphrase_in(&text)
+        .with_context(|| format!("{}: give the passphrase in one line", file.display()))?
+        .to_owned();
     ensure!(passphrase_is_good(&text), "{}: take a passphrase of 12 characters or more", file.display());
     Ok((text, false))
 }

@@ -5,7 +5,7 @@
 //! `DATA/vpn/` holds what WireGuard and nftables read. A token that app.db does not know is worth nothing: so a run that was
 //! killed between the two leaves nothing half done, and the next makes another.
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use provision::{INTERFACE, VpnKey};
 use std::fs;
 use std::io::{self, Write as _};
@@ -139,6 +139,9 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
 /// Writes a file for its owner alone, whole or not at all, and makes its folder where there is none.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // What is renamed over a device would take its place.
+    let special = fs::symlink_metadata(path).is_ok_and(|about| !about.is_file());
+    ensure!(!special, "{} is no file: give a place for one", path.display());
     let mut partial = path.as_os_str().to_owned();
     partial.push(".new");
     let partial = PathBuf::from(partial);

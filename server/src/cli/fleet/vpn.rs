@@ -10,7 +10,7 @@ pub(super) fn tell_next(files: &Files) {
     let (wireguard, firewall) = (files.wireguard(), files.firewall());
     say!("the VPN goes by the new files once root has them:");
     say!("  sudo install -m 600 {} {} /etc/wireguard/", wireguard.display(), firewall.display());
-    say!("  sudo nft -f /etc/wireguard/lutra.nft && sudo systemctl restart wg-quick@lutra");
+    say!("  sudo systemctl enable wg-quick@lutra && sudo systemctl restart wg-quick@lutra");
 }
 
 /// Writes the files of the VPN as far as they differ. Whether any did.
