@@ -1,7 +1,7 @@
 //! `lutra-agent provision`: makes this computer the one of a vessel, from the sealed bundle that `lutra-server fleet bundle` wrote.
 //!
 //! `verify` looks whether the bundle is for this computer, whole, and of its time; `place` says where each file goes and who may
-//! read it; `stage` writes them beside their places and puts them there by renaming, all or none; `missing` looks at what the
+//! read it; `stage` writes them beside their places and puts them there by renaming when all are on the disk; `missing` looks at what the
 //! boat lacks beside. Where files go stands here and never in the bundle.
 
 mod account;
