@@ -92,7 +92,8 @@ enum Command {
     /// Make this computer the one of a vessel, from the bundle that `lutra-server fleet bundle` wrote.
     ///
     /// Asks for the passphrase of the bundle, verifies it, writes configuration, token, VPN and chart to the places that the
-    /// package uses, and says what the boat lacks beside. All files are on the disk before the first is put in its place; a second time changes nothing.
+    /// package uses, and says what the boat lacks beside. All files are on the disk before the first is put in its place; a second
+    /// time changes nothing.
     /// No service is started.
     Provision(provision::ProvisionArguments),
     /// Try the motors.
