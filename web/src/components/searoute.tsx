@@ -57,7 +57,7 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
-        {route && <button type="button" class="main" onClick={act.take}>{around.value ? t("Take this way") : t("Add to the plan")}</button>}
+        {route && <button type="button" class="main" disabled={model.busy.value} onClick={act.take}>{around.value ? t("Take this way") : t("Add to the plan")}</button>}
         {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>{t("Find what would work")}</button>}
         <Offers passable={answer.value?.refusal?.passable ?? undefined} act={act} />
         {chosen.value > 1 && !around.value && <button type="button" onClick={act.swap}>{t("Other way round")}</button>}
