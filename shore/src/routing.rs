@@ -241,7 +241,7 @@ fn current(asked: Option<&SeaRouteCurrent>) -> std::result::Result<Current, Stri
     Ok(Current { set_rad: set_deg.to_radians(), drift_mps: *drift_mps })
 }
 
-/// The areas of a request; `None` if there are none.
+/// Reads the areas of a request; `None` if it has no areas.
 fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zones>, String> {
     if asked.is_empty() {
         return Ok(None);

@@ -27,8 +27,8 @@ const VERSION: u8 = 0xA0;
 const UTC_TIME: u8 = 0x17;
 const GENERALIZED_TIME: u8 = 0x18;
 
-/// The validity of the certificate in a PEM text; of several, of the one that lasts longest. `None` where there is none that can
-/// be read.
+/// When the certificate in a PEM text is valid; if there are several, the one that expires last. `None` if no certificate can be
+/// read.
 pub fn authority_validity(pem: &str) -> Option<Validity> {
     let blocks = pem.split(BEGIN).skip(1).take(MOST);
     let bodies = blocks.filter_map(|block| block.split_once(END).map(|(body, _)| body));

@@ -87,7 +87,7 @@ fn tell_next() {
     );
 }
 
-/// The bundle's bytes; what is no whole bundle is refused before it is read.
+/// Reads a bundle. A file that is not a bundle, or not complete, is refused from its first bytes and its length.
 fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     let name = || path.display().to_string();
     let about = fs::metadata(path).with_context(name)?;
@@ -111,7 +111,7 @@ fn now() -> UtcTime {
     UtcTime::from_micros(i64::try_from(since.as_micros()).unwrap_or(i64::MAX))
 }
 
-/// The passphrase, from a file, a pipe, or whoever sits before the terminal.
+/// Reads the passphrase from a file, a pipe or the terminal.
 fn passphrase(file: Option<&Path>) -> anyhow::Result<String> {
     let mut text = String::new();
     match file {

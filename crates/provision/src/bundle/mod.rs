@@ -50,7 +50,7 @@ impl std::fmt::Debug for Bundle {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BundleError {
     /// Some other file.
-    #[error("that is no bundle: `lutra-server fleet bundle NAME` writes one")]
+    #[error("this file is not a bundle: make one with `lutra-server fleet bundle NAME`")]
     NotABundle,
     /// Made by a later program.
     #[error(

@@ -62,7 +62,7 @@ pub fn passphrase_is_good(passphrase: &str) -> bool {
 /// How many bytes a sealed bundle has that begins so; `head` needs no more than its first 64.
 ///
 /// # Errors
-/// It is none, or none that can be read.
+/// The bytes are not a bundle, or one of a format that this version does not know.
 pub fn sealed_bytes(head: &[u8]) -> Result<u64, BundleError> {
     if !head.starts_with(MAGIC) {
         return Err(BundleError::NotABundle);

@@ -1,4 +1,4 @@
-//! `lutra-server fleet rotate` and `revoke`: what a vessel comes in by, made anew or taken.
+//! `lutra-server fleet rotate` and `revoke`: new link tokens and VPN keys for a vessel, or an end to its access.
 
 use super::files::{Files, VpnAccess};
 use super::vpn::{tell_next, write_vpn};

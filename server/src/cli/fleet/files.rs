@@ -127,7 +127,7 @@ fn damaged(path: &Path) -> String {
     )
 }
 
-/// A file's text; `None` where there is none.
+/// Reads a file; `None` if it does not exist.
 pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
     match fs::read_to_string(path) {
         Ok(text) => Ok(Some(text)),
@@ -136,12 +136,12 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
     }
 }
 
-/// Writes a file for its owner alone, whole or not at all, and makes its folder where there is none.
+/// Writes a file that only its owner can read, completely or not at all. Makes its folder if it is missing.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     // What is renamed over a device would take its place.
     let special = fs::symlink_metadata(path).is_ok_and(|about| !about.is_file());
-    ensure!(!special, "{} is no file: give a place for one", path.display());
+    ensure!(!special, "{} is not a regular file: give another name", path.display());
     let mut partial = path.as_os_str().to_owned();
     partial.push(".new");
     let partial = PathBuf::from(partial);

@@ -32,7 +32,7 @@ pub(super) fn check(common: &Common, file: &Path) -> anyhow::Result<()> {
 pub(super) fn read(file: &Path) -> anyhow::Result<(Fleet, String)> {
     let size = std::fs::metadata(file).with_context(|| format!("cannot read {}", file.display()))?.len();
     if size > provision::MAX_FILE_BYTES as u64 {
-        bail!("{} has {size} bytes: that is no fleet file", file.display());
+        bail!("{} is too large for a fleet file ({size} bytes)", file.display());
     }
     let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
     let problems = match Fleet::read(&text) {

@@ -25,8 +25,8 @@ pub(super) enum FleetCommand {
     },
     /// Make vessels, link tokens, and keys and files of the VPN as a fleet file says. Says first what it will do.
     ///
-    /// A second run changes nothing. A vessel that is no longer in the file is told and keeps its access, unless --revoke
-    /// names it.
+    /// A second run changes nothing. A vessel that is no longer in the file is reported and keeps its access, unless
+    /// --revoke names it.
     Apply(ApplyArguments),
     /// Write one sealed file with everything that a boat needs, for `lutra-agent provision`, and print its passphrase, this once.
     Bundle(BundleArguments),

@@ -46,7 +46,7 @@ impl Known {
 /// The fleet file that was applied last.
 ///
 /// # Errors
-/// There is none, or it cannot be read any more.
+/// No fleet file was applied yet, or it cannot be read.
 pub(super) fn applied(files: &Files) -> anyhow::Result<Fleet> {
     let path = files.applied();
     let text = super::files::read(&path)?
