@@ -6,6 +6,7 @@
 
 mod board;
 mod clock;
+mod device;
 mod disk;
 mod doctor;
 mod due;

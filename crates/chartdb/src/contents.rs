@@ -10,6 +10,16 @@ use charts::s57::Feature;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 
+impl ChartDb {
+    /// What names the contents: the charts in it, how they were read, and whether somebody edited them since.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn digest(&self) -> Result<[u8; 32]> {
+        Ok(Contents::of(self)?.digest())
+    }
+}
+
 /// The charts of a set by name.
 pub(crate) struct Contents<'a> {
     charts: Vec<(Chart, &'a ChartDb)>,

@@ -11,6 +11,7 @@
 use crate::contents::Contents;
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::overviews::Overviews;
+use crate::part_file::{forget, part_of};
 use crate::read::ChartDb;
 use charts::depth_index::{IndexBytes, IndexError, SealedIndex};
 use std::fs::{self, File};
@@ -76,7 +77,7 @@ fn while_it_stays(db: &Path, load: impl Fn(&Path) -> Result<Option<LoadedIndex>>
 
 fn load_once(db: &Path) -> Result<Option<LoadedIndex>> {
     let set = ChartDb::open(db)?;
-    let charts = set.contents()?;
+    let charts = Contents::of(&set)?;
     let path = index_path(db);
     let (why, before) = match open(&path) {
         Ok(found) if found.sealed.digest == charts.digest() => {
@@ -100,7 +101,7 @@ pub fn remake_index(db: &Path) -> Result<LoadedIndex> {
         let set = ChartDb::open(db)?;
         let path = index_path(db);
         let why = format!("{} is damaged", path.display());
-        make(&set, &set.contents()?, None, &path, why)
+        make(&set, &Contents::of(&set)?, None, &path, why)
     })
 }
 
@@ -371,21 +372,6 @@ fn sweep(path: &Path, now: SystemTime) {
     }
 }
 
-/// The name under which a file is written until it is whole.
-pub(crate) fn part_of(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".part");
-    name.into()
-}
-
-/// Removes a file that may not be there.
-pub(crate) fn forget(path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error).named(path),
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -450,7 +436,7 @@ mod tests {
         fs::write(&path, &first).unwrap();
 
         let set = ChartDb::open(&db).unwrap();
-        let charts = set.contents().unwrap();
+        let charts = Contents::of(&set).unwrap();
         let written = PartFile::sized(&charts, Some(&open(&path).unwrap()), &path, 0).unwrap();
         assert!(written.changes);
         written.put_in_place().unwrap();
@@ -477,7 +463,7 @@ mod tests {
         let set = ChartDb::open(&db).unwrap();
         fs::write(&path, &rebuilt).unwrap();
         let before = open(&path).unwrap();
-        let whole = PartFile::sized(&set.contents().unwrap(), Some(&before), &path, 0).unwrap();
+        let whole = PartFile::sized(&Contents::of(&set).unwrap(), Some(&before), &path, 0).unwrap();
         assert!(!whole.changes);
         whole.put_in_place().unwrap();
         assert!(fs::read(&path).unwrap().len() < changes.len() * 2 && !changes_path(&path).exists());

@@ -31,6 +31,7 @@ mod lakes;
 mod locate;
 mod merge;
 mod overviews;
+mod part_file;
 mod read;
 mod report;
 mod row;

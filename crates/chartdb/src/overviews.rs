@@ -31,7 +31,7 @@ impl Overviews {
         let path = Self::path(db);
         let opened = Self::opened(&path);
         if opened.as_ref().is_err_and(|error| !error.is_busy()) && path.is_file() {
-            crate::index_file::forget(&path)?;
+            crate::part_file::forget(&path)?;
             return Self::opened(&path);
         }
         opened

@@ -1,7 +1,6 @@
 //! Reading a chart set: what it holds, and its features as they were imported.
 
 use crate::blob::{self, Shape};
-use crate::contents::Contents;
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::row;
 use crate::schema::{self, WHOLE_TABLES};
@@ -237,18 +236,6 @@ impl ChartDb {
             select.query_map([&chart.name], entry)?.collect()
         };
         read().named(&self.path)
-    }
-
-    /// What names the contents: the charts in it, how they were read, and whether somebody edited them since.
-    ///
-    /// # Errors
-    /// When the database cannot be read.
-    pub fn digest(&self) -> Result<[u8; 32]> {
-        Ok(self.contents()?.digest())
-    }
-
-    pub(crate) fn contents(&self) -> Result<Contents<'_>> {
-        Contents::of(self)
     }
 
     /// The features of a chart as they were imported, by record number.

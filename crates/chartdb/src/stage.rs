@@ -8,8 +8,9 @@
 
 use crate::contents::Contents;
 use crate::error::{ChartDbError, Named as _, Result};
-use crate::index_file::{self, PartFile, forget, index_path, part_of};
+use crate::index_file::{self, PartFile, index_path};
 use crate::merge;
+use crate::part_file::{forget, part_of};
 use crate::read::{self, Chart, ChartDb};
 use crate::schema;
 use crate::write::{self, Entry};
@@ -122,7 +123,7 @@ impl Stage {
     fn become_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, _lock, .. } = self;
         let read = ChartDb::of(connection, &part)?;
-        let contents = read.contents()?;
+        let contents = Contents::of(&read)?;
         let digest = contents.digest();
         let index = PartFile::of(&contents, None, &index_path(&live))?;
         let mut connection = read.into_connection();

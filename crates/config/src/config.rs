@@ -4,17 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::check;
 use crate::ini::{Ini, IniSection};
-use crate::overlay::{Overlay, Read};
-use crate::parser::{Need, Parser};
 use crate::problem::Report;
 use crate::profile::Profiles;
 use crate::schema::general;
 use crate::section::Section;
-use crate::source::FileSource;
 use crate::spec::SectionSpec;
-use crate::typed;
 
 /// A configuration in force. It always exists; whether it may be used, its report says.
 #[derive(Clone, Debug)]
@@ -24,49 +19,10 @@ pub struct Config {
     pub(crate) profiles: Profiles,
     pub(crate) sections: Vec<Section>,
     pub(crate) report: Report,
-    main: PathBuf,
-}
-
-impl Ini {
-    /// Reads `path` and everything it requires or includes, without looking at what the sections mean.
-    pub fn read(source: &impl FileSource, path: &Path) -> (Self, Report) {
-        let mut parser = Parser::new(source);
-        parser.file(path, None, Need::Required);
-        let (ini, report, _) = parser.finish();
-        (ini, report)
-    }
+    pub(crate) main: PathBuf,
 }
 
 impl Config {
-    /// Reads `path`, everything it requires or includes and the vessel's `-saved.ini` beside it, and gives
-    /// every section that Lutra knows its typed values for the selected profiles.
-    ///
-    /// Nothing in the saved file can make a good configuration a bad one: a value that would is dropped with
-    /// a warning, and the one of the other files stays in force.
-    pub fn load(source: &impl FileSource, path: &Path, selected: &[&str]) -> Self {
-        let mut parser = Parser::new(source);
-        parser.file(path, None, Need::Required);
-        let read = parser.finish();
-        let config = Self::typed(read.clone(), selected, path);
-        let Some(saved) = config.saved_path() else { return config };
-        let mut parser = Parser::new(source);
-        if !parser.file_if_present(&saved) {
-            return config;
-        }
-        Overlay { base: config, read, selected, main: path }.with(&saved, parser.finish())
-    }
-
-    /// The typed values of what was read.
-    pub(crate) fn typed(read: Read, selected: &[&str], path: &Path) -> Self {
-        let (ini, mut report, files) = read;
-        let profiles = Profiles::new(&ini, selected, &mut report);
-        let vehicle_type = ini.value(general::GENERAL.name(), general::VEHICLE_TYPE.spec.name);
-        let sections = typed::sections(&ini, &profiles, vehicle_type.unwrap_or_default(), &mut report);
-        let mut config = Self { ini, files, profiles, sections, report, main: path.to_owned() };
-        check::all(&mut config);
-        config
-    }
-
     /// Everything found while reading; with errors in it the configuration must not be used.
     pub const fn report(&self) -> &Report {
         &self.report

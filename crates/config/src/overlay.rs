@@ -6,14 +6,11 @@
 //! the other files say then stays in force.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use crate::config::Config;
-use crate::ini::{Ini, Setting};
-use crate::problem::{Problem, ProblemKind, Report, Severity};
-
-/// What a parser has read: settings, problems, files.
-pub(crate) type Read = (Ini, Report, Vec<Arc<str>>);
+use crate::ini::Setting;
+use crate::problem::{Problem, ProblemKind, Severity};
+use crate::resolve::{Read, resolve};
 
 /// More saved values than this are not looked at one by one when something is wrong with them.
 const MOST_VALUES: usize = 1000;
@@ -85,7 +82,7 @@ impl Overlay<'_> {
         for saved in values {
             ini.overlay(saved.section, saved.key, saved.setting);
         }
-        Config::typed((ini, report, files), self.selected, self.main)
+        resolve((ini, report, files), self.selected, self.main)
     }
 
     fn is_worse(&self, config: &Config) -> bool {

@@ -36,6 +36,33 @@ pub(crate) fn read(spec: &ParamSpec, text: &str) -> Outcome {
     outcome
 }
 
+impl ParamSpec {
+    /// The value that a text means, whether it stands in a file or comes while the program runs.
+    ///
+    /// # Errors
+    /// Says what is wrong with the text, and what is allowed. No text at all is no value.
+    pub fn value_of(&self, text: &str) -> Result<Value, String> {
+        let text = text.trim();
+        if text.is_empty() {
+            return Err("a value is missing".to_owned());
+        }
+        let outcome = read(self, text);
+        outcome.value.ok_or_else(|| {
+            let fault = outcome.faults.into_iter().next();
+            fault.map_or_else(
+                || format!("`{text}` is no value"),
+                |fault| {
+                    if fault.remedy.is_empty() {
+                        fault.what
+                    } else {
+                        format!("{}; {}", fault.what, fault.remedy)
+                    }
+                },
+            )
+        })
+    }
+}
+
 /// The value used when a file says nothing; `None` for what has no value.
 pub(crate) fn default(kind: &Kind) -> Option<Value> {
     Some(match *kind {

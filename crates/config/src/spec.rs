@@ -3,7 +3,6 @@
 //! A section's parameters are constants of type [`Param`], each knowing the Rust type of its value, so that
 //! `section.get(&ilos::LOOKAHEAD)` is an `f64` without any string or cast at the place of use.
 
-use crate::read::read;
 use crate::value::Value;
 use std::fmt;
 use std::marker::PhantomData;
@@ -241,31 +240,6 @@ impl ParamSpec {
             None => vec![self.name.to_owned()],
             Some((before, after)) => self.each.iter().map(|part| format!("{before}{part}{after}")).collect(),
         }
-    }
-
-    /// The value that a text means, whether it stands in a file or comes while the program runs.
-    ///
-    /// # Errors
-    /// Says what is wrong with the text, and what is allowed. No text at all is no value.
-    pub fn value_of(&self, text: &str) -> Result<Value, String> {
-        let text = text.trim();
-        if text.is_empty() {
-            return Err("a value is missing".to_owned());
-        }
-        let outcome = read(self, text);
-        outcome.value.ok_or_else(|| {
-            let fault = outcome.faults.into_iter().next();
-            fault.map_or_else(
-                || format!("`{text}` is no value"),
-                |fault| {
-                    if fault.remedy.is_empty() {
-                        fault.what
-                    } else {
-                        format!("{}; {}", fault.what, fault.remedy)
-                    }
-                },
-            )
-        })
     }
 
     /// Whether the name stands for several keys.

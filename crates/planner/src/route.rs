@@ -162,7 +162,10 @@ impl Route {
         zones: &Zones,
     ) {
         if let Some(radius_m) = request.turn_radius_m {
-            turns::judge(&mut self.legs, radius_m, index, needs, zones);
+            let legs: Vec<(Leg, f64)> =
+                self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m)).collect();
+            let turns = turns::judge(&legs, radius_m, index, needs, zones);
+            self.legs.iter_mut().zip(turns).for_each(|(leg, turn)| leg.turn = turn);
         }
     }
 

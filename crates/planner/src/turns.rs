@@ -8,7 +8,6 @@
 
 use crate::needs::Needs;
 use crate::plane::{Plane, Point};
-use crate::route::RouteLeg;
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
 
@@ -122,20 +121,26 @@ fn outside(a: Point, b: Point, c: Point, radius_m: f64) -> Point {
     b.towards(inner, -off_m / b.distance_m(inner).max(1e-9))
 }
 
-/// Says of each leg what turn follows it, by the chart itself.
-pub(crate) fn judge(legs: &mut [RouteLeg], radius_m: f64, index: &DepthIndex, needs: &Needs, zones: &Zones) {
+/// What turn follows each leg but the last, by the chart itself: of legs in order, each with its length (m).
+pub(crate) fn judge(
+    legs: &[(Leg, f64)],
+    radius_m: f64,
+    index: &DepthIndex,
+    needs: &Needs,
+    zones: &Zones,
+) -> Vec<Option<Turn>> {
     let mut before_m = 0.0;
-    for at in 1..legs.len() {
-        let (leg, next) = (&legs[at - 1], &legs[at]);
+    let turn_between = |pair: &[(Leg, f64)]| {
+        let [(leg, length_m), (next, next_m)] = [pair[0], pair[1]];
         let plane = Plane::new(leg.to);
         let [a, b, c] = [leg.from, leg.to, next.to].map(|place| plane.point(place));
         let change_rad = change_rad(a, b, c);
         if change_rad < STRAIGHT_RAD {
-            (before_m, legs[at - 1].turn) = (0.0, None);
-            continue;
+            before_m = 0.0;
+            return None;
         }
         let tangent_m = tangent_m(a, b, c, radius_m);
-        let short = before_m + tangent_m > leg.length_m + SAME_M || tangent_m > next.length_m + SAME_M;
+        let short = before_m + tangent_m > length_m + SAME_M || tangent_m > next_m + SAME_M;
         let confirmed = |chord: &[Point]| {
             let leg = Leg { from: plane.place(chord[0]), to: plane.place(chord[1]) };
             let deep = index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable;
@@ -151,8 +156,9 @@ pub(crate) fn judge(legs: &mut [RouteLeg], radius_m: f64, index: &DepthIndex, ne
         };
         // One that cannot be sailed is said once.
         before_m = if short { 0.0 } else { tangent_m };
-        legs[at - 1].turn = Some(Turn { change_rad, trouble });
-    }
+        Some(Turn { change_rad, trouble })
+    };
+    legs.windows(2).map(turn_between).collect()
 }
 
 #[cfg(test)]

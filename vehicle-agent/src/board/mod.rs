@@ -11,7 +11,7 @@ mod tests;
 mod time;
 
 use crate::clock::Clock;
-use crate::hardware::Device;
+use crate::device::Device;
 use crate::io::Report;
 use anyhow::Context as _;
 use config::schema::device::board;

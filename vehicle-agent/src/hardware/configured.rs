@@ -2,6 +2,7 @@
 
 use super::can::{CanMotors, Orders};
 use super::wire::Wire;
+use crate::device::Device;
 use crate::io::Place;
 use anyhow::{Context as _, bail};
 use config::schema::device::{self, compass, hydrophone, line_receiver, torqeedo};
@@ -15,7 +16,6 @@ use drivers::gpsd::{Gpsd, Watch};
 use drivers::hydrophone::{Receiver, ReceiverSettings, Setting, Sync};
 use drivers::line_receiver::{Language, LineReceiver, LineReceiverSettings};
 use drivers::motors::{ChannelConfig, ChannelTable, MotorAssignment, Motors, MotorsConfig, write_period};
-use onboard::Entity;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,61 +23,6 @@ use std::time::Duration;
 pub(super) const GPSD_TASK: &str = "Sensors.GPSDraw";
 /// What opens and closes the hydrophone's command mode, which its driver does by itself.
 const COMMAND_MODE: [&str; 2] = ["LIVECM", "EX!"];
-
-/// A device with a driver of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Device {
-    /// The GNSS compass.
-    Compass,
-    /// The card with motors, batteries and power channels.
-    Motors,
-    /// The receiver of fish tags.
-    Hydrophone,
-    /// The watchdog of the computer's board.
-    Watchdog,
-    /// The signal light.
-    Light,
-    /// The receiver's pulse per second, and chrony, which sets the computer's clock.
-    Pulse,
-}
-
-impl Device {
-    /// As people and the log call it.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Compass => "compass",
-            Self::Motors => "motors",
-            Self::Hydrophone => "hydrophone",
-            Self::Watchdog => "watchdog",
-            Self::Light => "signal light",
-            Self::Pulse => "satellites' time",
-        }
-    }
-
-    /// The part that its warnings are of in the log book. The card of the motors is none of its own.
-    pub(super) const fn book(self) -> Entity {
-        match self {
-            Self::Compass => Entity::Gps,
-            Self::Motors => Entity::Daemon,
-            Self::Hydrophone => Entity::Hydrophone,
-            Self::Watchdog => Entity::Watchdog,
-            Self::Light => Entity::Light,
-            Self::Pulse => Entity::Clock,
-        }
-    }
-
-    /// The parts of the vessel whose state it is.
-    pub(super) const fn entities(self) -> &'static [Entity] {
-        match self {
-            Self::Compass => &[Entity::Gps],
-            Self::Motors => &[Entity::MotorPort, Entity::MotorStarboard],
-            Self::Hydrophone => &[Entity::Hydrophone],
-            Self::Watchdog => &[Entity::Watchdog],
-            Self::Light => &[Entity::Light],
-            Self::Pulse => &[Entity::Clock],
-        }
-    }
-}
 
 /// A device, its driver and its port.
 pub(crate) struct ConfiguredDevice {

@@ -2,9 +2,9 @@
 
 use super::can::CanMotors;
 use super::configured::{
-    ConfiguredDevice, Device, GPSD_TASK, configured_devices, line_receiver_settings, motors_config,
-    motors_place, one,
+    ConfiguredDevice, GPSD_TASK, configured_devices, line_receiver_settings, motors_config, motors_place, one,
 };
+use crate::device::Device;
 use config::Config;
 use config::schema::device::{compass, hydrophone, line_receiver, torqeedo};
 use drivers::gnss::{Compass, CompassSettings};

@@ -13,13 +13,14 @@ mod queues;
 mod wire;
 
 pub(crate) use can::{CanMotors, Orders};
-pub(crate) use configured::{ConfiguredDevice, Device, configured_devices, motors_config, motors_place};
+pub(crate) use configured::{ConfiguredDevice, configured_devices, motors_config, motors_place};
 pub(crate) use listening::listening;
 #[cfg(test)]
 pub(crate) use wire::Wire as MotorsWire;
 
 use crate::board::Board;
 use crate::clock::Clock;
+use crate::device::Device;
 use crate::hull::Hull;
 use crate::io::{Report, Station, Wake};
 use crate::motor_gate::MotorGate;
