@@ -10,12 +10,14 @@
 //! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
 //!   and the audit log.
+//! - [`areas`]: what people close to all vessels.
 //! - [`logbook`], [`missions`]: what people write down.
 //! - [`notices`]: alarms told by mail and webhook.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
 pub mod alarms;
+pub mod areas;
 pub mod backup;
 pub mod charts;
 pub mod clock;
@@ -52,6 +54,7 @@ pub use settings::Settings;
 pub use start::{Opened, Running};
 
 use crate::alarms::Alarms;
+use crate::areas::NoGoAreas;
 use crate::charts::Charts;
 use crate::clock::Clock;
 use crate::commands::steering::Steering;
@@ -94,6 +97,8 @@ pub struct Shore {
     pub imports: Imports,
     /// The sea chart.
     pub charts: Charts,
+    /// No-go areas, which the sea chart holds.
+    pub areas: NoGoAreas,
     /// Routes on the sea chart.
     pub routing: Routing,
     /// The log book that people keep.

@@ -17,6 +17,8 @@ pub(crate) enum Made {
     Note = 0,
     /// A recorded mission.
     Mission = 1,
+    /// A no-go area.
+    NoGoArea = 2,
 }
 
 /// A key of one person for one kind of thing.

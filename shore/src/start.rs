@@ -1,6 +1,7 @@
 //! Starts everything that a shore consists of, and ends it in order.
 
 use crate::alarms::{Alarms, Watch};
+use crate::areas::NoGoAreas;
 use crate::charts::{Charts, ChartsAboard};
 use crate::clock::Clock;
 use crate::commands::{Commands, Grounding, Helms};
@@ -112,6 +113,8 @@ impl Opened {
             People::start(&settings.data, &settings.people, &owners, clock.clone()).await?;
         let (history, imports) = (History::new(&settings.data), Imports::new(&settings, clock.clone()));
         let charts = Charts::new(&settings);
+        let areas = NoGoAreas::new(people.clone(), clock.clone(), charts.clone());
+        areas.tell().await?;
         let first_look = charts.clone();
         tokio::task::spawn_blocking(move || first_look.look()).await?;
         let known = (charts.clone(), ChartsAboard::open(&settings.data));
@@ -136,6 +139,7 @@ impl Opened {
             history,
             imports,
             charts,
+            areas,
             routing: Routing::default(),
             logbook,
             missions,

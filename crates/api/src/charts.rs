@@ -234,7 +234,8 @@ pub struct ChartProfilePoint {
 pub struct Guard {
     /// `ok`, `warnings` or `refused`.
     pub outcome: String,
-    /// Why it is refused where no leg is the reason: `too-large` for the guard, or `chart-unreadable`; null else.
+    /// Why it is refused where no leg is the reason: `too-large` for the guard, `chart-unreadable`, or `no-go-areas` where the
+    /// chart lacks some; null else.
     pub cause: Option<String>,
     /// All of it in one line.
     pub text: String,

@@ -10,6 +10,7 @@
 //! (orders), `PlanDocument` (plans).
 
 mod alarms;
+mod areas;
 mod charts;
 mod commands;
 mod connections;
@@ -31,6 +32,7 @@ pub use alarms::{
     Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmSaying, AlarmShelving, AlarmWord,
     ChartDifference, ShelveRequest, filled,
 };
+pub use areas::{NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery};
 pub use charts::{
     ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorRequest, ChartDepth,
     ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,

@@ -4,7 +4,7 @@
 //! `geofile`. It knows nothing of vessels, plans or HTTP.
 //!
 //! - [`import()`] brings S-57 cells with their updates, soundings, land masks and lakes into a set and gives an
-//!   [`ImportReport`]; [`remove`] takes them out. Both change all or nothing.
+//!   [`ImportReport`]; [`remove`] takes them out; [`put_no_go_areas`] brings in what people drew. All change all or nothing.
 //! - [`ChartDb`] reads a set: what it holds ([`Chart`]), and every feature as it was imported. [`Snapshot`] reads it over
 //!   hours, and notices when it changed; [`Overviews`] keeps what a server made of its charts.
 //! - [`load_index`] gives the [`charts::depth_index::DepthIndex`], which is made from the database alone. [`export`]
@@ -19,6 +19,7 @@
 //!   same charts;
 //! - `chart.gpkg.lock`: locked by the one process that changes the set.
 
+mod areas;
 mod blob;
 mod cells;
 mod contents;
@@ -41,6 +42,7 @@ mod stage;
 mod supplements;
 mod write;
 
+pub use areas::{NO_GO_AREAS, NoGoArea, no_go_digest, no_go_digest_of, put_no_go_areas};
 pub use error::{ChartDbError, Result};
 pub use import::{import, remove};
 pub use index_file::{LoadedIndex, files, index_path, load_index, remake_index};

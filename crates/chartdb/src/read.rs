@@ -30,7 +30,7 @@ pub struct Chart {
     pub id: i64,
     /// Name of the cell, or of the file without its ending.
     pub name: String,
-    /// `cell`, `soundings`, `land` or `lakes`.
+    /// `cell`, `soundings`, `land`, `lakes` or `areas`.
     pub kind: String,
     /// SHA-256 of its files and of how they were read.
     pub sha256: String,
@@ -346,7 +346,7 @@ impl Chart {
             band: self.band,
             scale: self.scale,
             sounding_datum: self.sounding_datum,
-            supplement: matches!(self.kind.as_str(), "soundings" | "land"),
+            supplement: matches!(self.kind.as_str(), "soundings" | "land" | "areas"),
         }
     }
 }

@@ -3,6 +3,9 @@
 pub(crate) mod alarms;
 #[cfg(test)]
 mod alarms_tests;
+mod areas;
+#[cfg(test)]
+mod areas_tests;
 #[cfg(test)]
 mod ashore_aboard_tests;
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The routes of the API and what belongs to it.
 
 use super::{
-    alarms, charts, control, export, health, history, imports, live, logbook, missions, openapi, people,
-    plans, teleop, transports,
+    alarms, areas, charts, control, export, health, history, imports, live, logbook, missions, openapi,
+    people, plans, teleop, transports,
 };
 use crate::web::{Need, Route, assets};
 use api::{
@@ -12,12 +12,13 @@ use api::{
     FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseRequest, LinkStatus,
     LiveFrame, LiveRequest, LogBook, LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision,
     LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionQuery,
-    MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, OrderRequest, Ordered, Person,
-    PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision,
-    PlanSummary, PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role,
-    Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest,
-    StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery,
-    TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
+    MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, NoGoArea, NoGoAreaChange,
+    NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, OrderRequest, Ordered, Person, PlanChange,
+    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
+    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples,
+    SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest, StopQuery,
+    StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery, TransportPeer,
+    VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Json;
 use shore::logbook::PHOTO_BYTES;
@@ -107,6 +108,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(alarms_table());
     table.extend(log_book());
     table.extend(missions_table());
+    table.extend(no_go_areas());
     table.extend(transfers());
     table.extend(plans());
     table.extend(chart());
@@ -388,6 +390,33 @@ fn missions_table() -> Vec<Route> {
             missions::summary,
         )
         .gives::<MissionSummary>(),
+    ]
+}
+
+/// What people close to all vessels.
+fn no_go_areas() -> Vec<Route> {
+    let (viewer, operator) = (Need::Somewhere(Role::Viewer), Need::Everywhere(Role::Operator));
+    vec![
+        Route::get("/api/v1/no-go-areas", viewer, "Areas that are closed to all vessels.", areas::list)
+            .query::<NoGoAreasQuery>()
+            .gives::<NoGoAreas>(),
+        Route::post(
+            "/api/v1/no-go-areas",
+            operator,
+            "Close an area: plans, routes and vessels keep out of it.",
+            areas::create,
+        )
+        .query::<NoGoAreaQuery>()
+        .takes::<NoGoAreaRequest>()
+        .gives::<NoGoArea>(),
+        Route::patch(
+            "/api/v1/no-go-areas/{id}",
+            operator,
+            "Change an area, lift it, or close it again; what it was is kept. 409 when it was changed meanwhile.",
+            areas::change,
+        )
+        .takes::<NoGoAreaChange>()
+        .gives::<NoGoArea>(),
     ]
 }
 

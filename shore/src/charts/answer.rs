@@ -38,7 +38,7 @@ pub fn described(charts: &Charts) -> ChartSet {
         comment: chart.comment.clone(),
         whole: chart.skin_holds,
     };
-    let cells: Vec<ChartCell> = set.charts.iter().map(cell).collect();
+    let cells: Vec<ChartCell> = set.charts.iter().filter(|chart| !chart.is_no_go_areas()).map(cell).collect();
     let warned = |cell: &ChartCell| cell.comment.to_ascii_uppercase().contains("NOT FOR NAVIGATION");
     ChartSet {
         set: Some(set.digest.clone()),

@@ -6,6 +6,7 @@
 
 mod aboard;
 mod answer;
+mod areas;
 mod cache;
 mod drawing;
 mod package;
@@ -14,11 +15,13 @@ pub(crate) mod verdict;
 
 pub use aboard::ChartsAboard;
 pub use answer::{at, corridor, described, way_m};
+pub use areas::NoGo;
 pub use package::ChartPackage;
 pub use settings::Settings;
 pub use verdict::{Limits, told};
 
 use ::guard::GuardLimits;
+use areas::Areas;
 use cache::Cache;
 use chartdb::{Chart, ChartDb, LoadedIndex};
 use charts::depth_index::{Demand, DepthIndex};
@@ -53,6 +56,8 @@ struct Shared {
     now: RwLock<Now>,
     /// The state of the file that `now` was made of; held while a new one is read.
     seen: Mutex<Option<Stamp>>,
+    /// What people have closed.
+    areas: Areas,
     /// What vessels are offered.
     offered: watch::Sender<Option<Arc<ChartPackage>>>,
 }
@@ -104,6 +109,7 @@ impl Charts {
             cache_bytes,
             now: RwLock::default(),
             seen: Mutex::default(),
+            areas: Areas::default(),
             offered: watch::channel(None).0,
         }))
     }
@@ -132,12 +138,27 @@ impl Charts {
         self.0.now.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// Has the set hold these no-go areas from the next look on.
+    pub(crate) fn close(&self, areas: NoGo) {
+        self.0.areas.want(areas);
+    }
+
+    /// Why the set in force does not hold the no-go areas that it should; `None` where it does, and where there are none.
+    pub fn not_closed(&self) -> Option<String> {
+        let now = self.now();
+        self.0.areas.missing(now.set.as_ref().map(|set| set.charts.as_slice()), now.trouble)
+    }
+
     /// Takes the set on the disk, if it is another one than before, or if parts of it turned out to be damaged. The set
     /// is in force at once; what vessels are offered follows when the file was read once to its end.
     pub fn look(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let stamp = Stamp::of(&self.0.path);
         let before = self.now();
+        let held = before.set.as_ref().map_or(&[][..], |set| &set.charts);
+        if *seen != Stamp::of(&self.0.path) || self.0.areas.differ(held) {
+            self.0.areas.bring_into(&self.0.path);
+        }
+        let stamp = Stamp::of(&self.0.path);
         let damage = before.set.as_ref().map_or_else(Vec::new, |set| set.index.unreadable());
         if *seen == stamp && damage.is_empty() {
             return;
@@ -240,6 +261,9 @@ impl Charts {
     pub fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
         match self.now() {
             Now { set: Some(set), .. } => {
+                if let Some(trouble) = self.0.areas.missing(Some(&set.charts), None) {
+                    return Some(verdict::not_closed(&trouble, limits));
+                }
                 Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
             }
             Now { set: None, trouble: Some(trouble) } => Some(verdict::without(&trouble, limits)),

@@ -31,12 +31,23 @@ pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
 
 /// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
 pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
+    let text = format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}");
+    refused("chart-unreadable", text, limits)
+}
+
+/// What is told while the chart lacks areas that people closed: a plan may lead into one.
+pub(crate) fn not_closed(trouble: &str, limits: &Limits) -> Guard {
+    let text = format!("the no-go areas are not in the chart, so a plan may lead into one: {trouble}");
+    refused("no-go-areas", text, limits)
+}
+
+fn refused(cause: &str, text: String, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,
         outcome: Outcome::Refused.code().to_owned(),
-        cause: Some("chart-unreadable".to_owned()),
-        text: format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}"),
+        cause: Some(cause.to_owned()),
+        text,
         reasons: Vec::new(),
         warnings: Vec::new(),
     }

@@ -31,6 +31,7 @@ export interface Spot {
 const CAUSES: Readonly<Record<string, string>> = {
   "too-large": t("the plan is too large to be checked against the chart; split it"),
   "chart-unreadable": t("the chart cannot be read, so nothing is known to be deep enough"),
+  "no-go-areas": t("the no-go areas are not in the chart, so a plan may lead into one"),
 };
 /** From the worst; of one code, the shallowest is the worst. */
 const WORST: readonly string[] = ["land", "obstacle", "too-shallow", "too-low", "unknown-depth", "no-data", "too-shallow-alone", "entry-prohibited", "entry-restricted"];

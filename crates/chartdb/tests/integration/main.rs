@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
 mod all_or_nothing;
+mod areas;
 mod editions;
 mod fuzz_seeds;
 mod geopackage;

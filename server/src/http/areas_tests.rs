@@ -1,0 +1,153 @@
+//! No-go areas: who may close them, and that plans, routes and the chart for the vessels know them at once.
+
+use super::charts_tests::archipelago;
+use super::tests::{Answer, Shore, bearer};
+use api::{ChartSet, NoGoArea, NoGoAreas, Role, SeaRouteAnswer};
+use axum::body::Body;
+use axum::http::{Request, StatusCode};
+use serde_json::{Value, json};
+
+async fn say(shore: &Shore, method: &str, path: &str, token: &str, body: &Value) -> Answer {
+    let request = bearer(Request::builder().method(method).uri(path), token);
+    shore.send(request.header("content-type", "application/json"), Body::from(body.to_string())).await
+}
+
+/// A square of some hundred metres around a place of deep water.
+fn farm() -> Value {
+    json!({
+        "name": "Salmon farm", "reason": "moorings",
+        "corners": [[63.4455, 10.344], [63.4455, 10.346], [63.4465, 10.346], [63.4465, 10.344]],
+    })
+}
+
+async fn list(shore: &Shore, token: &str) -> NoGoAreas {
+    let answer = shore.get("/api/v1/no-go-areas?lifted=true", token).await;
+    serde_json::from_str(&answer.body).unwrap()
+}
+
+async fn route(shore: &Shore, token: &str, to: [f64; 2]) -> SeaRouteAnswer {
+    let ask = json!({"points": [[63.4460, 10.3425], to], "least_depth_m": 3.0, "clearance_m": 5.0});
+    let answer = say(shore, "POST", "/api/v1/chart/route", token, &ask).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    serde_json::from_str(&answer.body).unwrap()
+}
+
+#[tokio::test]
+async fn what_is_closed_is_gone_around_from_then_on_until_it_is_lifted() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let viewer = shore.token(Some(7), Role::Viewer).await;
+    let chart = async || {
+        let answer = shore.get("/api/v1/chart", &viewer).await;
+        serde_json::from_str::<ChartSet>(&answer.body).unwrap()
+    };
+    let offered = || shore.state.shore.charts.offered().borrow().as_ref().unwrap().digest();
+    let (before, aboard_before) = (chart().await, offered());
+    let (beyond, inside) = ([63.4460, 10.3475], [63.4460, 10.3450]);
+    let straight_m = route(&shore, &viewer, beyond).await.route.unwrap().length_m;
+
+    let answer = say(&shore, "POST", "/api/v1/no-go-areas?key=a", &operator, &farm()).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    let made: NoGoArea = serde_json::from_str(&answer.body).unwrap();
+    let again = say(&shore, "POST", "/api/v1/no-go-areas?key=a", &operator, &farm()).await;
+    assert_eq!(serde_json::from_str::<NoGoArea>(&again.body).unwrap().id, made.id, "it is closed once");
+    let listed = list(&shore, &viewer).await;
+    assert_eq!((listed.areas.len(), listed.in_force, listed.may_change), (1, true, false));
+    let with = chart().await;
+    assert_ne!(with.set, before.set);
+    assert_eq!(with.cells, before.cells, "it is no chart");
+    assert_ne!(offered(), aboard_before, "vessels get it too");
+
+    let around = route(&shore, &viewer, beyond).await.route.unwrap();
+    assert!(around.length_m > straight_m + 20.0 && around.guarded, "{} m", around.length_m);
+    let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &viewer).await;
+    assert!(near.body.contains("Salmon farm"), "{}", near.body);
+    let moved = route(&shore, &viewer, inside).await.route.unwrap().moved;
+    assert_eq!((moved.len(), &*moved[0].end), (1, "goal"));
+
+    // Lifted and closed again.
+    let path = format!("/api/v1/no-go-areas/{}", made.id);
+    let change =
+        |revision: u32, closed: bool| json!({"revision": revision, "area": farm(), "closed": closed});
+    let lifted = say(&shore, "PATCH", &path, &operator, &change(1, false)).await;
+    assert_eq!(lifted.status, StatusCode::OK, "{}", lifted.body);
+    assert_eq!(say(&shore, "PATCH", &path, &operator, &change(1, true)).await.status, StatusCode::CONFLICT);
+    assert_eq!((chart().await.set, offered()), (before.set, aboard_before));
+    let listed = list(&shore, &viewer).await;
+    assert!(listed.in_force && listed.areas[0].lifted.is_some());
+    assert_eq!(say(&shore, "PATCH", &path, &operator, &change(2, true)).await.status, StatusCode::OK);
+    assert_eq!(chart().await.set, with.set);
+    let acts: Vec<String> = shore.audit().await.into_iter().rev().map(|entry| entry.action).collect();
+    let acts: Vec<&str> = acts.iter().map(|one| &**one).filter(|one| one.starts_with("area.")).collect();
+    assert_eq!(acts, ["area.close", "area.lift", "area.close"]);
+}
+
+#[tokio::test]
+async fn without_a_chart_an_area_waits_and_comes_into_force_with_one() {
+    let shore = Shore::with(|_| ()).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let answer = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    let listed = list(&shore, &operator).await;
+    assert!(!listed.in_force && listed.trouble.unwrap().contains("there is no sea chart"));
+    archipelago(shore.data());
+    shore.state.shore.charts.look();
+    assert!(list(&shore, &operator).await.in_force);
+    let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &operator).await;
+    assert!(near.body.contains("Salmon farm"), "{}", near.body);
+}
+
+#[tokio::test]
+async fn a_chart_that_cannot_take_an_area_lets_no_plan_pass_until_it_does() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    // Somebody imports charts at this moment.
+    let lock = std::fs::File::create(shore.data().join("charts/chart.gpkg.lock")).unwrap();
+    lock.lock().unwrap();
+    let answer = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await;
+    assert_eq!(answer.status, StatusCode::OK, "it is kept: {}", answer.body);
+    let listed = list(&shore, &operator).await;
+    assert!(listed.trouble.unwrap().contains("being changed by another process"));
+    let step = json!({"id": "1", "speed": {"value": 1.5, "unit": "mps"}, "task": {"goto": {"at": {"lat_deg": 63.4475, "lon_deg": 10.344}}}});
+    let plan = json!({"name": "a", "description": "", "vessel": null, "repeat": false, "maneuvers": [step]});
+    let check = async || {
+        let answer = say(&shore, "POST", "/api/v1/plans/check", &operator, &plan).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+        serde_json::from_str::<Value>(&answer.body).unwrap()["guard"].clone()
+    };
+    assert_eq!(check().await["cause"], "no-go-areas");
+    drop(lock);
+    shore.state.shore.charts.look();
+    assert!(list(&shore, &operator).await.in_force);
+    assert_eq!(check().await["cause"], Value::Null);
+}
+
+#[tokio::test]
+async fn only_operators_of_all_vessels_close_and_what_cannot_be_an_area_is_refused_at_its_field() {
+    let shore = Shore::with(|_| ()).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let of_one = shore.token(Some(7), Role::Operator).await;
+    let refused = say(&shore, "POST", "/api/v1/no-go-areas", &of_one, &farm()).await;
+    assert_eq!(refused.status, StatusCode::FORBIDDEN, "{}", refused.body);
+    let many: Vec<[f64; 2]> = (0..201).map(|n| [63.0, 10.0 + f64::from(n) * 1e-4]).collect();
+    for (field, value, told) in [
+        ("name", json!(""), "name: empty"),
+        ("name", json!("a\nb"), "name: has several lines"),
+        ("reason", json!("x".repeat(501)), "reason: has 501"),
+        ("corners", json!([[63.0, 10.0], [63.1, 10.0]]), "corners: there are 2; give 3 to 200"),
+        ("corners", json!(many), "corners: there are 201"),
+        ("corners", json!([[63.0, 10.0], [91.0, 10.0], [63.0, 10.1]]), "corners: 91, 10 is not a place"),
+        ("corners", json!([[63.0, 10.0], [63.1, 10.1], [63.1, 10.0], [63.0, 10.1]]), "cross near"),
+        ("corners", json!([[63.0, 10.0], [64.0, 10.0], [64.0, 12.0]]), "at most 200 km"),
+        ("corners", json!([[63.0, 179.9], [63.1, 179.9], [63.0, -179.9]]), "the date line"),
+        ("colour", json!(1), "colour"),
+    ] {
+        let mut body = farm();
+        body[field] = value;
+        let answer = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &body).await;
+        assert!(answer.status.is_client_error() && answer.body.contains(told), "{told}: {}", answer.body);
+    }
+    let nothing = json!({"revision": 1, "area": farm(), "closed": false});
+    let answer = say(&shore, "PATCH", "/api/v1/no-go-areas/9", &operator, &nothing).await;
+    assert_eq!(answer.status, StatusCode::NOT_FOUND, "{}", answer.body);
+}

@@ -1,0 +1,235 @@
+//! Who may close and lift no-go areas, and how the closed ones come into the sea chart.
+//!
+//! Who may see any vessel sees them. They bind all vessels, so operators of all vessels close, change and lift them.
+
+use super::rows::{Change, Closed, Create, Lifted, One, Row};
+use crate::charts::{Charts, NoGo};
+use crate::clock::Clock;
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::{People, Principal};
+use crate::logbook::{NEWER, check_text};
+use crate::once::{Key, Made, Once};
+use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, Role};
+use planner::Zone;
+use std::sync::Arc;
+use tokio::sync::Mutex;
+use units::{LatLon, UtcTime};
+
+/// Corners of an area.
+const CORNERS: std::ops::RangeInclusive<usize> = 3..=200;
+/// The longest border of an area (m): vessels hold all of them, in pieces.
+const BORDER_M: f64 = 200e3;
+/// Sides are cut into pieces of this length (m), so that they are where they were drawn: charts are straight in longitude and
+/// latitude, maps in Mercator's projection.
+const PIECE_M: f64 = 1_000.0;
+
+/// The no-go areas; cheap to clone.
+#[derive(Clone)]
+pub struct NoGoAreas {
+    people: People,
+    clock: Clock,
+    charts: Charts,
+    /// Held from a change until the chart was told, so that what is told last is what holds.
+    changing: Arc<Mutex<()>>,
+}
+
+impl NoGoAreas {
+    pub(crate) fn new(people: People, clock: Clock, charts: Charts) -> Self {
+        Self { people, clock, charts, changing: Arc::default() }
+    }
+
+    /// Tells the chart which areas are closed; whoever looks at it next brings them in.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub(crate) async fn tell(&self) -> Result<()> {
+        let rows = self.people.ask(Closed).await?;
+        let changed_us = rows.iter().flat_map(|row| [Some(row.written_us), row.changed.1]).flatten().max();
+        let areas = rows.into_iter().filter_map(|row| in_chart(row.id, row.area?)).collect();
+        self.charts.close(NoGo { areas, at: UtcTime::from_micros(changed_us.unwrap_or_default()) });
+        Ok(())
+    }
+
+    /// The closed ones, and the lifted ones too where that is asked for.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn list(&self, who: &Principal, lifted: bool) -> Result<api::NoGoAreas> {
+        let mut rows = self.people.ask(Closed).await?;
+        rows.sort_by_cached_key(|row| (row.area.as_ref().map(|area| area.name.to_lowercase()), row.id));
+        if lifted {
+            rows.extend(self.people.ask(Lifted).await?);
+        }
+        let trouble = self.charts.not_closed();
+        Ok(api::NoGoAreas {
+            areas: rows.into_iter().map(told).collect(),
+            in_force: trouble.is_none(),
+            trouble,
+            may_change: may_change(who).is_ok(),
+        })
+    }
+
+    /// Closes an area. What one person sends again by the same key closes no second one: the first one is the answer.
+    ///
+    /// # Errors
+    /// The person may not, or the field that is named cannot be.
+    pub async fn create(
+        &self,
+        who: &Principal,
+        from: String,
+        ask: NoGoAreaRequest,
+        NoGoAreaQuery { key }: NoGoAreaQuery,
+    ) -> Result<NoGoArea> {
+        may_change(who)?;
+        let key = Key::new(Made::NoGoArea, who.person, key)?;
+        let _changing = self.changing.lock().await;
+        if let Some(key) = &key
+            && let Some(first) = self.people.ask(key.clone()).await?
+        {
+            return self.one(first).await;
+        }
+        let area = checked(ask)?;
+        let subject = area.name.clone();
+        let make = Create { area, by: who.name.clone(), now: self.clock.utc() };
+        let id = self.people.act(who, from, "area.close", subject, Once { key, make }).await?;
+        self.bring_in().await?;
+        self.one(id).await
+    }
+
+    /// Has an area be something else, lifts it, or closes it again; what it was before is kept.
+    ///
+    /// # Errors
+    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    pub async fn change(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: NoGoAreaChange,
+    ) -> Result<NoGoArea> {
+        may_change(who)?;
+        let _changing = self.changing.lock().await;
+        let row = self.find(id).await?;
+        if row.revision != change.revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        let (area, closed) = (checked(change.area)?, change.closed);
+        let word = match (closed, row.lifted.1.is_some()) {
+            (false, _) => "area.lift",
+            (true, true) => "area.close",
+            (true, false) => "area.change",
+        };
+        let subject = format!("{} (area {id})", area.name);
+        let (by, now) = (who.name.clone(), self.clock.utc());
+        let change = Change { id, revision: row.revision, area, closed, by, now };
+        self.people.act(who, from, word, subject, change).await?;
+        self.bring_in().await?;
+        self.one(id).await
+    }
+
+    /// Has the chart hold what is closed, at once. Where it cannot, [`Self::list`] says why, and it is tried again.
+    async fn bring_in(&self) -> Result<()> {
+        self.tell().await?;
+        let charts = self.charts.clone();
+        tokio::task::spawn_blocking(move || charts.look()).await.map_err(|_| crate::router::Stopped)?;
+        Ok(())
+    }
+
+    async fn one(&self, id: i64) -> Result<NoGoArea> {
+        Ok(told(self.find(id).await?))
+    }
+
+    async fn find(&self, id: i64) -> Result<Row> {
+        let none = || {
+            let text = "There is no such area; GET /api/v1/no-go-areas lists them.";
+            Error::new(ErrorKind::NotFound, text)
+        };
+        self.people.ask(One(id)).await?.ok_or_else(none)
+    }
+}
+
+fn may_change(who: &Principal) -> Result<()> {
+    if who.grants.everywhere() >= Some(Role::Operator) {
+        return Ok(());
+    }
+    let text =
+        format!("{} may not close areas: it takes the role operator on all vessels. Ask an admin.", who.name);
+    Err(Error::new(ErrorKind::Forbidden, text))
+}
+
+fn told(row: Row) -> NoGoArea {
+    let word = |(by, at): (Option<String>, Option<i64>)| Some(LogWord { by: by?, time_us: at? });
+    let unreadable =
+        || NoGoAreaRequest { name: "This area cannot be read".to_owned(), ..NoGoAreaRequest::default() };
+    NoGoArea {
+        id: row.id,
+        revision: row.revision,
+        area: row.area.unwrap_or_else(unreadable),
+        written: LogWord { by: row.by, time_us: row.written_us },
+        changed: word(row.changed),
+        lifted: word(row.lifted),
+    }
+}
+
+/// What is to be kept, if it can be.
+fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
+    let name = check_text("name", &ask.name, 1..=80)?;
+    if name.contains(['\n', '\t']) {
+        return Err(malformed("name: has several lines: write one"));
+    }
+    let reason = check_text("reason", &ask.reason, 0..=500)?;
+    if !CORNERS.contains(&ask.corners.len()) {
+        let (least, most) = CORNERS.into_inner();
+        return Err(malformed(format!("corners: there are {}; give {least} to {most}", ask.corners.len())));
+    }
+    let sides = ask.corners.iter().zip(ask.corners.iter().cycle().skip(1));
+    if sides.into_iter().any(|([_, from_deg], [_, to_deg])| (from_deg - to_deg).abs() > 180.0) {
+        return Err(malformed("corners: the area crosses the date line: close one on each side of it"));
+    }
+    let zone = Zone::drawn(places(&ask.corners)?).map_err(|error| malformed(format!("corners: {error}")))?;
+    if zone.border_m() > BORDER_M {
+        let (km, most_km) = (zone.border_m() / 1e3, BORDER_M / 1e3);
+        return Err(malformed(format!(
+            "corners: the border is {km:.0} km long; at most {most_km:.0} km are taken"
+        )));
+    }
+    Ok(NoGoAreaRequest { name, reason, corners: ask.corners })
+}
+
+fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
+    let place = |[lat, lon]: &[f64; 2]| {
+        LatLon::from_deg(*lat, *lon)
+            .map_err(|error| malformed(format!("corners: {lat}, {lon} is not a place: {error}")))
+    };
+    corners.iter().map(place).collect()
+}
+
+/// An area as the chart holds it; `None` for one that cannot be, which nothing writes.
+fn in_chart(id: i64, area: NoGoAreaRequest) -> Option<chartdb::NoGoArea> {
+    let corners = places(&area.corners).ok()?;
+    let ends = corners.iter().cycle().skip(1);
+    let corners = corners.iter().zip(ends).flat_map(|(from, to)| side(*from, *to)).collect();
+    Some(chartdb::NoGoArea { number: u32::try_from(id).ok()?, name: area.name, corners })
+}
+
+/// A side without its end, straight on a Mercator map, in pieces.
+fn side(from: LatLon, to: LatLon) -> Vec<LatLon> {
+    let northing = |lat_rad: f64| lat_rad.tan().asinh();
+    let (from_y, to_y) = (northing(from.lat_rad()), northing(to.lat_rad()));
+    let east_rad = units::wrap_pi(to.lon_rad() - from.lon_rad());
+    let length_m =
+        Zone::new(vec![from, to, from]).map_or(0.0, |there_and_back| there_and_back.border_m() / 2.0);
+    // At most 201 of an area whose border is as long as may be.
+    let pieces = (length_m / PIECE_M).ceil().clamp(1.0, BORDER_M / PIECE_M) as u32;
+    let at = |piece: u32| {
+        let share = f64::from(piece) / f64::from(pieces);
+        let lat_rad = (from_y + share * (to_y - from_y)).sinh().atan();
+        let lon_rad = units::wrap_pi(from.lon_rad() + share * east_rad);
+        LatLon::from_rad(lat_rad, lon_rad)
+    };
+    (0..pieces).filter_map(|piece| if piece == 0 { Some(from) } else { at(piece).ok() }).collect()
+}
+
+fn malformed(text: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Malformed, text.into())
+}

@@ -1,0 +1,71 @@
+//! The no-go areas that the chart set should hold, and how they come into it.
+
+use chartdb::{Chart, ChartDbError, NoGoArea, no_go_digest, no_go_digest_of, put_no_go_areas};
+use std::path::Path;
+use std::sync::{PoisonError, RwLock};
+use units::UtcTime;
+
+/// What people have closed.
+#[derive(Debug, Clone, Default)]
+pub struct NoGo {
+    /// The areas.
+    pub areas: Vec<NoGoArea>,
+    /// When that changed last.
+    pub at: UtcTime,
+}
+
+/// What is wanted, and why it could not be done, if so.
+#[derive(Debug, Default)]
+pub(super) struct Areas {
+    /// `None` until somebody said.
+    wanted: RwLock<Option<NoGo>>,
+    trouble: RwLock<Option<String>>,
+}
+
+impl Areas {
+    pub(super) fn want(&self, areas: NoGo) {
+        *self.wanted.write().unwrap_or_else(PoisonError::into_inner) = Some(areas);
+    }
+
+    fn wanted(&self) -> Option<NoGo> {
+        self.wanted.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Whether these charts hold other areas than they should.
+    pub(super) fn differ(&self, held: &[Chart]) -> bool {
+        self.wanted().is_some_and(|wanted| no_go_digest(&wanted.areas) != no_go_digest_of(held))
+    }
+
+    /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again.
+    pub(super) fn bring_into(&self, path: &Path) {
+        let Some(NoGo { areas, at }) = self.wanted() else { return };
+        let trouble = match put_no_go_areas(path, &areas, at) {
+            // Without a set nothing sails by one; what is no set is said by who reads it.
+            Ok(()) | Err(ChartDbError::Absent(_) | ChartDbError::Foreign(_) | ChartDbError::Newer(_)) => None,
+            Err(error) => Some(error.to_string()),
+        };
+        let mut before = self.trouble.write().unwrap_or_else(PoisonError::into_inner);
+        if *before != trouble {
+            match &trouble {
+                Some(trouble) => tracing::error!(trouble, "no-go areas cannot be brought into the chart set"),
+                None => tracing::info!("the chart set takes no-go areas again"),
+            }
+        }
+        *before = trouble;
+    }
+
+    /// Why these charts, if there are any, do not hold what they should; `None` where they do.
+    pub(super) fn missing(&self, held: Option<&[Chart]>, of_set: Option<String>) -> Option<String> {
+        let wanted = self.wanted().filter(|wanted| !wanted.areas.is_empty());
+        if !self.differ(held.unwrap_or_default()) || (held.is_none() && wanted.is_none()) {
+            return None;
+        }
+        let trouble = self.trouble.read().unwrap_or_else(PoisonError::into_inner).clone();
+        Some(trouble.or(of_set).unwrap_or_else(|| match held {
+            None => {
+                "there is no sea chart to hold them: import one by `lutra-server chart import`".to_owned()
+            }
+            Some(_) => "the sea chart is about to take them".to_owned(),
+        }))
+    }
+}
