@@ -73,7 +73,7 @@ const reach = (path, seen = new Set()) => {
 };
 const outputs = Object.entries(metafile.outputs);
 const of = (source) => outputs.find(([, output]) => output.entryPoint === source)?.[0];
-for (const page of ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission"]) {
+for (const page of ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission", "nogo"]) {
   const loaded = new Set(["src/main.ts", of(`src/pages/${page}.ts`) ? `src/pages/${page}.ts` : `src/pages/${page}.tsx`, "src/style/main.css"].flatMap((source) => [...reach(of(source))]));
   for (const path of Object.keys(sizes)) if (/next-latin-wght.*woff2$/.test(path)) loaded.add(path);
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);

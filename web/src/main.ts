@@ -5,7 +5,7 @@ import { offerCopies } from "./ui/copy";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
-const style = document.getElementById("style");
+const [style, noGo] = [document.getElementById("style"), document.getElementById("no-go-areas")];
 const [logbook, missions, mission] = [document.getElementById("logbook"), document.getElementById("missions"), document.getElementById("mission")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
@@ -23,6 +23,8 @@ if (fleet) {
   void import("./pages/missions").then(({ startMissions }) => startMissions(missions));
 } else if (mission) {
   void import("./pages/mission").then(({ startMission }) => startMission(mission));
+} else if (noGo) {
+  void import("./pages/nogo").then(({ startNoGo }) => startNoGo(noGo));
 } else if (style) {
   void import("./pages/style").then(({ startStyle }) => startStyle(style));
 } else {

@@ -196,6 +196,23 @@ async fn where_an_order_was_refused_is_said_and_marked() {
     serving.stop().await;
 }
 
+/// Areas are closed and lifted on the map, and nobody sends a vessel into one.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_area_is_closed_on_the_map_and_nobody_is_sent_into_it() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    super::charts_tests::archipelago(folder.path());
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    tokio::spawn(lies_in_deep_water(Boats::join(&serving.state.shore.router).await));
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = move || testkit::browser::run("nogo.mjs", &[&address, &password], |_| {});
+    tokio::task::spawn_blocking(script).await.unwrap();
+    serving.stop().await;
+}
+
 /// A boat that says where it lies in the archipelago, ten times a second, for as long as the test lasts.
 async fn lies_in_deep_water(boats: Boats) {
     let (lat, lon) = (63.446_f64.to_radians(), 10.345_f64.to_radians());

@@ -4,6 +4,7 @@ mod account;
 mod actions;
 mod admin;
 mod alarms;
+mod areas;
 mod data;
 mod detections;
 mod fleet;
@@ -36,6 +37,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/vessels/{vessel}", Need::OnVessel(Role::Viewer), "One vessel.", vessel::page),
         Route::page("/plans", Need::Somewhere(Role::Viewer), "Plans.", plans::list),
         Route::page("/plans/{id}", Need::Somewhere(Role::Viewer), "One plan, to be edited.", plans::editor),
+        Route::page("/no-go-areas", Need::Somewhere(Role::Viewer), "No-go areas.", areas::page),
         Route::page(
             "/offline",
             Need::Anyone,

@@ -1,6 +1,6 @@
 // What lies over what on the map, from below. The chart, its symbols and the graticule are beneath all of it.
 
-const FROM_BELOW = ["route", "track", "tail", "rings", "tags", "cursor", "own", "planLines", "planLegs", "planPlaces", "planMarks", "refused", "measure", "vessel"] as const;
+const FROM_BELOW = ["nogo", "route", "track", "tail", "rings", "tags", "cursor", "own", "planLines", "planLegs", "planPlaces", "planMarks", "refused", "measure", "vessel"] as const;
 
 export type Layer = (typeof FROM_BELOW)[number];
 

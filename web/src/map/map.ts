@@ -14,6 +14,7 @@ import { type ChartOnMap, createChart } from "./chart/chart";
 import { type Clicks, createClicks } from "./clicks";
 import { createFollow, type Follow } from "./follow";
 import { controls, graticuleLayer, type Wheel, wheelOn } from "./frame";
+import { createNoGo, type NoGoOnMap } from "./nogo";
 import { createOverlays, type Overlays } from "./overlays";
 import { createOwnPlace } from "./ownplace";
 import { type Palette, readPalette } from "./palette";
@@ -34,6 +35,7 @@ export interface FleetMap {
   readonly tools: MapTools;
   readonly clicks: Clicks;
   readonly chart: Pick<ChartOnMap, "onChart">;
+  readonly noGo: NoGoOnMap;
   /** For what a page draws by itself. */
   readonly ol: OlMap;
   /** The colours in force. */
@@ -70,6 +72,7 @@ class MapOfFleet implements FleetMap {
   readonly tools: MapTools;
   readonly clicks: Clicks;
   readonly chart: ChartOnMap;
+  readonly noGo: NoGoOnMap;
   private colours: Palette;
   private graticule: Graticule;
   private readonly vessels: VesselsOnMap;
@@ -105,6 +108,9 @@ class MapOfFleet implements FleetMap {
     this.overlays = createOverlays(map, this.clicks, palette);
     this.chart = createChart(map, box, this, (place) => this.overlays.cursor(place), vessel);
     this.chart.onChart(({ bounds }) => this.leadTo(bounds));
+    this.noGo = createNoGo(map, palette);
+    // The chart is another one whenever an area was closed or lifted.
+    this.chart.onChart(() => void this.noGo.learn());
     this.tools.button("all", t("Show all")).addEventListener("click", () => (needs.showAll ? needs.showAll() : this.showAll()));
     // Where no vessel is chosen there is none to go with.
     const around = select || vessel !== undefined;
@@ -182,6 +188,7 @@ class MapOfFleet implements FleetMap {
     this.vessels.repaint();
     this.update(this.last.systems, this.last.selected, this.last.nowUs);
     this.overlays.repaint();
+    this.noGo.repaint();
     this.rings?.repaint();
     this.chart.repaint();
     for (const then of this.repainted) then();

@@ -119,7 +119,7 @@ class Chart implements ChartOnMap {
     });
     clicks.claim("place", (event) => {
       // What lies there but wants no click is not a place of the chart either.
-      if (map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 && layer.getZIndex() !== over("rings") })) return false;
+      if (map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 && ![over("rings"), over("nogo")].includes(layer.getZIndex() ?? 0) })) return false;
       void this.ask(event.coordinate, false);
       return true;
     });
