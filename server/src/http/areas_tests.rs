@@ -26,7 +26,7 @@ async fn list(shore: &Shore, token: &str) -> NoGoAreas {
 }
 
 async fn route(shore: &Shore, token: &str, to: [f64; 2]) -> SeaRouteAnswer {
-    let ask = json!({"points": [[63.4460, 10.3425], to], "least_depth_m": 3.0, "clearance_m": 5.0});
+    let ask = json!({"points": [[63.4460, 10.3425], to], "least_depth_m": 5.0, "clearance_m": 20.0});
     let answer = say(shore, "POST", "/api/v1/chart/route", token, &ask).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
     serde_json::from_str(&answer.body).unwrap()

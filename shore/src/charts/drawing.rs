@@ -40,8 +40,6 @@ pub(super) fn sheet(path: &Path, digest: &str) -> Result<Sheet, String> {
         tracing::warn!(%error, "small zooms of the chart are made again at each start");
     });
     let mut charts: Vec<(Chart, [u8; 32])> = set.charts().iter().cloned().zip(set.marks()).collect();
-    // Maps draw them by themselves, whatever of the chart is shown.
-    charts.retain(|(chart, _)| !chart.is_no_go_areas());
     charts.sort_by_cached_key(|(chart, _)| chart.source().rank());
     let listed = charts.iter().map(|(chart, _)| SheetChart {
         source: chart.source(),
