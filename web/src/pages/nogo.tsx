@@ -74,7 +74,7 @@ class NoGoPage {
         <p role="status">{lifted.value && <>{t("{name} is lifted: vessels may enter it.", { name: lifted.value.area.name })} <button type="button" onClick={() => lifted.value && void this.close(lifted.value, true)}>{t("Undo")}</button></>}</p>
         {wrong.value && <p class="note bad" role="alert">{wrong.value}</p>}
         {list.trouble.value && <p class="bad-text" role="alert">{list.trouble.value} <button type="button" onClick={() => void this.ask()}>{t("Try again")}</button></p>}
-        {known && <NoGoList areas={known.areas} mayChange={known.may_change && !editing.value} busy={busy.value} act={act} />}
+        {known && !editing.value && <NoGoList areas={known.areas} mayChange={known.may_change} busy={busy.value} act={act} />}
         <p class="dim">{t("Closed areas bind all vessels: plans and routes through them are refused, and vessels keep out by the sea chart aboard, which they fetch when they have a link.")}</p>
       </>
     );
