@@ -25,6 +25,11 @@ const FARTHEST_M = 50_000;
 const TAIL_POINTS = 200;
 /** Tracks are kept as a picture, this much larger than the map, which is what is shown while the map is led. */
 const TRACK_RATIO = 1.2;
+/** What moves by less is not drawn again: a map with a chart takes as much work as all else on a page. The course vector's end
+ * trembles with the speed over ground; it shows no more than about where a minute leads. */
+const SEEN_PX = 1;
+const AHEAD_SEEN_PX = 6;
+const TURN_SEEN_RAD = 0.03;
 
 interface Drawn {
   readonly vessel: Feature<Point>;
@@ -34,12 +39,15 @@ interface Drawn {
   readonly tail: Feature<LineString>;
   /** What a replay has yet to come to. */
   readonly coming: Feature<LineString>;
-  /** Where it can be by now, when it is old. */
+  /** Where it can be by now, when it is old, and how far that is as drawn, m. */
   readonly ring: Feature<Circle>;
+  ring_m: number;
   /** How it is drawn, and for what. */
   style: VesselStyle | undefined;
   look: string;
-  at: string;
+  /** How it lies and where its course leads, as it is drawn. */
+  heading_rad: number;
+  ahead: readonly number[] | undefined;
   /** The track that is drawn, how much of it as what changes seldom, and up to when. */
   points: readonly TrackPoint[];
   settled: number;
@@ -54,7 +62,7 @@ export class VesselsOnMap {
   private readonly tracks = new VectorSource();
   private readonly projected = new WeakMap<readonly TrackPoint[], number[][]>();
 
-  constructor(map: OlMap, private readonly palette: () => Palette) {
+  constructor(private readonly map: OlMap, private readonly palette: () => Palette) {
     map.addLayer(new VectorImageLayer({ source: this.tracks, zIndex: over("track"), imageRatio: TRACK_RATIO }));
     map.addLayer(new VectorLayer({ source: this.tails, zIndex: over("tail"), updateWhileAnimating: true, updateWhileInteracting: true }));
     map.addLayer(new VectorLayer({ source: this.moving, zIndex: over("vessel"), updateWhileAnimating: true, updateWhileInteracting: true }));
@@ -69,7 +77,8 @@ export class VesselsOnMap {
     const one = this.of(address);
     const grew = points.length - one.settled;
     if (untilUs === undefined && one.until === undefined && points === one.points && grew >= 0 && grew < TAIL_POINTS) {
-      one.tail.getGeometry()?.setCoordinates(grew ? points.slice(Math.max(0, one.settled - 1)).map(on) : []);
+      const tail = grew ? points.slice(Math.max(0, one.settled - 1)).map(on) : [];
+      if (!this.near(one.tail.getGeometry()?.getLastCoordinate(), tail.at(-1), SEEN_PX)) one.tail.getGeometry()?.setCoordinates(tail);
       return;
     }
     if (untilUs !== undefined && untilUs === one.until && points === one.points && points.length === one.settled) return;
@@ -108,7 +117,7 @@ export class VesselsOnMap {
     const known = this.drawn.get(address);
     if (known) return known;
     const line = (): Feature<LineString> => new Feature(new LineString([]));
-    const made: Drawn = { track: line(), tail: line(), coming: line(), course: line(), ring: new Feature(new Circle([0, 0], 0)), vessel: new Feature(new Point([])), style: undefined, look: "", at: "", points: [], settled: 0, until: undefined };
+    const made: Drawn = { track: line(), tail: line(), coming: line(), course: line(), ring: new Feature(new Circle([0, 0], 0)), ring_m: 0, vessel: new Feature(new Point([])), style: undefined, look: "", heading_rad: 0, ahead: undefined, points: [], settled: 0, until: undefined };
     for (const feature of [made.track, made.tail, made.coming, made.course, made.ring, made.vessel]) feature.set("address", address, true);
     this.colour(address, made);
     this.tracks.addFeatures([made.coming, made.track]);
@@ -126,14 +135,24 @@ export class VesselsOnMap {
     course.setStyle(courseStyle(address, palette));
   }
 
+  /** Whether nobody can see that something that was drawn at one place is at another. */
+  private near([x, y]: readonly number[] = [], [toX, toY]: readonly number[] = [], within_px: number): boolean {
+    if (x === undefined || y === undefined || toX === undefined || toY === undefined) return x === toX && y === toY;
+    return Math.hypot(toX - x, toY - y) < within_px * (this.map.getView().getResolution() ?? 0);
+  }
+
   /** Draws a vessel where it is; what has not changed is left alone, so that the map rests while nothing moves. */
   private place(one: Drawn, system: System, fix: Fix, selected: boolean, nowUs: number): void {
     const old = system.liveness === "stale" || system.liveness === "lost";
     const radius = old ? Math.max(0, (nowUs - Math.min(system.heard_us, fix.time_us)) / 1e6) * FASTEST_MPS : 0;
     const ring = radius > 0 && radius < FARTHEST_M ? Math.ceil(radius) : 0;
     const look = [system.liveness, systemName(system), selected, fix.heading_rad === null, ring > 0].join("/");
-    const at = [look, fix.lat_deg, fix.lon_deg, fix.heading_rad, fix.course_rad, fix.speed_mps, ring].join("/");
-    if (one.style && at === one.at) return;
+    const centre = on(fix);
+    const course = system.liveness === "live" ? ahead(fix) : [];
+    const heading_rad = fix.heading_rad ?? 0;
+    const turned = Math.abs(heading_rad - one.heading_rad) >= TURN_SEEN_RAD;
+    const moved = !this.near(one.vessel.getGeometry()?.getCoordinates(), centre, SEEN_PX) || !this.near(one.ahead, course.at(-1), AHEAD_SEEN_PX);
+    if (one.style && look === one.look && ring === one.ring_m && !turned && !moved) return;
     if (!one.style || look !== one.look) {
       const palette = this.palette();
       one.style = vesselStyle(system, palette, selected);
@@ -141,11 +160,10 @@ export class VesselsOnMap {
       one.ring.setStyle(ring > 0 ? ringStyle(system.address, palette) : []);
     }
     one.look = look;
-    one.at = at;
-    one.style.turn(fix.heading_rad ?? 0);
-    const centre = on(fix);
+    Object.assign(one, { heading_rad, ahead: course.at(-1), ring_m: ring });
+    one.style.turn(heading_rad);
     one.vessel.getGeometry()?.setCoordinates(centre);
-    one.course.getGeometry()?.setCoordinates(system.liveness === "live" ? ahead(fix) : []);
+    one.course.getGeometry()?.setCoordinates(course);
     // A metre on the ground is more on this projection, the farther from the equator.
     one.ring.getGeometry()?.setCenterAndRadius(centre, ring / Math.cos((fix.lat_deg * Math.PI) / 180));
   }

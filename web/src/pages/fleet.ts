@@ -18,8 +18,8 @@ import { t } from "../words/words";
 
 /** The list is redrawn so often, ms; the map at each frame. */
 const TABLES_MS = 250;
-/** A frame comes so often, ms: vessels move a metre meanwhile. */
-const EVERY_MS = 250;
+/** A frame comes so often, ms: vessels move a metre or two meanwhile. */
+const EVERY_MS = 500;
 /** How much of the past is drawn at first, µs. */
 const PAST_US = 3_600_000_000;
 

@@ -401,7 +401,7 @@ class VesselPage {
     // What the vessel will do without its link is about the present, whatever is looked at.
     if (this.shows("Link loss")) panels.loss.update(present.system, linkLoss(present.values, present.labels), present.control.commands, now, present.linked);
     if (this.shows("Plots")) {
-      panels.plots.draw(now);
+      panels.plots.goOn(now);
       if (time.hoverUs === null) panels.plots.cursor(us);
     }
     if (this.shows("Values")) panels.values.update(us === null ? t("Latest values") : t("Values as of {time}", { time: utc(asOf) }), [...values.values()], labels, asOf);

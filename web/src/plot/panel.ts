@@ -36,13 +36,17 @@ export interface PlotPanel {
   /** The time changed: the history is asked. */
   range(range: Range): void;
   live(values: readonly Update[]): void;
-  draw(nowUs: number): void;
+  /** As time goes on: draws as soon as that shows, and no sooner. */
+  goOn(nowUs: number): void;
   cursor(us: number | null): void;
   add(source: Source): void;
   catalogue(series: readonly Series[], gaps: readonly Gap[]): void;
   /** Draws the same fields of these vessels beside the page's own, each vessel in a colour of its own. */
   beside(companions: readonly Companion[]): void;
 }
+
+/** Lines that go on are drawn again at least so often, µs: what has grown old is hatched in time. */
+const SLOWEST_US = 1_000_000;
 
 interface Plot {
   readonly key: string;
@@ -60,6 +64,8 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
 class Plots implements PlotPanel {
   private stretch: Range = { spanUs: 900_000_000 };
   private nowUs = 0;
+  /** For which time it was drawn last, µs; never for what is asked for now. */
+  private drawnUs = -Infinity;
   private gaps: readonly Gap[] = [];
   private plots: Plot[] = [];
   private companions: readonly Companion[] = [];
@@ -90,6 +96,7 @@ class Plots implements PlotPanel {
 
   range(next: Range): void {
     this.stretch = next;
+    this.drawnUs = -Infinity;
     this.ask();
   }
 
@@ -102,8 +109,14 @@ class Plots implements PlotPanel {
     }
   }
 
-  draw(nowUs: number): void {
-    this.nowUs = nowUs;
+  goOn(nowUs: number): void {
+    const { fromUs, toUs } = ends(this.stretch, nowUs);
+    const pixelUs = (toUs - fromUs) / Math.max(100, this.list.clientWidth);
+    if (nowUs - this.drawnUs >= Math.min(SLOWEST_US, pixelUs)) this.draw(nowUs);
+  }
+
+  private draw(nowUs: number): void {
+    [this.nowUs, this.drawnUs] = [nowUs, nowUs];
     const { fromUs, toUs } = ends(this.stretch, nowUs);
     for (const plot of this.plots) {
       if (!plot.chart) continue;
@@ -137,6 +150,7 @@ class Plots implements PlotPanel {
   catalogue(series: readonly Series[], gaps: readonly Gap[]): void {
     this.fields.recorded(series);
     this.gaps = gaps;
+    this.drawnUs = -Infinity;
     for (const source of this.waiting) this.add(source);
     this.waiting = [];
   }
@@ -213,6 +227,7 @@ class Plots implements PlotPanel {
   /** Makes the chart of `plot` again: its lines, or the colours, are others. */
   private rebuild(plot: Plot): void {
     plot.beside = this.besides(plot);
+    this.drawnUs = -Infinity;
     plot.chart?.dispose();
     plot.chart = undefined;
     const source = plot.lines[0]?.source;

@@ -13,6 +13,8 @@ import type { Labels } from "../state/vitals";
 const AGAIN_MS = 5_000;
 const SETTLE_MS = 200;
 const POINTS = 5_000;
+/** What is older than the stretch is left out when it is so much of it: with each change of the begin all is drawn again. */
+const OLDER = 0.05;
 
 export interface HistoryHandlers {
   nowUs(): number;
@@ -37,6 +39,8 @@ export class PageHistory {
   link: LinkStatus | undefined;
   readonly behind = new Behind();
   private readonly ahead = new Track();
+  /** The track while it follows the present. */
+  private followed: TrackPoint[] = [];
   private settle: number | undefined;
   private asked = new AbortController();
   /** The range that was asked for last. */
@@ -60,8 +64,12 @@ export class PageHistory {
   /** A place came by itself; whether the track that is shown grew. */
   grew(fix: Parameters<Track["add"]>[0]): boolean {
     if (!this.ahead.add(fix) || !isLive(this.on.range())) return false;
-    const { fromUs } = ends(this.on.range(), this.on.nowUs());
-    this.track = this.ahead.all().filter((point) => point.time_us >= fromUs);
+    const { fromUs, toUs } = ends(this.on.range(), this.on.nowUs());
+    const all = this.ahead.all();
+    const newest = all.at(-1);
+    const isOld = (this.followed[0]?.time_us ?? 0) < fromUs - OLDER * (toUs - fromUs);
+    if (newest && this.track === this.followed && !isOld && this.followed.length < all.length) this.followed.push(newest);
+    else this.track = this.followed = all.filter((point) => point.time_us >= fromUs);
     return true;
   }
 
