@@ -114,6 +114,9 @@ impl ChartDb {
         if !path.exists() {
             return Err(ChartDbError::Absent(path.to_owned()));
         }
+        if path.is_dir() {
+            return Err(ChartDbError::Foreign(path.to_owned()));
+        }
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let open = || {
             let connection = Connection::open_with_flags(path, flags).named(path)?;

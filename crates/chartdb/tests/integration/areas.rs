@@ -82,6 +82,7 @@ fn without_a_chart_set_there_is_nothing_to_put_them_in_and_nothing_of_that_name_
     let none = folder.path().join("none.gpkg");
     assert!(matches!(put_no_go_areas(&none, &[farm()], NOW), Err(ChartDbError::Absent(_))));
     assert!(!none.exists());
+    assert!(matches!(put_no_go_areas(folder.path(), &[farm()], NOW), Err(ChartDbError::Foreign(_))));
     let db = set(folder.path());
     let land = folder.path().join(format!("{NO_GO_AREAS}.geojson"));
     let ring = "[[10.0,63.0],[10.0,63.1],[10.1,63.1],[10.0,63.0]]";
