@@ -6,7 +6,8 @@ import { toLonLat } from "ol/proj";
 import { patchJson, reason } from "../api/http";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
-import type { NoGoArea, NoGoAreaChange, NoGoAreas, PlanPlace } from "../api/types.gen";
+import type { NoGoArea, NoGoAreaChange, NoGoAreaRequest, NoGoAreas, PlanPlace } from "../api/types.gen";
+import { createNoGoFile } from "../components/nogofile";
 import { NoGoForm } from "../components/nogoform";
 import { NoGoList } from "../components/nogolist";
 import { createMap, type FleetMap } from "../map/map";
@@ -38,7 +39,8 @@ class NoGoPage {
   private readonly wrong = signal("");
   /** The one that was lifted just now. */
   private readonly lifted = signal<NoGoArea | undefined>(undefined);
-  private readonly keys = new Keys<AreaDraft & { readonly corners: readonly PlanPlace[] }>(newKey);
+  private readonly keys = new Keys<NoGoAreaRequest>(newKey);
+  private readonly File = createNoGoFile({ close: (area) => this.closeOne(area), done: () => void this.ask() });
   private readonly map: FleetMap;
   private fits = true;
 
@@ -70,6 +72,7 @@ class NoGoPage {
       <>
         {known?.trouble && known.areas.some((area) => area.lifted === null) && <p class="note bad" role="alert">{t("Not in force: {trouble}", { trouble: known.trouble })}</p>}
         {known?.may_change && !editing.value && <p><button type="button" class="main" onClick={() => this.edit(undefined)}>{t("Close an area")}</button></p>}
+        {known?.may_change && !editing.value && <this.File />}
         {editing.value && <this.Form of={editing.value.of} />}
         <p role="status">{lifted.value && <>{t("{name} is lifted: vessels may enter it.", { name: lifted.value.area.name })} <button type="button" onClick={() => lifted.value && void this.close(lifted.value, true)}>{t("Undo")}</button></>}</p>
         {wrong.value && <p class="note bad" role="alert">{wrong.value}</p>}
@@ -113,17 +116,25 @@ class NoGoPage {
     const area = areaAsk(draft, this.corners.value);
     try {
       if (of) await this.change(of, { revision: of.revision, area, closed: true });
-      else {
-        const query = new URLSearchParams({ key: this.keys.of({ ...draft, corners: this.corners.value }).key });
-        await postUntilAnswered<NoGoArea>(() => `/api/v1/no-go-areas?${query}`, PATIENCE_MS, SENT_WITHIN_MS, area, waits);
-        this.keys.answered();
-      }
+      else await this.post(area, waits);
       this.editing.value = undefined;
       await this.ask();
       return undefined;
     } catch (error) {
       return fieldOf(reason(error));
     }
+  }
+
+  /** Closes one of a file; why not, or nothing where it is done. */
+  private async closeOne(area: NoGoAreaRequest): Promise<string> {
+    return this.post(area, () => undefined).then(() => "", reason);
+  }
+
+  /** What is sent again because nobody answered closes one area. */
+  private async post(area: NoGoAreaRequest, waits: (tries: number) => void): Promise<void> {
+    const query = new URLSearchParams({ key: this.keys.of(area).key });
+    await postUntilAnswered<NoGoArea>(() => `/api/v1/no-go-areas?${query}`, PATIENCE_MS, SENT_WITHIN_MS, area, waits);
+    this.keys.answered();
   }
 
   /** Lifts an area, or closes it again. */

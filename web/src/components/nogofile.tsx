@@ -1,0 +1,74 @@
+// No-go areas from a GeoJSON file: what it would close is shown first, then each is closed.
+
+import { signal } from "@preact/signals";
+import type { NoGoAreaRequest } from "../api/types.gen";
+import { type AreasOfFile, areasOfGeoJson } from "../state/nogo";
+import { t } from "../words/words";
+
+/** Bytes of a file that is read. */
+const MOST_BYTES = 4 * 2 ** 20;
+/** Names that are told of a file. */
+const MOST_TOLD = 12;
+
+interface Needs {
+  /** Closes one; why not, or nothing where it is done. */
+  close(area: NoGoAreaRequest): Promise<string>;
+  /** All that could be closed are. */
+  done(): void;
+}
+
+/** Makes the button and what it opens; the state stays over new drawings. */
+export function createNoGoFile({ close, done }: Needs) {
+  const read = signal<AreasOfFile | undefined>(undefined);
+  const closed = signal<number | undefined>(undefined);
+  const failed = signal("");
+
+  const choose = async (input: HTMLInputElement): Promise<void> => {
+    const [file] = input.files ?? [];
+    if (!file) return;
+    failed.value = "";
+    const tooLarge = { areas: [], wrong: t("The file is larger than {most} MB: take out what is not needed.", { most: MOST_BYTES / 2 ** 20 }) };
+    read.value = file.size > MOST_BYTES ? tooLarge : areasOfGeoJson(await file.text(), file.name.replace(/\.\w+$/, "").slice(0, 60));
+    // The same file can be chosen again after it was mended.
+    input.value = "";
+  };
+  const bringIn = async (areas: readonly NoGoAreaRequest[]): Promise<void> => {
+    failed.value = "";
+    for (const [place, area] of areas.entries()) {
+      closed.value = place;
+      const why = await close(area);
+      if (!why) continue;
+      failed.value = t("{name}: {why}", { name: area.name, why });
+      read.value = { areas: areas.slice(place), wrong: "" };
+      closed.value = undefined;
+      return done();
+    }
+    [read.value, closed.value] = [undefined, undefined];
+    done();
+  };
+  return function NoGoFile() {
+    const [found, busy] = [read.value, closed.value !== undefined];
+    const count = found?.areas.length ?? 0;
+    return (
+      <section aria-label={t("Areas from a file")}>
+        <p class="row"><label class="button">{t("Bring in GeoJSON …")}<input class="hidden" type="file" accept=".geojson,.json,application/geo+json" disabled={busy} onChange={(event) => void choose(event.currentTarget)} /></label></p>
+        {found?.wrong && <p class="note bad" role="alert">{found.wrong}</p>}
+        {failed.value && <p class="note bad" role="alert">{failed.value}</p>}
+        {count > 0 && (
+          <>
+            <p role="status">{busy ? t("Closing {n} of {count} …", { n: (closed.value ?? 0) + 1, count }) : t("{n} areas to be closed: {names}", { n: count, names: names(found?.areas ?? []) })}</p>
+            <p class="row">
+              <button type="button" class="main" disabled={busy} onClick={() => void bringIn(found?.areas ?? [])}>{t("Close these areas")}</button>
+              <button type="button" disabled={busy} onClick={() => (read.value = undefined)}>{t("Cancel")}</button>
+            </p>
+          </>
+        )}
+      </section>
+    );
+  };
+}
+
+function names(areas: readonly NoGoAreaRequest[]): string {
+  const told = areas.slice(0, MOST_TOLD).map(({ name }) => name).join(", ");
+  return areas.length > MOST_TOLD ? `${told}, …` : told;
+}
