@@ -45,7 +45,7 @@ struct Common {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the server until SIGTERM or Ctrl-C.
+    /// Run the server until SIGTERM or Ctrl-C; SIGHUP reads the certificate again.
     Serve(serve::ServeArguments),
     /// Show everything at once: a scratch server and simulated Otters that sail, until Ctrl-C.
     ///
@@ -157,7 +157,8 @@ pub fn main() -> ExitCode {
         Command::Prune(arguments) => data::prune(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
-        Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
+        // What it found is what it ends with.
+        Command::Doctor(arguments) => return doctor::doctor(&common, &arguments),
         Command::Manual(arguments) => {
             manual::write(&Arguments::command(), &arguments.folder).map_err(anyhow::Error::from)
         }
