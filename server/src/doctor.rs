@@ -24,13 +24,14 @@ pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Chec
 
 /// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too.
 pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
-    let mut checks = vec![
-        check("clock", clock_is_right()),
-        encryption(config, clock::now()),
-        check("pages", pages()),
-    ];
+    let mut checks =
+        vec![check("clock", clock_is_right()), encryption(config, clock::now()), check("pages", pages())];
     // Not even a lock is put into a folder of somebody else.
     if let Err(error) = folder::check(&config.data) {
+        checks.push(check("data folder", Err(format!("{error:#}"))));
+        return checks;
+    }
+    if let Err(error) = folder::refuse_newer(&config.data) {
         checks.push(check("data folder", Err(format!("{error:#}"))));
         return checks;
     }

@@ -22,8 +22,8 @@ use imc::Address;
 use keep::{PendingNotes, ReadStanding, Standing, keep};
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, CertificateState, Key, Kind, LinkClock, Note, OtherChart, Priority, Saved, ShoreState,
-    Signature, State,
+    Alarm, AlarmId, AlarmRefused, CertificateState, Key, Kind, LinkClock, Note, OtherChart, Priority, Saved,
+    ShoreState, Signature, State,
 };
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -164,7 +164,13 @@ pub(crate) struct Watch {
 
 impl Alarms {
     pub(crate) fn new(router: Router, people: People) -> Self {
-        Self { router, people, done: Arc::default(), kept: watch::Sender::default(), certificate: watch::Sender::default() }
+        Self {
+            router,
+            people,
+            done: Arc::default(),
+            kept: watch::Sender::default(),
+            certificate: watch::Sender::default(),
+        }
     }
 
     /// Takes over how the certificate is, from whoever serves with it.

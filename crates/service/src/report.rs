@@ -110,7 +110,8 @@ pub fn masked(text: &str) -> String {
     };
     let mut out = String::with_capacity(text.len());
     let mut until = None;
-    for letter in text.lines().filter(|line| !shows_source(line)).flat_map(|line| line.chars().chain(['\n'])) {
+    for letter in text.lines().filter(|line| !shows_source(line)).flat_map(|line| line.chars().chain(['\n']))
+    {
         match until {
             // A quote that is not ended ends with its line.
             Some(end) if letter == end || letter == '\n' => {
@@ -144,9 +145,13 @@ mod tests {
             finding("data folder", Status::Warn, "made at the first start"),
             finding("disk", Status::Ok, "500 MiB free"),
         ];
-        let told: Value = serde_json::from_str(&to_json("lutra-x", "1.2.3", "2026-03-01 12:00:00Z", &all)).unwrap();
+        let told: Value =
+            serde_json::from_str(&to_json("lutra-x", "1.2.3", "2026-03-01 12:00:00Z", &all)).unwrap();
         assert_eq!(told["status"], "warn");
-        assert_eq!(told["checks"][0], json!({"code": "data_folder", "status": "warn", "text": "made at the first start", "remedy": ""}));
+        assert_eq!(
+            told["checks"][0],
+            json!({"code": "data_folder", "status": "warn", "text": "made at the first start", "remedy": ""})
+        );
         assert_eq!((worst(&all).exit_code(), worst(&[]).exit_code(), Status::Fail.exit_code()), (1, 0, 2));
     }
 

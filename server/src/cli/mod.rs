@@ -127,10 +127,11 @@ impl Common {
         Ok(config::load(self.config.as_deref(), &overrides)?)
     }
 
-    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's is refused.
+    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's, or of a later version, is refused.
     fn load_to_write(&self) -> anyhow::Result<Config> {
         let config = self.load(Vec::new())?;
         folder::check(&config.data)?;
+        folder::refuse_newer(&config.data)?;
         Ok(config)
     }
 }

@@ -70,7 +70,10 @@ fn renew(common: &Common, names: Vec<String>, within: Option<u32>) -> anyhow::Re
         Renewal::NotDue { until } => say!("{file} lasts until {}: nothing is renewed", clock::written(until)),
         Renewal::Renewed { names, until } => {
             say!("{file} is renewed until {}, for {}", clock::written(until), names.join(", "));
-            say!("a running server takes it within seconds; who trusts {} accepts it", folder.join("ca.pem").display());
+            say!(
+                "a running server takes it within seconds; who trusts {} accepts it",
+                folder.join("ca.pem").display()
+            );
         }
     }
     Ok(())

@@ -3,7 +3,7 @@
 use super::words::word;
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 50] = [
+pub(super) const ACTIONS: [(&str, &str); 53] = [
     ("vessel.abort", word("STOP")),
     ("plan.start", word("Start plan")),
     ("plan.stop", word("Stop plan")),

@@ -4,11 +4,11 @@ pub(crate) mod router;
 #[cfg(test)]
 mod tests;
 
+use crate::AppState;
 use crate::config::Config;
+use crate::tls::Keeper;
 use crate::transports::{self, Open};
 use crate::web::listen::Web;
-use crate::AppState;
-use crate::tls::Keeper;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use shore::clock::Clock;

@@ -254,7 +254,8 @@ mod tests {
         let before = read();
         let not_due = renew(folder.path(), &tls, Vec::new(), Some(60)).unwrap();
         assert!(matches!(not_due, Renewal::NotDue { .. }) && read() == before);
-        let Renewal::Renewed { names, .. } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap() else {
+        let Renewal::Renewed { names, .. } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap()
+        else {
             panic!("it ends within 900 days");
         };
         assert_eq!(names, given);

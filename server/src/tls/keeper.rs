@@ -118,7 +118,10 @@ impl Keeper {
         let pair = Pair::read(&self.tls)?;
         let file = self.tls.certificate.display();
         if pair.facts.until <= now.utc {
-            bail!("tls.certificate {file} ended on {}: put a renewed one there", clock::written(pair.facts.until));
+            bail!(
+                "tls.certificate {file} ended on {}: put a renewed one there",
+                clock::written(pair.facts.until)
+            );
         }
         if pair.facts.from > now.utc {
             let (from, present) = (clock::written(pair.facts.from), clock::written(now.utc));
@@ -146,7 +149,10 @@ impl Keeper {
                 if !held.told && now.mono.since(since) >= patience {
                     held.told = true;
                     let until = clock::written(held.pair.facts.until);
-                    tracing::warn!(until, "a new certificate cannot be used, the earlier one still is: {why}");
+                    tracing::warn!(
+                        until,
+                        "a new certificate cannot be used, the earlier one still is: {why}"
+                    );
                 }
                 held.failing = Some((since, why));
             }

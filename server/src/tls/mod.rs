@@ -11,7 +11,7 @@ mod x509;
 
 pub(crate) use keeper::Keeper;
 pub(crate) use pair::Pair;
-pub(crate) use x509::{Facts, first_in};
+pub(crate) use x509::first_in;
 
 use units::UtcTime;
 

@@ -65,7 +65,8 @@ pub(crate) fn first_in(path: &Path) -> anyhow::Result<(CertificateDer<'static>, 
     let first = CertificateDer::pem_file_iter(path).with_context(told)?.next();
     ensure!(first.is_some(), "{} holds no certificate in PEM", path.display());
     let der = first.transpose().with_context(told)?.with_context(told)?;
-    let facts = Facts::of(&der).with_context(|| format!("{} holds no certificate of X.509", path.display()))?;
+    let facts =
+        Facts::of(&der).with_context(|| format!("{} holds no certificate of X.509", path.display()))?;
     Ok((der, facts))
 }
 
@@ -87,7 +88,9 @@ fn alternative_names(extensions: &[u8]) -> Option<Vec<String>> {
         let mut fields = Fields(rest);
         let value = std::iter::from_fn(|| fields.next()).find(|(tag, _)| *tag == OCTETS)?.1;
         let mut names = Fields(Fields(value).take(SEQUENCE)?);
-        return Some(std::iter::from_fn(|| names.next()).filter_map(|(tag, name)| named(tag, name)).collect());
+        return Some(
+            std::iter::from_fn(|| names.next()).filter_map(|(tag, name)| named(tag, name)).collect(),
+        );
     }
     None
 }
@@ -110,8 +113,11 @@ impl<'a> Fields<'a> {
         let (&[tag, first], mut rest) = self.0.split_first_chunk()?;
         let mut length = usize::from(first);
         if first & 0x80 != 0 {
-            let (digits, after) = rest.split_at_checked(usize::from(first & 0x7F)).filter(|(it, _)| it.len() <= 4)?;
-            length = digits.iter().try_fold(0_usize, |sum, digit| sum.checked_mul(256)?.checked_add((*digit).into()))?;
+            let (digits, after) =
+                rest.split_at_checked(usize::from(first & 0x7F)).filter(|(it, _)| it.len() <= 4)?;
+            length = digits
+                .iter()
+                .try_fold(0_usize, |sum, digit| sum.checked_mul(256)?.checked_add((*digit).into()))?;
             rest = after;
         }
         let (value, after) = rest.split_at_checked(length)?;

@@ -1,7 +1,9 @@
 //! Behind nginx as `deploy/proxy/nginx.conf` sets it up: pages, sockets, large uploads, and whose address is believed.
 
 use crate::support::ashore::archived_bytes;
-use crate::support::program::{Agent, Process, SERVER, Server, add_admin, agent_program, link_token, run, until};
+use crate::support::program::{
+    Agent, Process, SERVER, Server, add_admin, agent_program, link_token, run, until,
+};
 use crate::support::trusting::Trusting;
 use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -50,7 +52,14 @@ fn nginx(folder: &Path, server: SocketAddr) -> Option<(Process, [SocketAddr; 2])
     std::fs::write(&file, configuration(folder, addresses.map(|one| one.port()), server)).unwrap();
     drop((plain, encrypted));
     let errors = std::fs::File::create(folder.join("nginx.log")).unwrap();
-    let spawned = Command::new("nginx").arg("-c").arg(&file).arg("-p").arg(folder).stdout(Stdio::null()).stderr(errors).spawn();
+    let spawned = Command::new("nginx")
+        .arg("-c")
+        .arg(&file)
+        .arg("-p")
+        .arg(folder)
+        .stdout(Stdio::null())
+        .stderr(errors)
+        .spawn();
     let Ok(child) = spawned else {
         testkit::absent(testkit::Need::Nginx, "apt-get install nginx-light");
         return None;
@@ -74,7 +83,9 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
     let Some((_nginx, [plain, encrypted])) = nginx(scratch.path(), server.web) else { return };
     let told = || std::fs::read_to_string(scratch.path().join("nginx.log")).unwrap();
     let ours = Trusting::new(&data.join("tls/ca.pem")).at(Ipv4Addr::new(127, 0, 0, 2));
-    let ask = |head: &str, body: &[u8]| ours.ask(encrypted, NAME, head, body).unwrap_or_else(|error| panic!("{error}: {}", told()));
+    let ask = |head: &str, body: &[u8]| {
+        ours.ask(encrypted, NAME, head, body).unwrap_or_else(|error| panic!("{error}: {}", told()))
+    };
     until("nginx listens", || std::net::TcpStream::connect(encrypted).ok()).await;
 
     // Who comes unencrypted is sent to the door that is.
@@ -82,10 +93,16 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
     write!(stream, "GET /fleet HTTP/1.0\r\nhost: {NAME}\r\n\r\n").unwrap();
     let mut answer = String::new();
     stream.read_to_string(&mut answer).unwrap();
-    assert!(answer.contains(" 301 ") && answer.contains("Location: https://boats.example.no/fleet"), "{answer}");
+    assert!(
+        answer.contains(" 301 ") && answer.contains("Location: https://boats.example.no/fleet"),
+        "{answer}"
+    );
     // The server knows that the browser's connection is encrypted.
     let (head, _) = ask("GET /login HTTP/1.1\r\n", b"");
-    assert!(head.contains(" 200 ") && head.contains("__Host-lutra_login=") && head.contains("Secure"), "{head}");
+    assert!(
+        head.contains(" 200 ") && head.contains("__Host-lutra_login=") && head.contains("Secure"),
+        "{head}"
+    );
 
     // A log of several MiB, more than nginx takes unless it is told; and what somebody claims of their address stands before
     // the one that nginx saw, which counts.

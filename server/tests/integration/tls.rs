@@ -29,6 +29,14 @@ fn put(from: &Path, to: &Path) {
     }
 }
 
+/// Has the vessel come in anew: its connection is broken until it has asked for another.
+async fn cut(line: &Line, server: &Server) {
+    let asked = line.accepted();
+    line.cut();
+    until("asked for another connection", || (line.accepted() > asked).then_some(())).await;
+    line.passes(server.web);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one() {
     let Some(program) = agent_program() else { return };
@@ -61,8 +69,7 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     more_ashore("ashore by the same connection").await;
     assert_eq!((line.accepted(), ask_on(&mut kept, "/readyz").as_str()), (1, "200"));
     // A vessel that comes in again accepts it.
-    line.cut();
-    line.passes(server.web);
+    cut(&line, &server).await;
     more_ashore("ashore again").await;
     assert!(line.accepted() >= 2);
     assert!(!agent.errors().contains("certificate"), "{}", agent.errors());
@@ -77,8 +84,7 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     let theirs = Trusting::new(&other.join("tls/ca.pem"));
     until("served with the foreign one", || served(&theirs)).await;
     assert!(served(&ours).is_none(), "who trusts the fleet's authority refuses it");
-    line.cut();
-    line.passes(server.web);
+    cut(&line, &server).await;
     until("refused aboard", || agent.errors().contains("certificate").then_some(())).await;
     let refused_at = archived_bytes(&data);
     let told = Command::new(SERVER).args(["tls", "renew", "--data"]).arg(&data).output().unwrap();
@@ -103,14 +109,17 @@ async fn what_cannot_be_served_with_is_told_and_the_earlier_pair_stays() {
     let tls = data.join("tls");
     let ours = Trusting::new(&tls.join("ca.pem"));
     let first = ours.certificate(server.web, "localhost").unwrap();
-    for (file, wrong) in [("server.pem", fs::read(tls.join("ca.pem")).unwrap()), ("server-key.pem", b"x".to_vec())] {
+    for (file, wrong) in
+        [("server.pem", fs::read(tls.join("ca.pem")).unwrap()), ("server-key.pem", b"x".to_vec())]
+    {
         let whole = fs::read(tls.join(file)).unwrap();
         fs::write(tls.join(file), wrong).unwrap();
         hang_up(&server.process);
-        let told = format!("{file}");
         let is_told = || {
             let log = server.log();
-            let line = log.lines().find(|line| line.contains("a new certificate cannot be used") && line.contains(&told));
+            let line = log
+                .lines()
+                .find(|line| line.contains("a new certificate cannot be used") && line.contains(file));
             line.map(str::to_owned)
         };
         let line = until("told", is_told).await;
@@ -120,7 +129,8 @@ async fn what_cannot_be_served_with_is_told_and_the_earlier_pair_stays() {
         hang_up(&server.process);
         let again = "certificate and key were read again";
         let times = server.log().matches(again).count();
-        until("read again", || (server.log().matches(again).count() > times || times > 0).then_some(())).await;
+        until("read again", || (server.log().matches(again).count() > times || times > 0).then_some(()))
+            .await;
     }
     server.process.terminate();
 }

@@ -48,7 +48,8 @@ pub(crate) struct DoctorArguments {
 }
 
 pub(crate) fn doctor(arguments: &DoctorArguments) -> ExitCode {
-    let config = Config::load(&config::Disk, &arguments.config, &[&arguments.profile]);
+    let config =
+        Config::load_aboard(&config::Disk, &arguments.config, &[&arguments.profile], &arguments.data);
     let mut findings = vec![configuration(&config)];
     if findings[0].status != Status::Fail {
         findings.extend(aboard(arguments, &config));

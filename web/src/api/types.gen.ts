@@ -237,7 +237,27 @@ words: string, } | { "code": "disk",
 /**
  * What is free (MiB).
  */
-free_mib: number, } | { "code": "too_many", 
+free_mib: number, } | { "code": "certificate_ends", 
+/**
+ * Its file.
+ */
+file: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+until_us: number, } | { "code": "certificate_ended", 
+/**
+ * Its file.
+ */
+file: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+until_us: number, } | { "code": "certificate_refused", 
+/**
+ * Which file, why, and what to do, in the server's words.
+ */
+words: string, } | { "code": "too_many", 
 /**
  * Those without a place.
  */
@@ -982,7 +1002,8 @@ export type Guard = {
  */
 outcome: string, 
 /**
- * Why it is refused where no leg is the reason: `too-large` for the guard, or `chart-unreadable`; null else.
+ * Why it is refused where no leg is the reason: `too-large` for the guard, `chart-unreadable`, or `no-go-areas` where the
+ * chart lacks some; null else.
  */
 cause: string | null, 
 /**
@@ -1713,6 +1734,80 @@ from_us: number,
  * Before this time, µs since 1970 UTC; null while it goes on.
  */
 to_us: number | null, };
+
+export type NoGoArea = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each change, from 1.
+ */
+revision: number, 
+/**
+ * What it is.
+ */
+area: NoGoAreaRequest, 
+/**
+ * Who closed it first, and when.
+ */
+written: LogWord, 
+/**
+ * Who changed or closed it again last; null if nobody did.
+ */
+changed: LogWord | null, 
+/**
+ * Who lifted it; null while it is closed.
+ */
+lifted: LogWord | null, };
+
+export type NoGoAreaChange = { 
+/**
+ * The revision that is changed; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it is from now on.
+ */
+area: NoGoAreaRequest, 
+/**
+ * Whether it is closed from now on; false lifts it.
+ */
+closed: boolean, };
+
+export type NoGoAreaRequest = { 
+/**
+ * What people call it: 1 to 80 characters in one line.
+ */
+name: string, 
+/**
+ * Why it is closed; at most 500 characters.
+ */
+reason: string, 
+/**
+ * Latitude and longitude (°) of its corners, 3 to 200; the last joins the first, and its sides do not cross. Sides are
+ * straight on a Mercator map.
+ */
+corners: Array<[number, number]>, };
+
+export type NoGoAreas = { 
+/**
+ * Those that are closed, by name; then, where they were asked for, those that were lifted last, newest first.
+ */
+areas: Array<NoGoArea>, 
+/**
+ * Whether plans and routes ashore are held against exactly the closed ones. Vessels hold theirs by the sea chart aboard, which
+ * they get from here.
+ */
+in_force: boolean, 
+/**
+ * Why they are not in force, for people; null where they are.
+ */
+trouble: string | null, 
+/**
+ * Whether the one who asks may close, change and lift areas.
+ */
+may_change: boolean, };
 
 export type MissionChange = { 
 /**

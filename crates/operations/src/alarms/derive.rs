@@ -478,8 +478,9 @@ fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> 
     } else {
         None
     };
-    let refused =
-        refused.as_ref().map(|why| (Priority::Warning, AlarmSaying::CertificateRefused { words: bounded(why) }));
+    let refused = refused
+        .as_ref()
+        .map(|why| (Priority::Warning, AlarmSaying::CertificateRefused { words: bounded(why) }));
     let told = |(priority, says), part: &str| Trouble {
         key: Key { vessel: None, kind: Kind::Certificate, part: part.to_owned() },
         priority,

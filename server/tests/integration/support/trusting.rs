@@ -24,7 +24,8 @@ impl Trusting {
         let mut roots = RootCertStore::empty();
         roots.add(CertificateDer::from_pem_file(authority).unwrap()).unwrap();
         let provider = Arc::new(rustls::crypto::ring::default_provider());
-        let builder = ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+        let builder =
+            ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
         let config = Arc::new(builder.with_root_certificates(roots).with_no_client_auth());
         Self { config, from: Ipv4Addr::LOCALHOST }
     }
@@ -57,7 +58,13 @@ impl Trusting {
     }
 
     /// Head and body of the answer to a request whose head ends with `head`; the connection ends with it.
-    pub(crate) fn ask(&self, to: SocketAddr, name: &str, head: &str, body: &[u8]) -> std::io::Result<(String, String)> {
+    pub(crate) fn ask(
+        &self,
+        to: SocketAddr,
+        name: &str,
+        head: &str,
+        body: &[u8],
+    ) -> std::io::Result<(String, String)> {
         let mut stream = self.connect(to, name)?;
         write!(stream, "{head}host: {name}\r\nconnection: close\r\n\r\n")?;
         stream.write_all(body)?;
@@ -82,7 +89,8 @@ pub(crate) fn ask_on(stream: &mut Encrypted, path: &str) -> String {
         answer.push(byte[0]);
     }
     let head = String::from_utf8_lossy(&answer).into_owned();
-    let length = head.lines().find_map(|line| line.strip_prefix("content-length: ")?.trim().parse().ok()).unwrap();
+    let length =
+        head.lines().find_map(|line| line.strip_prefix("content-length: ")?.trim().parse().ok()).unwrap();
     stream.read_exact(&mut vec![0; length]).unwrap();
     head.split(' ').nth(1).unwrap().to_owned()
 }

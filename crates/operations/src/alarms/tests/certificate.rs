@@ -26,7 +26,11 @@ fn a_certificate_is_told_from_thirty_days_before_its_end_and_more_urgently_in_th
     bench.s = 100 * DAY_S - 1;
     bench.pass(1);
     let ended = bench.only();
-    assert_eq!((ended.priority, ended.state), (Priority::Alarm, State::Unacknowledged), "who knew is told again");
+    assert_eq!(
+        (ended.priority, ended.state),
+        (Priority::Alarm, State::Unacknowledged),
+        "who knew is told again"
+    );
     assert_eq!(ended.text, "the certificate /etc/lutra/server.pem ended on 1970-04-11 at 00:00:00Z");
     // A new one is there.
     bench.shore.certificate.as_mut().unwrap().until = UtcTime::from_micros(900 * DAY_S as i64 * 1_000_000);
