@@ -17,7 +17,8 @@ const ENOUGH_BYTES: u64 = 20_000;
 /// How long anything here may take.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// What is of a moment only, or what every program makes again.
-const LEFT_OUT: [&str; 7] = ["lock", "agent.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];
+const LEFT_OUT: [&str; 7] =
+    ["lock", "agent.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];
 
 /// A program that ends with this one.
 struct Running(Child);

@@ -12,14 +12,14 @@ const HEADER_BYTES: usize = 100;
 const LOG_HEADER_BYTES: usize = 32;
 const FRAME_HEADER_BYTES: usize = 24;
 
-/// The highest number of a migration that stands in the file or in its log; `None` where there is no database.
+/// The number of the newest migration, which stands in the file or, newer, in its log; `None` where there is no database.
 ///
 /// # Errors
 /// One of them cannot be read.
 pub(super) fn of(path: &Path) -> io::Result<Option<i64>> {
     let Some(whole) = in_file(path)? else { return Ok(None) };
     let logged = in_log(Path::new(&format!("{}-wal", path.display())))?;
-    Ok(Some(whole.max(logged.unwrap_or(0))))
+    Ok(Some(logged.unwrap_or(whole)))
 }
 
 fn in_file(path: &Path) -> io::Result<Option<i64>> {
@@ -39,11 +39,13 @@ fn in_log(path: &Path) -> io::Result<Option<i64>> {
     };
     let Some(page_bytes) = number(&log, 8).filter(|bytes| *bytes >= 512) else { return Ok(None) };
     let frames = log.get(LOG_HEADER_BYTES..).unwrap_or_default();
+    // What was in the log before it was begun again has another salt.
     let first_pages = frames
         .chunks_exact(FRAME_HEADER_BYTES + page_bytes as usize)
+        .take_while(|frame| frame[8..16] == log[16..24])
         .filter(|frame| number(frame, 0) == Some(1))
         .filter_map(|frame| user_version(&frame[FRAME_HEADER_BYTES..]));
-    Ok(first_pages.max())
+    Ok(first_pages.last())
 }
 
 fn user_version(page: &[u8]) -> Option<i64> {
@@ -73,6 +75,8 @@ mod tests {
         assert_eq!(of(&path).unwrap(), Some(7));
         db.execute_batch("PRAGMA user_version = 12").unwrap();
         assert_eq!(of(&path).unwrap(), Some(12));
+        db.execute_batch("PRAGMA user_version = 11").unwrap();
+        assert_eq!(of(&path).unwrap(), Some(11), "the newest counts");
         // A torn log is none.
         fs::write(folder.path().join("app.db-wal"), [0xFF; 37]).unwrap();
         assert_eq!(of(&path).unwrap(), Some(7));
