@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// Bytes of packets that come ashore, and that wait in the spool, before the next step.
 const ENOUGH_BYTES: u64 = 20_000;
 /// How long anything here may take.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 /// What is of a moment only, or what every program makes again.
 const LEFT_OUT: [&str; 7] =
     ["lock", "agent.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];

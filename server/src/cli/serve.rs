@@ -77,7 +77,7 @@ async fn reload_when_asked(serving: &Serving, hang_up: &mut Signal) {
     while hang_up.recv().await.is_some() {
         serving.reload().await;
     }
-    std::future::pending().await
+    std::future::pending::<()>().await;
 }
 
 /// Says that the server lives as long as the hub answers, through which everything goes. A disk that hangs is no reason to

@@ -179,6 +179,6 @@ async fn a_certificate_that_ends_is_an_alarm_a_check_and_a_figure() {
     };
     let left_days = figure("lutra_certificate_expiry_seconds ") / 86_400.0;
     assert!((-3.0..=-1.0).contains(&left_days), "{left_days}");
-    assert_eq!(figure("lutra_certificate_trouble "), 0.0);
+    assert!(figure("lutra_certificate_trouble ") < 0.5);
     serving.stop().await;
 }

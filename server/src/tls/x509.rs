@@ -71,7 +71,7 @@ pub(crate) fn first_in(path: &Path) -> anyhow::Result<(CertificateDer<'static>, 
 }
 
 /// The extensions are the last of what is signed; unique identifiers may stand before.
-fn extensions<'a>(mut signed: Fields<'a>) -> Option<&'a [u8]> {
+fn extensions(mut signed: Fields<'_>) -> Option<&[u8]> {
     while let Some((tag, value)) = signed.next() {
         if tag == EXTENSIONS {
             return Fields(value).take(SEQUENCE);

@@ -44,7 +44,7 @@ impl Trusting {
         socket.bind(&SocketAddr::from((self.from, 0)).into())?;
         socket.connect(&to.into())?;
         let mut socket = TcpStream::from(socket);
-        socket.set_read_timeout(Some(Duration::from_secs(60)))?;
+        socket.set_read_timeout(Some(Duration::from_mins(1)))?;
         while session.is_handshaking() {
             session.complete_io(&mut socket)?;
         }
