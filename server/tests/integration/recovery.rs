@@ -8,8 +8,6 @@ use std::time::{Duration, Instant};
 use store::Store;
 use tempfile::TempDir;
 
-/// How often a backup is killed.
-const ROUNDS: u32 = 6;
 const SEED: u64 = 0x5EED_0018;
 
 /// A number below `most` by chance, the same in every run.
@@ -49,7 +47,7 @@ async fn killed_while_it_backs_up_a_shore_is_restored_elsewhere_and_its_vessel_g
     let line = Line::to(server.web).await;
     let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
     let more_ashore = async || {
-        let more = archived_bytes(&data) + 20_000;
+        let more = archived_bytes(&data) + 10_000;
         until("more ashore", || (archived_bytes(&data) > more).then_some(())).await;
     };
     more_ashore().await;
@@ -57,7 +55,9 @@ async fn killed_while_it_backs_up_a_shore_is_restored_elsewhere_and_its_vessel_g
     run(&data, &["backup", backup.to_str().unwrap()]);
     let (took, mut seed) = (began.elapsed(), SEED);
     let mut durable = restored(&backup, &at("first"));
-    for round in 0..ROUNDS {
+    // How often a backup is killed.
+    let rounds = testkit::so_many(3, 12);
+    for round in 0..rounds {
         more_ashore().await;
         let mut backing_up = begin_backup(&data, &backup);
         let us = chance(&mut seed, u64::try_from(took.as_micros()).unwrap());
@@ -97,6 +97,6 @@ async fn killed_while_it_backs_up_a_shore_is_restored_elsewhere_and_its_vessel_g
     // What the lost shore had acknowledged after the backup is in its archive, if its disk can be read.
     run(&back, &["import", data.join("archive").to_str().unwrap()]);
     let compared = all_that_was_logged_is_ashore(&back, aboard.path(), |said_s| said_s >= ended_s);
-    assert!(compared > 500, "{compared}");
-    println!("{ROUNDS} backups killed, {compared} packets of the vessel's logs are ashore once");
+    assert!(compared > 300, "{compared}");
+    println!("{rounds} backups killed, {compared} packets of the vessel's logs are ashore once");
 }
