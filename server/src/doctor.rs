@@ -2,7 +2,7 @@
 //! the page about storage.
 
 use crate::config::Config;
-use crate::tls;
+use crate::tls::{self, Pair};
 use api::Role;
 use shore::identity::{self, Fault, Request as _, persons};
 use shore::{clock, folder};
@@ -11,6 +11,9 @@ use units::UtcTime;
 
 /// Before this the clock cannot be right: 2024-01-01.
 const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
+
+/// From so many days before its end on, an authority should be replaced: every boat is visited for it.
+const AUTHORITY_TOLD_DAYS: i64 = 365;
 
 /// A check that has its remedy, if it needs one, in its words.
 pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Check {
@@ -21,13 +24,14 @@ pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Chec
 
 /// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too.
 pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
-    let mut checks = vec![
-        check("clock", clock_is_right()),
-        check("encryption", encryption(config)),
-        check("pages", pages()),
-    ];
+    let mut checks =
+        vec![check("clock", clock_is_right()), encryption(config, clock::now()), check("pages", pages())];
     // Not even a lock is put into a folder of somebody else.
     if let Err(error) = folder::check(&config.data) {
+        checks.push(check("data folder", Err(format!("{error:#}"))));
+        return checks;
+    }
+    if let Err(error) = folder::refuse_newer(&config.data) {
         checks.push(check("data folder", Err(format!("{error:#}"))));
         return checks;
     }
@@ -103,12 +107,40 @@ async fn look_at_people(db: &mut identity::Connection) -> Result<(String, Vec<ap
     Ok((verdict, people))
 }
 
-fn encryption(config: &Config) -> Result<String, String> {
+/// The certificate: whether it can be served with, and for how long it and the authority that made it last.
+fn encryption(config: &Config, now: UtcTime) -> Check {
+    let name = "encryption";
     if !config.tls.is_given() {
-        return Ok("none; the server serves loopback or a VPN".to_owned());
+        return check(name, Ok("none; the server serves loopback or a VPN".to_owned()));
     }
-    tls::acceptor(&config.tls).map_err(|error| format!("{error:#}"))?;
-    Ok(format!("{} and its key fit", config.tls.certificate.display()))
+    let file = config.tls.certificate.display();
+    let facts = match Pair::read(&config.tls) {
+        Ok(pair) => pair.facts,
+        Err(error) => return check(name, Err(format!("{error:#}"))),
+    };
+    let (days, until) = (tls::days_left(facts.until, now), clock::written(facts.until));
+    let renew = "`lutra-server tls renew` renews one that `tls init` made; one from elsewhere is renewed there, and the \
+                 server takes the new files by itself"
+        .to_owned();
+    if facts.until <= now {
+        let found = format!("{file} ended on {until}: browsers and boats refuse it");
+        return Check { name, health: Health::Problem, found, remedy: renew };
+    }
+    if days < tls::TOLD_DAYS {
+        let found = format!("{file} ends on {until}, in {days} days");
+        return Check { name, health: Health::Warning, found, remedy: renew };
+    }
+    let authority = config.data.join("tls/ca.pem");
+    if let Ok((_, facts)) = tls::first_in(&authority)
+        && tls::days_left(facts.until, now) < AUTHORITY_TOLD_DAYS
+    {
+        let found = format!("the authority {} ends on {}", authority.display(), clock::written(facts.until));
+        let remedy = "make a new one in time (move DATA/tls away, then `lutra-server tls init`): each boat needs a new \
+                      bundle, and each browser the new ca.pem"
+            .to_owned();
+        return Check { name, health: Health::Warning, found, remedy };
+    }
+    check(name, Ok(format!("{file} and its key fit, until {until}")))
 }
 
 fn pages() -> Result<String, String> {

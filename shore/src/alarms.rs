@@ -22,8 +22,8 @@ use imc::Address;
 use keep::{PendingNotes, ReadStanding, Standing, keep};
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, OtherChart, Priority, Saved, ShoreState,
-    Signature, State,
+    Alarm, AlarmId, AlarmRefused, CertificateState, Key, Kind, LinkClock, Note, OtherChart, Priority, Saved,
+    ShoreState, Signature, State,
 };
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -147,6 +147,8 @@ pub struct Alarms {
     done: Arc<Notify>,
     /// Up to which revision of the alarms all is in app.db; `None` while nobody writes it down.
     kept: watch::Sender<Option<u64>>,
+    /// How the certificate is by which others reach the server; `None` where it does not encrypt.
+    certificate: watch::Sender<Option<CertificateState>>,
 }
 
 /// What the watch needs beside the alarms: who knows what the hub cannot.
@@ -162,7 +164,23 @@ pub(crate) struct Watch {
 
 impl Alarms {
     pub(crate) fn new(router: Router, people: People) -> Self {
-        Self { router, people, done: Arc::default(), kept: watch::Sender::default() }
+        Self {
+            router,
+            people,
+            done: Arc::default(),
+            kept: watch::Sender::default(),
+            certificate: watch::Sender::default(),
+        }
+    }
+
+    /// Takes over how the certificate is, from whoever serves with it.
+    pub fn certificate(&self, state: CertificateState) {
+        self.certificate.send_replace(Some(state));
+    }
+
+    /// How the certificate is, as it was told last; `None` where nothing is encrypted.
+    pub fn known_certificate(&self) -> Option<CertificateState> {
+        self.certificate.borrow().clone()
     }
 
     /// What stands, the most urgent first, and what changed lately: as far as somebody may see it.
@@ -341,7 +359,9 @@ impl Alarms {
                 disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
             }
             looks = looks.wrapping_add(u32::from(due));
-            let looked = self.look(watch.shore_state(disk, expected.clone()), kept).await;
+            let certificate = self.certificate.borrow().clone();
+            let state = ShoreState { certificate, ..watch.shore_state(disk, expected.clone()) };
+            let looked = self.look(state, kept).await;
             let Ok((revision, changed)) = looked else { return };
             if let Some((mut standing, notes)) = changed {
                 happened.add(notes);
@@ -428,6 +448,8 @@ impl Watch {
             recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
             history: recorder.history_behind.clone(),
             disk,
+            // Who serves with it tells the alarms.
+            certificate: None,
         }
     }
 }

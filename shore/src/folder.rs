@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 
 /// Files of a data folder or a backup.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "app.db",
     "app.db-wal",
     "app.db-shm",
@@ -16,6 +16,7 @@ const FILES: [&str; 10] = [
     "app.db.part",
     "backup.json",
     "backup.json.new",
+    "backup.lock",
     "imports.json",
     "imports.json.new",
     "lock",
@@ -23,8 +24,8 @@ const FILES: [&str; 10] = [
 /// Folders with the history in it.
 const HISTORIES: [&str; 4] = ["history", "history.new", "history.old", "history.aside"];
 /// Folders with files of Lutra's alone.
-const FOLDERS: [&str; 9] =
-    ["charts", "doors", "fleet", "logbook", "outside", "sinks", "tls", "uploads", "vpn"];
+const FOLDERS: [&str; 10] =
+    ["alternate", "charts", "doors", "fleet", "logbook", "outside", "sinks", "tls", "uploads", "vpn"];
 /// Any of these says that a folder was made by Lutra, whatever else lies in it. Other names of ours are found elsewhere
 /// too: `archive` in many a home.
 const MARKS: [&str; 8] = [
@@ -46,7 +47,9 @@ pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
         [name] if is_folder => *name == "archive" || HISTORIES.contains(name) || FOLDERS.contains(name),
         [name] => FILES.contains(name),
         ["archive", name] if is_folder => is_system(name) || *name == "definitions",
-        ["archive", name] => name.starts_with("gaps.jsonl") || ["shortened.jsonl", "trimmed"].contains(name),
+        ["archive", name] => {
+            name.starts_with("gaps.jsonl") || ["shortened.jsonl", "trimmed", "format.json"].contains(name)
+        }
         ["archive", "definitions", name] => !is_folder && name.starts_with("IMC-"),
         ["archive", system, day] => is_folder && is_system(system) && is_day(day),
         ["archive", system, day, name] => {
@@ -101,6 +104,16 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
          empty or a new folder, or that of a server",
         folder.display()
     )
+}
+
+/// Refuses a folder in which a later version wrote what this one would misread. Nothing is written, not even a lock.
+///
+/// # Errors
+/// It is such a folder; the error says what to do. Or it cannot be read.
+pub fn refuse_newer(folder: &Path) -> anyhow::Result<()> {
+    store::refuse_newer(folder)?;
+    crate::identity::refuse_newer(folder)?;
+    Ok(())
 }
 
 fn has_days(archive: &Path) -> bool {

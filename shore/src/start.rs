@@ -67,6 +67,7 @@ impl Opened {
     /// The data folder cannot be used, or belongs to another program.
     pub fn open(settings: Settings, clock: Clock) -> anyhow::Result<Self> {
         folder::check(&settings.data)?;
+        folder::refuse_newer(&settings.data)?;
         let (tasks, owners, stop) =
             (TaskTracker::new(), Owners::new(clock.clone()), CancellationToken::new());
         let data = &settings.data;

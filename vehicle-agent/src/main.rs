@@ -119,6 +119,9 @@ enum Command {
         /// Profile.
         #[arg(long, default_value = "Simulation")]
         profile: String,
+        /// Folder of data, as of `run`: what consoles saved there counts, too.
+        #[arg(long)]
+        data: Option<PathBuf>,
         /// Print JSON instead of text.
         #[arg(long)]
         json: bool,
@@ -184,7 +187,9 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
             let cut = if found.cut { "; the recording is cut short" } else { "" };
             say!("{} inputs, {} outputs: identical{cut}", found.inputs, found.outputs);
         }
-        Command::Check { config, profile, json } => return Ok(check(&config, &profile, json)),
+        Command::Check { config, profile, data, json } => {
+            return Ok(check(&config, &profile, data.as_deref(), json));
+        }
         Command::Plan(command) => plan::plan(&command)?,
         Command::Sniff(arguments) => sniff::sniff(&arguments)?,
         Command::Manual(arguments) => manual::write(&Arguments::command(), &arguments.folder)?,
@@ -192,8 +197,11 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
-    let config = config::Config::load(&config::Disk, path, &[profile]);
+fn check(path: &std::path::Path, profile: &str, data: Option<&std::path::Path>, json: bool) -> ExitCode {
+    let config = match data {
+        Some(data) => config::Config::load_aboard(&config::Disk, path, &[profile], data),
+        None => config::Config::load(&config::Disk, path, &[profile]),
+    };
     let doubts = setup::settings(&config, 0).map(|(settings, mut doubts)| {
         doubts.extend(trial::doubts(&config, &settings));
         doubts

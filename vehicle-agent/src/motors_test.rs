@@ -64,7 +64,7 @@ struct Card {
 }
 
 pub(crate) fn motors_test(arguments: &MotorsTestArguments) -> anyhow::Result<()> {
-    let config = setup::load(&arguments.config, &arguments.profile)?;
+    let config = setup::load_aboard(&arguments.config, &arguments.profile, &arguments.data)?;
     let _lock = DataLock::take(&arguments.data)?;
     let section = config.running(&torqeedo::TORQEEDO).next();
     let section =

@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
     if arguments.end_with_stdin {
         ending.at_end_of_input()?;
     }
-    let config = setup::load(&arguments.config, &arguments.profile)?;
+    let config = setup::load_aboard(&arguments.config, &arguments.profile, &arguments.data)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
     let clock = Clock::system();
     if arguments.profile == SIMULATION {

@@ -54,7 +54,15 @@ const RAILS: [Entity; 5] = [Entity::Rail0, Entity::Rail1, Entity::Rail2, Entity:
 
 /// The configuration, or all that is wrong with it.
 pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
-    let config = Config::load(&config::Disk, path, &[profile]);
+    usable(Config::load(&config::Disk, path, &[profile]), path)
+}
+
+/// The same with what consoles saved in the folder of data.
+pub(crate) fn load_aboard(path: &Path, profile: &str, data: &Path) -> anyhow::Result<Config> {
+    usable(Config::load_aboard(&config::Disk, path, &[profile], data), path)
+}
+
+fn usable(config: Config, path: &Path) -> anyhow::Result<Config> {
     if config.report().has_errors() {
         bail!("{}\n`lutra-agent check {}` tells more", config.report(), path.display());
     }

@@ -27,6 +27,9 @@ const ALL = [
   { code: "log_book", part: "Logger", words: "the leak sensor is wet" },
   { code: "server", words: "no space left" },
   { code: "disk", free_mib: 1_536 },
+  { code: "certificate_ends", file: "/etc/lutra/server.pem", until_us: SINCE_US },
+  { code: "certificate_ended", file: "/etc/lutra/server.pem", until_us: SINCE_US },
+  { code: "certificate_refused", words: "tls.key /etc/lutra/key.pem: no such file" },
   { code: "too_many", count: 3, most: 1_000 },
 ];
 const said = (...says) => alarmText({ says, text: "as the server said it" });
@@ -48,6 +51,7 @@ test("codes and figures become words", () => {
   assert.equal(said(ALL[7]), "the vessel's clock is 0.3 s behind the server's");
   assert.equal(said({ code: "clock", ahead_ms: 2_000 }), "the vessel's clock is 2.0 s ahead of the server's");
   assert.equal(said(ALL[11]), "1.5 GiB are free on the server's disk");
+  assert.equal(said(ALL[12]), "the certificate /etc/lutra/server.pem ends on 2026-06-01 at 12:00:05Z");
   assert.equal(said(), "as the server said it", "kept by an older server");
 });
 
@@ -64,6 +68,7 @@ test("who reads Bokmål reads alarms and their advice in it, and a vessel's word
     const { adviceOf: advice, alarmText: text } = await import(`${outfile}?nb`);
     assert.equal(text({ says: [ALL[6], ALL[0]], text: "" }), "19 % lading igjen; Left Motor: feil: overheated");
     assert.equal(text({ says: [ALL[3]], text: "" }), "ikke hørt siden 12:00:05Z");
+    assert.equal(text({ says: [ALL[13]], text: "" }), "sertifikatet /etc/lutra/server.pem gikk ut 2026-06-01 kl. 12:00:05Z");
     assert.deepEqual(advice({ cause: "No fish are heard meanwhile.", consequence: "Of a newer server.", action: "It may happen again." }), { cause: "Ingen fisk høres imens.", consequence: "Of a newer server.", action: "Det kan skje igjen." });
   });
   assert.equal(adviceOf({ cause: "No fish are heard meanwhile.", consequence: "", action: "" }).cause, "No fish are heard meanwhile.");

@@ -1,14 +1,17 @@
-//! Chores of the repository. `cargo xtask codegen` writes the generated code again.
+//! Chores of the repository. `cargo xtask codegen` writes the generated code again, `cargo xtask fixtures` the data of this
+//! version by which later ones are tested.
 
+mod fixtures;
 mod imc;
 
 use anyhow::{Context as _, bail};
 use std::path::Path;
 
-const USAGE: &str = "usage: cargo xtask codegen [--check]
+const USAGE: &str = "usage: cargo xtask codegen [--check] | fixtures
 
 codegen    write the generated code again from the catalogues
---check    write nothing; fail when a generated file differs from its catalogue";
+--check    write nothing; fail when a generated file differs from its catalogue
+fixtures   make the data of this version, by the programs in target/debug, in server/tests/fixtures/VERSION";
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -16,6 +19,7 @@ fn main() -> anyhow::Result<()> {
     match arguments.as_slice() {
         ["codegen"] => codegen(false),
         ["codegen", "--check"] => codegen(true),
+        ["fixtures"] => fixtures::make(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))),
         _ => bail!("{USAGE}"),
     }
 }

@@ -140,6 +140,27 @@ pub enum AlarmSaying {
         #[cfg_attr(test, ts(type = "number"))]
         free_mib: u64,
     },
+    /// The server's certificate ends soon.
+    CertificateEnds {
+        /// Its file.
+        file: String,
+        /// When, µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        until_us: i64,
+    },
+    /// The server's certificate has ended.
+    CertificateEnded {
+        /// Its file.
+        file: String,
+        /// When, µs since 1970 UTC.
+        #[cfg_attr(test, ts(type = "number"))]
+        until_us: i64,
+    },
+    /// A new certificate or key cannot be used, and the earlier pair still is.
+    CertificateRefused {
+        /// Which file, why, and what to do, in the server's words.
+        words: String,
+    },
     /// There are more alarms than are kept.
     TooMany {
         /// Those without a place.
@@ -173,6 +194,11 @@ impl AlarmSaying {
             Self::LogBook { .. } => "{part}: {words}",
             Self::Server { .. } => "{words}",
             Self::Disk { .. } => "{free} GiB are free on the server's disk",
+            Self::CertificateEnds { .. } => "the certificate {file} ends on {day} at {time}",
+            Self::CertificateEnded { .. } => "the certificate {file} ended on {day} at {time}",
+            Self::CertificateRefused { .. } => {
+                "a new certificate cannot be used, the earlier one still is: {words}"
+            }
             Self::TooMany { .. } => "{count} alarms have no place in the list of {most}",
         }
     }
@@ -196,7 +222,11 @@ impl AlarmSaying {
             Self::Charge { percent } => vec![("percent", percent.to_string())],
             Self::Clock { ahead_ms } => vec![("seconds", format!("{:.1}", ahead_ms.abs() as f64 / 1e3))],
             Self::Chart { difference, .. } => difference.values(),
-            Self::Server { words } => vec![("words", words.clone())],
+            Self::Server { words } | Self::CertificateRefused { words } => vec![("words", words.clone())],
+            Self::CertificateEnds { file, until_us } | Self::CertificateEnded { file, until_us } => {
+                let [day, time] = time(*until_us);
+                vec![("file", file.clone()), ("day", day), ("time", time)]
+            }
             Self::LogBook { part, words } => vec![("part", part.clone()), ("words", words.clone())],
             Self::Disk { free_mib } => vec![("free", format!("{:.1}", *free_mib as f64 / 1024.0))],
             Self::TooMany { count, most } => vec![("count", count.to_string()), ("most", most.to_string())],

@@ -20,6 +20,8 @@ pub struct Config {
     pub(crate) sections: Vec<Section>,
     pub(crate) report: Report,
     pub(crate) main: PathBuf,
+    /// The folder of what was saved while running; `None` for that of the main file.
+    pub(crate) saved_in: Option<PathBuf>,
 }
 
 impl Config {
@@ -97,6 +99,16 @@ impl Config {
 
     /// Where values changed while running are saved, once the vessel has a name that can be one of a file.
     pub fn saved_path(&self) -> Option<PathBuf> {
+        let beside = self.saved_beside()?;
+        match (&self.saved_in, beside.file_name()) {
+            (Some(folder), Some(name)) => Some(folder.join(name)),
+            _ => Some(beside),
+        }
+    }
+
+    /// The same beside the main file, where earlier versions saved and whoever prepares a vessel may put one. It is read
+    /// where there is no other.
+    pub fn saved_beside(&self) -> Option<PathBuf> {
         saved_path(&self.main, self.vehicle())
     }
 }

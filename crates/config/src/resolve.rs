@@ -18,7 +18,7 @@ pub(crate) fn resolve((ini, mut report, files): Read, selected: &[&str], path: &
     let profiles = Profiles::new(&ini, selected, &mut report);
     let vehicle_type = ini.value(general::GENERAL.name(), general::VEHICLE_TYPE.spec.name);
     let sections = typed::sections(&ini, &profiles, vehicle_type.unwrap_or_default(), &mut report);
-    let mut config = Config { ini, files, profiles, sections, report, main: path.to_owned() };
+    let mut config = Config { ini, files, profiles, sections, report, main: path.to_owned(), saved_in: None };
     check::all(&mut config);
     config
 }

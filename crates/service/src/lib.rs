@@ -1,7 +1,10 @@
 //! What a program tells the service manager (systemd, by the protocol of `sd_notify(3)`): that it is ready, that it lives,
 //! that it ends. Where no service manager started it nothing is said.
 //!
-//! [`ready`] and [`ending`] are said once; a [`Lifeline`] says that the program lives for as long as its owner beats.
+//! [`ready`] and [`ending`] are said once; a [`Lifeline`] says that the program lives for as long as its owner beats. [`report`]
+//! is what its doctor tells monitoring.
+
+pub mod report;
 
 use sd_notify::NotifyState;
 use std::sync::Arc;

@@ -1,134 +1,166 @@
-//! A copy of the data folder that opens as one, made while the writer runs.
+//! What of a data folder a backup holds, how each part of it changes, and what time it covers.
 //!
-//! Databases are copied by SQLite's own backup, which sees one moment of each. They come before the archive, and
-//! the catalogue before the months, so that the copy's history is never ahead of what it says it has read;
-//! opening the copy reads the difference. Past days of the archive never change: they are linked, or copied
-//! where that cannot be, and left alone when they are there already.
+//! The files come in the order in which a backup must copy them while the writer runs. Databases stand before the archive,
+//! and the catalogue before the months, so that the copy's history is never ahead of what it says it has read; opening
+//! the copy reads the difference. Of a day packets stand before their records: a record without its packet is cut off when
+//! the copy is opened, while a packet without its record would have lost its number.
 
-use crate::archive::{self, ARRIVALS, DATA, DayKey};
+use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record};
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::{self, CATALOGUE};
+use imc::Address;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OpenFlags};
-use std::fs;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
+use units::UtcTime;
 
 /// Pages that are copied between two looks at whether to go on.
 const PAGES: i32 = 1_000;
+/// Files of the archive beside its days.
+const BESIDE_DAYS: [&str; 4] =
+    ["gaps.jsonl", archive::shortened::SHORTENED, archive::format::FORMAT_FILE, archive::TRIMMED];
 
-/// What a backup copied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct BackedUp {
-    /// Databases copied.
-    pub databases: u64,
-    /// Files of the archive copied.
-    pub copied: u64,
-    /// Files of the archive linked.
-    pub linked: u64,
-    /// Files of the archive that were there already.
-    pub kept: u64,
+/// How a file changes while a server runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changes {
+    /// A database, to be copied by [`copy_database`].
+    Database,
+    /// It only ever grows; `now` as long as its day is the newest.
+    Grows {
+        /// Whether more may come at any moment.
+        now: bool,
+    },
+    /// It is written whole.
+    Whole,
 }
 
-/// Copies a data folder into another, which may hold an earlier copy. `progress` is told what is copied next and
-/// may stop by returning false.
+/// A file for a backup.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BackupFile {
+    /// Below the data folder.
+    pub path: PathBuf,
+    /// How it changes.
+    pub changes: Changes,
+}
+
+/// The files of archive and history that a backup holds, in the order in which they are to be copied.
 ///
 /// # Errors
-/// When files cannot be read or written, when both are the same folder, and [`StoreError::Cancelled`].
-pub fn backup(data: &Path, to: &Path, progress: &mut dyn FnMut(&str) -> bool) -> Result<BackedUp> {
-    fs::create_dir_all(to.join("history")).named(to)?;
-    if data.canonicalize().named(data)? == to.canonicalize().named(to)? {
-        return Err(StoreError::Query("a backup must go to another folder".to_owned()));
-    }
-    let mut done = BackedUp::default();
-    let folder = data.join("history");
-    let mut databases = vec![CATALOGUE.to_owned()];
-    databases.extend(history::months(&folder)?.into_iter().map(history::MonthKey::file_name));
-    for name in databases {
-        let path = folder.join(&name);
-        if path.exists() {
-            go_on(progress, &name)?;
-            copy_database(&path, &to.join("history").join(&name), &name, progress)?;
-            done.databases += 1;
+/// When the folder cannot be read.
+pub fn backup_files(data: &Path) -> Result<Vec<BackupFile>> {
+    let mut found = Vec::new();
+    let mut add = |path: PathBuf, changes| {
+        if data.join(&path).is_file() {
+            found.push(BackupFile { path, changes });
         }
+    };
+    let folder = Path::new(crate::layout::HISTORY);
+    add(folder.join(CATALOGUE), Changes::Database);
+    for month in history::months(&data.join(folder))? {
+        add(folder.join(month.file_name()), Changes::Database);
     }
-    let (from, target) = (data.join("archive"), to.join("archive"));
-    fs::create_dir_all(&target).named(&target)?;
-    let gaps = from.join("gaps.jsonl");
-    if gaps.exists() {
-        fs::copy(&gaps, target.join("gaps.jsonl")).named(&gaps)?;
+    let archive = Path::new(crate::layout::ARCHIVE);
+    for name in BESIDE_DAYS {
+        add(archive.join(name), Changes::Whole);
     }
-    let shortened = from.join(archive::shortened::SHORTENED);
-    if shortened.exists() {
-        fs::copy(&shortened, target.join(archive::shortened::SHORTENED)).named(&shortened)?;
-    }
-    if archive::is_trimmed(&from) {
-        archive::mark_trimmed(&target)?;
-    }
-    let days = archive::days(&from)?;
+    let days = archive::days(&data.join(archive))?;
     let newest = days.iter().map(|key| key.day).max();
     for key in days {
-        go_on(progress, &key.name())?;
-        copy_day(&from, &target, key, newest == Some(key.day), &mut done)?;
+        let now = newest == Some(key.day);
+        let folder = archive.join(key.name());
+        add(folder.join(DATA), Changes::Grows { now });
+        add(folder.join(ARRIVALS), Changes::Grows { now });
+        add(folder.join(archive::DEFINITIONS), Changes::Grows { now: false });
     }
-    Ok(done)
+    Ok(found)
 }
 
-fn go_on(progress: &mut dyn FnMut(&str) -> bool, what: &str) -> Result<()> {
-    if progress(what) { Ok(()) } else { Err(StoreError::Cancelled) }
-}
-
-fn copy_database(from: &Path, to: &Path, name: &str, progress: &mut dyn FnMut(&str) -> bool) -> Result<()> {
-    let unfinished = to.with_extension("part");
-    fs::remove_file(&unfinished).ok();
+/// Copies a database as it is at one moment, however much is written meanwhile. `progress` may stop it by returning false.
+///
+/// # Errors
+/// When it cannot be read or the copy not be written, and [`StoreError::Cancelled`].
+pub fn copy_database(from: &Path, to: &Path, progress: &mut dyn FnMut() -> bool) -> Result<()> {
     let source = Connection::open_with_flags(from, OpenFlags::SQLITE_OPEN_READ_ONLY).named(from)?;
-    // The copy is of the moment at which this begins, however much is written meanwhile.
     let snapshot = source.unchecked_transaction().named(from)?;
     {
-        let mut copy = Connection::open(&unfinished).named(&unfinished)?;
+        let mut copy = Connection::open(to).named(to)?;
         let backup = Backup::new(&source, &mut copy).named(from)?;
         loop {
             match backup.step(PAGES).named(from)? {
                 StepResult::Done => break,
-                _ => go_on(progress, name)?,
+                _ if progress() => {}
+                _ => return Err(StoreError::Cancelled),
             }
         }
     }
     drop(snapshot);
-    fs::File::open(&unfinished).and_then(|file| file.sync_all()).named(&unfinished)?;
-    for end in ["-wal", "-shm"] {
-        let mut beside = to.to_owned().into_os_string();
-        beside.push(end);
-        fs::remove_file(beside).ok();
-    }
-    fs::rename(&unfinished, to).named(to)
+    Ok(())
 }
 
-fn copy_day(from: &Path, to: &Path, key: DayKey, growing: bool, done: &mut BackedUp) -> Result<()> {
-    let (source, target) = (key.folder(from), key.folder(to));
-    fs::create_dir_all(&target).named(&target)?;
-    let mut paths = Vec::new();
-    for entry in fs::read_dir(&source).named(&source)? {
-        paths.push(entry.named(&source)?.path());
-    }
-    // Packets before their records: a record without its packet is cut off when the copy is opened, while a packet
-    // without its record would have lost its number.
-    paths.sort_by_key(|path| path.file_name().is_none_or(|name| name != DATA));
-    for path in paths {
-        let Some(name) = path.file_name().filter(|_| path.is_file()) else { continue };
-        let copy = target.join(name);
-        let length = fs::metadata(&path).named(&path)?.len();
-        if fs::metadata(&copy).is_ok_and(|there| there.len() == length) {
-            done.kept += 1;
+/// From when to when something of a system was recorded, by the times at which it came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Covered {
+    /// The system.
+    pub system: Address,
+    /// When the first came.
+    pub from: UtcTime,
+    /// When the last came.
+    pub to: UtcTime,
+    /// Days on which something came.
+    pub days: u32,
+}
+
+/// What time the archive of a data folder covers, by system.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn covered(data: &Path) -> Result<Vec<Covered>> {
+    let root = data.join(crate::layout::ARCHIVE);
+    let mut all: BTreeMap<Address, Covered> = BTreeMap::new();
+    for key in archive::days(&root)? {
+        let Some((from, to)) = arrivals(&key.folder(&root).join(ARRIVALS))?.or_else(|| whole_day(key)) else {
             continue;
-        }
-        fs::remove_file(&copy).ok();
-        let grows = growing && (name == DATA || name == ARRIVALS);
-        if !grows && fs::hard_link(&path, &copy).is_ok() {
-            done.linked += 1;
-        } else {
-            fs::copy(&path, &copy).named(&path)?;
-            done.copied += 1;
+        };
+        let one = all.entry(key.src).or_insert(Covered { system: key.src, from, to, days: 0 });
+        (one.from, one.to, one.days) = (one.from.min(from), one.to.max(to), one.days + 1);
+    }
+    Ok(all.into_values().collect())
+}
+
+/// A day whose records were lost covers what it may cover.
+fn whole_day(key: DayKey) -> Option<(UtcTime, UtcTime)> {
+    key.start().map(|start| (start, start))
+}
+
+/// When the first and the last packet of a day came: records stand in the order in which packets came.
+fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
+    let Ok(mut file) = File::open(path) else { return Ok(None) };
+    let records = file.metadata().named(path)?.len() / ARRIVAL_BYTES as u64;
+    let mut at = |number: u64| -> Result<Option<UtcTime>> {
+        let mut bytes = [0; ARRIVAL_BYTES];
+        file.seek(SeekFrom::Start(number * ARRIVAL_BYTES as u64)).named(path)?;
+        file.read_exact(&mut bytes).named(path)?;
+        Ok(match Record::read(&bytes) {
+            Some(Record::Packet(arrival)) => Some(arrival.received),
+            Some(Record::Jump { .. }) | None => None,
+        })
+    };
+    // Jumps have no time; a packet stands after each.
+    let (mut first, mut last) = (None, None);
+    for number in 0..records.min(1_000) {
+        first = at(number)?;
+        if first.is_some() {
+            break;
         }
     }
-    Ok(())
+    for number in (records.saturating_sub(1_000)..records).rev() {
+        last = at(number)?;
+        if last.is_some() {
+            break;
+        }
+    }
+    Ok(first.zip(last).map(|(first, last)| (first.min(last), last.max(first))))
 }

@@ -29,6 +29,22 @@ pub enum StoreError {
         /// The database's file.
         path: PathBuf,
     },
+    /// The archive was written by a later version of this program, whose files this one would cut off as damaged.
+    #[error(
+        "{} was written by Lutra {program} (form {found}, this program knows {known}): nothing was changed. Install that \
+         version again, or one after it; this one can only use a backup from before the upgrade",
+        path.display()
+    )]
+    NewerArchive {
+        /// The archive's folder.
+        path: PathBuf,
+        /// Its form.
+        found: u64,
+        /// The latest form that is known here.
+        known: u64,
+        /// The version that wrote it.
+        program: String,
+    },
     /// The history does not hold all of the archive yet, and what was asked for needs that.
     #[error("{0}; it can be done when that is over")]
     Behind(String),

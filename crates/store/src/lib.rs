@@ -7,7 +7,7 @@
 //! - [`Reader`] answers questions to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
 //! - [`export_csv`] and [`export_lsf`] take things out; [`Store::import`] brings logs in.
-//! - [`reindex`], [`Store::retain`], [`backup()`] and [`doctor()`] keep it well. What is wrong with the history stops
+//! - [`reindex`], [`Store::retain`], [`backup_files`] and [`doctor()`] keep it well. What is wrong with the history stops
 //!   nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
@@ -35,6 +35,7 @@
 //! DATA/archive/0x2810/20261121/Data.lsf   packets as they came; opens in Neptus MRA
 //!                              IMC.xml.gz by which definitions
 //!                              Arrivals.idx when and how each came, and its number in a record lane
+//! DATA/archive/format.json                the form of these files
 //! DATA/archive/gaps.jsonl                 what vessels say is missing
 //!              shortened.jsonl            days that held more once; told until somebody removes it
 //! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
@@ -78,7 +79,7 @@ mod tail;
 mod usage;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
-pub use backup::{BackedUp, backup};
+pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, covered};
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
@@ -101,3 +102,11 @@ pub use retention::{Removal, Retention, plan_retention};
 pub use store::Store;
 pub use tail::{Marks, Place, Tail};
 pub use usage::{Archives, Usage, usage};
+
+/// Refuses a data folder whose archive a later version wrote, whose files this one would cut off as damaged. Writes nothing.
+///
+/// # Errors
+/// [`StoreError::NewerArchive`], or the folder cannot be read.
+pub fn refuse_newer(data: &std::path::Path) -> Result<()> {
+    archive::format::refuse_newer(&data.join(layout::ARCHIVE))
+}

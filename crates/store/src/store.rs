@@ -106,8 +106,10 @@ impl Store {
 
     fn open_archive(folder: &Path, history: &str, disk: Box<dyn Disk>) -> Result<Self> {
         let root = folder.join("archive");
+        archive::format::refuse_newer(&root)?;
         fs::create_dir_all(&root).named(&root)?;
         let lock = FolderLock::take(folder)?;
+        archive::format::note(&root)?;
         finish_swap(folder)?;
         let mut store = Self {
             folder: folder.to_owned(),

@@ -31,6 +31,8 @@ pub enum Need {
     Netns,
     /// `nft` of nftables.
     Nftables,
+    /// `nginx`.
+    Nginx,
     /// OpenVPN.
     Openvpn,
     /// The folder `shared` beside the checkout.
@@ -54,6 +56,7 @@ impl Need {
             Self::Native => "native",
             Self::Netns => "netns",
             Self::Nftables => "nftables",
+            Self::Nginx => "nginx",
             Self::Openvpn => "openvpn",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",

@@ -14,7 +14,7 @@ use std::io::{self, BufWriter, IsTerminal as _, Write};
 use std::num::NonZeroI64;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use store::{Angles, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
+use store::{Angles, Covered, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
 use tables::Dialect;
 use units::UtcTime;
 
@@ -116,9 +116,13 @@ pub(super) struct ReindexArguments {
 
 #[derive(Debug, Args)]
 pub(super) struct BackupArguments {
-    /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied again.
+    /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied again. Until the new one is
+    /// whole the earlier one stays as it was.
     #[arg(value_name = "DIR")]
     to: PathBuf,
+    /// Do not read again what the earlier backup has: faster, and damage to it is not noticed.
+    #[arg(long)]
+    quick: bool,
 }
 
 #[derive(Debug, Args)]
@@ -326,24 +330,36 @@ pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::
 pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
     let config = common.load(Vec::new())?;
+    // What came before it begins is in it for sure.
+    let covered = store::covered(&data)?;
     let mut progress = Progress::new();
     let done = shore::backup::make(
         &config.data,
         &config.files(common.config.as_deref()),
         &arguments.to,
+        !arguments.quick,
         &mut |what| {
             progress.tell(|| what.to_owned());
         },
     )?;
     drop(progress);
     say!(
-        "{}: {} databases and app.db copied; files of the archive: {} copied, {} linked, {} were there",
+        "{}: {} files copied, {} grown, {} linked, {} were there; {} KiB written",
         arguments.to.display(),
-        done.databases,
         done.copied,
+        done.grown,
         done.linked,
-        done.kept
+        done.kept,
+        done.bytes >> 10
     );
+    tell_covered(covered);
+    for path in &done.damaged {
+        complain!(
+            "{} of the earlier backup was damaged: it is copied again, or left out where the server has it no more; look at the \
+             backup's disk",
+            path.display()
+        );
+    }
     say!(
         "back again, into a folder that is empty or not there yet, and not into {}: lutra-server restore {} --data DIR",
         data.display(),
@@ -360,6 +376,10 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
     drop(progress);
     let made = clock::written(UtcTime::from_micros(done.made_us));
     say!("{}: {} files, {} MiB, as of {made}", data.display(), done.files, done.bytes >> 20);
+    tell_covered(store::covered(&data)?);
+    say!(
+        "what came after that is not in it: vessels send what they still have, and `import` takes the rest from the old archive"
+    );
     for path in &done.made_again {
         complain!("{} was damaged: the server makes it again from the archive", path.display());
     }
@@ -367,6 +387,14 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
         say!("{} is now {}: put it where the configuration names it", was.display(), now.display());
     }
     Ok(())
+}
+
+/// What time the recordings of a folder cover, by vessel.
+fn tell_covered(covered: Vec<Covered>) {
+    for Covered { system, from, to, days } in covered {
+        let (from, to) = (clock::written(from), clock::written(to));
+        say!("{system}: recorded from {from} to {to}, on {days} days");
+    }
 }
 
 /// `lutra-server prune`.

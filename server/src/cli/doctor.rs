@@ -1,11 +1,13 @@
 //! `lutra-server doctor`: looks whether all is well, and says what to do where it is not.
 
-use super::say::say;
+use super::say::{complain, say};
 use super::{Common, files};
 use crate::config::Config;
 use crate::doctor::{check, look};
-use anyhow::bail;
 use clap::Args;
+use service::report::{Finding, Status, to_json, worst};
+use shore::clock;
+use std::process::ExitCode;
 use store::{Check, Health};
 
 #[derive(Debug, Args)]
@@ -13,13 +15,14 @@ pub(super) struct DoctorArguments {
     /// Read the whole archive and every page of the history, too. Takes long.
     #[arg(long)]
     thorough: bool,
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
+    /// mended. Without it: 1 when something must be mended, else 0.
+    #[arg(long)]
+    json: bool,
 }
 
-/// Prints a line for each thing looked at.
-///
-/// # Errors
-/// Something is not well.
-pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Result<()> {
+/// Prints a line for each thing looked at, or JSON.
+pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> ExitCode {
     let checks = match common.load(Vec::new()) {
         Ok(config) => {
             let mut checks = vec![check("configuration", Ok("understood".to_owned()))];
@@ -30,22 +33,39 @@ pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Re
         }
         Err(error) => vec![check("configuration", Err(format!("{error:#}")))],
     };
-    let mut bad = 0;
-    for Check { name, health, found, remedy } in checks {
-        let found = if remedy.is_empty() { found } else { format!("{found}: {remedy}") };
-        match health {
-            Health::Good => say!("ok    {name}: {found}"),
-            Health::Warning => say!("WARN  {name}: {found}"),
-            Health::Problem => {
-                bad += 1;
-                say!("BAD   {name}: {found}");
-            }
-        }
+    let findings: Vec<Finding> = checks.into_iter().map(finding).collect();
+    if arguments.json {
+        let now = clock::written(clock::now());
+        say!("{}", to_json("lutra-server", env!("CARGO_PKG_VERSION"), &now, &findings));
+        return ExitCode::from(worst(&findings).exit_code());
     }
-    match bad {
-        0 => Ok(()),
-        1 => bail!("1 thing is not well"),
-        more => bail!("{more} things are not well"),
+    for Finding { part, status, text, remedy } in &findings {
+        let text = if remedy.is_empty() { text.clone() } else { format!("{text}: {remedy}") };
+        say!("{:<5} {part}: {text}", word(*status));
+    }
+    match findings.iter().filter(|one| one.status == Status::Fail).count() {
+        0 => return ExitCode::SUCCESS,
+        1 => complain!("lutra-server: 1 thing is not well"),
+        more => complain!("lutra-server: {more} things are not well"),
+    }
+    ExitCode::FAILURE
+}
+
+fn finding(Check { name, health, found, remedy }: Check) -> Finding {
+    let status = match health {
+        Health::Good => Status::Ok,
+        Health::Warning => Status::Warn,
+        Health::Problem => Status::Fail,
+    };
+    Finding { part: name, status, text: found, remedy }
+}
+
+/// The word for people.
+const fn word(status: Status) -> &'static str {
+    match status {
+        Status::Ok => "ok",
+        Status::Warn => "WARN",
+        Status::Fail => "BAD",
     }
 }
 

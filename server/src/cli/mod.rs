@@ -45,7 +45,7 @@ struct Common {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the server until SIGTERM or Ctrl-C.
+    /// Run the server until SIGTERM or Ctrl-C; SIGHUP reads the certificate again.
     Serve(serve::ServeArguments),
     /// Show everything at once: a scratch server and simulated Otters that sail, until Ctrl-C.
     ///
@@ -127,10 +127,11 @@ impl Common {
         Ok(config::load(self.config.as_deref(), &overrides)?)
     }
 
-    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's is refused.
+    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's, or of a later version, is refused.
     fn load_to_write(&self) -> anyhow::Result<Config> {
         let config = self.load(Vec::new())?;
         folder::check(&config.data)?;
+        folder::refuse_newer(&config.data)?;
         Ok(config)
     }
 }
@@ -157,7 +158,8 @@ pub fn main() -> ExitCode {
         Command::Prune(arguments) => data::prune(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
-        Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
+        // What it found is what it ends with.
+        Command::Doctor(arguments) => return doctor::doctor(&common, &arguments),
         Command::Manual(arguments) => {
             manual::write(&Arguments::command(), &arguments.folder).map_err(anyhow::Error::from)
         }

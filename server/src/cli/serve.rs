@@ -6,7 +6,7 @@ use crate::{Serving, log};
 use anyhow::Context as _;
 use clap::Args;
 use std::net::SocketAddr;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 
 #[derive(Debug, Args)]
 pub(super) struct ServeArguments {
@@ -19,7 +19,7 @@ fn listen(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| "write an address and a port, like 127.0.0.1:8080 or [::1]:8080".to_owned())
 }
 
-/// Runs the server until a signal.
+/// Runs the server until a signal that ends it.
 pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Result<()> {
     let listen = arguments.listen.map(|listen| ("http.listen".to_owned(), listen.to_string()));
     let config = common.load(listen.into_iter().collect())?;
@@ -34,6 +34,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
     let ended = runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
+        let mut hang_up = signal(SignalKind::hangup())?;
         let scheme = if config.tls.is_given() { "https" } else { "http" };
         let serving = crate::serve(config).await?;
         say!("listening {scheme}://{}", serving.address);
@@ -53,6 +54,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
             _ = interrupt.recv() => None,
             lost = serving.failed() => Some(lost),
             () = beat(&serving, &lifeline) => None,
+            () = reload_when_asked(&serving, &mut hang_up) => None,
         };
         tracing::info!("stopping");
         service::ending();
@@ -68,6 +70,14 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
     // A thread that waits for a disk that hangs must not keep the program.
     runtime.shutdown_background();
     ended
+}
+
+/// Reads the certificate again at each SIGHUP, as `systemctl reload` sends it.
+async fn reload_when_asked(serving: &Serving, hang_up: &mut Signal) {
+    while hang_up.recv().await.is_some() {
+        serving.reload().await;
+    }
+    std::future::pending::<()>().await;
 }
 
 /// Says that the server lives as long as the hub answers, through which everything goes. A disk that hangs is no reason to

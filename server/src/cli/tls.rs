@@ -2,7 +2,8 @@
 
 use super::Common;
 use super::say::say;
-use crate::tls;
+use crate::config::Tls;
+use crate::tls::authority::{self, Renewal};
 use anyhow::Context as _;
 use clap::Subcommand;
 use shore::clock;
@@ -15,15 +16,32 @@ pub(super) enum TlsCommand {
         /// name, localhost, 127.0.0.1 and ::1]
         #[arg(long = "name", value_name = "NAME")]
         names: Vec<String>,
-        /// Replace the server's certificate, with the same authority.
+        /// Replace the server's certificate and its key, with the same authority.
         #[arg(long)]
         renew: bool,
+    },
+    /// Make the server's certificate anew, by the authority of `tls init` that made it; its key and names stay.
+    ///
+    /// A running server takes it within seconds. Boats and browsers that trust the authority accept it as it is.
+    Renew {
+        /// Names and addresses of the new one; may be repeated. [default: those of the old one]
+        #[arg(long = "name", value_name = "NAME")]
+        names: Vec<String>,
+        /// Only if it ends within so many days: for a timer that runs every day.
+        #[arg(long, value_name = "DAYS")]
+        within: Option<u32>,
     },
 }
 
 /// Does as told.
 pub(super) fn tls(common: &Common, command: TlsCommand) -> anyhow::Result<()> {
-    let TlsCommand::Init { mut names, renew } = command;
+    match command {
+        TlsCommand::Init { names, renew } => init(common, names, renew),
+        TlsCommand::Renew { names, within } => renew(common, names, within),
+    }
+}
+
+fn init(common: &Common, mut names: Vec<String>, renew: bool) -> anyhow::Result<()> {
     if names.is_empty() {
         let own = std::fs::read_to_string("/proc/sys/kernel/hostname")
             .context("cannot read this machine's name")?;
@@ -31,9 +49,32 @@ pub(super) fn tls(common: &Common, command: TlsCommand) -> anyhow::Result<()> {
         names.dedup();
     }
     let folder = common.load_to_write()?.data.join("tls");
-    let made = tls::make(&folder, &names, renew)?;
+    let made = authority::make(&folder, &names, renew)?;
     say!("# for {}, until {}", names.join(", "), clock::written(made.until));
     say!("# browsers and vessels must trust {}", made.authority.display());
     say!("[tls]\ncertificate = {:?}\nkey = {:?}", made.certificate, made.key);
+    Ok(())
+}
+
+fn renew(common: &Common, names: Vec<String>, within: Option<u32>) -> anyhow::Result<()> {
+    let config = common.load_to_write()?;
+    let folder = config.data.join("tls");
+    let tls = if config.tls.is_given() {
+        config.tls
+    } else {
+        // What `tls init` made, before it is configured.
+        Tls { certificate: folder.join("server.pem"), key: folder.join("server-key.pem") }
+    };
+    let file = tls.certificate.display();
+    match authority::renew(&folder, &tls, names, within)? {
+        Renewal::NotDue { until } => say!("{file} lasts until {}: nothing is renewed", clock::written(until)),
+        Renewal::Renewed { names, until } => {
+            say!("{file} is renewed until {}, for {}", clock::written(until), names.join(", "));
+            say!(
+                "a running server takes it within seconds; who trusts {} accepts it",
+                folder.join("ca.pem").display()
+            );
+        }
+    }
     Ok(())
 }

@@ -57,6 +57,11 @@ async fn measure(state: &AppState) {
     metrics::gauge!("lutra_recording_trouble").set(f64::from(u8::from(recorder.trouble.is_some())));
     metrics::gauge!("lutra_history_behind").set(f64::from(u8::from(recorder.history_behind.is_some())));
     metrics::gauge!("lutra_waiting_bytes").set(state.shore.recorder.waiting_bytes() as f64);
+    if let Some(certificate) = state.shore.alarms.known_certificate() {
+        let left_us = certificate.until.micros().saturating_sub(state.shore.clock.utc().micros());
+        metrics::gauge!("lutra_certificate_expiry_seconds").set(left_us as f64 / 1e6);
+        metrics::gauge!("lutra_certificate_trouble").set(f64::from(u8::from(certificate.refused.is_some())));
+    }
     let Ok(peers) = state.shore.router.peers().await else { return };
     let mut transports: BTreeMap<&str, u32> =
         ["link", "imcproxy", "tcp", "udp"].into_iter().map(|transport| (transport, 0)).collect();

@@ -24,7 +24,7 @@ mod export;
 mod export_tests;
 #[cfg(test)]
 mod grounding_tests;
-mod health;
+pub(crate) mod health;
 mod history;
 #[cfg(test)]
 mod history_tests;

@@ -4,10 +4,11 @@ pub(crate) mod router;
 #[cfg(test)]
 mod tests;
 
+use crate::AppState;
 use crate::config::Config;
+use crate::tls::Keeper;
 use crate::transports::{self, Open};
 use crate::web::listen::Web;
-use crate::{AppState, tls};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use shore::clock::Clock;
@@ -30,6 +31,8 @@ pub struct Serving {
     pub(crate) state: AppState,
     running: Running,
     web: JoinHandle<()>,
+    /// Who serves with the certificate; `None` where nothing is encrypted.
+    keeper: Option<Arc<Keeper>>,
 }
 
 impl Serving {
@@ -47,6 +50,20 @@ impl Serving {
     /// Whether the hub does what it is asked; waits for as long as it takes.
     pub(crate) async fn hub_answers(&self) -> bool {
         self.state.shore.router.peers().await.is_ok()
+    }
+
+    /// Reads certificate and key again, and says in the log how that went.
+    pub async fn reload(&self) {
+        let Some(keeper) = self.keeper.clone() else {
+            tracing::info!("there is no certificate to read again; other settings are read at a start");
+            return;
+        };
+        let (now, alarms) = (self.state.shore.clock.now(), self.state.shore.alarms.clone());
+        let reload = move || {
+            keeper.reload(now);
+            alarms.certificate(keeper.state());
+        };
+        tokio::task::spawn_blocking(reload).await.ok();
     }
 
     /// Ends the server: no new requests, running ones end, sockets are closed.
@@ -71,7 +88,8 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
 /// As [`serve`].
 pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     shore::folder::check(&config.data)?;
-    let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
+    let keeper = if config.tls.is_given() { Some(Keeper::open(&config.tls)?) } else { None };
+    let tls = keeper.as_ref().map(Keeper::acceptor).transpose()?;
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
@@ -91,8 +109,12 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     let metrics = figures(&shore.tasks, shore.stop.clone());
     let state = AppState { config: Arc::new(config), shore: shore.clone(), metrics };
     let web = Web { listener, tls, router: router::router(state.clone()), max_connections, proxies };
+    if let Some(keeper) = keeper.clone() {
+        shore.alarms.certificate(keeper.state());
+        shore.tasks.spawn(keeper.keep(shore.clock.clone(), shore.alarms.clone(), shore.stop.clone()));
+    }
     let web = tokio::spawn(shore.owners.watch("the web server", web.run(shore.stop.clone())));
-    Ok(Serving { address, transports, state, running, web })
+    Ok(Serving { address, transports, state, running, web, keeper })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.

@@ -1,12 +1,14 @@
 //! A server whose parts are lost to faults, or hang.
 
-use super::{Serving, serve};
-use crate::config::Config;
+use super::{Serving, serve, serve_by};
+use crate::config::{Config, Tls};
+use crate::http::health;
 use crate::http::testing::{Boats, FIRST, boat};
 use http_body_util::BodyExt as _;
 use hyper_util::rt::TokioIo;
-use shore::clock;
+use shore::clock::{self, Clock};
 use std::path::Path;
+use std::time::Duration;
 
 async fn start(folder: &Path) -> Serving {
     let mut config = Config { data: folder.to_owned(), ..Config::default() };
@@ -130,4 +132,53 @@ async fn whatever_the_server_cannot_do_without_is_watched() {
         assert!(trouble.contains(&format!("{owner} was lost to a fault")), "{trouble}");
         serving.stop().await;
     }
+}
+
+/// The alarm of the certificate, once it has this priority.
+async fn certificate_alarm(serving: &Serving, priority: &str) -> api::Alarm {
+    let look = async {
+        loop {
+            let all = serving.state.shore.alarms.list(shore::Wanted::default()).await.unwrap().standing;
+            let found = all.into_iter().find(|one| one.kind == "certificate" && one.priority == priority);
+            if let Some(found) = found {
+                return found;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    let found = tokio::time::timeout(Duration::from_secs(30), look).await;
+    found.unwrap_or_else(|_| panic!("no {priority} of the certificate"))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_certificate_that_ends_is_an_alarm_a_check_and_a_figure() {
+    let folder = tempfile::tempdir().unwrap();
+    let made =
+        crate::tls::authority::make(&folder.path().join("tls"), &["localhost".to_owned()], false).unwrap();
+    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    config.imc.active = false;
+    config.tls = Tls { certificate: made.certificate.clone(), key: made.key };
+    let (clock, hand) = Clock::with_hand();
+    let serving = serve_by(clock, config).await.unwrap();
+    let all = serving.state.shore.alarms.list(shore::Wanted::default()).await.unwrap().standing;
+    assert!(all.iter().all(|one| one.kind != "certificate"), "{all:?}");
+    // 820 days after it was made it ends.
+    for (days, priority) in [(796, "caution"), (21, "warning"), (5, "alarm")] {
+        hand.advance(Duration::from_secs(days * 86_400));
+        let told = certificate_alarm(&serving, priority).await;
+        assert!(told.text.contains(&made.certificate.display().to_string()), "{}", told.text);
+        assert!(told.action.contains("lutra-server tls renew"), "{}", told.action);
+    }
+    let answer = health::metrics(axum::extract::State(serving.state.clone())).await;
+    let text = answer.into_body().collect().await.unwrap().to_bytes();
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let figure = |name: &str| -> f64 {
+        let line = text.lines().find_map(|line| line.strip_prefix(name)?.trim().parse().ok());
+        line.unwrap_or_else(|| panic!("{name} is not in\n{text}"))
+    };
+    let left_days = figure("lutra_certificate_expiry_seconds ") / 86_400.0;
+    assert!((-3.0..=-1.0).contains(&left_days), "{left_days}");
+    assert!(figure("lutra_certificate_trouble ") < 0.5);
+    serving.stop().await;
 }

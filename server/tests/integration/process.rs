@@ -319,6 +319,37 @@ fn the_doctor_names_what_is_not_well() {
 }
 
 #[test]
+fn the_doctor_tells_monitoring_by_codes_and_gives_no_value_of_a_broken_configuration_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let doctor = |more: &[&str]| {
+        let output = run(folder.path(), &[&["doctor", "--json"], more].concat());
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), told)
+    };
+    let status = |told: &serde_json::Value, code: &str| {
+        let checks = told["checks"].as_array().unwrap();
+        let one =
+            checks.iter().find(|one| one["code"] == code).unwrap_or_else(|| panic!("no {code}: {told}"));
+        one["status"].as_str().unwrap().to_owned()
+    };
+    let (code, told) = doctor(&["--set", "http.listen=127.0.0.1:0"]);
+    let expected = match told["status"].as_str() {
+        Some("ok") => 0,
+        Some("warn") => 1,
+        other => panic!("{other:?}: {told}"),
+    };
+    assert_eq!(code, Some(expected));
+    for known in ["configuration", "clock", "encryption", "people"] {
+        assert_eq!(status(&told, known), "ok", "{told}");
+    }
+    let config = folder.path().join("server.toml");
+    std::fs::write(&config, "[http]\npasswort = \"hush-hush\"\n").unwrap();
+    let (code, told) = doctor(&["--config", config.to_str().unwrap()]);
+    assert_eq!((code, status(&told, "configuration")), (Some(2), "fail".to_owned()));
+    assert!(!told.to_string().contains("hush") && told.to_string().contains("line 2"), "{told}");
+}
+
+#[test]
 fn people_are_managed_in_a_browser() {
     if !testkit::browser::is_there() {
         return;

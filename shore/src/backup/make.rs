@@ -1,33 +1,44 @@
 //! Making a backup.
 
-use super::manifest::{Entry, MANIFEST, Manifest, copy};
+use super::keeping::{self, BackedUp, Keeping};
+use super::manifest::{ALTERNATE, MANIFEST, Manifest};
 use crate::{clock, folder, identity};
 use anyhow::{Context as _, ensure};
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io;
-use std::os::unix::fs::PermissionsExt as _;
+use std::fs;
 use std::path::{Path, PathBuf};
-use store::BackedUp;
+use store::{BackupFile, Changes};
 
 /// What of a data folder is not copied as files: what the store and app.db copy themselves, what is of a moment only,
 /// and what could not be used.
-const LEFT_OUT: [&str; 8] =
-    ["archive", "history", "history.new", "history.old", "history.aside", "uploads", "lock", "backup.json"];
+const LEFT_OUT: [&str; 10] = [
+    "archive",
+    "history",
+    "history.new",
+    "history.old",
+    "history.aside",
+    "uploads",
+    "lock",
+    "backup.json",
+    ALTERNATE,
+    OUTSIDE,
+];
 /// Ends of names of what is under way, or rebuilt by itself.
 const UNDER_WAY: [&str; 7] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm", "-journal"];
 /// Where files that lie outside of the data folder come to.
 const OUTSIDE: &str = "outside";
 
 /// Copies everything into a folder, which may hold an earlier backup: archive, history, people, charts, certificates,
-/// and those of the files that the configuration names which lie beyond the data folder. `progress` is told what comes next.
+/// and those of the files that the configuration names which lie beyond the data folder. Of what the earlier backup has
+/// only what is new is copied; what is kept is read and compared, unless `verifies` is false. `progress` is told what
+/// comes next.
 ///
 /// # Errors
-/// Something cannot be read or written. What was there of an earlier backup may then be partly replaced.
+/// Something cannot be read or written. An earlier backup is then there as it was.
 pub fn make(
     data: &Path,
     named: &[PathBuf],
     to: &Path,
+    verifies: bool,
     progress: &mut dyn FnMut(&str),
 ) -> anyhow::Result<BackedUp> {
     folder::check(to)?;
@@ -35,35 +46,50 @@ pub fn make(
     fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
     // A way with `..` in it may lead elsewhere than it seemed to while it was not there.
     refuse_below(to, data)?;
-    let earlier = Manifest::read(to).unwrap_or_default();
-    let done = store::backup(data, to, &mut |what| {
-        progress(what);
-        true
-    })?;
-    identity::wait(identity::backup(data, to))?;
-    let mut manifest = Manifest::new(clock::now().micros());
+    let _lock = keeping::lock(to)?;
+    let earlier = if to.join(MANIFEST).exists() { Manifest::read(to)? } else { Manifest::default() };
+    let mut keeping = Keeping::new(data, to, &earlier, verifies);
+    for BackupFile { path, changes } in store::backup_files(data)? {
+        let name = path.display().to_string();
+        progress(&name);
+        let from = data.join(&path);
+        match changes {
+            Changes::Grows { now } => keeping.grow(&path, now)?,
+            Changes::Whole => keeping.take(&path, &from, |to| copy_state(&from, to))?,
+            Changes::Database => keeping.take(&path, &from, |to| {
+                Ok(store::copy_database(&from, to, &mut || {
+                    progress(&name);
+                    true
+                })?)
+            })?,
+        }
+    }
+    let people = data.join("app.db");
+    if people.exists() {
+        progress("app.db");
+        let copy = |to: &Path| Ok(identity::wait(identity::backup(data, to))?);
+        keeping.take(Path::new("app.db"), &people, copy)?;
+    }
     for path in files(data, Path::new(""))? {
         progress(&path.display().to_string());
-        copy_file(&data.join(&path), &to.join(&path))?;
+        let from = data.join(&path);
+        keeping.take(&path, &from, |to| copy_state(&from, to))?;
     }
-    for path in beyond(data, named) {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut manifest = Manifest::new(clock::now().micros());
+    for from in beyond(data, named) {
+        progress(&from.display().to_string());
+        let name = from.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let here = Path::new(OUTSIDE).join(format!("{}-{name}", manifest.outside.len() + 1));
-        copy_file(path, &to.join(&here))?;
-        manifest.outside.push((path.to_owned(), here));
+        keeping.take(&here, from, |to| copy_state(from, to))?;
+        manifest.outside.push((from.to_owned(), here));
     }
-    let known: BTreeMap<&Path, &Entry> =
-        earlier.files.iter().map(|entry| (entry.path.as_path(), entry)).collect();
-    let mut held = Vec::new();
-    held_by(to, Path::new(""), &mut held)?;
-    // What an earlier backup took from elsewhere and this one did not.
-    held.retain(|path| !path.starts_with(OUTSIDE) || manifest.outside.iter().any(|(_, here)| here == path));
-    for path in held {
-        progress(&path.display().to_string());
-        manifest.files.push(entry(to, &path, known.get(path.as_path()).copied())?);
-    }
+    progress("what the earlier backup has");
+    keeping.carry_over(OUTSIDE)?;
+    manifest.files = keeping.files();
     manifest.write(to)?;
-    Ok(done)
+    progress("what is not named any more");
+    keeping.sweep()?;
+    Ok(keeping.done)
 }
 
 /// Refuses a folder, which need not be there yet, that is the data folder or lies in it.
@@ -107,66 +133,14 @@ fn beyond<'p>(data: &Path, named: &'p [PathBuf]) -> Vec<&'p Path> {
     named.iter().map(PathBuf::as_path).filter(is_beyond).collect()
 }
 
-/// Copies a file: under another name until it is whole.
-fn copy_file(from: &Path, to: &Path) -> anyhow::Result<()> {
-    let part = PathBuf::from(format!("{}.part", to.display()));
-    let copied = || -> io::Result<()> {
-        if let Some(folder) = to.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        copy_state(from, &part)?;
-        File::open(&part)?.sync_all()?;
-        fs::rename(&part, to)
-    };
-    copied().with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))
-}
-
 /// Copies a file; of a chart set, which an import may be changing in place, one state of it.
-fn copy_state(from: &Path, to: &Path) -> io::Result<()> {
+fn copy_state(from: &Path, to: &Path) -> anyhow::Result<()> {
+    let named = || format!("cannot copy {} to {}", from.display(), to.display());
     if from.extension().is_some_and(|end| end == "gpkg") {
-        if to.exists() {
-            fs::remove_file(to)?;
-        }
         match chartdb::copy(from, to) {
             Err(chartdb::ChartDbError::Foreign(_)) => {}
-            copied => return copied.map_err(io::Error::other),
+            copied => return copied.with_context(named),
         }
     }
-    fs::copy(from, to).map(drop)
-}
-
-/// All files of a backup, below it.
-fn held_by(backup: &Path, below: &Path, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
-    let folder = backup.join(below);
-    let mut names = Vec::new();
-    for item in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
-        let item = item?;
-        names.push((item.file_name(), item.file_type()?.is_dir()));
-    }
-    names.sort();
-    for (name, is_folder) in names {
-        let path = below.join(&name);
-        let text = name.to_string_lossy().into_owned();
-        if is_folder {
-            held_by(backup, &path, found)?;
-        } else if text != MANIFEST && !UNDER_WAY.iter().any(|end| text.ends_with(end)) {
-            found.push(path);
-        }
-    }
-    Ok(())
-}
-
-/// What the manifest says of a file. A file of the archive that is as long as it was is what it was: they only grow.
-fn entry(backup: &Path, path: &Path, earlier: Option<&Entry>) -> anyhow::Result<Entry> {
-    let full = backup.join(path);
-    let read = || -> io::Result<Entry> {
-        let about = fs::metadata(&full)?;
-        let mode = about.permissions().mode() & 0o7777;
-        if let Some(same) = earlier.filter(|one| path.starts_with("archive") && one.bytes == about.len()) {
-            return Ok(Entry { mode, ..same.clone() });
-        }
-        let (bytes, sha256) = copy(File::open(&full)?, about.len(), &mut io::sink())?;
-        Ok(Entry { path: path.to_owned(), bytes, sha256, mode })
-    };
-    read().with_context(|| format!("cannot read {}", full.display()))
+    fs::copy(from, to).map(drop).with_context(named)
 }

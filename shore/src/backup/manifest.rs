@@ -5,12 +5,18 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::fs::{self, File};
 use std::io::{Read, Write};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Component, Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 /// The manifest's name.
 pub(crate) const MANIFEST: &str = "backup.json";
 /// The form of the manifest that is written.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The folder with the second place of each file that is written anew.
+pub(super) const ALTERNATE: &str = "alternate";
+/// A file that was changed so shortly before a backup may change again without another time of change.
+const SETTLED: Duration = Duration::from_secs(2);
 
 /// What a backup holds.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -29,14 +35,55 @@ pub(crate) struct Manifest {
 /// One file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Entry {
-    /// Below the folder.
+    /// Below the data folder.
     pub(super) path: PathBuf,
+    /// Where it lies below the backup, if not at `path`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) at: Option<PathBuf>,
     /// Bytes from its start on that belong to the backup; a file of the archive may have grown since.
     pub(super) bytes: u64,
     /// SHA-256 of these, in hexadecimal digits.
     pub(super) sha256: String,
     /// Its rights.
     pub(crate) mode: u32,
+    /// The file that it was copied from, as it was then; `None` where it could not be told from a later one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) source: Option<Stamp>,
+}
+
+impl Entry {
+    /// Where it lies below the backup.
+    pub(super) fn at(&self) -> &Path {
+        self.at.as_deref().unwrap_or(&self.path)
+    }
+}
+
+/// By what a file is known to be unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Stamp {
+    inode: u64,
+    bytes: u64,
+    changed_s: i64,
+    changed_ns: i64,
+}
+
+impl Stamp {
+    /// That of a file; `None` where it was changed so lately that it could change again unseen, or where a database's log
+    /// beside it holds something.
+    pub(super) fn of(path: &Path, now: SystemTime) -> std::io::Result<Option<Self>> {
+        let about = fs::metadata(path)?;
+        let is_settled = now.duration_since(about.modified()?).is_ok_and(|age| age >= SETTLED);
+        let has_log = ["-wal", "-journal"]
+            .iter()
+            .any(|end| fs::metadata(format!("{}{end}", path.display())).is_ok_and(|log| log.len() > 0));
+        let stamp = Self {
+            inode: about.ino(),
+            bytes: about.len(),
+            changed_s: about.mtime(),
+            changed_ns: about.mtime_nsec(),
+        };
+        Ok(Some(stamp).filter(|_| is_settled && !has_log))
+    }
 }
 
 impl Manifest {
@@ -66,7 +113,9 @@ impl Manifest {
             path.display(),
             manifest.program
         );
-        for path in manifest.files.iter().map(|entry| &entry.path) {
+        for path in
+            manifest.files.iter().flat_map(|entry| [&entry.path, entry.at.as_ref().unwrap_or(&entry.path)])
+        {
             let inside = path.components().all(|part| matches!(part, Component::Normal(_)));
             ensure!(inside && path.file_name().is_some(), "{} leads out of the backup", path.display());
         }
@@ -85,6 +134,11 @@ impl Manifest {
         };
         write().with_context(|| format!("cannot write {}", path.display()))
     }
+}
+
+/// The digest of the first `bytes` bytes of a file, which has as many.
+pub(super) fn hash_prefix(path: &Path, bytes: u64) -> std::io::Result<String> {
+    copy(File::open(path)?, bytes, &mut std::io::sink()).map(|(_, sha256)| sha256)
 }
 
 /// Copies the first `bytes` bytes of what is read, or all there are; how many, and their digest.

@@ -1,12 +1,17 @@
 //! A backup of everything, and its way back.
 //!
 //! A backup is a folder with the files of a data folder and `manifest`, which names each with its length and digest.
-//! [`make`] writes it, also while a server runs, and [`restore`] makes a data folder of it: all or nothing, and only
-//! what is as it was copied.
+//! [`make`] writes it, also while a server runs and into the folder of an earlier one, which `keeping` leaves as it is until the
+//! new one is whole; [`restore`] makes a data folder of it: all or nothing, and only what is as it was copied.
 
+mod keeping;
 mod make;
 mod manifest;
 mod restore;
 
+pub use keeping::BackedUp;
 pub use make::make;
 pub use restore::restore;
+
+#[cfg(test)]
+mod tests;

@@ -103,7 +103,7 @@ fn fill(
 /// Copies one file; what is wrong with it, if something is.
 fn take(backup: &Path, to: &Path, entry: &Entry) -> anyhow::Result<Option<String>> {
     let target = to.join(&entry.path);
-    let source = match File::open(backup.join(&entry.path)) {
+    let source = match File::open(backup.join(entry.at())) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Some("is not there".to_owned())),
         other => other.with_context(|| entry.path.display().to_string())?,
     };

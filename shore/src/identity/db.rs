@@ -30,10 +30,25 @@ pub async fn open(folder: &Path) -> Result<SqliteConnection, Fault> {
     if !path.exists() {
         make_private(&path).map_err(named)?;
     }
+    refuse_newer(folder)?;
     let options = options(folder).journal_mode(SqliteJournalMode::Wal).synchronous(SqliteSynchronous::Full);
     let mut db = options.connect().await?;
     migrate(&mut db).await?;
     Ok(db)
+}
+
+/// Refuses an `app.db` of a later version; reads, and writes nothing.
+///
+/// # Errors
+/// It is one, or cannot be read.
+pub fn refuse_newer(folder: &Path) -> Result<(), Fault> {
+    let path = folder.join("app.db");
+    let named = |error| Fault::Folder(folder.display().to_string(), error);
+    let known = MIGRATIONS.iter().map(|one| one.version).max().unwrap_or_default();
+    match super::version::of(&path).map_err(named)? {
+        Some(found) if found > known => Err(Fault::Newer { found, known }),
+        _ => Ok(()),
+    }
 }
 
 /// Makes an empty file that only its owner may read, before SQLite gives its log the same rights.
@@ -43,28 +58,16 @@ fn make_private(path: &Path) -> std::io::Result<()> {
     file.set_permissions(std::fs::Permissions::from_mode(0o600))
 }
 
-/// Copies app.db into another folder, also while a server uses it. The copy appears whole or not at all.
+/// Copies app.db to a new file, also while a server uses it.
 ///
 /// # Errors
-/// The database cannot be read, the folder not be written.
+/// The database cannot be read, the file not be written.
 pub async fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
-    let named = |error| Fault::Folder(to.display().to_string(), error);
-    if !folder.join("app.db").exists() {
-        return Ok(());
-    }
-    let part = to.join("app.db.part");
-    std::fs::remove_file(&part).or_else(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => Ok(()),
-        _ => Err(named(error)),
-    })?;
-    make_private(&part).map_err(named)?;
+    make_private(to).map_err(|error| Fault::Folder(to.display().to_string(), error))?;
     // One read transaction; the server may write meanwhile.
     let mut db = open(folder).await?;
-    sqlx::query("VACUUM INTO ?1").bind(part.to_string_lossy().as_ref()).execute(&mut db).await?;
+    sqlx::query("VACUUM INTO ?1").bind(to.to_string_lossy().as_ref()).execute(&mut db).await?;
     db.close().await?;
-    // SQLite leaves it to the caller that such a copy is on the disk.
-    std::fs::File::open(&part).and_then(|file| file.sync_all()).map_err(named)?;
-    std::fs::rename(&part, to.join("app.db")).map_err(named)?;
     Ok(())
 }
 

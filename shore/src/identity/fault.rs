@@ -13,7 +13,8 @@ pub enum Fault {
     Sqlite(#[source] sqlx::Error),
     /// The file is of a later version.
     #[error(
-        "app.db was written by a newer lutra-server (schema {found}, this one knows {known}): update this one"
+        "app.db was written by a newer lutra-server (schema {found}, this one knows {known}): nothing was changed. Install \
+         that version again, or one after it; this one can only use a backup from before the upgrade"
     )]
     Newer {
         /// Migrations the file has seen.

@@ -27,6 +27,7 @@ mod settings;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 pub mod tokens;
+mod version;
 pub mod vessels;
 mod writer;
 
@@ -34,7 +35,7 @@ pub use audit::Line;
 #[cfg(test)]
 pub(crate) use db::tests::fresh as migrated;
 pub(crate) use db::wait;
-pub use db::{backup, check, open, with};
+pub use db::{backup, check, open, refuse_newer, with};
 pub use fault::Fault;
 pub use handle::{ASK_PATIENCE, FirstAdmin, People};
 pub use language::Language;

@@ -198,11 +198,13 @@ impl Worker {
         }
     }
 
-    /// Writes changed parameters beside the main file, to be read after all others at the next start.
+    /// Writes changed parameters to the folder of data, to be read after all others at the next start.
     fn save(&mut self, label: &str, values: &[(String, String)]) -> anyhow::Result<()> {
         let config = &self.tools.config;
         let path = config.saved_path().context("the vehicle has no name for a file")?;
-        let (ini, _) = config::Ini::read(&config::Disk, &path);
+        // What an earlier version saved beside the configuration goes along.
+        let beside = config.saved_beside().filter(|_| !path.exists());
+        let (ini, _) = config::Ini::read(&config::Disk, beside.as_deref().unwrap_or(&path));
         let mut saved = config::Saved::from_ini(&ini);
         setup::save(config, &mut saved, label, values)?;
         let text = saved.to_text().map_err(|error| anyhow::anyhow!("{error}"))?;

@@ -33,7 +33,7 @@ struct Heard {
 
 /// No port was opened, for an agent has them.
 pub(super) fn left_alone() -> Finding {
-    Finding::doubt(
+    Finding::warn(
         "devices",
         "not looked at: an agent has their ports, and on a CAN bus two would command the motors in turns",
         "how each device is stands on the vessel's page, under its parts, and in the agent's log; or end the agent first",
@@ -45,7 +45,7 @@ pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec
     let part = "devices";
     let configured_devices = match listening(config) {
         Ok(configured_devices) => configured_devices,
-        Err(error) => return vec![Finding::bad(part, format!("{error:#}"), "mend the configuration")],
+        Err(error) => return vec![Finding::fail(part, format!("{error:#}"), "mend the configuration")],
     };
     let (sent, reports) = sync_channel(MOST_REPORTS);
     let (mut places, mut stations) = (Vec::new(), Vec::new());
@@ -60,7 +60,7 @@ pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec
         });
         match station {
             Ok(station) => stations.push(station),
-            Err(error) => return vec![Finding::bad(part, format!("{error:#}"), "end other programs")],
+            Err(error) => return vec![Finding::fail(part, format!("{error:#}"), "end other programs")],
         }
     }
     let (heard, off_s) = listen(&reports, &places, clock, patience);
@@ -130,7 +130,7 @@ impl Heard {
 fn judge(device: Device, place: &str, heard: &BTreeMap<Device, Heard>) -> Finding {
     let part = device.name();
     let Some(heard) = heard.get(&device) else {
-        return Finding::bad(
+        return Finding::fail(
             part,
             format!("{place}: nothing came of it"),
             "has it power, and is it this port?",
@@ -138,22 +138,22 @@ fn judge(device: Device, place: &str, heard: &BTreeMap<Device, Heard>) -> Findin
     };
     let notes = heard.notes.join("; ");
     match &heard.state {
-        Some(State::Failing(why)) => Finding::bad(part, why, notes),
+        Some(State::Failing(why)) => Finding::fail(part, why, notes),
         None | Some(State::Starting) => {
-            Finding::bad(part, format!("{place} is open and the device has not answered"), "has it power?")
+            Finding::fail(part, format!("{place} is open and the device has not answered"), "has it power?")
         }
-        Some(State::Working) if device == Device::Compass && !heard.fix => Finding::doubt(
+        Some(State::Working) if device == Device::Compass && !heard.fix => Finding::warn(
             part,
             format!("{place} answers, and has no position"),
             "indoors there is none; outdoors it takes up to some minutes",
         ),
-        Some(State::Working) if device == Device::Compass && !heard.heading => Finding::bad(
+        Some(State::Working) if device == Device::Compass && !heard.heading => Finding::fail(
             part,
             format!("{place} answers, and gives no true heading (HDT)"),
             "switch the sentence on, as by `Initialization String 0 - Command = $JASC,GPHDT,1\\r\\n`",
         ),
-        Some(State::Working) if !notes.is_empty() => Finding::doubt(part, format!("{place} works"), notes),
-        Some(State::Working) => Finding::good(part, format!("{place} works, {} readings", heard.readings)),
+        Some(State::Working) if !notes.is_empty() => Finding::warn(part, format!("{place} works"), notes),
+        Some(State::Working) => Finding::ok(part, format!("{place} works, {} readings", heard.readings)),
     }
 }
 
@@ -164,43 +164,43 @@ pub(super) fn judge_clock(utc: UtcTime, off_s: Option<f64>) -> Finding {
         "let the computer set its clock: `timedatectl set-ntp true` with a network, else chrony with gpsd";
     match off_s {
         Some(off_s) if off_s.abs() > MOST_OFF_S => {
-            Finding::bad(part, format!("the computer's is {off_s:+.1} s off the satellites'"), remedy)
+            Finding::fail(part, format!("the computer's is {off_s:+.1} s off the satellites'"), remedy)
         }
         Some(off_s) => {
-            Finding::good(part, format!("{utc}, {off_s:+.2} s from the satellites' with the line's delay"))
+            Finding::ok(part, format!("{utc}, {off_s:+.2} s from the satellites' with the line's delay"))
         }
         // No agent is older than this.
-        None if utc.civil().year < 2025 => Finding::bad(part, format!("{utc} is in the past"), remedy),
-        None => Finding::doubt(part, format!("{utc}; no satellites to compare it with"), ""),
+        None if utc.civil().year < 2025 => Finding::fail(part, format!("{utc} is in the past"), remedy),
+        None => Finding::warn(part, format!("{utc}; no satellites to compare it with"), ""),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::finding::Verdict;
+    use super::super::finding::Status;
     use super::*;
 
     #[test]
     fn a_clock_is_judged_by_the_satellites_and_else_by_its_year() {
         let now = UtcTime::from_micros(1_790_000_000_000_000);
-        let verdict = |utc, off_s| judge_clock(utc, off_s).verdict;
-        assert_eq!(verdict(now, Some(0.3)), Verdict::Good);
-        assert_eq!(verdict(now, Some(-1.4)), Verdict::Bad);
-        assert_eq!(verdict(now, None), Verdict::Doubt);
-        assert_eq!(verdict(UtcTime::from_micros(0), None), Verdict::Bad);
+        let verdict = |utc, off_s| judge_clock(utc, off_s).status;
+        assert_eq!(verdict(now, Some(0.3)), Status::Ok);
+        assert_eq!(verdict(now, Some(-1.4)), Status::Fail);
+        assert_eq!(verdict(now, None), Status::Warn);
+        assert_eq!(verdict(UtcTime::from_micros(0), None), Status::Fail);
     }
 
     #[test]
     fn a_device_is_judged_by_what_it_did() {
         let heard = |state, fix, heading| {
             let heard = Heard { state, fix, heading, readings: 1, notes: Vec::new() };
-            judge(Device::Compass, "/dev/gnss", &[(Device::Compass, heard)].into()).verdict
+            judge(Device::Compass, "/dev/gnss", &[(Device::Compass, heard)].into()).status
         };
-        assert_eq!(heard(Some(State::Working), true, true), Verdict::Good);
-        assert_eq!(heard(Some(State::Working), false, true), Verdict::Doubt);
-        assert_eq!(heard(Some(State::Working), true, false), Verdict::Bad);
-        assert_eq!(heard(Some(State::Starting), true, true), Verdict::Bad);
-        assert_eq!(heard(Some(State::Failing("x".into())), true, true), Verdict::Bad);
-        assert_eq!(judge(Device::Motors, "can0", &BTreeMap::new()).verdict, Verdict::Bad);
+        assert_eq!(heard(Some(State::Working), true, true), Status::Ok);
+        assert_eq!(heard(Some(State::Working), false, true), Status::Warn);
+        assert_eq!(heard(Some(State::Working), true, false), Status::Fail);
+        assert_eq!(heard(Some(State::Starting), true, true), Status::Fail);
+        assert_eq!(heard(Some(State::Failing("x".into())), true, true), Status::Fail);
+        assert_eq!(judge(Device::Motors, "can0", &BTreeMap::new()).status, Status::Fail);
     }
 }

@@ -8,7 +8,7 @@
 mod devices;
 mod finding;
 
-pub(crate) use finding::{Finding, Verdict, print};
+pub(crate) use finding::{Finding, Status, print};
 
 use crate::clock::Clock;
 use crate::disk::{DataLock, Host, InUse};
@@ -41,20 +41,23 @@ pub(crate) struct DoctorArguments {
     /// How long devices and the shore may take to answer (s).
     #[arg(long, default_value_t = 8)]
     patience: u64,
-    /// Print JSON instead of text.
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
+    /// mended. Without it: 1 when something must be mended, else 0.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn doctor(arguments: &DoctorArguments) -> ExitCode {
-    let config = Config::load(&config::Disk, &arguments.config, &[&arguments.profile]);
+    let config =
+        Config::load_aboard(&config::Disk, &arguments.config, &[&arguments.profile], &arguments.data);
     let mut findings = vec![configuration(&config)];
-    if findings[0].verdict != Verdict::Bad {
+    if findings[0].status != Status::Fail {
         findings.extend(aboard(arguments, &config));
     }
     match print(&findings, arguments.json) {
-        Verdict::Good | Verdict::Doubt => ExitCode::SUCCESS,
-        Verdict::Bad => ExitCode::FAILURE,
+        status if arguments.json => ExitCode::from(status.exit_code()),
+        Status::Ok | Status::Warn => ExitCode::SUCCESS,
+        Status::Fail => ExitCode::FAILURE,
     }
 }
 
@@ -62,15 +65,15 @@ fn configuration(config: &Config) -> Finding {
     let part = "configuration";
     let remedy = "`lutra-agent check` tells where";
     if config.report().has_errors() {
-        return Finding::bad(part, config.report().to_string().trim_end(), remedy);
+        return Finding::fail(part, config.report().to_string().trim_end(), remedy);
     }
     match setup::settings(config, 0) {
-        Err(error) => Finding::bad(part, format!("{error:#}"), remedy),
+        Err(error) => Finding::fail(part, format!("{error:#}"), remedy),
         Ok((settings, mut doubts)) => {
             doubts.extend(trial::doubts(config, &settings));
             match &doubts[..] {
-                [] => Finding::good(part, format!("that of {}", config.vehicle())),
-                some => Finding::doubt(part, some.join("; "), remedy),
+                [] => Finding::ok(part, format!("that of {}", config.vehicle())),
+                some => Finding::warn(part, some.join("; "), remedy),
             }
         }
     }
@@ -112,11 +115,11 @@ fn disk(data: &Path) -> Finding {
     let text = format!("{free_mib:.0} MiB free for {}", data.display());
     let remedy = "bring old logs ashore and remove them";
     if free_mib < NO_DISK_MIB {
-        Finding::bad(part, text, remedy)
+        Finding::fail(part, text, remedy)
     } else if free_mib < LITTLE_DISK_MIB {
-        Finding::doubt(part, text, remedy)
+        Finding::warn(part, text, remedy)
     } else {
-        Finding::good(part, text)
+        Finding::ok(part, text)
     }
 }
 
@@ -126,17 +129,17 @@ fn agent(data: &Path) -> (Finding, Right) {
     if !data.is_dir() {
         let text = format!("{} is made at the first start", data.display());
         let remedy = "give --data as `run` has it, if it is another";
-        return (Finding::doubt(part, text, remedy), Right::NoFolder);
+        return (Finding::warn(part, text, remedy), Right::NoFolder);
     }
     match DataLock::take(data) {
-        Ok(lock) => (Finding::good(part, format!("{} is free", data.display())), Right::Ours(lock)),
+        Ok(lock) => (Finding::ok(part, format!("{} is free", data.display())), Right::Ours(lock)),
         Err(error) if error.is::<InUse>() => (
-            Finding::doubt(part, error.to_string(), "end it first to have the devices looked at"),
+            Finding::warn(part, error.to_string(), "end it first to have the devices looked at"),
             Right::Taken,
         ),
         Err(error) => {
             let remedy = "give the folder to the user that runs the agent";
-            (Finding::bad(part, format!("{error:#}"), remedy), Right::Taken)
+            (Finding::fail(part, format!("{error:#}"), remedy), Right::Taken)
         }
     }
 }
@@ -145,15 +148,15 @@ fn link(arguments: &DoctorArguments, config: &Config, patience: Duration) -> Fin
     let part = "shore";
     let mut doubts = Vec::new();
     match UplinkSettings::read(config, &arguments.config, &arguments.data, &mut doubts) {
-        Err(error) => Finding::bad(part, format!("{error:#}"), ""),
-        Ok(None) => Finding::doubt(
+        Err(error) => Finding::fail(part, format!("{error:#}"), ""),
+        Ok(None) => Finding::warn(
             part,
             "[Transports.Lutra] is off: nothing is sent to a Lutra server",
             "enable it, with the server's URL and a token",
         ),
         Ok(Some(settings)) => match uplink::reach(&settings, patience) {
-            Ok(()) => Finding::good(part, format!("{} answers and knows the token", settings.server.url)),
-            Err(why) => Finding::bad(part, why, "is the network there (`ping`), and the server on?"),
+            Ok(()) => Finding::ok(part, format!("{} answers and knows the token", settings.server.url)),
+            Err(why) => Finding::fail(part, why, "is the network there (`ping`), and the server on?"),
         },
     }
 }
@@ -164,15 +167,15 @@ fn chart(data: &Path, config: &Config) -> Finding {
     let taken = if setup::takes_chart(config) { ChartFolder::new(data).load() } else { Ok(None) };
     let configured = setup::settings(config, 0).map(|(settings, _)| settings.grounding.chart);
     match (taken, configured) {
-        (Err(why), _) => Finding::bad(part, why, "remove that file: the shore sends the chart again"),
-        (Ok(Some(file)), _) => Finding::good(part, format!("of the shore: {}", file.edition())),
+        (Err(why), _) => Finding::fail(part, why, "remove that file: the shore sends the chart again"),
+        (Ok(Some(file)), _) => Finding::ok(part, format!("of the shore: {}", file.edition())),
         (Ok(None), Ok(Chart::Loaded(file))) => {
-            Finding::good(part, format!("as configured: {}", file.edition()))
+            Finding::ok(part, format!("as configured: {}", file.edition()))
         }
         (Ok(None), Ok(Chart::Unreadable { reason })) => {
-            Finding::bad(part, reason, "mend `Chart` in [Supervisors.Grounding]")
+            Finding::fail(part, reason, "mend `Chart` in [Supervisors.Grounding]")
         }
-        (Ok(None), Ok(Chart::Off) | Err(_)) => Finding::doubt(
+        (Ok(None), Ok(Chart::Off) | Err(_)) => Finding::warn(
             part,
             "none is aboard: nothing keeps plans off the ground",
             "connect to the shore once, or set `Chart` in [Supervisors.Grounding]",
@@ -187,11 +190,11 @@ mod tests {
     #[test]
     fn a_folder_that_another_agent_has_is_said() {
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(agent(folder.path()).0.verdict, Verdict::Good);
+        assert_eq!(agent(folder.path()).0.status, Status::Ok);
         let _lock = DataLock::take(folder.path()).unwrap();
         let (taken, right) = agent(folder.path());
         assert!(matches!(right, Right::Taken));
-        assert!(taken.verdict == Verdict::Doubt && taken.text.contains("another lutra-agent"), "{taken:?}");
-        assert_eq!(agent(&folder.path().join("none")).0.verdict, Verdict::Doubt);
+        assert!(taken.status == Status::Warn && taken.text.contains("another lutra-agent"), "{taken:?}");
+        assert_eq!(agent(&folder.path().join("none")).0.status, Status::Warn);
     }
 }

@@ -23,9 +23,9 @@ pub(super) fn look(bundle: &Bundle, root: &Path) -> Vec<Finding> {
 
 fn vpn(root: &Path) -> Finding {
     if root.join("usr/bin/wg-quick").exists() {
-        return Finding::good("VPN", "WireGuard is installed");
+        return Finding::ok("VPN", "WireGuard is installed");
     }
-    Finding::doubt(
+    Finding::warn(
         "VPN",
         "WireGuard is not installed, so the shore is not reached",
         "sudo apt install wireguard-tools",
@@ -34,17 +34,17 @@ fn vpn(root: &Path) -> Finding {
 
 fn clock(root: &Path) -> Finding {
     if CLOCK_KEEPERS.iter().any(|program| root.join(program).exists()) {
-        return Finding::good("clock", "a program keeps it");
+        return Finding::ok("clock", "a program keeps it");
     }
-    Finding::doubt("clock", "nothing keeps this computer's clock", "sudo apt install chrony")
+    Finding::warn("clock", "nothing keeps this computer's clock", "sudo apt install chrony")
 }
 
 fn chart(bundle: &Bundle, root: &Path) -> Finding {
     match (root.join(CHART).exists(), bundle.file(Part::Chart).is_some()) {
-        (true, _) => Finding::good("chart", "one is aboard; the shore sends a newer one by the link"),
-        (false, true) => Finding::good("chart", "it is in the bundle"),
+        (true, _) => Finding::ok("chart", "one is aboard; the shore sends a newer one by the link"),
+        (false, true) => Finding::ok("chart", "it is in the bundle"),
         (false, false) => {
-            Finding::doubt("chart", "none is aboard", "connect to the shore once before the first plan")
+            Finding::warn("chart", "none is aboard", "connect to the shore once before the first plan")
         }
     }
 }
@@ -61,9 +61,9 @@ fn device(Port { device, port }: &Port, root: &Path) -> Finding {
     };
     let text = |state: &str| format!("{device} at {port}{state}");
     match place {
-        None => Finding::good("device", text(", which cannot be looked for")),
-        Some(place) if place.exists() => Finding::good("device", text("")),
-        Some(_) => Finding::doubt(
+        None => Finding::ok("device", text(", which cannot be looked for")),
+        Some(place) if place.exists() => Finding::ok("device", text("")),
+        Some(_) => Finding::warn(
             "device",
             text(" is not there"),
             "plug it in and switch it on; 60-lutra-agent.rules says how ports get names",

@@ -1,7 +1,7 @@
 //! Bundles brought aboard a root file system like the package's, and those that are refused.
 
 use super::*;
-use crate::doctor::Verdict;
+use crate::doctor::Status;
 use provision::{FORMAT, Fleet, Manifest, Part, Port, VpnKey, overlay, wireguard};
 use std::os::unix::fs::PermissionsExt as _;
 use tempfile::TempDir;
@@ -167,7 +167,7 @@ fn what_the_boat_lacks_is_told() {
     let bundle = bundle_of("ntnu-otter-01", MADE, Vec::new());
     let findings = missing::look(&bundle, root.path());
     let bad: Vec<&str> =
-        findings.iter().filter(|one| one.verdict != Verdict::Good).map(|one| one.text.as_str()).collect();
+        findings.iter().filter(|one| one.status != Status::Ok).map(|one| one.text.as_str()).collect();
     assert_eq!(bad.len(), 5, "{bad:?}");
     assert!(bad.iter().any(|text| text.contains("hydrophone at /dev/lutra/hydrophone is not there")));
     assert!(!bad.iter().any(|text| text.contains("compass")), "{bad:?}");

@@ -21,31 +21,31 @@ fn doctor(devices: &Devices) -> (Option<i32>, Value) {
 }
 
 fn finding<'a>(found: &'a Value, part: &str) -> (&'a str, String) {
-    let all = found["findings"].as_array().unwrap();
-    let one = all.iter().find(|one| one["part"] == part).unwrap_or_else(|| panic!("{part}: {found}"));
+    let all = found["checks"].as_array().unwrap();
+    let one = all.iter().find(|one| one["code"] == part).unwrap_or_else(|| panic!("{part}: {found}"));
     let text = format!("{} -> {}", one["text"].as_str().unwrap(), one["remedy"].as_str().unwrap());
-    (one["verdict"].as_str().unwrap(), text)
+    (one["status"].as_str().unwrap(), text)
 }
 
 #[test]
 fn devices_that_answer_are_good_and_a_silent_and_an_absent_one_bad_with_what_to_do() {
     let mut devices = Devices::start(&["--set-up"]);
     let (code, found) = doctor(&devices);
-    assert_eq!(code, Some(0), "{found:#}");
-    for part in ["configuration", "compass", "motors", "hydrophone", "clock", "data folder"] {
-        assert_eq!(finding(&found, part).0, "good", "{found:#}");
+    assert_eq!(code, Some(1), "{found:#}");
+    for part in ["configuration", "compass", "motors", "hydrophone", "clock", "data_folder"] {
+        assert_eq!(finding(&found, part).0, "ok", "{found:#}");
     }
-    assert_eq!(finding(&found, "shore").0, "doubt", "the link is off in this configuration");
+    assert_eq!(finding(&found, "shore").0, "warn", "the link is off in this configuration");
 
     devices.order("unplug gnss");
     devices.order("silence motors");
     let (code, found) = doctor(&devices);
-    assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("bad")));
+    assert_eq!((code, found["status"].as_str()), (Some(2), Some("fail")));
     let (compass, text) = finding(&found, "compass");
-    assert!(compass == "bad" && text.contains("there is no"), "{text}");
+    assert!(compass == "fail" && text.contains("there is no"), "{text}");
     let (motors, text) = finding(&found, "motors");
-    assert!(motors == "bad" && text.contains("nothing from the motor card"), "{text}");
-    assert_eq!(finding(&found, "hydrophone").0, "good");
+    assert!(motors == "fail" && text.contains("nothing from the motor card"), "{text}");
+    assert_eq!(finding(&found, "hydrophone").0, "ok");
 }
 
 #[test]
@@ -57,16 +57,16 @@ fn while_an_agent_sails_the_doctor_opens_no_port_and_no_motor_is_tried() {
     console.start("far", Some(far_plan().into()));
     devices.wait("way on", |truth| truth.shaft_radps > 20.0);
     let (code, found) = doctor(&devices);
-    assert_eq!(code, Some(0), "{found:#}");
-    assert_eq!(finding(&found, "data folder").0, "doubt");
+    assert_eq!(code, Some(1), "{found:#}");
+    assert_eq!(finding(&found, "data_folder").0, "warn");
     let (verdict, text) = finding(&found, "devices");
-    assert!(verdict == "doubt" && text.contains("not looked at") && text.contains("vessel's page"), "{text}");
+    assert!(verdict == "warn" && text.contains("not looked at") && text.contains("vessel's page"), "{text}");
     let looked_at = ["compass", "motors", "hydrophone"];
-    let none = found["findings"]
+    let none = found["checks"]
         .as_array()
         .unwrap()
         .iter()
-        .all(|one| !looked_at.contains(&one["part"].as_str().unwrap()));
+        .all(|one| !looked_at.contains(&one["code"].as_str().unwrap()));
     assert!(none, "{found:#}");
     let tried = try_motors(&devices, "clear\nport\nyes\nclear\nstarboard\nyes\n");
     assert_eq!(tried.status.code(), Some(3));
@@ -78,7 +78,7 @@ fn while_an_agent_sails_the_doctor_opens_no_port_and_no_motor_is_tried() {
 fn the_doctor_sets_nothing_and_switches_nothing() {
     let devices = Devices::start(&["--set-up"]);
     let (code, found) = doctor(&devices);
-    assert_eq!(code, Some(0), "{found:#}");
+    assert_eq!(code, Some(1), "{found:#}");
     // The simulation writes down what the computer sent to each device.
     assert_eq!(devices.received("gnss"), "");
     assert_eq!(devices.received("hydrophone"), "LIVECMFV?EX!");

@@ -237,7 +237,27 @@ words: string, } | { "code": "disk",
 /**
  * What is free (MiB).
  */
-free_mib: number, } | { "code": "too_many", 
+free_mib: number, } | { "code": "certificate_ends", 
+/**
+ * Its file.
+ */
+file: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+until_us: number, } | { "code": "certificate_ended", 
+/**
+ * Its file.
+ */
+file: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+until_us: number, } | { "code": "certificate_refused", 
+/**
+ * Which file, why, and what to do, in the server's words.
+ */
+words: string, } | { "code": "too_many", 
 /**
  * Those without a place.
  */

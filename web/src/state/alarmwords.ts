@@ -27,7 +27,7 @@ function saying(one: AlarmSaying): string {
     case "not_heard":
       return t("not heard since {time}", { time: utc(one.since_us, false) });
     case "never_heard":
-      return t("not heard since the server started at {day} {time}", { day: new Date(one.since_us / 1_000).toISOString().slice(0, 10), time: utc(one.since_us, false) });
+      return t("not heard since the server started at {day} {time}", dayAndTime(one.since_us));
     case "other_source":
       return t("{peer} speaks in its name by the transport {transport} and is refused: it is believed by its link", { peer: one.peer, transport: one.transport });
     case "charge":
@@ -42,9 +42,19 @@ function saying(one: AlarmSaying): string {
       return one.words;
     case "disk":
       return t("{free} GiB are free on the server's disk", { free: (one.free_mib / 1024).toFixed(1) });
+    case "certificate_ends":
+      return t("the certificate {file} ends on {day} at {time}", { file: one.file, ...dayAndTime(one.until_us) });
+    case "certificate_ended":
+      return t("the certificate {file} ended on {day} at {time}", { file: one.file, ...dayAndTime(one.until_us) });
+    case "certificate_refused":
+      return t("a new certificate cannot be used, the earlier one still is: {words}", { words: one.words });
     case "too_many":
       return t("{count} alarms have no place in the list of {most}", { count: one.count, most: one.most });
   }
+}
+
+function dayAndTime(us: number): { readonly day: string; readonly time: string } {
+  return { day: new Date(us / 1_000).toISOString().slice(0, 10), time: utc(us, false) };
 }
 
 /** How a vessel's sea chart differs from the shore's; `held` says whether it has any. */

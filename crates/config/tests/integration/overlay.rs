@@ -46,6 +46,24 @@ fn a_value_saved_while_running_is_there_after_a_restart() {
 }
 
 #[test]
+fn what_is_saved_in_the_folder_of_data_counts_and_else_what_lies_beside_the_configuration() {
+    let saved = |gain: &str| format!("[Control.Path.ILOS]\nILOS Integrator Gain = {gain}\n");
+    let load = |files: &InMemory| {
+        Config::load_aboard(files, Path::new("etc/main.ini"), &["Simulation"], Path::new("state"))
+    };
+    let gain = |files: &InMemory| lookahead_and_gain(&load(files)).1.to_string();
+    let files = InMemory::new().with("etc/main.ini", MAIN);
+    assert_eq!(load(&files).saved_path(), Some("state/otter-saved.ini".into()));
+    let files = files.with("etc/otter-saved.ini", saved("0.25"));
+    assert_eq!(gain(&files), "0.25", "what an earlier version saved");
+    let config = load(&files);
+    assert_eq!(config.saved_path(), Some("state/otter-saved.ini".into()), "it is saved there from now on");
+    assert_eq!(config.saved_beside(), Some("etc/otter-saved.ini".into()));
+    let files = files.with("state/otter-saved.ini", saved("0.75"));
+    assert_eq!(gain(&files), "0.75");
+}
+
+#[test]
 fn a_vessel_whose_name_is_a_path_saves_nothing() {
     for name in ["../otter", ".", "a/b"] {
         let text = MAIN.replace("otter\n", &format!("{name}\n"));

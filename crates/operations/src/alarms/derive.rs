@@ -41,6 +41,12 @@ const MOTORS_TOLD: usize = 8;
 /// Free space of the server's disk below which an alarm is raised (bytes, and part of the whole).
 const DISK_CAUTION: (u64, f64) = (10 << 30, 0.05);
 const DISK_WARNING: u64 = 1 << 30;
+/// So long before a certificate's end it is told, and is urgent (µs).
+const CERTIFICATE_CAUTION_US: i64 = 30 * DAY_US;
+const CERTIFICATE_WARNING_US: i64 = 7 * DAY_US;
+const DAY_US: i64 = 86_400_000_000;
+/// The part of a certificate's alarm that tells of files which cannot be used.
+const NEW_FILES: &str = "new files";
 
 /// What a vessel's link knows of its clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +81,17 @@ impl OtherChart {
     }
 }
 
+/// How the certificate is with which the server encrypts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CertificateState {
+    /// Its file.
+    pub file: String,
+    /// When it ends.
+    pub until: UtcTime,
+    /// Why what lies in its place meanwhile is not used: file, reason and remedy.
+    pub refused: Option<String>,
+}
+
 /// What the server says of itself.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShoreState {
@@ -92,6 +109,8 @@ pub struct ShoreState {
     pub history: Option<String>,
     /// Free and all bytes of the disk on which is recorded; `None` while unknown.
     pub disk: Option<(u64, u64)>,
+    /// The certificate; `None` for a server that does not encrypt.
+    pub certificate: Option<CertificateState>,
 }
 
 /// What was seen.
@@ -159,6 +178,7 @@ impl Observer {
         seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
         seen.troubles.extend(shore.contradictions.iter().map(other_source));
         seen.troubles.extend(of_server(shore));
+        seen.troubles.extend(shore.certificate.iter().flat_map(|one| of_certificate(now.utc, one)));
         seen
     }
 
@@ -442,6 +462,32 @@ fn of_server(shore: &ShoreState) -> Vec<Trouble> {
         }
     }
     all
+}
+
+/// That a certificate ends, and that its successor cannot be used: two troubles, so that who knows of one is told the other.
+fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> {
+    let CertificateState { file, until, refused } = certificate;
+    let (left_us, file) = (until.micros().saturating_sub(now.micros()), bounded(file));
+    let until_us = until.micros();
+    let ending = if left_us <= 0 {
+        Some((Priority::Alarm, AlarmSaying::CertificateEnded { file, until_us }))
+    } else if left_us <= CERTIFICATE_WARNING_US {
+        Some((Priority::Warning, AlarmSaying::CertificateEnds { file, until_us }))
+    } else if left_us <= CERTIFICATE_CAUTION_US {
+        Some((Priority::Caution, AlarmSaying::CertificateEnds { file, until_us }))
+    } else {
+        None
+    };
+    let refused = refused
+        .as_ref()
+        .map(|why| (Priority::Warning, AlarmSaying::CertificateRefused { words: bounded(why) }));
+    let told = |(priority, says), part: &str| Trouble {
+        key: Key { vessel: None, kind: Kind::Certificate, part: part.to_owned() },
+        priority,
+        says: vec![says],
+    };
+    let ending = ending.map(|ending| told(ending, ""));
+    ending.into_iter().chain(refused.map(|refused| told(refused, NEW_FILES))).collect()
 }
 
 /// What the parts of a vessel said of themselves last, with number and label.

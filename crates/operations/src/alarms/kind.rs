@@ -80,13 +80,15 @@ pub enum Kind {
     History,
     /// The server's disk is nearly full.
     Disk,
+    /// The server's certificate ends, or a new one cannot be used.
+    Certificate,
     /// There are more alarms than are kept.
     TooMany,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Grounding,
         Self::NotHeard,
         Self::NeverHeard,
@@ -103,6 +105,7 @@ impl Kind {
         Self::Recording,
         Self::History,
         Self::Disk,
+        Self::Certificate,
         Self::TooMany,
     ];
 
@@ -125,6 +128,7 @@ impl Kind {
             Self::Recording => "recording",
             Self::History => "history",
             Self::Disk => "disk",
+            Self::Certificate => "certificate",
             Self::TooMany => "too_many",
         }
     }
@@ -222,6 +226,12 @@ impl Kind {
                 "When it is full nothing is recorded any more.",
                 "Make room, or remove old history with lutra-server prune.",
             ),
+            Self::Certificate => (
+                "The server's certificate ends soon or has ended, or a new one in its place cannot be used.",
+                "After its end browsers warn of the server and vessels do not come in by their links.",
+                "One that Lutra made: lutra-server tls renew. One from elsewhere: renew it there. The server takes \
+                 the new files by itself, without a restart.",
+            ),
             Self::TooMany => (
                 "Many parts of many vessels report trouble at once.",
                 "Less urgent alarms are not listed.",
@@ -238,6 +248,7 @@ impl Kind {
             | Self::LogBook
             | Self::OtherSource
             | Self::Recording
+            | Self::Certificate
             | Self::TooMany
             | Self::NotHeard => 0,
             Self::Motor => 2,

@@ -25,7 +25,7 @@ mod record;
 #[cfg(test)]
 mod tests;
 
-pub use derive::{LinkClock, OtherChart, ShoreState};
+pub use derive::{CertificateState, LinkClock, OtherChart, ShoreState};
 pub use kind::{Advice, Kind, Priority};
 pub use record::{
     Alarm, AlarmId, AlarmRefused, Key, Note, Saved, Shelving, Signature, State, Trouble, day_and_time,

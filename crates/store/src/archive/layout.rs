@@ -13,10 +13,10 @@ pub(crate) const DATA: &str = "Data.lsf";
 /// How and when each came.
 pub(crate) const ARRIVALS: &str = "Arrivals.idx";
 /// The definitions by which the packets are read; Neptus wants them beside the data.
-const DEFINITIONS: &str = "IMC.xml.gz";
+pub(crate) const DEFINITIONS: &str = "IMC.xml.gz";
 
 /// Says by being there that old days were removed.
-const TRIMMED: &str = "trimmed";
+pub(crate) const TRIMMED: &str = "trimmed";
 
 /// One folder of the archive: what came from a system on one UTC day.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -8,6 +8,7 @@
 mod arrival;
 mod day;
 mod disk;
+pub(crate) mod format;
 mod layout;
 mod recover;
 mod scan;
@@ -15,10 +16,11 @@ pub(crate) mod shortened;
 mod streams;
 
 pub use arrival::Arrival;
+pub(crate) use arrival::{ARRIVAL_BYTES, Record};
 pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
-pub(crate) use layout::{ARRIVALS, DATA, days, is_trimmed, mark_trimmed};
+pub(crate) use layout::{ARRIVALS, DATA, DEFINITIONS, TRIMMED, days, is_trimmed, mark_trimmed};
 pub(crate) use recover::mend;
 pub use scan::{Archived, DayReader};
 pub(crate) use streams::{Recovered, Streams};

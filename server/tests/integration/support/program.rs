@@ -121,7 +121,9 @@ impl Server {
         let mut told = |prefix: &str| {
             let mut line = String::new();
             out.read_line(&mut line).unwrap();
-            let address = line.trim().strip_prefix(prefix).map(str::parse);
+            // With a certificate it is https.
+            let plain = line.trim().replace("listening https://", "listening http://");
+            let address = plain.strip_prefix(prefix).map(str::parse);
             address.unwrap_or_else(|| panic!("{line:?}; {}", std::fs::read_to_string(&log).unwrap())).unwrap()
         };
         let (web, proxy) = (told("listening http://"), told("imcproxy ws://"));
@@ -175,21 +177,37 @@ impl Agent {
         Self::start_in(command, "Simulation", folder, shore, token, more)
     }
 
+    /// Starts one whose way to the shore is encrypted, and that trusts an authority for it.
+    pub(crate) fn start_encrypted(
+        program: &Path,
+        folder: &Path,
+        shore: SocketAddr,
+        token: &str,
+        authority: &Path,
+    ) -> Self {
+        let link = format!("URL = wss://{shore}/link\nCertificate Authority = {}\n", authority.display());
+        Self::start_by_link(Command::new(program), "Simulation", folder, token, &link)
+    }
+
     /// The same in another profile.
     pub(crate) fn start_in(
-        mut command: Command,
+        command: Command,
         profile: &str,
         folder: &Path,
         shore: SocketAddr,
         token: &str,
         more: &str,
     ) -> Self {
+        let link = format!("URL = ws://{shore}/link\n{more}");
+        Self::start_by_link(command, profile, folder, token, &link)
+    }
+
+    /// Starts one by a command that ends in the program, with these settings of its link, and what follows them.
+    fn start_by_link(mut command: Command, profile: &str, folder: &Path, token: &str, link: &str) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
-        let link = format!(
-            "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n{more}"
-        );
+        let link = format!("\n[Transports.Lutra]\nEnabled = Always\nToken File = lutra.token\n{link}");
         let config = folder.join("otter.ini");
-        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link + more).unwrap();
+        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
         let mut child = command

@@ -116,6 +116,7 @@ impl Spool {
         now: UtcTime,
         boot: &str,
     ) -> anyhow::Result<(Self, Vec<String>)> {
+        read::refuse_newer(folder)?;
         let lock = DataLock::take(folder)?;
         let mut remarks = Vec::new();
         let found = read::Found::look(folder, &mut remarks)?;

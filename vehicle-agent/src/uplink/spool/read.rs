@@ -84,6 +84,27 @@ impl Found {
     }
 }
 
+/// Refuses a spool of a later version: what that wrote would be taken for damage here, and removed. Writes nothing.
+pub(super) fn refuse_newer(folder: &Path) -> anyhow::Result<()> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries {
+        let path = entry?.path();
+        if path.extension().is_none_or(|end| end != "spool") {
+            continue;
+        }
+        let mut begin = Vec::with_capacity(HEADER_BYTES);
+        let file = File::open(&path).with_context(|| format!("reading {}", path.display()))?;
+        file.take(HEADER_BYTES as u64).read_to_end(&mut begin)?;
+        anyhow::ensure!(
+            !segment::is_newer(&begin),
+            "{} was written by a later lutra-agent: nothing was changed. Install that version again until the shore has all \
+             of the spool, then this one",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
 /// When a file was last written to.
 fn changed(path: &Path) -> io::Result<UtcTime> {
     let since = fs::metadata(path)?.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();

@@ -29,6 +29,16 @@ const MAGIC: &[u8; 8] = b"LUSPOOL1";
 const LEAST_BODY_BYTES: usize = 17;
 pub(crate) const MOST_ENTRY_BYTES: usize = FRAME_BYTES + LEAST_BODY_BYTES + imc::MAX_PACKET_BYTES;
 
+/// Whether a file begins as those of a later version do: the same word with a higher digit.
+pub(crate) fn is_newer(begin: &[u8]) -> bool {
+    let Some((word, digit)) =
+        begin.first_chunk::<8>().and_then(|begin| begin.split_last()).map(|(d, w)| (w, *d))
+    else {
+        return false;
+    };
+    word == &MAGIC[..7] && digit.is_ascii_digit() && digit > MAGIC[7]
+}
+
 /// What is left in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Level {

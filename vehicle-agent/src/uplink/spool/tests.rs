@@ -117,6 +117,29 @@ fn killed_at_any_byte_nothing_whole_is_lost_and_it_goes_on() {
 }
 
 #[test]
+fn a_spool_of_a_later_version_is_left_as_it_is() {
+    let folder = temporary();
+    let mut spool = open(folder.path());
+    append(&mut spool, 200, |_| false);
+    drop(spool);
+    let files = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+        let mut all: Vec<_> = entries.map(|path| (path.clone(), std::fs::read(path).unwrap())).collect();
+        all.sort();
+        all
+    };
+    let (last, bytes) =
+        files().into_iter().rfind(|(path, _)| path.extension().is_some_and(|end| end == "spool")).unwrap();
+    std::fs::write(&last, [b"LUSPOOL2", &bytes[8..]].concat()).unwrap();
+    let before = files();
+    let told = Spool::open(folder.path(), Bounds::of(1 << 20), time(0)).unwrap_err().to_string();
+    assert!(told.contains("later lutra-agent") && told.contains("Install that version again"), "{told}");
+    assert!(files() == before, "something was written");
+    std::fs::write(&last, bytes).unwrap();
+    open(folder.path());
+}
+
+#[test]
 fn it_is_not_opened_twice() {
     let folder = temporary();
     let spool = open(folder.path());

@@ -5,6 +5,7 @@ use imc::{Header, Packet, PacketView};
 use proptest::prelude::*;
 use units::MonoTime;
 
+mod certificate;
 mod parts;
 mod returned;
 

@@ -1,0 +1,56 @@
+//! The form of the archive's files: `archive/format.json`. A program that knows an older form only leaves the folder alone,
+//! for it would take records that it does not understand for damage and cut them off.
+
+use crate::error::{Named as _, Result, StoreError};
+use serde_json::{Value, json};
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::Path;
+
+/// The file's name.
+pub(crate) const FORMAT_FILE: &str = "format.json";
+/// The form that this program writes. Whoever adds a transport, a flag of a record or a file raises it.
+const FORMAT: u64 = 1;
+
+/// Refuses an archive of a later form. Reads one file and writes nothing.
+///
+/// # Errors
+/// [`StoreError::NewerArchive`], or the file cannot be read.
+pub(crate) fn refuse_newer(archive: &Path) -> Result<()> {
+    match known(archive)? {
+        Some((found, program)) if found > FORMAT => {
+            Err(StoreError::NewerArchive { path: archive.to_owned(), found, known: FORMAT, program })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes down the form, where it is not.
+pub(crate) fn note(archive: &Path) -> Result<()> {
+    if known(archive)?.is_some() {
+        return Ok(());
+    }
+    let (path, new) = (archive.join(FORMAT_FILE), archive.join("format.json.new"));
+    let text = json!({ "format": FORMAT, "program": env!("CARGO_PKG_VERSION") }).to_string();
+    let write = || -> std::io::Result<()> {
+        let mut file = File::create(&new)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&new, &path)?;
+        File::open(archive)?.sync_all()
+    };
+    write().named(&path)
+}
+
+/// The form and the program that wrote it down; `None` where nothing, or nothing that can be read, is written down: every
+/// program since writes it whole or not at all.
+fn known(archive: &Path) -> Result<Option<(u64, String)>> {
+    let path = archive.join(FORMAT_FILE);
+    let text = match fs::read(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        text => text.named(&path)?,
+    };
+    let Ok(said) = serde_json::from_slice::<Value>(&text) else { return Ok(None) };
+    let program = said["program"].as_str().unwrap_or("unknown").to_owned();
+    Ok(said["format"].as_u64().map(|format| (format, program)))
+}

@@ -1,0 +1,278 @@
+//! A small authority of one's own: makes the server's certificate, and renews it.
+//!
+//! A renewed certificate keeps its key, so that one file changes, whole or not at all: a kill at any moment leaves a pair that
+//! fits. Vessels and browsers trust `ca.pem`, which stays.
+
+use super::x509::{Facts, first_in};
+use super::{DAY_US, days_left};
+use crate::config::Tls;
+use anyhow::{Context as _, bail, ensure};
+use rcgen::{
+    BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
+    KeyUsagePurpose,
+};
+use rustls::RootCertStore;
+use rustls::client::WebPkiServerVerifier;
+use rustls::client::danger::ServerCertVerifier as _;
+use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
+use shore::clock;
+use std::fs;
+use std::io::Write as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use units::UtcTime;
+
+/// How long the authority lasts, days.
+const AUTHORITY_DAYS: i64 = 3_650;
+/// How long a server's certificate lasts, days; browsers accept at most 825.
+const SERVER_DAYS: i64 = 820;
+
+/// What `lutra-server tls init` made.
+pub(crate) struct Made {
+    /// For browsers and vessels to trust.
+    pub(crate) authority: PathBuf,
+    pub(crate) certificate: PathBuf,
+    pub(crate) key: PathBuf,
+    pub(crate) until: UtcTime,
+}
+
+/// Makes a certificate for `names` in `folder`, with the authority that is there or a new one.
+///
+/// # Errors
+/// There is a certificate and `renew` is not asked for; a name is not valid; a file cannot be written.
+pub(crate) fn make(folder: &Path, names: &[String], renew: bool) -> anyhow::Result<Made> {
+    let file = |name: &str| folder.join(name);
+    let (authority, authority_key) = (file("ca.pem"), file("ca-key.pem"));
+    let (certificate, key) = (file("server.pem"), file("server-key.pem"));
+    if certificate.exists() && !renew {
+        bail!("{} exists: --renew replaces it, with the same authority", certificate.display());
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let now = clock::now();
+    let issuer_key = if authority_key.exists() {
+        let text = fs::read_to_string(&authority_key)
+            .with_context(|| format!("cannot read {}", authority_key.display()))?;
+        KeyPair::from_pem(&text).with_context(|| format!("{} is no key", authority_key.display()))?
+    } else {
+        let made = KeyPair::generate()?;
+        let text = authority_parameters(now)?.self_signed(&made)?.pem();
+        write(&authority_key, &made.serialize_pem(), 0o600)?;
+        write(&authority, &text, 0o644)?;
+        made
+    };
+    let own = KeyPair::generate()?;
+    let signed = sign(&authority, issuer_key, &own, names, now)?;
+    write(&key, &own.serialize_pem(), 0o600)?;
+    write(&certificate, &signed.pem, 0o644)?;
+    Ok(Made { authority, certificate, key, until: signed.until })
+}
+
+/// What `lutra-server tls renew` did.
+#[derive(Debug)]
+pub(crate) enum Renewal {
+    /// The certificate was made anew.
+    Renewed {
+        /// For these names and addresses.
+        names: Vec<String>,
+        /// Until then.
+        until: UtcTime,
+    },
+    /// It lasts long enough.
+    NotDue {
+        /// Until then.
+        until: UtcTime,
+    },
+}
+
+/// Makes the certificate of `tls` anew with its key and by the authority in `folder` that made it; for its own names, unless
+/// others are given, and only if it ends within so many days, if that is asked.
+///
+/// # Errors
+/// The authority made another one, or its key is not here; a file cannot be read or written.
+pub(crate) fn renew(
+    folder: &Path,
+    tls: &Tls,
+    names: Vec<String>,
+    within_days: Option<u32>,
+) -> anyhow::Result<Renewal> {
+    let (file, now) = (tls.certificate.display(), clock::now());
+    let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
+    let (authority, authority_key) = (folder.join("ca.pem"), folder.join("ca-key.pem"));
+    ensure!(
+        authority_key.exists(),
+        "{file} cannot be renewed here: the authority's key {} is not there. Renew it where it was made; the server takes \
+         the new file by itself",
+        authority_key.display()
+    );
+    let (trusted, _) = first_in(&authority)?;
+    if let Err(why) = made_by(&trusted, &der, &facts) {
+        bail!(
+            "{file} was not made by {} ({why}): renew it where it was made; the server takes the new file by itself",
+            authority.display()
+        );
+    }
+    if within_days.is_some_and(|days| days_left(facts.until, now) > i64::from(days)) {
+        return Ok(Renewal::NotDue { until: facts.until });
+    }
+    let read = |path: &Path| {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
+    };
+    let (issuer_key, own) = (read(&authority_key)?, read(&tls.key)?);
+    let names = if names.is_empty() { facts.names } else { names };
+    let signed = sign(&authority, issuer_key, &own, &names, now)?;
+    write(&tls.certificate, &signed.pem, 0o644)?;
+    Ok(Renewal::Renewed { names, until: signed.until })
+}
+
+/// Whether a certificate was made by an authority, by the time at which it began.
+fn made_by(authority: &CertificateDer<'_>, der: &CertificateDer<'_>, facts: &Facts) -> anyhow::Result<()> {
+    let mut roots = RootCertStore::empty();
+    roots.add(authority.clone().into_owned())?;
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let verifier = WebPkiServerVerifier::builder_with_provider(Arc::new(roots), provider).build()?;
+    let name = facts.names.first().context("it names nothing")?;
+    let began = Duration::from_micros(u64::try_from(facts.from.micros())?);
+    let name = ServerName::try_from(name.as_str())?;
+    verifier.verify_server_cert(der, &[], &name, &[], UnixTime::since_unix_epoch(began))?;
+    Ok(())
+}
+
+/// A certificate that an authority made.
+struct Signed {
+    pem: String,
+    until: UtcTime,
+}
+
+fn sign(
+    authority: &Path,
+    issuer_key: KeyPair,
+    own: &KeyPair,
+    names: &[String],
+    now: UtcTime,
+) -> anyhow::Result<Signed> {
+    let (_, facts) = first_in(authority)?;
+    ensure!(
+        days_left(facts.until, now) > 0,
+        "the authority {} ended on {}: move the folder {} away, run `lutra-server tls init`, and bring the new ca.pem to \
+         all boats and browsers (`lutra-server fleet bundle`)",
+        authority.display(),
+        clock::written(facts.until),
+        authority.parent().unwrap_or(authority).display()
+    );
+    let issuer = Issuer::new(authority_parameters(now)?, issuer_key);
+    let mut parameters = CertificateParams::new(names)
+        .with_context(|| format!("{} cannot be in a certificate", names.join(", ")))?;
+    // Nothing lasts longer than who made it.
+    let until = UtcTime::from_micros(now.micros() + SERVER_DAYS * DAY_US).min(facts.until);
+    lasts(&mut parameters, now, until);
+    parameters.distinguished_name.remove(DnType::CommonName);
+    parameters.distinguished_name.push(DnType::CommonName, names.first().map_or("lutra", String::as_str));
+    parameters.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+    parameters.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
+    parameters.use_authority_key_identifier_extension = true;
+    Ok(Signed { pem: parameters.signed_by(own, &issuer)?.pem(), until })
+}
+
+/// The same for the same key, so that what it signed later still leads to it.
+fn authority_parameters(now: UtcTime) -> anyhow::Result<CertificateParams> {
+    let mut parameters = CertificateParams::new(Vec::new())?;
+    lasts(&mut parameters, now, UtcTime::from_micros(now.micros() + AUTHORITY_DAYS * DAY_US));
+    parameters.distinguished_name.remove(DnType::CommonName);
+    parameters.distinguished_name.push(DnType::CommonName, "Lutra shore authority");
+    parameters.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    parameters.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    Ok(parameters)
+}
+
+/// From yesterday, as clocks differ, until the day of `until`.
+fn lasts(parameters: &mut CertificateParams, now: UtcTime, until: UtcTime) {
+    let day = |time: UtcTime| {
+        let civil = time.civil();
+        rcgen::date_time_ymd(civil.year as i32, civil.month, civil.day)
+    };
+    parameters.not_before = day(UtcTime::from_micros(now.micros() - DAY_US));
+    parameters.not_after = day(until);
+}
+
+/// Writes a file whole or not at all.
+fn write(path: &Path, text: &str, mode: u32) -> anyhow::Result<()> {
+    let partial = path.with_extension("new");
+    let written = || -> std::io::Result<()> {
+        fs::remove_file(&partial).or_else(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => Ok(()),
+            _ => Err(error),
+        })?;
+        let mut file = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&partial)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&partial, path)?;
+        path.parent().map_or(Ok(()), |folder| fs::File::open(folder)?.sync_all())
+    };
+    written().with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Pair;
+    use super::*;
+
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    fn configured(made: &Made) -> Tls {
+        Tls { certificate: made.certificate.clone(), key: made.key.clone() }
+    }
+
+    #[test]
+    fn what_is_made_can_be_served_with_and_secrets_are_kept() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let made = make(folder.path(), &names(&["localhost", "127.0.0.1"]), false).unwrap();
+        Pair::read(&configured(&made)).unwrap();
+        for secret in ["ca-key.pem", "server-key.pem"] {
+            let mode = fs::metadata(folder.path().join(secret)).unwrap().permissions().mode();
+            assert_eq!(mode & 0o077, 0, "{secret}");
+        }
+        let refused = make(folder.path(), &names(&["localhost"]), false).err().unwrap();
+        assert!(refused.to_string().contains("--renew"), "{refused}");
+        let authority = fs::read(&made.authority).unwrap();
+        make(folder.path(), &names(&["localhost"]), true).unwrap();
+        assert_eq!(fs::read(&made.authority).unwrap(), authority, "the authority stays");
+    }
+
+    #[test]
+    fn a_renewed_certificate_keeps_key_and_names_and_a_foreign_one_is_not_renewed() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let given = names(&["boats.example.no", "10.8.0.1"]);
+        let made = make(folder.path(), &given, false).unwrap();
+        let tls = configured(&made);
+        let read = || (fs::read(&tls.certificate).unwrap(), fs::read(&tls.key).unwrap());
+        let before = read();
+        let not_due = renew(folder.path(), &tls, Vec::new(), Some(60)).unwrap();
+        assert!(matches!(not_due, Renewal::NotDue { .. }) && read() == before);
+        let Renewal::Renewed { names, .. } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap()
+        else {
+            panic!("it ends within 900 days");
+        };
+        assert_eq!(names, given);
+        let after = read();
+        assert!(after.0 != before.0 && after.1 == before.1);
+        let (trusted, _) = first_in(&made.authority).unwrap();
+        let (der, facts) = first_in(&tls.certificate).unwrap();
+        made_by(&trusted, &der, &facts).unwrap();
+        Pair::read(&tls).unwrap();
+
+        let foreign = configured(&make(other.path(), &given, false).unwrap());
+        let kept = fs::read(&foreign.certificate).unwrap();
+        let why = renew(folder.path(), &foreign, Vec::new(), None).unwrap_err().to_string();
+        assert!(why.contains("was not made by") && why.contains("renew it where it was made"), "{why}");
+        fs::remove_file(folder.path().join("ca-key.pem")).unwrap();
+        let why = renew(folder.path(), &tls, Vec::new(), None).unwrap_err().to_string();
+        assert!(why.contains("ca-key.pem is not there"), "{why}");
+        assert_eq!(fs::read(&foreign.certificate).unwrap(), kept);
+    }
+}

@@ -1,0 +1,25 @@
+//! Encryption: serving with a certificate that may be replaced at any time, and a small authority of one's own that makes one.
+//!
+//! A browser or vessel that trusts the authority's `ca.pem` once accepts every certificate made with it, also later ones.
+//! [`Pair`] is a certificate with its key as read from their files, [`Keeper`] serves with one and takes over what lies in
+//! its place, [`authority`] makes and renews, [`x509`] reads what a certificate says of itself.
+
+pub(crate) mod authority;
+mod keeper;
+mod pair;
+mod x509;
+
+pub(crate) use keeper::Keeper;
+pub(crate) use pair::Pair;
+pub(crate) use x509::first_in;
+
+use units::UtcTime;
+
+/// From so many days before its end on, somebody should renew a certificate; the alarms know the same.
+pub(crate) const TOLD_DAYS: i64 = 30;
+pub(crate) const DAY_US: i64 = 86_400_000_000;
+
+/// Whole days until then; negative once it is over.
+pub(crate) fn days_left(until: UtcTime, now: UtcTime) -> i64 {
+    until.micros().saturating_sub(now.micros()).div_euclid(DAY_US)
+}

@@ -1,0 +1,136 @@
+//! Certificates that are renewed and replaced under a running server, before a real vessel that trusts one authority.
+
+use crate::support::ashore::archived_bytes;
+use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_program, link_token, run, until};
+use crate::support::trusting::{Trusting, ask_on};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A server with a certificate that its own authority made for this computer.
+fn serve(data: &Path) -> Server {
+    let made = run(data, &["tls", "init", "--name", "127.0.0.1", "--name", "localhost"]);
+    let config = data.join("server.toml");
+    fs::write(&config, made).unwrap();
+    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &["--config", config.to_str().unwrap()])
+}
+
+fn hang_up(process: &Process) {
+    let status = Command::new("kill").args(["-HUP", &process.0.id().to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+/// Key first, as programs that renew write them; between the two they do not fit.
+fn put(from: &Path, to: &Path) {
+    for file in ["server-key.pem", "server.pem"] {
+        let part = to.join("part");
+        fs::copy(from.join(file), &part).unwrap();
+        fs::rename(part, to.join(file)).unwrap();
+    }
+}
+
+/// Has the vessel come in anew: its connection is broken until it has asked for another.
+async fn cut(line: &Line, server: &Server) {
+    let asked = line.accepted();
+    line.cut();
+    until("asked for another connection", || (line.accepted() > asked).then_some(())).await;
+    line.passes(server.web);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one() {
+    let Some(program) = agent_program() else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, aboard) = (at("data"), at("aboard"));
+    fs::create_dir(&aboard).unwrap();
+    let token = link_token(&data, "otter-1", "0x2810");
+    let mut server = serve(&data);
+    let tls = data.join("tls");
+    // As a bundle brings it aboard: a copy, which nobody changes again.
+    fs::copy(tls.join("ca.pem"), aboard.join("ca.pem")).unwrap();
+    let ours = Trusting::new(&aboard.join("ca.pem"));
+    let served = |who: &Trusting| who.certificate(server.web, "127.0.0.1").ok();
+    let first = served(&ours).unwrap();
+    let line = Line::to(server.web).await;
+    let agent = Agent::start_encrypted(&program, &aboard, line.address, &token, &aboard.join("ca.pem"));
+    let more_ashore = async |what: &str| {
+        let more = archived_bytes(&data);
+        until(what, || (archived_bytes(&data) > more).then_some(())).await;
+    };
+    more_ashore("ashore by an encrypted link").await;
+    let mut kept = ours.connect(server.web, "127.0.0.1").unwrap();
+    assert_eq!(ask_on(&mut kept, "/readyz"), "200");
+
+    // Renewed, it is served with by itself, and whoever is connected notices nothing.
+    let told = run(&data, &["tls", "renew"]);
+    assert!(told.contains("server.pem is renewed until") && told.contains("127.0.0.1, localhost"), "{told}");
+    until("served with the renewed one", || served(&ours).filter(|now| *now != first)).await;
+    more_ashore("ashore by the same connection").await;
+    assert_eq!((line.accepted(), ask_on(&mut kept, "/readyz").as_str()), (1, "200"));
+    // A vessel that comes in again accepts it.
+    cut(&line, &server).await;
+    more_ashore("ashore again").await;
+    assert!(line.accepted() >= 2);
+    assert!(!agent.errors().contains("certificate"), "{}", agent.errors());
+
+    // Another authority's is served with, since it is whole, and the vessel refuses it.
+    let (other, own) = (at("other"), at("own"));
+    run(&other, &["tls", "init", "--name", "127.0.0.1"]);
+    fs::create_dir(&own).unwrap();
+    put(&tls, &own);
+    put(&other.join("tls"), &tls);
+    hang_up(&server.process);
+    let theirs = Trusting::new(&other.join("tls/ca.pem"));
+    until("served with the foreign one", || served(&theirs)).await;
+    assert!(served(&ours).is_none(), "who trusts the fleet's authority refuses it");
+    cut(&line, &server).await;
+    until("refused aboard", || agent.errors().contains("certificate").then_some(())).await;
+    let refused_at = archived_bytes(&data);
+    let told = Command::new(SERVER).args(["tls", "renew", "--data"]).arg(&data).output().unwrap();
+    let told = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(told.contains("was not made by") && told.contains("renew it where it was made"), "{told}");
+    // Nothing of that reached the shore.
+    assert_eq!(archived_bytes(&data), refused_at);
+
+    // With the fleet's own it comes in by itself.
+    put(&own, &tls);
+    hang_up(&server.process);
+    until("served with the own one", || served(&ours)).await;
+    until("ashore again", || (archived_bytes(&data) > refused_at).then_some(())).await;
+    server.process.terminate();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_cannot_be_served_with_is_told_and_the_earlier_pair_stays() {
+    let scratch = tempfile::tempdir().unwrap();
+    let data = scratch.path().join("data");
+    let mut server = serve(&data);
+    let tls = data.join("tls");
+    let ours = Trusting::new(&tls.join("ca.pem"));
+    let first = ours.certificate(server.web, "localhost").unwrap();
+    for (file, wrong) in
+        [("server.pem", fs::read(tls.join("ca.pem")).unwrap()), ("server-key.pem", b"x".to_vec())]
+    {
+        let whole = fs::read(tls.join(file)).unwrap();
+        fs::write(tls.join(file), wrong).unwrap();
+        hang_up(&server.process);
+        let is_told = || {
+            let log = server.log();
+            let line = log
+                .lines()
+                .find(|line| line.contains("a new certificate cannot be used") && line.contains(file));
+            line.map(str::to_owned)
+        };
+        let line = until("told", is_told).await;
+        assert!(line.contains("WARN") && (line.contains("put both") || line.contains("tls init")), "{line}");
+        assert_eq!(ours.certificate(server.web, "localhost").unwrap(), first);
+        fs::write(tls.join(file), whole).unwrap();
+        hang_up(&server.process);
+        let again = "certificate and key were read again";
+        let times = server.log().matches(again).count();
+        until("read again", || (server.log().matches(again).count() > times || times > 0).then_some(()))
+            .await;
+    }
+    server.process.terminate();
+}

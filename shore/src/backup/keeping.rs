@@ -1,0 +1,279 @@
+//! Writing into a backup so that the earlier one in the same folder can be restored at every moment.
+//!
+//! What the earlier manifest names is never replaced and never shortened. A file that changed goes to the other of its two
+//! places ([`Entry::at`]), `history/x` or `alternate/history/x`; of a file of the archive, which only grows, what is new
+//! is appended, and the earlier manifest still knows how many bytes were its own. The manifest comes last; then what it
+//! does not name any more is removed. A kill at any moment leaves one manifest or the other, and all that it names.
+
+use super::manifest::{ALTERNATE, Entry, Manifest, Stamp, hash_prefix};
+use anyhow::{Context as _, ensure};
+use sha2::{Digest as _, Sha256};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+
+/// What a backup did.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct BackedUp {
+    /// Files that are written anew, whole.
+    pub copied: u64,
+    /// Files of the archive to which was appended what is new.
+    pub grown: u64,
+    /// Files of the archive that are links to the server's own.
+    pub linked: u64,
+    /// Files that were there already as they are.
+    pub kept: u64,
+    /// Bytes that were written.
+    pub bytes: u64,
+    /// Files of the earlier backup that were not as they were written. They are copied again, or left out where the server
+    /// has them no more.
+    pub damaged: Vec<PathBuf>,
+}
+
+/// Who writes a backup.
+pub(super) struct Keeping<'a> {
+    data: &'a Path,
+    to: &'a Path,
+    known: BTreeMap<PathBuf, Entry>,
+    /// Whether what is kept is read and compared.
+    verifies: bool,
+    began: std::time::SystemTime,
+    entries: BTreeMap<PathBuf, Entry>,
+    pub(super) done: BackedUp,
+}
+
+impl<'a> Keeping<'a> {
+    pub(super) fn new(data: &'a Path, to: &'a Path, earlier: &Manifest, verifies: bool) -> Self {
+        let known = earlier.files.iter().map(|entry| (entry.path.clone(), entry.clone())).collect();
+        let (began, entries, done) = (std::time::SystemTime::now(), BTreeMap::new(), BackedUp::default());
+        Self { data, to, known, verifies, began, entries, done }
+    }
+
+    /// Takes a file that is written whole when it changes. `copy` writes it, as it is at one moment, to a place that is free;
+    /// its source is `from`.
+    pub(super) fn take(
+        &mut self,
+        path: &Path,
+        from: &Path,
+        copy: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        // Looked at before it is copied: what changes meanwhile is copied the next time.
+        let stamp = Stamp::of(from, self.began).with_context(|| from.display().to_string())?;
+        if let Some(entry) = self.known.get(path).cloned()
+            && stamp.is_some()
+            && entry.source == stamp
+            && self.is_whole(&entry)?
+        {
+            self.keep(entry);
+            return Ok(());
+        }
+        self.write(path, stamp, copy)
+    }
+
+    /// Takes a file of the archive: only what it has grown by since the earlier backup is copied.
+    pub(super) fn grow(&mut self, path: &Path, grows_now: bool) -> anyhow::Result<()> {
+        let from = self.data.join(path);
+        let named = || from.display().to_string();
+        let length = fs::metadata(&from).with_context(named)?.len();
+        let stamp = Stamp::of(&from, self.began).with_context(named)?;
+        let Some(entry) = self.known.get(path).cloned() else { return self.begin(path, stamp, grows_now) };
+        let unchanged = stamp.is_some() && entry.source == stamp;
+        // A start after a crash may have cut off what an earlier backup still saw.
+        let same = unchanged
+            || length >= entry.bytes && hash_prefix(&from, entry.bytes).with_context(named)? == entry.sha256;
+        if !same || !self.is_whole(&entry)? {
+            return self.begin(path, stamp, false);
+        }
+        if length == entry.bytes {
+            self.keep(Entry { source: stamp, ..entry });
+            return Ok(());
+        }
+        let at = self.to.join(entry.at());
+        let grown = append(&from, &at, &entry, length)
+            .with_context(|| format!("cannot copy {} to {}", from.display(), at.display()))?;
+        self.done.grown += 1;
+        self.done.bytes += length - entry.bytes;
+        self.keep_as(Entry { source: stamp, bytes: length, sha256: grown, ..entry });
+        Ok(())
+    }
+
+    /// A file of the archive that is not here yet: a link where that can be and it grows no more, else a copy.
+    fn begin(&mut self, path: &Path, stamp: Option<Stamp>, grows_now: bool) -> anyhow::Result<()> {
+        let from = self.data.join(path);
+        let is_new = !self.known.contains_key(path);
+        if is_new && !grows_now {
+            let to = self.to.join(path);
+            make_folder_of(&to)?;
+            fs::remove_file(&to).ok();
+            if fs::hard_link(&from, &to).is_ok() {
+                self.done.linked += 1;
+                let entry = self.entry(path, None, stamp)?;
+                self.keep_as(entry);
+                return Ok(());
+            }
+        }
+        self.write(path, stamp, |to| {
+            fs::copy(&from, to).with_context(|| format!("cannot copy {}", from.display())).map(drop)
+        })
+    }
+
+    /// Writes a file anew to the place that the earlier backup does not use.
+    fn write(
+        &mut self,
+        path: &Path,
+        stamp: Option<Stamp>,
+        copy: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        let is_taken = self.known.get(path).is_some_and(|entry| entry.at.is_none());
+        let at = is_taken.then(|| Path::new(ALTERNATE).join(path));
+        let to = self.to.join(at.as_deref().unwrap_or(path));
+        make_folder_of(&to)?;
+        let part = PathBuf::from(format!("{}.part", to.display()));
+        for end in ["", "-wal", "-shm", "-journal"] {
+            fs::remove_file(format!("{}{end}", part.display())).ok();
+        }
+        copy(&part)?;
+        let place = || -> io::Result<()> {
+            File::open(&part)?.sync_all()?;
+            fs::rename(&part, &to)?;
+            to.parent().map_or(Ok(()), |folder| File::open(folder)?.sync_all())
+        };
+        place().with_context(|| format!("cannot write {}", to.display()))?;
+        let entry = self.entry(path, at, stamp)?;
+        self.done.copied += 1;
+        self.done.bytes += entry.bytes;
+        self.keep_as(entry);
+        Ok(())
+    }
+
+    /// What the manifest says of a file that lies here.
+    fn entry(&self, path: &Path, at: Option<PathBuf>, source: Option<Stamp>) -> anyhow::Result<Entry> {
+        let full = self.to.join(at.as_deref().unwrap_or(path));
+        let read = || -> io::Result<Entry> {
+            let about = fs::metadata(&full)?;
+            let (bytes, mode) = (about.len(), about.permissions().mode() & 0o7777);
+            // A link may grow on while it is read; what came later is not part of this backup.
+            let sha256 = hash_prefix(&full, bytes)?;
+            Ok(Entry { path: path.to_owned(), at, bytes, sha256, mode, source })
+        };
+        read().with_context(|| format!("cannot read {}", full.display()))
+    }
+
+    fn keep(&mut self, entry: Entry) {
+        self.done.kept += 1;
+        self.keep_as(entry);
+    }
+
+    fn keep_as(&mut self, entry: Entry) {
+        self.entries.insert(entry.path.clone(), entry);
+    }
+
+    /// Whether what lies here is what the earlier backup wrote; what is not, is remembered.
+    fn is_whole(&mut self, entry: &Entry) -> anyhow::Result<bool> {
+        let path = self.to.join(entry.at());
+        let look = || -> io::Result<bool> {
+            let length = match fs::metadata(&path) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+                about => about?.len(),
+            };
+            let fits = length == entry.bytes || length > entry.bytes && entry.path.starts_with("archive");
+            Ok(fits && (!self.verifies || hash_prefix(&path, entry.bytes)? == entry.sha256))
+        };
+        let whole = look().with_context(|| format!("cannot read {}", path.display()))?;
+        if !whole {
+            self.done.damaged.push(entry.path.clone());
+        }
+        Ok(whole)
+    }
+
+    /// Keeps what the earlier backup has and the server has no more, such as days that were removed there; not what lay
+    /// outside of the data folder.
+    pub(super) fn carry_over(&mut self, outside: &str) -> anyhow::Result<()> {
+        let gone: Vec<Entry> = self
+            .known
+            .values()
+            .filter(|entry| !self.entries.contains_key(&entry.path) && !entry.path.starts_with(outside))
+            .cloned()
+            .collect();
+        for entry in gone {
+            if self.is_whole(&entry)? {
+                self.keep(entry);
+            }
+        }
+        Ok(())
+    }
+
+    /// What the new manifest names.
+    pub(super) fn files(&self) -> Vec<Entry> {
+        self.entries.values().cloned().collect()
+    }
+
+    /// Removes what the new manifest, which must be on the disk, does not name any more.
+    pub(super) fn sweep(&self) -> anyhow::Result<()> {
+        let named: BTreeSet<&Path> = self.entries.values().map(Entry::at).collect();
+        for at in self.known.values().map(Entry::at).filter(|at| !named.contains(at)) {
+            match fs::remove_file(self.to.join(at)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(error)
+                        .with_context(|| format!("cannot remove {}", self.to.join(at).display()));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Appends to the copy what the source has after the bytes of the entry, up to `length`; the digest of all of it.
+fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<String> {
+    let (mut source, there) = (File::open(from)?, fs::metadata(to)?);
+    let is_link = (there.dev(), there.ino()) == {
+        let about = source.metadata()?;
+        (about.dev(), about.ino())
+    };
+    if is_link {
+        return hash_prefix(to, length);
+    }
+    let mut hash = Sha256::new();
+    let mut copy = OpenOptions::new().read(true).write(true).open(to)?;
+    io::copy(&mut (&mut copy).take(entry.bytes), &mut hash)?;
+    // What stands behind is of a backup that was broken off.
+    copy.set_len(entry.bytes)?;
+    copy.seek(SeekFrom::Start(entry.bytes))?;
+    source.seek(SeekFrom::Start(entry.bytes))?;
+    let (mut rest, mut buffer) = (source.take(length - entry.bytes), vec![0; 256 << 10]);
+    loop {
+        match rest.read(&mut buffer)? {
+            0 => break,
+            read => {
+                hash.update(&buffer[..read]);
+                copy.write_all(&buffer[..read])?;
+            }
+        }
+    }
+    if rest.limit() > 0 {
+        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it became shorter while it was copied"));
+    }
+    copy.sync_all()?;
+    Ok(hex::encode(hash.finalize()))
+}
+
+fn make_folder_of(path: &Path) -> anyhow::Result<()> {
+    let folder = path.parent().unwrap_or(path);
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+}
+
+/// Holds a backup's folder, so that two backups do not write into it at once.
+pub(super) fn lock(to: &Path) -> anyhow::Result<File> {
+    let path = to.join("backup.lock");
+    let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+    let file = file.with_context(|| format!("cannot write {}", path.display()))?;
+    ensure!(
+        file.try_lock().is_ok(),
+        "another backup writes into {}: wait until it is done, or choose another folder",
+        to.display()
+    );
+    Ok(file)
+}

@@ -1,0 +1,198 @@
+//! A backup that is broken off anywhere leaves the earlier one as it was.
+
+use super::{make, restore};
+use crate::identity;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+use store::{Accepted, LinkSeq, Store, Transport};
+use units::UtcTime;
+
+/// 2026-11-21T08:00:00Z.
+const START_US: i64 = 1_795_248_000_000_000;
+const DAY_US: i64 = 86_400_000_000;
+
+fn fill(data: &Path, numbers: std::ops::Range<u64>, day: i64) {
+    let mut store = Store::open(data).unwrap();
+    for seq in numbers {
+        let at = UtcTime::from_micros(START_US + day * DAY_US + seq as i64 * 1_000);
+        let header = imc::Header {
+            timestamp: at.seconds(),
+            src: imc::Address(0x2810),
+            src_ent: 5,
+            ..imc::Header::default()
+        };
+        let mut packet = Vec::new();
+        imc::encode_into(&mut packet, &header, &imc::messages::Temperature { value: seq as f32 }).unwrap();
+        let link = Some(LinkSeq { stream: 7, seq });
+        store.accept(&Accepted { packet: &packet, received: at, transport: Transport::Link, link }).unwrap();
+    }
+    store.close().unwrap();
+}
+
+/// A data folder with two days, people, and a photo.
+fn data_in(folder: &Path) -> PathBuf {
+    let data = folder.join("data");
+    fs::create_dir_all(data.join("logbook")).unwrap();
+    fill(&data, 0..500, 0);
+    fill(&data, 500..600, 1);
+    identity::with(&data, async |_| Ok(())).unwrap();
+    fs::write(data.join("logbook/1"), "a photo").unwrap();
+    settle(&data);
+    data
+}
+
+/// As if nothing had been changed for a while.
+fn settle(folder: &Path) {
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            settle(&path);
+        } else {
+            let file = fs::File::options().append(true).open(&path).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_mins(1)).unwrap();
+        }
+    }
+}
+
+/// What a restored folder says: every file but those that each copy makes anew.
+fn restored(backup: &Path, to: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    fs::remove_dir_all(to).ok();
+    restore(backup, to, &mut |_| ()).unwrap();
+    let mut found = Vec::new();
+    gather(to, to, &mut found);
+    found.sort();
+    found
+}
+
+fn gather(root: &Path, folder: &Path, found: &mut Vec<(PathBuf, Vec<u8>)>) {
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            gather(root, &path, found);
+        } else {
+            found.push((path.strip_prefix(root).unwrap().to_owned(), fs::read(&path).unwrap()));
+        }
+    }
+}
+
+fn back_up(data: &Path, to: &Path) -> super::BackedUp {
+    make(data, &[], to, true, &mut |_| ()).unwrap()
+}
+
+#[test]
+fn a_second_backup_writes_only_what_is_new_and_a_third_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    let first = back_up(&data, &to);
+    let second = back_up(&data, &to);
+    assert_eq!((second.copied, second.grown, second.linked, second.bytes), (0, 0, 0, 0), "{second:?}");
+    assert_eq!(second.kept, first.copied + first.linked);
+    // The day grows, and so do the databases of its month.
+    fill(&data, 600..650, 1);
+    let bytes = |name: &str| fs::metadata(data.join("archive/0x2810/20261122").join(name)).unwrap().len();
+    let third = back_up(&data, &to);
+    assert_eq!(third.grown, 2, "packets and their records: {third:?}");
+    assert!(third.kept >= 4 && bytes("Data.lsf") > 0, "{third:?}");
+    assert_eq!(third.damaged, Vec::<PathBuf>::new());
+    let back = scratch.path().join("back");
+    restored(&to, &back);
+    let store = Store::open(&back).unwrap();
+    assert_eq!(store.durable(7), Some(649));
+    // The old databases are gone, for nothing names them.
+    let in_place = to.join("history/catalogue.sqlite").exists();
+    let alternate = to.join("alternate/history/catalogue.sqlite").exists();
+    assert!(in_place != alternate, "{in_place} {alternate}");
+}
+
+#[test]
+fn broken_off_anywhere_the_earlier_backup_is_restored_as_it_was_and_the_next_one_is_whole() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, back) = (data_in(scratch.path()), scratch.path().join("back"));
+    let to = scratch.path().join("backup");
+    back_up(&data, &to);
+    let before = restored(&to, &back);
+    fill(&data, 600..700, 1);
+    fill(&data, 700..720, 2);
+    fs::write(data.join("logbook/1"), "another photo").unwrap();
+    fs::write(data.join("logbook/2"), "a second photo").unwrap();
+    // It dies as it begins the step of this number, until there is none.
+    let mut steps = 0;
+    loop {
+        let mut left = steps;
+        let dies = catch_unwind(AssertUnwindSafe(|| {
+            make(&data, &[], &to, true, &mut |_| {
+                assert!(left > 0, "killed");
+                left -= 1;
+            })
+        }));
+        if dies.is_ok() {
+            break;
+        }
+        steps += 1;
+        // The last step begins when the new manifest is there.
+        let now = restored(&to, &back);
+        let is_new = now.iter().any(|(path, _)| path == Path::new("logbook/2"));
+        assert!(is_new || now == before, "step {steps}: the earlier backup is another one");
+    }
+    assert!(steps > 10, "{steps}");
+    restored(&to, &back);
+    assert_eq!(Store::open(&back).unwrap().durable(7), Some(719));
+    assert_eq!(fs::read(back.join("logbook/1")).unwrap(), b"another photo");
+}
+
+#[test]
+fn half_of_what_was_appended_and_damage_are_noticed_and_mended() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    back_up(&data, &to);
+    let before = restored(&to, &back);
+    // Power was lost while the newest day was appended to: rubbish stands behind what the manifest names.
+    let day = to.join("archive/0x2810/20261122/Data.lsf");
+    let mut bytes = fs::read(&day).unwrap();
+    bytes.extend([0xEE; 300]);
+    fs::write(&day, &bytes).unwrap();
+    assert!(restored(&to, &back) == before);
+    fill(&data, 600..650, 1);
+    let done = back_up(&data, &to);
+    assert_eq!(done.damaged, Vec::<PathBuf>::new());
+    let archive = "archive/0x2810/20261122/Data.lsf";
+    let whole = |back: &Path| fs::read(back.join(archive)).unwrap() == fs::read(data.join(archive)).unwrap();
+    restored(&to, &back);
+    assert!(whole(&back));
+    // The backup's disk turns a bit.
+    let mut bytes = fs::read(&day).unwrap();
+    bytes[100] ^= 1;
+    fs::write(&day, &bytes).unwrap();
+    let quick = make(&data, &[], &to, false, &mut |_| ()).unwrap();
+    assert_eq!(quick.damaged, Vec::<PathBuf>::new(), "it was not read");
+    let done = back_up(&data, &to);
+    assert_eq!(done.damaged, [PathBuf::from(archive)]);
+    restored(&to, &back);
+    assert!(whole(&back));
+    // What the server has no more stays in the backup.
+    fs::remove_dir_all(data.join("archive/0x2810/20261121")).unwrap();
+    back_up(&data, &to);
+    assert!(
+        restored(&to, &back).iter().any(|(path, _)| path == Path::new("archive/0x2810/20261121/Data.lsf"))
+    );
+}
+
+#[test]
+fn what_a_crash_cut_off_and_wrote_again_is_not_appended_to() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    back_up(&data, &to);
+    // The same length and more, but other bytes.
+    let day = data.join("archive/0x2810/20261122/Data.lsf");
+    let mut bytes = fs::read(&day).unwrap();
+    let last = bytes.len() - 3;
+    bytes[last] ^= 1;
+    bytes.extend([7; 40]);
+    fs::write(&day, &bytes).unwrap();
+    let done = back_up(&data, &to);
+    assert_eq!((done.grown, done.damaged.len()), (0, 0), "{done:?}");
+    restored(&to, &back);
+    assert_eq!(fs::read(back.join("archive/0x2810/20261122/Data.lsf")).unwrap(), bytes);
+}
