@@ -3,7 +3,6 @@
 //! A section's parameters are constants of type [`Param`], each knowing the Rust type of its value, so that
 //! `section.get(&ilos::LOOKAHEAD)` is an `f64` without any string or cast at the place of use.
 
-use crate::value::Value;
 use std::fmt;
 use std::marker::PhantomData;
 

@@ -2,7 +2,8 @@
 
 use super::finding::Finding;
 use crate::clock::Clock;
-use crate::hardware::{ConfiguredDevice, Device, listening};
+use crate::device::Device;
+use crate::hardware::{ConfiguredDevice, listening};
 use crate::io::{Report, Station, Wake};
 use config::Config;
 use devices::Reading;
