@@ -70,8 +70,9 @@ pub use plans::{
 pub use refusals::{NoControl, Refusal, RefusalReason};
 pub use register::{
     RegisterAnimal, RegisterAnswer, RegisterChange, RegisterDeleteQuery, RegisterDeployment, RegisterEntry,
-    RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterImportQuery, RegisterKind, RegisterPerson,
-    RegisterProblem, RegisterProject, RegisterQuery, RegisterReceiver, RegisterRecord, RegisterTag,
+    RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterImportQuery, RegisterKind,
+    RegisterPerson, RegisterProblem, RegisterProject, RegisterQuery, RegisterReceiver, RegisterRecord,
+    RegisterTag,
 };
 pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,

@@ -13,12 +13,15 @@ use crate::{
     Order, OrderRequest, Ordered, Parameter, ParameterAbout, ParameterReport, Permission, Person, PlanAboard,
     PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed,
     PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUnderWay, PlanUploadRequest, PlansAboard,
-    ReceiverClock, Recorded, RecordedDay, Recording, Refusal, RefusalReason, RegisterAnimal, RegisterAnswer, RegisterChange, RegisterDeployment, RegisterEntry, RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterPerson, RegisterProblem, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag, Role, RouteLeg, SampleRow,
-    Samples, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved,
-    SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Series, SeriesField,
-    Session, ShelveRequest, SpeedUnit, StoredPlan, Subscription, System, TeleopMessage, TeleopPhase,
-    TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind,
-    Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
+    ReceiverClock, Recorded, RecordedDay, Recording, Refusal, RefusalReason, RegisterAnimal, RegisterAnswer,
+    RegisterChange, RegisterDeployment, RegisterEntry, RegisterFieldChange, RegisterImport,
+    RegisterImportChange, RegisterKind, RegisterPerson, RegisterProblem, RegisterProject, RegisterReceiver,
+    RegisterRecord, RegisterTag, Role, RouteLeg, SampleRow, Samples, SeaRoute, SeaRouteAnswer,
+    SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable, SeaRouteRefusal,
+    SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Series, SeriesField, Session, ShelveRequest, SpeedUnit,
+    StoredPlan, Subscription, System, TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop,
+    Token, TokenMade, TrackPoint, TransportPeer, Update, ValueKind, Vessel, VesselChart, VesselParameters,
+    VesselQuery, VesselQuerySent,
 };
 use ts_rs::TS;
 

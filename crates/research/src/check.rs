@@ -47,7 +47,8 @@ pub fn check_all(records: &[RegisterRecord]) -> Vec<Fault> {
     for (entry, record) in records.iter().enumerate() {
         let kind = kind_of(record);
         if named.insert((kind, folded(name_of(record))), entry).is_some() {
-            let text = format!("another {} is called `{}`; choose another name", kind_word(kind), name_of(record));
+            let text =
+                format!("another {} is called `{}`; choose another name", kind_word(kind), name_of(record));
             faults.push(Fault { entry, column: "name", text });
         }
     }
@@ -72,7 +73,9 @@ fn name(record: &mut RegisterRecord) {
         RegisterRecord::Tag(RegisterTag { name, protocol, tag_id: Some(id), .. }) if name.is_empty() => {
             format!("{protocol}-{id}")
         }
-        RegisterRecord::Receiver(RegisterReceiver { name, model, serial: Some(serial), .. }) if name.is_empty() => {
+        RegisterRecord::Receiver(RegisterReceiver { name, model, serial: Some(serial), .. })
+            if name.is_empty() =>
+        {
             let model = if model.is_empty() { "receiver" } else { model };
             format!("{model}-{serial}")
         }
@@ -173,7 +176,9 @@ fn references(
 fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
     let mut known: BTreeMap<i64, &str> = BTreeMap::new();
     for (entry, record) in records.iter().enumerate() {
-        let RegisterRecord::Receiver(RegisterReceiver { serial: Some(serial), name, .. }) = record else { continue };
+        let RegisterRecord::Receiver(RegisterReceiver { serial: Some(serial), name, .. }) = record else {
+            continue;
+        };
         if let Some(other) = known.insert(*serial, name) {
             let text = format!("{serial} is the serial number of `{other}` already; look at both");
             faults.push(Fault { entry, column: "serial", text });
@@ -184,9 +189,12 @@ fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
 /// From when to when something holds, and which entry says so.
 type Span<'r> = (i64, i64, usize, &'r str);
 
+/// The same on a carrier (kHz), or on any.
+type OnCarrier<'r> = (Span<'r>, Option<i64>);
+
 /// A code is one tag at a time.
 fn tags_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
-    let mut by_code: BTreeMap<(String, i64), Vec<(Span<'_>, Option<i64>)>> = BTreeMap::new();
+    let mut by_code: BTreeMap<(String, i64), Vec<OnCarrier<'_>>> = BTreeMap::new();
     for (entry, record) in records.iter().enumerate() {
         let RegisterRecord::Tag(tag) = record else { continue };
         let Some(id) = tag.tag_id else { continue };

@@ -117,7 +117,8 @@ pub fn read_csv(kind: RegisterKind, bytes: &[u8], known: &[&RegisterRecord], nam
     match Table::of(bytes) {
         Ok(table) => {
             if let Some(places) = places(kind, &table, &mut read.wrong) {
-                Rows { kind, places, known, names, decimal_comma: table.separator == b';' }.read(&table, &mut read);
+                Rows { kind, places, known, names, decimal_comma: table.separator == b';' }
+                    .read(&table, &mut read);
             }
         }
         Err(wrong) => read.wrong.push(wrong),
@@ -152,7 +153,10 @@ impl Rows<'_> {
                 record = self.onto((*before).clone(), &mut record);
             }
             let told: Vec<&str> = wrong.iter().map(|(column, _)| *column).collect();
-            let more = check(&mut record).into_iter().filter(|(column, _)| !told.contains(column)).collect::<Vec<_>>();
+            let more = check(&mut record)
+                .into_iter()
+                .filter(|(column, _)| !told.contains(column))
+                .collect::<Vec<_>>();
             wrong.extend(more);
             if cells.len() != self.places.len() {
                 let text = format!(
@@ -162,7 +166,10 @@ impl Rows<'_> {
                 );
                 wrong = vec![("", text)];
             } else if let Some(first) = lines.insert(name, *line).filter(|_| !name_of(&record).is_empty()) {
-                wrong.push(("name", format!("`{}` stands in line {first} too; keep one", shown(name_of(&record)))));
+                wrong.push((
+                    "name",
+                    format!("`{}` stands in line {first} too; keep one", shown(name_of(&record))),
+                ));
             }
             if wrong.is_empty() {
                 read.rows.push(ReadRow { line: *line, known: at, record });
@@ -181,7 +188,9 @@ impl Rows<'_> {
         let fields = columns(self.kind);
         let mut slots = slots(&mut record);
         for (cell, place) in cells.iter().zip(&self.places) {
-            let Some((column, slot)) = place.and_then(|at| fields.get(at).zip(slots.get_mut(at))) else { continue };
+            let Some((column, slot)) = place.and_then(|at| fields.get(at).zip(slots.get_mut(at))) else {
+                continue;
+            };
             if let Err(text) = self.cell(slot, cell.trim()) {
                 wrong.push((column.name, text));
             }
@@ -222,7 +231,10 @@ impl Rows<'_> {
         let number = plain.parse::<f64>().ok().filter(|number| number.is_finite() && digits(&plain));
         number.ok_or_else(|| {
             if text.contains(',') {
-                format!("`{}` is no number here: write a decimal point, and nothing between thousands", shown(text))
+                format!(
+                    "`{}` is no number here: write a decimal point, and nothing between thousands",
+                    shown(text)
+                )
             } else {
                 format!("`{}` is no number; write digits and a decimal point, without the unit", shown(text))
             }
@@ -251,7 +263,8 @@ impl Rows<'_> {
 /// For each cell of a line, which field it is; `None` where the header cannot be used at all.
 fn places(kind: RegisterKind, table: &Table, wrong: &mut Vec<WrongCell>) -> Option<Vec<Option<usize>>> {
     let fields = columns(kind);
-    let mut problem = |column: &str, text: String| wrong.push(WrongCell { line: 1, column: shown(column), text });
+    let mut problem =
+        |column: &str, text: String| wrong.push(WrongCell { line: 1, column: shown(column), text });
     let mut places = Vec::new();
     for cell in &table.header {
         let name = folded(cell);
@@ -287,7 +300,8 @@ impl Table {
     fn of(bytes: &[u8]) -> Result<Self, WrongCell> {
         let whole = |line: usize, text: String| WrongCell { line: line as u32, column: String::new(), text };
         let text = std::str::from_utf8(bytes).map_err(|error| {
-            let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+            let line = 1 + before.matches('\n').count();
             whole(line, "is not UTF-8 from here on; save the file as \"CSV UTF-8\"".to_owned())
         })?;
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);

@@ -64,7 +64,8 @@ pub fn name_of(record: &RegisterRecord) -> &str {
     }
 }
 
-const NAME: Column = needed("name", "name, by which others refer to it; unique among its kind", Rule::Line(80));
+const NAME: Column =
+    needed("name", "name, by which others refer to it; unique among its kind", Rule::Line(80));
 const PROJECT_OF: Column = may("project", "name of its project", Rule::Name(RegisterKind::Project));
 const NOTES: Column = may("notes", "what else is to be known", Rule::Text(2_000));
 const LAT: Rule = Rule::Real(-90.0, 90.0);
@@ -134,7 +135,11 @@ const TAG: [Column; 19] = [
     may("sensor_unit", "unit of the value, such as m", Rule::Line(20)),
     may("interval_min_s", "least time from ping to ping, s", Rule::Real(0.001, 1e6)),
     may("interval_max_s", "greatest time from ping to ping, s", Rule::Real(0.001, 1e6)),
-    may("animal", "name of the animal that carries it; empty for a reference tag", Rule::Name(RegisterKind::Animal)),
+    may(
+        "animal",
+        "name of the animal that carries it; empty for a reference tag",
+        Rule::Name(RegisterKind::Animal),
+    ),
     may("from_time", "from when on, ISO 8601; from the beginning when empty", Rule::Time),
     may("to_time", "until when, ISO 8601; to the end when empty", Rule::Time),
     NOTES,
@@ -275,8 +280,10 @@ mod tests {
             let mut record = blank(kind);
             let json = serde_json::to_value(&record).unwrap();
             // `kind` itself is no field; times are called `_us` in the API, and `_time` in files.
-            let fields: Vec<String> = json.as_object().unwrap().keys().filter(|key| *key != "kind").cloned().collect();
-            let mut of_files: Vec<String> = columns(kind).iter().map(|column| column.name.replace("_time", "_us")).collect();
+            let fields: Vec<String> =
+                json.as_object().unwrap().keys().filter(|key| *key != "kind").cloned().collect();
+            let mut of_files: Vec<String> =
+                columns(kind).iter().map(|column| column.name.replace("_time", "_us")).collect();
             assert_eq!(slots(&mut record).len(), of_files.len(), "{kind:?}");
             of_files.sort();
             let mut fields = fields;

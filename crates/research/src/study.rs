@@ -1,11 +1,17 @@
 //! A register by which detections are looked up.
 
-use api::{RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag};
+use crate::lag::HORIZON_S;
+use api::{
+    RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
+    RegisterTag,
+};
 use detections::Detection;
 use std::collections::BTreeMap;
 
 /// Carrier for which the code spaces of [`CODESPACES`] stand (kHz).
 const CODED_KHZ: u8 = 69;
+/// Ping intervals within which something must confirm a detection.
+const PINGS: f64 = 30.0;
 /// Code spaces that readers of portals know, by the protocol of receivers (facts: actel's map).
 const CODESPACES: [(&str, &str); 4] =
     [("R256", "A69-1008"), ("R04K", "A69-1206"), ("R64K", "A69-1303"), ("S256", "A69-1105")];
@@ -92,7 +98,12 @@ impl Study {
     }
 
     /// What is known of a detection; the vessel is called as it is given.
-    pub fn heard<'s>(&'s self, detection: &'s Detection, vessel: &'s str, min_lag_s: Option<f64>) -> Heard<'s> {
+    pub fn heard<'s>(
+        &'s self,
+        detection: &'s Detection,
+        vessel: &'s str,
+        min_lag_s: Option<f64>,
+    ) -> Heard<'s> {
         let by_receiver = detection.clock.utc();
         let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
         let tag = self.tag(detection, time_us);
@@ -127,10 +138,14 @@ impl Study {
         self.tags.get(&code)?.iter().find(holds)
     }
 
-    fn deployment(&self, receiver: &RegisterReceiver, vessel: u16, time_us: i64) -> Option<&RegisterDeployment> {
-        let holds = |one: &&RegisterDeployment| {
-            one.vessel == Some(vessel) && within(one.from_us, one.to_us, time_us)
-        };
+    fn deployment(
+        &self,
+        receiver: &RegisterReceiver,
+        vessel: u16,
+        time_us: i64,
+    ) -> Option<&RegisterDeployment> {
+        let holds =
+            |one: &&RegisterDeployment| one.vessel == Some(vessel) && within(one.from_us, one.to_us, time_us);
         self.deployments.get(&folded(&receiver.name))?.iter().find(holds)
     }
 
@@ -147,6 +162,24 @@ impl Heard<'_> {
         let (count, tag) = (self.detection.data?, self.tag?);
         let value = f64::from(count) * tag.sensor_slope? + tag.sensor_intercept.unwrap_or(0.0);
         Some(Sensor { value, unit: &tag.sensor_unit, kind: &tag.sensor_type })
+    }
+
+    /// Why this is perhaps no detection of the tag: nothing else confirms it within 30 of its ping intervals (the rule of Pincock
+    /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
+    /// pings, or so seldom that a day's neighbours do not tell.
+    pub fn doubt(&self) -> Option<String> {
+        let tag = self.tag?;
+        let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
+            (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),
+            (one_s, other_s) => one_s.or(other_s)?,
+        };
+        let within_s = PINGS * interval_s;
+        if within_s > HORIZON_S as f64 || self.min_lag_s.is_some_and(|lag_s| lag_s <= within_s) {
+            return None;
+        }
+        Some(format!(
+            "no other detection of this tag by this receiver within {within_s:.0} s, {PINGS:.0} ping intervals of {interval_s:.0} s"
+        ))
     }
 
     /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, which stays as it is

@@ -69,7 +69,8 @@ pub(super) fn register(common: &Common, command: &RegisterCommand) -> anyhow::Re
 fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyhow::Result<()> {
     let data = common.load_to_write()?.data;
     let ((_, rows), named) = with(&data, async |db| (All, vessels::List).run(db).await)?;
-    let records: Vec<_> = rows.iter().map(|row| &row.record).filter(|record| kind_of(record) == wanted).collect();
+    let records: Vec<_> =
+        rows.iter().map(|row| &row.record).filter(|record| kind_of(record) == wanted).collect();
     let bytes = write_csv(wanted, records.iter().copied(), &Called::new(&named).names());
     to_output(output, true, &mut |out| {
         out.write_all(&bytes)?;
@@ -80,7 +81,12 @@ fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyho
 fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyhow::Result<()> {
     let data = common.load_to_write()?.data;
     let bytes = fs::read(file).with_context(|| file.display().to_string())?;
-    ensure!(bytes.len() <= FILE_BYTES, "{}: has more than {} MiB; divide it", file.display(), FILE_BYTES >> 20);
+    ensure!(
+        bytes.len() <= FILE_BYTES,
+        "{}: has more than {} MiB; divide it",
+        file.display(),
+        FILE_BYTES >> 20
+    );
     let take = TakeFile { kind, bytes, apply: false, by: ACTOR.to_owned(), now: clock::now() };
     let looked = TakeFile { bytes: take.bytes.clone(), by: take.by.clone(), ..take };
     let told = with(&data, async |db| looked.run(db).await)?;
@@ -91,7 +97,12 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
     }
     let word = kind_word(kind);
     if !apply {
-        say!("{} new, {} changed, {} as they are; nothing was done: add --yes to do it", told.added, told.changed, told.same);
+        say!(
+            "{} new, {} changed, {} as they are; nothing was done: add --yes to do it",
+            told.added,
+            told.changed,
+            told.same
+        );
         return Ok(());
     }
     let subject = format!("{word}: {} new, {} changed, by a file", told.added, told.changed);
@@ -106,8 +117,13 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
 fn tell(told: &RegisterImport) {
     for change in &told.changes {
         let what = if change.is_new { "new" } else { "changed" };
-        let fields = change.fields.iter().map(|one| format!("{} `{}` → `{}`", one.column, one.before, one.after));
-        let fields = if change.is_new { String::new() } else { format!(": {}", fields.collect::<Vec<_>>().join(", ")) };
+        let fields =
+            change.fields.iter().map(|one| format!("{} `{}` → `{}`", one.column, one.before, one.after));
+        let fields = if change.is_new {
+            String::new()
+        } else {
+            format!(": {}", fields.collect::<Vec<_>>().join(", "))
+        };
         say!("line {}: {what} {}{fields}", change.line, change.name);
     }
     for problem in &told.problems {

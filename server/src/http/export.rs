@@ -80,16 +80,14 @@ pub(crate) async fn detections(
     let systems = state.shore.history.ask(find).await?;
     // Any change of what carries detections may change the file; a vessel that said nothing yet has none.
     let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
-    let carriers = Selection { messages, range, ..Selection::default() };
+    let carriers = Selection { messages, range: file.read_range(range), ..Selection::default() };
     let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
     let download = Download {
         question: format!("{name} {wanted:?} {names:?} {:?} {register}", file.dialect),
         name,
         media: CSV,
         gzip,
-        write: Arc::new(move |data, out| {
-            heard::write(data, &wanted, &names, &study, file, out).map(drop)
-        }),
+        write: Arc::new(move |data, out| heard::write(data, &wanted, &names, &study, file, out).map(drop)),
         version: Arc::new(move |data| store::table_version(&mut Reader::open(data)?, &carriers)),
     };
     download.answer(&state, &asked).await

@@ -67,7 +67,10 @@ pub(crate) async fn csv(
     let disposition = format!("attachment; filename=\"{}s.csv\"", research::kind_word(kind));
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8")),
-        (header::CONTENT_DISPOSITION, HeaderValue::from_str(&disposition).unwrap_or(HeaderValue::from_static("attachment"))),
+        (
+            header::CONTENT_DISPOSITION,
+            HeaderValue::from_str(&disposition).unwrap_or(HeaderValue::from_static("attachment")),
+        ),
     ];
     Ok((headers, bytes).into_response())
 }

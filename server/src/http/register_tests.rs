@@ -46,7 +46,8 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
     let all = shore.token(None, Role::Researcher).await;
     let own = shore.token(Some(FIRST), Role::Researcher).await;
     let viewer = shore.token(Some(OTHER), Role::Viewer).await;
-    let animal = json!({"kind": "animal", "name": "Salmon 12", "scientific_name": "Salmo salar", "aphia_id": 127_186});
+    let animal =
+        json!({"kind": "animal", "name": "Salmon 12", "scientific_name": "Salmo salar", "aphia_id": 127_186});
     assert_eq!(say(&shore, "POST", "", &own, animal.clone()).await.status, StatusCode::FORBIDDEN);
     assert_eq!(say(&shore, "POST", "", &viewer, animal.clone()).await.status, StatusCode::FORBIDDEN);
     let animal = added(&shore, &all, animal).await;
@@ -68,7 +69,10 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
     let at = format!("/{}", deployment.id);
     let change = |revision: u32, record: Value| json!({"revision": revision, "record": record});
     let hidden = shore.token(Some(OTHER), Role::Researcher).await;
-    assert_eq!(say(&shore, "PUT", &at, &hidden, change(1, deployed(OTHER))).await.status, StatusCode::NOT_FOUND);
+    assert_eq!(
+        say(&shore, "PUT", &at, &hidden, change(1, deployed(OTHER))).await.status,
+        StatusCode::NOT_FOUND
+    );
     assert_eq!(say(&shore, "PUT", &at, &own, change(1, deployed(OTHER))).await.status, StatusCode::FORBIDDEN);
     let at = format!("/{}", animal.id);
     let longer = json!({"kind": "animal", "name": "Salmon 12", "length_mm": 512.0});
@@ -76,14 +80,21 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
     assert_eq!(say(&shore, "PUT", &at, &all, change(1, longer.clone())).await.status, StatusCode::OK);
     assert_eq!(say(&shore, "PUT", &at, &all, change(1, longer)).await.status, StatusCode::CONFLICT);
     let other = say(&shore, "PUT", &at, &all, change(2, json!({"kind": "person", "name": "Kari"}))).await;
-    assert!(other.status == StatusCode::BAD_REQUEST && other.body.contains("of the kind animal"), "{}", other.body);
+    assert!(
+        other.status == StatusCode::BAD_REQUEST && other.body.contains("of the kind animal"),
+        "{}",
+        other.body
+    );
     let named = say(&shore, "DELETE", &format!("{at}?revision=2"), &all, json!({})).await;
     assert_eq!(named.status, StatusCode::UNPROCESSABLE_ENTITY);
     assert!(named.body.contains("tag `S256-101`: no animal is called"), "{}", named.body);
     let code = format!("/{}?revision=1", code.id);
     assert_eq!(say(&shore, "DELETE", &code, &own, json!({})).await.status, StatusCode::FORBIDDEN);
     assert_eq!(say(&shore, "DELETE", &code, &all, json!({})).await.status, StatusCode::OK);
-    assert_eq!(say(&shore, "DELETE", &format!("{at}?revision=2"), &all, json!({})).await.status, StatusCode::OK);
+    assert_eq!(
+        say(&shore, "DELETE", &format!("{at}?revision=2"), &all, json!({})).await.status,
+        StatusCode::OK
+    );
 
     let audit = shore.audit().await;
     let of = |action: &str| audit.iter().filter(|entry| entry.action == action).collect::<Vec<_>>();
@@ -105,11 +116,15 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     assert!(listed(&shore, &token, "").await.entries.is_empty(), "nothing of it");
 
     let good = "name;length_mm;notes\nA;51,5;=1+1\nB;;\n";
-    let told: RegisterImport = serde_json::from_str(&upload(&shore, "kind=animal", &token, good).await.body).unwrap();
+    let told: RegisterImport =
+        serde_json::from_str(&upload(&shore, "kind=animal", &token, good).await.body).unwrap();
     assert_eq!((told.added, told.applied, told.version), (2, false, 0));
     let done = upload(&shore, "kind=animal&apply=true&version=0", &token, good).await;
     let done: RegisterImport = serde_json::from_str(&done.body).unwrap();
-    assert_eq!((done.applied, done.version, listed(&shore, &token, "?kind=animal").await.version), (true, 1, 1));
+    assert_eq!(
+        (done.applied, done.version, listed(&shore, &token, "?kind=animal").await.version),
+        (true, 1, 1)
+    );
     let late = upload(&shore, "kind=animal&apply=true&version=0", &token, good).await;
     assert_eq!(late.status, StatusCode::CONFLICT, "the register was changed since");
 
@@ -117,7 +132,8 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     assert_eq!(csv.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"animals.csv\"");
     assert!(csv.body.contains("A,,,,,51.5,") && csv.body.contains(",'=1+1\n"), "{}", csv.body);
     let again: RegisterImport =
-        serde_json::from_str(&upload(&shore, "kind=animal&apply=true", &token, &csv.body).await.body).unwrap();
+        serde_json::from_str(&upload(&shore, "kind=animal&apply=true", &token, &csv.body).await.body)
+            .unwrap();
     assert_eq!((again.same, again.changed, again.version), (2, 0, 1), "what it wrote changes nothing");
     let template = shore.get("/api/v1/register.csv?kind=deployment", &token).await;
     assert_eq!(template.body, "name,receiver,vessel,project,from_time,to_time,depth_m,notes\n");
@@ -126,7 +142,9 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     let lines = format!("receiver,vessel,from_time\nr,{FIRST},2026-01-01\nr,{OTHER},2027-01-01\n");
     let told: RegisterImport =
         serde_json::from_str(&upload(&shore, "kind=deployment", &own, &lines).await.body).unwrap();
-    assert!(told.problems.iter().any(|one| one.line == Some(3) && one.text.contains("takes the role researcher")));
+    assert!(
+        told.problems.iter().any(|one| one.line == Some(3) && one.text.contains("takes the role researcher"))
+    );
     assert!(!told.problems.iter().any(|one| one.line == Some(2) && one.text.contains("takes the role")));
     let large = "x".repeat(shore::register::FILE_BYTES + 1);
     assert_eq!(upload(&shore, "kind=animal", &token, &large).await.status, StatusCode::PAYLOAD_TOO_LARGE);
@@ -163,23 +181,39 @@ async fn detections_come_in_the_formats_of_portals_with_what_the_register_knows(
         before.body.lines().nth(1).unwrap(),
         "2026-11-21 08:00:00.007,TBR-1024,A69-1105-101,,,42,ADC,0x0814,63.02535746,11.45915590"
     );
-    added(&shore, &token, json!({"kind": "animal", "name": "Salmon 12", "scientific_name": "Salmo salar"})).await;
+    added(&shore, &token, json!({"kind": "animal", "name": "Salmon 12", "scientific_name": "Salmo salar"}))
+        .await;
     added(&shore, &token, tag()).await;
     let after = file("format=vue").await;
     assert!(after.body.contains(",A69-1105-101,S256-101,,8.4,m,"), "{}", after.body);
-    assert_ne!(before.headers[header::ETAG], after.headers[header::ETAG], "the register is part of what the bytes are of");
+    assert_ne!(
+        before.headers[header::ETAG],
+        after.headers[header::ETAG],
+        "the register is part of what the bytes are of"
+    );
     assert_eq!(after.body, file("format=vue").await.body, "the same question, the same bytes");
     for format in research::FORMATS {
         let body = file(&format!("format={}", format.name)).await.body;
         assert!(body.starts_with(format.header), "{}", format.name);
         let rows = if format.is_of_detections() { 2 } else { 1 };
-        assert_eq!(body[format.header.len()..].lines().count(), rows + usize::from(format.name == "lutra"), "{body}");
+        assert_eq!(
+            body[format.header.len()..].lines().count(),
+            rows + usize::from(format.name == "lutra"),
+            "{body}"
+        );
     }
     let own = file("").await.body;
-    assert!(own.lines().nth(1).unwrap().ends_with(",S256-101,Salmon 12,Salmo salar,8.4,m"), "{own}");
-    assert!(own.lines().nth(2).unwrap().ends_with(",,,,,"), "{own}");
-    for (query, told) in [("format=vemco", "format: `vemco` is no format; there are lutra"), ("format=vue&spreadsheet=comma", "spreadsheet:")] {
+    assert!(own.lines().nth(1).unwrap().ends_with(",S256-101,Salmon 12,Salmo salar,8.4,m,,"), "{own}");
+    assert!(own.lines().nth(2).unwrap().ends_with(",,,,,,,"), "{own}");
+    for (query, told) in [
+        ("format=vemco", "format: `vemco` is no format; there are lutra"),
+        ("format=vue&spreadsheet=comma", "spreadsheet:"),
+    ] {
         let answer = shore.get(&format!("/api/v1/detections.csv?{query}"), &token).await;
-        assert!(answer.status == StatusCode::BAD_REQUEST && answer.body.contains(told), "{query}: {}", answer.body);
+        assert!(
+            answer.status == StatusCode::BAD_REQUEST && answer.body.contains(told),
+            "{query}: {}",
+            answer.body
+        );
     }
 }

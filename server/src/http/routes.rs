@@ -15,11 +15,11 @@ use api::{
     MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, NoGoArea, NoGoAreaChange,
     NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, OrderRequest, Ordered, Person, PlanChange,
     PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, RegisterAnswer, RegisterChange,
-    RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery, RegisterQuery, RegisterRecord, Role, Samples,
-    SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest, StopQuery,
-    StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery, TransportPeer,
-    VesselParameters, VesselQuery, VesselQuerySent,
+    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, RegisterAnswer,
+    RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery, RegisterQuery,
+    RegisterRecord, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery,
+    Session, ShelveRequest, StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade,
+    TrackPoint, TrackQuery, TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Json;
 use shore::logbook::PHOTO_BYTES;

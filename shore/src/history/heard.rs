@@ -5,11 +5,11 @@
 //! give the same bytes.
 
 use detections::Detection;
-use research::{Format, LUTRA, Lags, Study, Writer, format};
+use research::{Format, HORIZON_S, LUTRA, Lags, Study, Writer, format};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
-use store::{DetectionsWanted, Exported, StoreError};
+use store::{DetectionsWanted, Exported, StoreError, TimeRange};
 use tables::Dialect;
 
 /// Bytes that are written at once.
@@ -52,6 +52,16 @@ impl HeardFile {
         Ok(Self { format, dialect })
     }
 
+    /// The time of which detections are read for rows of a time: the neighbours of the first and the last one too, where the
+    /// format tells how far those are.
+    pub fn read_range(&self, range: TimeRange) -> TimeRange {
+        let beside_us = if self.format.has_lag { HORIZON_S * 1_000_000 } else { 0 };
+        TimeRange {
+            from_us: range.from_us.saturating_sub(beside_us),
+            to_us: range.to_us.saturating_add(beside_us),
+        }
+    }
+
     /// The name of the file, without what packs it.
     pub fn name(&self) -> String {
         if self.format.name == LUTRA.name {
@@ -76,8 +86,18 @@ pub fn write(
     out: &mut dyn Write,
 ) -> store::Result<Exported> {
     let writer = Writer::new(file.format, file.dialect);
-    let mut rows = Rows { writer, study, names, announced: BTreeMap::new(), buffer: Vec::new(), out, done: Exported::default() };
-    let written = rows.write(data, wanted, file.format);
+    let mut rows = Rows {
+        writer,
+        study,
+        names,
+        range: wanted.range,
+        announced: BTreeMap::new(),
+        buffer: Vec::new(),
+        out,
+        done: Exported::default(),
+    };
+    let read = DetectionsWanted { range: file.read_range(wanted.range), ..wanted.clone() };
+    let written = rows.write(data, &read, file.format);
     if let Err(error) = written {
         let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
         rows.out.write_all(line.as_bytes()).ok();
@@ -91,6 +111,8 @@ struct Rows<'r> {
     writer: Writer,
     study: &'r Study,
     names: &'r BTreeMap<u16, String>,
+    /// Of which detections there are rows, by when they were reported.
+    range: TimeRange,
     /// What vessels without a name by people announced.
     announced: BTreeMap<u16, String>,
     buffer: Vec<u8>,
@@ -125,6 +147,10 @@ impl Rows<'_> {
     }
 
     fn row(&mut self, one: &Detection, lag_s: Option<f64>) -> store::Result<()> {
+        let reported_us = one.origin.reported.micros();
+        if reported_us < self.range.from_us || reported_us >= self.range.to_us {
+            return Ok(());
+        }
         let vessel = one.origin.system.0;
         let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
         let heard = self.study.heard(one, called, lag_s);

@@ -32,7 +32,8 @@ pub(super) fn look(
     let mut steps = Vec::new();
     for row in &read.rows {
         let before = row.known.and_then(|at| known.get(at));
-        let fields = differences(&before.map_or_else(|| blank(kind), |row| row.record.clone()), &row.record, names);
+        let fields =
+            differences(&before.map_or_else(|| blank(kind), |row| row.record.clone()), &row.record, names);
         match before {
             Some(_) if fields.is_empty() => {
                 answer.same += 1;
@@ -80,12 +81,11 @@ fn together(read: &Read, rows: &[Row], known: &[&Row]) -> Vec<RegisterProblem> {
     let mut records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
     for row in &read.rows {
         let of_known = row.known.and_then(|at| known.get(at)).map(|row| row.id);
-        match of_known.and_then(|id| rows.iter().position(|row| row.id == id)) {
-            Some(at) => (records[at], lines[at]) = (row.record.clone(), Some(row.line)),
-            None => {
-                records.push(row.record.clone());
-                lines.push(Some(row.line));
-            }
+        if let Some(at) = of_known.and_then(|id| rows.iter().position(|row| row.id == id)) {
+            (records[at], lines[at]) = (row.record.clone(), Some(row.line));
+        } else {
+            records.push(row.record.clone());
+            lines.push(Some(row.line));
         }
     }
     let faults = check_all(&records).into_iter();

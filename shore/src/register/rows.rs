@@ -178,7 +178,13 @@ fn holds(rows: &[Row]) -> Result<(), Fault> {
     }
     let told = faults.iter().take(TOLD).filter_map(|fault| {
         let record = records.get(fault.entry)?;
-        Some(format!("{}: {} `{}`: {}", fault.column, kind_word(kind_of(record)), name_of(record), fault.text))
+        Some(format!(
+            "{}: {} `{}`: {}",
+            fault.column,
+            kind_word(kind_of(record)),
+            name_of(record),
+            fault.text
+        ))
     });
     Err(Fault::Refused(told.collect::<Vec<_>>().join("\n")))
 }

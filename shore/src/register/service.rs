@@ -10,8 +10,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal, vessels};
 use crate::logbook::NEWER;
 use api::{
-    LogWord, RegisterAnswer, RegisterChange, RegisterEntry, RegisterImport, RegisterImportQuery, RegisterKind,
-    RegisterRecord, Role, Vessel,
+    LogWord, RegisterAnswer, RegisterChange, RegisterEntry, RegisterImport, RegisterImportQuery,
+    RegisterKind, RegisterRecord, Role, Vessel,
 };
 use imc::Address;
 use research::{KINDS, Names, check, differences, kind_of, kind_word, name_of, write_csv};
@@ -53,7 +53,8 @@ impl Register {
     /// app.db cannot be read.
     pub async fn entries(&self, who: &Principal, kind: Option<RegisterKind>) -> Result<RegisterAnswer> {
         let (version, rows) = self.people.ask(All).await?;
-        let wanted = |row: &Row| kind.is_none_or(|kind| kind_of(&row.record) == kind) && sees(who, &row.record);
+        let wanted =
+            |row: &Row| kind.is_none_or(|kind| kind_of(&row.record) == kind) && sees(who, &row.record);
         let entries = rows.into_iter().filter(wanted).map(|row| told(who, row)).collect();
         Ok(RegisterAnswer { version, entries })
     }
@@ -81,7 +82,12 @@ impl Register {
     ///
     /// # Errors
     /// The person may not, or the field that is named cannot be.
-    pub async fn create(&self, who: &Principal, from: String, record: RegisterRecord) -> Result<RegisterEntry> {
+    pub async fn create(
+        &self,
+        who: &Principal,
+        from: String,
+        record: RegisterRecord,
+    ) -> Result<RegisterEntry> {
         let record = checked(record)?;
         may(who, &record)?;
         let subject = subject(&record);
@@ -103,7 +109,10 @@ impl Register {
         let row = self.find(who, id).await?;
         let record = checked(change.record)?;
         if kind_of(&record) != kind_of(&row.record) {
-            let text = format!("kind: this entry is of the kind {}; add another one", kind_word(kind_of(&row.record)));
+            let text = format!(
+                "kind: this entry is of the kind {}; add another one",
+                kind_word(kind_of(&row.record))
+            );
             return Err(malformed(text));
         }
         may(who, &row.record)?;
@@ -205,10 +214,13 @@ impl Register {
     }
 }
 
+/// The address of a vessel by its name or address.
+type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, String> + Send>;
+
 /// What vessels are called, and by which names they are found.
 pub struct Called {
     name: Box<dyn Fn(u16) -> String + Send>,
-    address: Box<dyn Fn(&str) -> std::result::Result<u16, String> + Send>,
+    address: FindVessel,
 }
 
 impl Called {
@@ -257,7 +269,8 @@ fn may(who: &Principal, record: &RegisterRecord) -> Result<()> {
         return Ok(());
     }
     let word = kind_word(kind_of(record));
-    let text = format!("{}: changing a {word} takes the role researcher on {place}. Ask an admin.", name_of(record));
+    let text =
+        format!("{}: changing a {word} takes the role researcher on {place}. Ask an admin.", name_of(record));
     Err(Error::new(ErrorKind::Forbidden, text))
 }
 
@@ -289,7 +302,10 @@ fn problems(answer: &RegisterImport) -> String {
     });
     let count = answer.problems.len();
     let all = if count > TOLD { format!("\n… and {} more", count - TOLD) } else { String::new() };
-    format!("Nothing was taken of the file, which has {count} problems:\n{}{all}", told.collect::<Vec<_>>().join("\n"))
+    format!(
+        "Nothing was taken of the file, which has {count} problems:\n{}{all}",
+        told.collect::<Vec<_>>().join("\n")
+    )
 }
 
 fn malformed(text: impl Into<String>) -> Error {

@@ -46,10 +46,19 @@ async fn entries_are_kept_with_what_they_said_before() {
 
     // What names nothing, twice the same name, a code twice at a time, an older revision: nothing of it is done.
     for (steps, told) in [
-        (vec![Step::Add(tag("U", 8, "Fisk"))], "animal: tag `U`: no animal is called `Fisk`; did you mean `Fish`?"),
+        (
+            vec![Step::Add(tag("U", 8, "Fisk"))],
+            "animal: tag `U`: no animal is called `Fisk`; did you mean `Fish`?",
+        ),
         (vec![Step::Add(animal("FISH"))], "name: another animal is called `Fish`; choose another name"),
-        (vec![Step::Add(tag("U", 7, ""))], "from_time: tag `U`: the tag `T` has this protocol and number (7)"),
-        (vec![Step::Delete(fish, 1)], "animal: tag `T`: no animal is called `fish`; register the animal first"),
+        (
+            vec![Step::Add(tag("U", 7, ""))],
+            "from_time: tag `U`: the tag `T` has this protocol and number (7)",
+        ),
+        (
+            vec![Step::Delete(fish, 1)],
+            "animal: tag `T`: no animal is called `fish`; register the animal first",
+        ),
         (vec![Step::Change(fish, 1, animal("Fisk"))], "animal: tag `T`: no animal is called `fish`"),
         (vec![Step::Delete(code, 2)], "meanwhile"),
     ] {
@@ -89,9 +98,8 @@ async fn a_file_is_looked_at_before_it_is_taken() {
     done(db, write(vec![Step::Add(animal("Fish")), Step::Add(tag("T", 7, "Fish"))])).await.unwrap();
     let (version, all) = rows(db).await;
     let called = Called::new(&[Vessel { address: 7, name: "otter".to_owned() }]);
-    let looked = |text: &str| {
-        look(RegisterKind::Tag, text.as_bytes(), (version, &all), &called.names(), &|_| None)
-    };
+    let looked =
+        |text: &str| look(RegisterKind::Tag, text.as_bytes(), (version, &all), &called.names(), &|_| None);
     let (answer, steps) = looked("name,protocol,tag_id,serial\nT,R64K,7,99\n,S256,8,\n");
     assert_eq!((answer.added, answer.changed, answer.same, answer.problems.len()), (1, 1, 0, 0));
     assert_eq!(answer.changes[0].fields.iter().map(|one| &*one.column).collect::<Vec<_>>(), ["serial"]);

@@ -23,14 +23,17 @@ fn a_blank_entry_lacks_what_it_needs() {
         let all = told(&blank(kind));
         all.iter().map(|text| text.split(':').next().unwrap().to_owned()).collect::<Vec<_>>()
     };
-    assert_eq!(KINDS.map(lacks), [
-        vec!["name".to_owned()],
-        vec!["name".to_owned()],
-        vec!["name".to_owned()],
-        vec!["protocol".to_owned(), "tag_id".to_owned()],
-        vec!["serial".to_owned()],
-        vec!["receiver".to_owned(), "vessel".to_owned(), "from_time".to_owned()],
-    ]);
+    assert_eq!(
+        KINDS.map(lacks),
+        [
+            vec!["name".to_owned()],
+            vec!["name".to_owned()],
+            vec!["name".to_owned()],
+            vec!["protocol".to_owned(), "tag_id".to_owned()],
+            vec!["serial".to_owned()],
+            vec!["receiver".to_owned(), "vessel".to_owned(), "from_time".to_owned()],
+        ]
+    );
 }
 
 #[test]
@@ -68,7 +71,10 @@ fn what_cannot_be_is_told_at_its_field() {
     assert!(animal(|one| one.name = "a\nb".to_owned()).starts_with("name: has several lines"));
     assert!(animal(|one| one.name = "x".repeat(81)).starts_with("name: has 81 letters"));
     assert!(animal(|one| one.notes = "\u{7}".to_owned()).starts_with("notes: has control"));
-    assert!(animal(|one| (one.capture_us, one.release_us) = (Some(2), Some(1))).starts_with("release_time: is before"));
+    assert!(
+        animal(|one| (one.capture_us, one.release_us) = (Some(2), Some(1)))
+            .starts_with("release_time: is before")
+    );
     assert!(animal(|one| one.release_us = Some(-1)).starts_with("release_time: -1 is no time"));
     let person = RegisterPerson {
         name: "Kari".to_owned(),
@@ -91,7 +97,9 @@ fn what_cannot_be_is_told_at_its_field() {
 
 #[test]
 fn a_code_is_one_tag_at_a_time() {
-    let wrong = |all: &[RegisterRecord]| check_all(all).into_iter().map(|one| (one.entry, one.column)).collect::<Vec<_>>();
+    let wrong = |all: &[RegisterRecord]| {
+        check_all(all).into_iter().map(|one| (one.entry, one.column)).collect::<Vec<_>>()
+    };
     assert_eq!(wrong(&[tag("a", 7, None, Some(5)), tag("b", 7, Some(5), None), tag("c", 8, None, None)]), []);
     assert_eq!(wrong(&[tag("a", 7, None, Some(6)), tag("b", 7, Some(5), None)]), [(1, "from_time")]);
     assert_eq!(wrong(&[tag("a", 7, None, None), tag("A ", 9, None, None)]), [(1, "name")]);
@@ -110,18 +118,27 @@ fn a_reference_is_to_something_that_is_there() {
         contact: "Kari Nordman".to_owned(),
         ..RegisterProject::default()
     });
-    let person =
-        RegisterRecord::Person(RegisterPerson { name: "Kari Nordmann".to_owned(), ..RegisterPerson::default() });
+    let person = RegisterRecord::Person(RegisterPerson {
+        name: "Kari Nordmann".to_owned(),
+        ..RegisterPerson::default()
+    });
     let faults = check_all(&[project.clone(), person]);
     assert_eq!(faults.len(), 1);
-    assert!(faults[0].text.contains("no person is called `Kari Nordman`; did you mean `Kari Nordmann`?"), "{faults:?}");
+    assert!(
+        faults[0].text.contains("no person is called `Kari Nordman`; did you mean `Kari Nordmann`?"),
+        "{faults:?}"
+    );
     assert!(check_all(&[project])[0].text.contains("register the person first"));
 }
 
 #[test]
 fn a_receiver_is_on_one_vessel_at_a_time_and_has_a_serial_number_of_its_own() {
     let receiver = |name: &str, serial| {
-        RegisterRecord::Receiver(RegisterReceiver { name: name.to_owned(), serial: Some(serial), ..Default::default() })
+        RegisterRecord::Receiver(RegisterReceiver {
+            name: name.to_owned(),
+            serial: Some(serial),
+            ..Default::default()
+        })
     };
     let deployed = |name: &str, vessel, from_us, to_us| {
         RegisterRecord::Deployment(RegisterDeployment {
@@ -134,6 +151,14 @@ fn a_receiver_is_on_one_vessel_at_a_time_and_has_a_serial_number_of_its_own() {
         })
     };
     assert_eq!(check_all(&[receiver("r", 1), deployed("a", 5, 0, Some(9)), deployed("b", 6, 9, None)]), []);
-    let wrong = check_all(&[receiver("r", 1), deployed("a", 5, 0, None), deployed("b", 6, 9, None), receiver("s", 1)]);
-    assert_eq!(wrong.iter().map(|one| (one.entry, one.column)).collect::<Vec<_>>(), [(2, "from_time"), (3, "serial")]);
+    let wrong = check_all(&[
+        receiver("r", 1),
+        deployed("a", 5, 0, None),
+        deployed("b", 6, 9, None),
+        receiver("s", 1),
+    ]);
+    assert_eq!(
+        wrong.iter().map(|one| (one.entry, one.column)).collect::<Vec<_>>(),
+        [(2, "from_time"), (3, "serial")]
+    );
 }

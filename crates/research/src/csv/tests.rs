@@ -4,7 +4,11 @@ use api::{RegisterAnimal, RegisterTag};
 use proptest::prelude::*;
 
 fn address(text: &str) -> Result<u16, String> {
-    if text == "otter-1" { Ok(0x0814) } else { text.parse().map_err(|_| format!("no vessel is called `{text}`")) }
+    if text == "otter-1" {
+        Ok(0x0814)
+    } else {
+        text.parse().map_err(|_| format!("no vessel is called `{text}`"))
+    }
 }
 
 fn name(address: u16) -> String {
@@ -34,7 +38,9 @@ fn animals(text: &str) -> Vec<RegisterAnimal> {
 
 #[test]
 fn tables_of_spreadsheets_are_read() {
-    let plain = animals("name,length_mm,release_time,notes\nA,512.5,2026-11-20 08:00,\"a, \"\"b\"\"\nc\"\n\n,,,\nB,,,\n");
+    let plain = animals(
+        "name,length_mm,release_time,notes\nA,512.5,2026-11-20 08:00,\"a, \"\"b\"\"\nc\"\n\n,,,\nB,,,\n",
+    );
     assert_eq!((plain.len(), plain[0].length_mm, &*plain[0].notes), (2, Some(512.5), "a, \"b\"\nc"));
     assert_eq!(plain[0].release_us, Some(1_795_161_600_000_000));
     let european = animals("\u{FEFF}Name;Length_mm;release_time\r\nA;512,5;2026-11-20T10:00+02:00\r\n");
@@ -80,7 +86,8 @@ fn a_file_that_is_no_table_is_told_so() {
         (b"name,Name\nA,B", "1 Name: stands in the header twice"),
     ] {
         let told = read_csv(RegisterKind::Animal, bytes, &[], &NAMES).wrong;
-        let told: Vec<String> = told.iter().map(|one| format!("{} {}: {}", one.line, one.column, one.text)).collect();
+        let told: Vec<String> =
+            told.iter().map(|one| format!("{} {}: {}", one.line, one.column, one.text)).collect();
         assert!(told.iter().any(|text| text.starts_with(part)), "{part}: {told:?}");
     }
     let many = format!("name\n{}", "A\n".repeat(ROWS + 1));
@@ -100,11 +107,15 @@ fn a_line_changes_the_entry_of_its_name_and_leaves_what_the_table_has_no_column_
     let text = "protocol,tag_id,sensor_unit,animal\nr64k,7,,\nOPs,8,,";
     let read = read_csv(RegisterKind::Tag, text.as_bytes(), &[&known], &NAMES);
     assert_eq!(read.wrong, []);
-    assert_eq!(read.rows.iter().map(|row| (row.line, row.known)).collect::<Vec<_>>(), [(2, Some(0)), (3, None)]);
+    assert_eq!(
+        read.rows.iter().map(|row| (row.line, row.known)).collect::<Vec<_>>(),
+        [(2, Some(0)), (3, None)]
+    );
     let RegisterRecord::Tag(tag) = &read.rows[0].record else { panic!("a tag") };
     assert_eq!((&*tag.serial, &*tag.sensor_unit, &*tag.protocol), ("12", "", "r64k"));
     let changed = differences(&known, &read.rows[0].record, &NAMES);
-    let changed: Vec<(&str, &str, &str)> = changed.iter().map(|one| (one.column, &*one.before, &*one.after)).collect();
+    let changed: Vec<(&str, &str, &str)> =
+        changed.iter().map(|one| (one.column, &*one.before, &*one.after)).collect();
     assert_eq!(changed, [("protocol", "R64K", "r64k"), ("sensor_unit", "m", "")]);
 }
 

@@ -14,11 +14,11 @@ pub(super) const FORMAT: Format = Format {
     header: "",
     absent: "",
     rows: Rows::Detections(row),
-    has_lag: false,
+    has_lag: true,
 };
 
 /// The columns: name in the header, and what it tells.
-pub const LUTRA_COLUMNS: [(&str, &str); 30] = [
+pub const LUTRA_COLUMNS: [(&str, &str); 32] = [
     (
         "heard_utc",
         "when the receiver heard the tag, by the receiver's clock; ISO 8601, UTC, milliseconds; empty where that clock was never set or was lost",
@@ -58,6 +58,14 @@ pub const LUTRA_COLUMNS: [(&str, &str); 30] = [
     ("scientific_name", "its species, by the register"),
     ("sensor_reading", "the tag's measurement by the slope and intercept that the register has for it"),
     ("sensor_unit", "unit of that"),
+    (
+        "min_lag [s]",
+        "time to the nearest other detection of the tag by the same receiver; empty where none is within a day",
+    ),
+    (
+        "doubt",
+        "why it is perhaps a false detection, by the rule of 30 ping intervals; empty where another one confirms it, or the register has no ping interval",
+    ),
 ];
 
 /// Appends the names of the columns.
@@ -107,5 +115,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     let sensor = heard.sensor();
     cells.number(sensor.map(|sensor| sensor.value));
     cells.maybe(sensor.map(|sensor| sensor.unit));
+    cells.number(heard.min_lag_s);
+    cells.text(&heard.doubt().unwrap_or_default());
     true
 }

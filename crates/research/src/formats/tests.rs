@@ -1,7 +1,8 @@
 use super::*;
 use crate::lag::Lags;
 use api::{
-    RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord, RegisterTag,
+    RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
+    RegisterTag,
 };
 use detections::{Detection, Effort, Noise, Origin, Pose, Protocol, ReceiverClock};
 use imc::Address;
@@ -124,7 +125,8 @@ fn rows(name: &str) -> Vec<String> {
 
 #[test]
 fn headers_are_those_of_the_fact_sheet() {
-    let Some(facts) = testkit::shared("facts/acoustics_exports.md").map(|path| std::fs::read_to_string(path).unwrap())
+    let Some(facts) =
+        testkit::shared("facts/acoustics_exports.md").map(|path| std::fs::read_to_string(path).unwrap())
     else {
         return;
     };
@@ -132,10 +134,17 @@ fn headers_are_those_of_the_fact_sheet() {
         // Of GLATOS the sheet has 1.3, and what 1.4 adds.
         let header = format.header.trim_end().trim_end_matches(",record_status");
         // Of actel's biometrics too it names the columns one after another; of Movebank each in backticks of its own.
-        let facts = if format.name == "movebank" { facts.replace("` (UTC, .SSS), `", ",").replace("`, `", ",") } else { facts.clone() };
+        let facts = if format.name == "movebank" {
+            facts.replace("` (UTC, .SSS), `", ",").replace("`, `", ",")
+        } else {
+            facts.clone()
+        };
         assert!(facts.contains(&format!("`{header}`")), "{}: {header}", format.name);
     }
-    assert!(facts.contains("1.4 adds record_status") && format("glatos").unwrap().header.ends_with(",record_status\n"));
+    assert!(
+        facts.contains("1.4 adds record_status")
+            && format("glatos").unwrap().header.ends_with(",record_status\n")
+    );
     let fathom = format("fathom").unwrap().header;
     let (first, header) = fathom.split_once('\n').unwrap();
     assert!(first.starts_with("VEMCO DATA LOG,2.0.0,") && facts.contains(&format!("`{}`", header.trim())));
@@ -186,7 +195,10 @@ fn rows_of_thelma() {
     );
     assert_eq!(
         rows("thelma-old"),
-        ["2026-11-21 08:00:00,1024,1795248000,7,S256,7,42,25", "2026-11-21 08:00:01,1024,1795248001,0,R64K,7,-,25"]
+        [
+            "2026-11-21 08:00:00,1024,1795248000,7,S256,7,42,25",
+            "2026-11-21 08:00:01,1024,1795248001,0,R64K,7,-,25"
+        ]
     );
 }
 
@@ -199,17 +211,17 @@ fn rows_of_networks() {
              A69-1105,depth,42,depth,8.4,m,2026-11-21T08:00:00.007Z,2026-11-21T08:00:00.007Z,-10.40000000,63.44000000,\
              EPSG:4326,POINT (-10.40000000 63.44000000),,\"Nordmann, K. (2026)\",\
              FJORD-A69-1105-7-0814-1024-1795248000.007-S256-7-2-1795248001000001,Kari Nordmann,Kari Nordmann",
-            ",,,,,,,otter-1,1024,,,A69-1303-7,A69-1303,,,,,,2026-11-21T08:00:01.000Z,1970-01-01T00:10:00.250Z,,,,,,,\
+            ",,,,,,FJORD,otter-1,1024,,0.5,A69-1303-7,A69-1303,,,,,,2026-11-21T08:00:01.000Z,1970-01-01T00:10:00.250Z,,,,,,,\
              LUTRA-A69-1303-7-0814-1024-600.250-R64K-7-2-1795248001000001,,",
         ]
-        .map(|row| row.to_owned())
+        .map(str::to_owned)
     );
     assert_eq!(
         rows("etn"),
         [
             "0814-1024-1795248000.007-S256-7-2-1795248001000001,2026-11-21T08:00:00Z,1290007,A69-1105-7,FJORD,Salmon 12,\
              Salmo salar,FJORD,TBR700-1024,otter-1,63.44000000,-10.40000000,8.4,m,,,25,,,Spring",
-            "0814-1024-600.250-R64K-7-2-1795248001000001,2026-11-21T08:00:01Z,,A69-1303-7,,,,,TBR700-1024,otter-1,,,,,,,25,,,",
+            "0814-1024-600.250-R64K-7-2-1795248001000001,2026-11-21T08:00:01Z,,A69-1303-7,,,,FJORD,TBR700-1024,otter-1,,,,,,,25,,,Spring",
         ]
     );
     assert_eq!(
@@ -218,7 +230,7 @@ fn rows_of_networks() {
             "Salmon 12,2026-11-21 08:00:00.007,FJORD,otter-1,A69-1105,7,8.4,m,63.44000000,-10.40000000,1024,depth,D-LP13,\
              1290007,Atlantic salmon,Lena,0.512,1.34,F,spring,\"Lena, mouth\",63.40000000,10.10000000,2026-11-20 08:00:00,\
              FJORD,FJORD,,,otter-1,7.25,",
-            ",2026-11-21 08:00:01.000,,otter-1,A69-1303,7,,,,,1024,,,,,,,,,,,,,,,,,,otter-1,,",
+            ",2026-11-21 08:00:01.000,FJORD,otter-1,A69-1303,7,,,,,1024,,,,,,,,,,,,,,,FJORD,,,otter-1,,",
         ]
     );
 }
@@ -234,7 +246,9 @@ fn rows_of_packages() {
     assert_eq!(rows("yaps"), ["2026-11-21 08:00:00.007,7,1795248000,0.007,1024"]);
     assert_eq!(
         rows("movebank"),
-        ["2026-11-21 08:00:00.007,-10.40000000,63.44000000,Salmon 12,S256-7 A,acoustic-telemetry,Salmo salar"]
+        [
+            "2026-11-21 08:00:00.007,-10.40000000,63.44000000,Salmon 12,S256-7 A,acoustic-telemetry,Salmo salar"
+        ]
     );
 }
 
@@ -245,26 +259,49 @@ fn what_no_message_carried_is_an_empty_cell() {
     assert_eq!(
         row,
         ",R64K-7,1024,otter,,,,,25,,69,not set,600.250,2026-11-21T08:00:01.000001Z,,R64K,7,,,,,,3,,\
-         1024-600.250-R64K-7-2-1795248001000001,,,,,"
+         1024-600.250-R64K-7-2-1795248001000001,,,,,,,"
     );
 }
 
 #[test]
 fn a_row_tells_everything_that_was_carried_and_what_the_register_knows() {
-    let text = file(LUTRA, &study(), &[(whole(), None)]);
+    let text = file(LUTRA, &study(), &[(whole(), Some(7.25))]);
     assert_eq!(
         text.lines().nth(1).unwrap(),
         "2026-11-21T08:00:00.007Z,S256-7,1024,otter-1,63.44000000,-10.40000000,0.4,0.75,25,42,69,set,1795248000.007,\
          2026-11-21T08:00:01.000001Z,2026-11-21T08:00:02.000000Z,S256,7,0,0,40,12.5,0.0,3,\"'=1024,1\",\
-         1024-1795248000.007-S256-7-2-1795248001000001,S256-7 A,Salmon 12,Salmo salar,8.4,m"
-            .replace("\"'=1024,1\"", "\"'=1024,1\"")
+         1024-1795248000.007-S256-7-2-1795248001000001,S256-7 A,Salmon 12,Salmo salar,8.4,m,7.25,"
     );
     let (writer, mut out) = (Writer::new(LUTRA, Dialect::SpreadsheetComma), Vec::new());
     writer.header(&mut out);
     let (study, one) = (study(), whole());
     writer.row(&mut out, &study.heard(&one, "otter-1", None));
     let text = String::from_utf8(out).unwrap();
-    assert!(text.starts_with("\u{FEFF}heard_utc;tag;") && text.contains(";63,44000000;-10,40000000;0,4;"), "{text}");
+    assert!(
+        text.starts_with("\u{FEFF}heard_utc;tag;") && text.contains(";63,44000000;-10,40000000;0,4;"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_nothing_confirms_is_doubted_where_the_register_knows_how_often_the_tag_pings() {
+    let pings = |interval_min_s, interval_max_s| {
+        Study::new([RegisterRecord::Tag(RegisterTag {
+            protocol: "S256".to_owned(),
+            tag_id: Some(7),
+            interval_min_s,
+            interval_max_s,
+            ..RegisterTag::default()
+        })])
+    };
+    let doubt = |study: &Study, lag_s| study.heard(&whole(), "o", lag_s).doubt();
+    let often = pings(Some(90.0), Some(150.0));
+    assert_eq!(doubt(&often, Some(3_600.0)), None);
+    let told = "no other detection of this tag by this receiver within 3600 s, 30 ping intervals of 120 s";
+    assert_eq!(doubt(&often, Some(3_600.5)).as_deref(), Some(told));
+    assert_eq!(doubt(&often, None).as_deref(), Some(told));
+    assert_eq!(doubt(&pings(None, None), None), None);
+    assert_eq!(doubt(&pings(Some(3_000.0), None), None), None, "a day does not tell");
 }
 
 #[test]

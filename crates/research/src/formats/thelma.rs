@@ -38,7 +38,8 @@ fn old(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
 fn new(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     let one = heard.detection;
     cells.blank_ms(Some(heard.time_us));
-    let (seconds, millis) = (heard.time_us.div_euclid(1_000_000), heard.time_us.rem_euclid(1_000_000) / 1_000);
+    let (seconds, millis) =
+        (heard.time_us.div_euclid(1_000_000), heard.time_us.rem_euclid(1_000_000) / 1_000);
     cells.decimals(&format!("{seconds}.{millis:03}"));
     cells.whole(Some(one.tag_id.into()));
     cells.whole(one.data.map(i64::from));

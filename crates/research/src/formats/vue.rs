@@ -36,14 +36,11 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
 
 /// Value and unit of a tag's measurement; its count where nothing else is known.
 pub(super) fn sensor(cells: &mut Cells<'_>, heard: &Heard<'_>) {
-    match heard.sensor() {
-        Some(sensor) => {
-            cells.number(Some(sensor.value));
-            cells.text(sensor.unit);
-        }
-        None => {
-            cells.whole(heard.detection.data.map(i64::from));
-            cells.maybe(heard.detection.data.map(|_| COUNT));
-        }
+    if let Some(sensor) = heard.sensor() {
+        cells.number(Some(sensor.value));
+        cells.text(sensor.unit);
+    } else {
+        cells.whole(heard.detection.data.map(i64::from));
+        cells.maybe(heard.detection.data.map(|_| COUNT));
     }
 }
