@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const CODED_KHZ: u8 = 69;
 /// Ping intervals within which something must confirm a detection.
 const PINGS: f64 = 30.0;
-/// Code spaces that readers of portals know, by the protocol of receivers (facts: actel's map).
+/// Code spaces that readers of portals know, by the protocol of receivers (as R's actel maps them).
 const CODESPACES: [(&str, &str); 4] =
     [("R256", "A69-1008"), ("R04K", "A69-1206"), ("R64K", "A69-1303"), ("S256", "A69-1105")];
 

@@ -1,6 +1,6 @@
 //! Detections as files that portals, R packages and people take, one format in one module.
 //!
-//! Headers are those of `facts/acoustics_exports.md`, byte for byte. All files are UTF-8 without a mark, times are UTC,
+//! Headers are the formats' own, byte for byte: readers know a file by them. All files are UTF-8 without a mark, times are UTC,
 //! degrees have eight decimals (1 mm). What is not known is absent in the way of the format, never 0.
 
 mod actel;
