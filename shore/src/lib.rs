@@ -11,7 +11,7 @@
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
 //!   and the audit log.
 //! - [`areas`]: what people close to all vessels.
-//! - [`logbook`], [`missions`]: what people write down.
+//! - [`logbook`], [`missions`], [`register`]: what people write down.
 //! - [`notices`]: alarms told by mail and webhook.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
@@ -38,6 +38,7 @@ mod parameters;
 pub mod plans;
 pub mod private;
 pub mod recorder;
+pub mod register;
 pub mod reports;
 pub mod router;
 pub mod routing;
@@ -68,6 +69,7 @@ use crate::missions::Missions;
 use crate::notices::Notices;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
+use crate::register::Register;
 use crate::reports::Reports;
 use crate::router::Router;
 use crate::routing::Routing;
@@ -105,6 +107,8 @@ pub struct Shore {
     pub logbook: Logbook,
     /// Missions that people record.
     pub missions: Missions,
+    /// The register of studies: tags, animals, receivers.
+    pub register: Register,
     /// Messages about alarms.
     pub notices: Notices,
     /// The vessels that came in by the link.

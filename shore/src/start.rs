@@ -14,6 +14,7 @@ use crate::missions::Missions;
 use crate::notices::Notices;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
+use crate::register::Register;
 use crate::reports::Reports;
 use crate::router::Router;
 use crate::routing::Routing;
@@ -126,6 +127,7 @@ impl Opened {
         let alarms = Alarms::new(router.clone(), people.clone());
         let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
         let missions = Missions::new(people.clone(), clock.clone(), history.clone());
+        let register = Register::new(people.clone(), clock.clone());
         let notices = Notices::new(people.clone(), clock.clone(), settings.notices);
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
@@ -144,6 +146,7 @@ impl Opened {
             routing: Routing::default(),
             logbook,
             missions,
+            register,
             notices,
             links,
             helms,

@@ -19,7 +19,7 @@ const LAYERS: [(u8, &[&str]); 8] = [
     (2, &["detections", "guard", "tiles"]),
     (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner", "tables"]),
     (4, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
-    (5, &["operations"]),
+    (5, &["operations", "research"]),
     (6, &["shore"]),
     (7, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];

@@ -6,6 +6,7 @@ import { offerCopies } from "./ui/copy";
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
 const [style, noGo] = [document.getElementById("style"), document.getElementById("no-go-areas")];
+const register = document.getElementById("register");
 const [logbook, missions, mission] = [document.getElementById("logbook"), document.getElementById("missions"), document.getElementById("mission")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
@@ -25,6 +26,8 @@ if (fleet) {
   void import("./pages/mission").then(({ startMission }) => startMission(mission));
 } else if (noGo) {
   void import("./pages/nogo").then(({ startNoGo }) => startNoGo(noGo));
+} else if (register) {
+  void import("./pages/register").then(({ startRegister }) => startRegister(register));
 } else if (style) {
   void import("./pages/style").then(({ startStyle }) => startStyle(style));
 } else {

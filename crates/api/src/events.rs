@@ -89,7 +89,10 @@ pub struct DetectionsFileQuery {
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
-    /// For spreadsheets: `comma` or `point`, the decimal sign; for programs when left out.
+    /// `lutra` (all columns), or a portal's or package's: `vue`, `fathom`, `thelma`, `thelma-old`, `otn`, `etn`, `glatos`, `actel`,
+    /// `actel-biometrics`, `yaps`, `movebank`; `lutra` when left out. See `docs/detections.md`.
+    pub format: Option<String>,
+    /// For spreadsheets, in the format `lutra`: `comma` or `point`, the decimal sign; for programs when left out.
     pub spreadsheet: Option<String>,
     /// Whether the file is packed by gzip; false when left out.
     pub gzip: Option<bool>,

@@ -22,6 +22,7 @@ mod missions;
 mod people;
 mod plans;
 mod refusals;
+mod register;
 mod routing;
 mod samples;
 mod teleop;
@@ -67,6 +68,12 @@ pub use plans::{
     PlanUploadRequest, SpeedUnit, StoredPlan,
 };
 pub use refusals::{NoControl, Refusal, RefusalReason};
+pub use register::{
+    RegisterAnimal, RegisterAnswer, RegisterChange, RegisterDeleteQuery, RegisterDeployment, RegisterEntry,
+    RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterImportQuery, RegisterKind,
+    RegisterPerson, RegisterProblem, RegisterProject, RegisterQuery, RegisterReceiver, RegisterRecord,
+    RegisterTag,
+};
 pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
     SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,

@@ -83,8 +83,8 @@ pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, cove
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
-    Angles, CsvOptions, DETECTION_COLUMNS, Exported, RAW, Selection, Shape, describe_csv, export_csv,
-    export_detections, export_lsf, log_version, measure_csv, system, table_version, unexplained,
+    Angles, CsvOptions, Exported, RAW, Selection, Shape, describe_csv, each_detection, export_csv,
+    export_lsf, log_version, measure_csv, system, table_version, unexplained,
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};

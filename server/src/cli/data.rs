@@ -80,7 +80,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The decimal sign of a spreadsheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Spreadsheet {
+pub(super) enum Spreadsheet {
     /// As in most of Europe.
     Comma,
     /// As in English.
@@ -173,7 +173,7 @@ impl Drop for Progress {
 }
 
 /// The data folder, which must be one: a slip of the finger is no empty history.
-fn folder(common: &Common) -> anyhow::Result<PathBuf> {
+pub(super) fn folder(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load_to_write()?.data;
     ensure!(
         data.join("archive").is_dir() || data.join("history").is_dir(),
@@ -225,24 +225,33 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     if arguments.format != Format::Lsf && arguments.messages != [store::RAW] {
         tell_left_out(&data, &selection)?;
     }
-    let Some(path) = arguments.output.as_ref().filter(|path| path.as_os_str() != "-") else {
+    let is_text = arguments.format == Format::Csv;
+    to_output(arguments.output.as_deref(), is_text, &mut |out| write(&data, &selection, arguments, out))
+}
+
+/// Writes to a file, or to the standard output; `is_text` is what a terminal can show.
+pub(super) fn to_output(
+    output: Option<&Path>,
+    is_text: bool,
+    write: &mut dyn FnMut(&mut dyn Write) -> anyhow::Result<Exported>,
+) -> anyhow::Result<()> {
+    let Some(path) = output.filter(|path| path.as_os_str() != "-") else {
         ensure!(
-            arguments.format == Format::Csv || !io::stdout().is_terminal(),
+            is_text || !io::stdout().is_terminal(),
             "this format is not for a terminal; give a file by --output"
         );
-        let outcome = write(&data, &selection, arguments, &mut io::stdout().lock());
-        return match outcome {
+        return match write(&mut io::stdout().lock()) {
             Err(error) if is_broken_pipe(&error) => Ok(()),
             outcome => outcome.map(drop),
         };
     };
     // Under another name until it is whole: a file that is there is never half an export.
-    let mut part = path.clone().into_os_string();
+    let mut part = path.to_owned().into_os_string();
     part.push(".part");
     let part = PathBuf::from(part);
     let file = File::create(&part).with_context(|| part.display().to_string())?;
     let mut file = BufWriter::new(file);
-    let outcome = write(&data, &selection, arguments, &mut file).and_then(|exported| {
+    let outcome = write(&mut file).and_then(|exported| {
         file.into_inner()?.sync_all()?;
         fs::rename(&part, path).with_context(|| path.display().to_string())?;
         Ok(exported)
@@ -294,7 +303,7 @@ fn write(
 }
 
 /// Addresses of vessels given by name or address.
-fn vessels(data: &Path, given: &[String]) -> anyhow::Result<Vec<Address>> {
+pub(super) fn vessels(data: &Path, given: &[String]) -> anyhow::Result<Vec<Address>> {
     if given.is_empty() {
         return Ok(Vec::new());
     }

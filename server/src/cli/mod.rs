@@ -3,11 +3,13 @@
 mod chart;
 mod data;
 mod demo;
+mod detections;
 mod doctor;
 mod files;
 mod fleet;
 mod people;
 mod plan;
+mod register;
 mod say;
 mod serve;
 mod tls;
@@ -75,6 +77,12 @@ enum Command {
     Import(data::ImportArguments),
     /// Write what was recorded as CSV or LSF.
     Export(data::ExportArguments),
+    /// Files of detections, in the formats that portals and R packages take.
+    #[command(subcommand)]
+    Detections(detections::DetectionsCommand),
+    /// The register of studies: tables of projects, people, animals, tags, receivers and deployments, in and out.
+    #[command(subcommand)]
+    Register(register::RegisterCommand),
     /// Make the history again from the archive. The server must not run.
     Reindex(data::ReindexArguments),
     /// Copy everything into another folder, also while the server runs.
@@ -106,6 +114,7 @@ impl Command {
         !matches!(
             self,
             Self::Export(_)
+                | Self::Detections(_)
                 | Self::Chart(_)
                 | Self::Plan(_)
                 | Self::Doctor(_)
@@ -152,6 +161,8 @@ pub fn main() -> ExitCode {
         Command::Tls(command) => tls::tls(&common, command),
         Command::Import(arguments) => data::import(&common, &arguments),
         Command::Export(arguments) => data::export(&common, &arguments),
+        Command::Detections(command) => detections::detections(&common, &command),
+        Command::Register(command) => register::register(&common, &command),
         Command::Reindex(arguments) => data::reindex(&common, &arguments),
         Command::Backup(arguments) => data::backup(&common, &arguments),
         Command::Restore(arguments) => data::restore(&common, &arguments),

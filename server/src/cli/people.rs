@@ -235,14 +235,17 @@ async fn find(db: &mut Connection, vessel: Option<&str>) -> Result<Option<u16>, 
     }
 }
 
+/// Who acts, in the audit log.
+pub(super) const ACTOR: &str = "command line";
+
 /// Does something with its line in the audit log.
-async fn act<R: Request>(
+pub(super) async fn act<R: Request>(
     db: &mut Connection,
     action: &'static str,
     subject: &str,
     request: R,
 ) -> Result<R::Answer, Fault> {
-    let by = || "command line".to_owned();
+    let by = || ACTOR.to_owned();
     let (subject, outcome) = (subject.to_owned(), "done".to_owned());
     let line = Line { actor: by(), address: by(), action, subject, outcome };
     within_transaction(db, Acted { request, line, now: clock::now() }).await

@@ -252,6 +252,12 @@ async fn alarms_and_people_are_managed_by_keyboard_alone() {
     before_a_boat("keyboard-admin.mjs").await;
 }
 
+/// Animals and tags by hand and by a table, with what is wrong told before anything is changed.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_biologist_registers_tags_and_animals() {
+    before_a_boat("register.mjs").await;
+}
+
 /// A system that nobody registered and that is gone does not come to the main STOP.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_lost_stranger_never_takes_the_main_stop() {

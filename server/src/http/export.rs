@@ -10,6 +10,7 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::Value;
 use shore::history::export::{self, Export};
+use shore::history::heard::{self, HeardFile};
 use shore::identity::Principal;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -66,28 +67,27 @@ pub(crate) async fn detections(
         (from_us, to_us) => extract::range(from_us.unwrap_or(0), to_us.unwrap_or(extract::LAST_US))?,
     };
     let tags = export::tags(query.tag.as_deref())?;
-    let dialect = export::dialect(query.spreadsheet.as_deref())?;
+    let file = HeardFile::new(query.format.as_deref(), query.spreadsheet.as_deref())?;
     let vessels = export::list(query.vessel.as_deref());
     let named = state.shore.people.vessels();
     let names: BTreeMap<u16, String> =
         named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
     let may = may(who, &vessels)?;
     let gzip = query.gzip.unwrap_or(false);
-    let name = format!("detections.csv{}", if gzip { ".gz" } else { "" });
+    let name = format!("{}{}", file.name(), if gzip { ".gz" } else { "" });
+    let (register, study) = state.shore.register.study().await?;
     let find = move |reader: &mut Reader| export::systems(reader, &vessels, &named, &may);
     let systems = state.shore.history.ask(find).await?;
     // Any change of what carries detections may change the file; a vessel that said nothing yet has none.
     let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
-    let carriers = Selection { messages, range, ..Selection::default() };
+    let carriers = Selection { messages, range: file.read_range(range), ..Selection::default() };
     let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
     let download = Download {
-        question: format!("{name} {wanted:?} {names:?} {dialect:?}"),
+        question: format!("{name} {wanted:?} {names:?} {:?} {register}", file.dialect),
         name,
         media: CSV,
         gzip,
-        write: Arc::new(move |data, out| {
-            store::export_detections(data, &wanted, &names, dialect, out).map(drop)
-        }),
+        write: Arc::new(move |data, out| heard::write(data, &wanted, &names, &study, file, out).map(drop)),
         version: Arc::new(move |data| store::table_version(&mut Reader::open(data)?, &carriers)),
     };
     download.answer(&state, &asked).await

@@ -47,6 +47,9 @@ mod people;
 mod plans;
 #[cfg(test)]
 mod plans_tests;
+mod register;
+#[cfg(test)]
+mod register_tests;
 #[cfg(test)]
 mod reports_tests;
 pub(crate) mod routes;

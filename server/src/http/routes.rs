@@ -2,7 +2,7 @@
 
 use super::{
     alarms, areas, charts, control, export, health, history, imports, live, logbook, missions, openapi,
-    people, plans, teleop, transports,
+    people, plans, register, teleop, transports,
 };
 use crate::web::{Need, Route, assets};
 use api::{
@@ -15,13 +15,15 @@ use api::{
     MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, NoGoArea, NoGoAreaChange,
     NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, OrderRequest, Ordered, Person, PlanChange,
     PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples,
-    SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery, Session, ShelveRequest, StopQuery,
-    StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade, TrackPoint, TrackQuery, TransportPeer,
-    VesselParameters, VesselQuery, VesselQuerySent,
+    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, RegisterAnswer,
+    RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery, RegisterQuery,
+    RegisterRecord, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery,
+    Session, ShelveRequest, StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade,
+    TrackPoint, TrackQuery, TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Json;
 use shore::logbook::PHOTO_BYTES;
+use shore::register::FILE_BYTES;
 use utoipa::openapi::OpenApi;
 
 /// Bytes of a plan, and of a file that holds one.
@@ -108,6 +110,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(alarms_table());
     table.extend(log_book());
     table.extend(missions_table());
+    table.extend(register_table());
     table.extend(no_go_areas());
     table.extend(transfers());
     table.extend(plans());
@@ -420,6 +423,61 @@ fn no_go_areas() -> Vec<Route> {
     ]
 }
 
+/// The register of studies. Who may change which entry is decided by its kind and vessel.
+fn register_table() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let researcher = Need::Somewhere(Role::Researcher);
+    vec![
+        Route::get(
+            "/api/v1/register",
+            viewer,
+            "The register: projects, people, animals, tags, receivers and their deployments, by kind and name.",
+            register::list,
+        )
+        .query::<RegisterQuery>()
+        .gives::<RegisterAnswer>()
+        .packed(),
+        Route::post("/api/v1/register", researcher, "Register something.", register::create)
+            .takes::<RegisterRecord>()
+            .gives::<RegisterEntry>(),
+        Route::put(
+            "/api/v1/register/{id}",
+            researcher,
+            "Change an entry; what it said is kept. 409 when it was changed meanwhile.",
+            register::change,
+        )
+        .takes::<RegisterChange>()
+        .gives::<RegisterEntry>(),
+        Route::delete(
+            "/api/v1/register/{id}",
+            researcher,
+            "Delete an entry that no other names; what it said is kept.",
+            register::delete,
+        )
+        .query::<RegisterDeleteQuery>(),
+        Route::get(
+            "/api/v1/register.csv",
+            viewer,
+            "A table of the register, of one kind; without entries it is the template of a file to import.",
+            register::csv,
+        )
+        .query::<RegisterQuery>()
+        .media("text/csv")
+        .packed(),
+        Route::post(
+            "/api/v1/register/import",
+            researcher,
+            "What a table would change in the register, with all of its problems; with `apply` it is taken, whole or not at \
+             all. The body is the file.",
+            register::import,
+        )
+        .query::<RegisterImportQuery>()
+        .takes_file()
+        .gives::<RegisterImport>()
+        .body_bytes(FILE_BYTES),
+    ]
+}
+
 /// The ways out and in.
 fn transfers() -> Vec<Route> {
     let researcher = Need::Somewhere(Role::Researcher);
@@ -437,7 +495,8 @@ fn transfers() -> Vec<Route> {
         Route::get(
             "/api/v1/detections.csv",
             researcher,
-            "CSV of detections, the oldest report first. An answer that ends without an error is whole.",
+            "Detections as a file, in the format of a portal if that is asked for, the oldest report first. An answer that ends \
+             without an error is whole.",
             export::detections,
         )
         .query::<DetectionsFileQuery>()

@@ -3,7 +3,7 @@
 use super::words::word;
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 53] = [
+pub(super) const ACTIONS: [(&str, &str); 57] = [
     ("vessel.abort", word("STOP")),
     ("plan.start", word("Start plan")),
     ("plan.stop", word("Stop plan")),
@@ -43,6 +43,10 @@ pub(super) const ACTIONS: [(&str, &str); 53] = [
     ("area.close", word("Close area")),
     ("area.change", word("Change no-go area")),
     ("area.lift", word("Lift no-go area")),
+    ("register.create", word("Register something")),
+    ("register.change", word("Change register")),
+    ("register.delete", word("Delete from register")),
+    ("register.import", word("Import register")),
     ("log.import", word("Import log")),
     ("log.import.cancel", word("Cancel import")),
     ("login", word("Log in")),

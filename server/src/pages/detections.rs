@@ -32,6 +32,6 @@ pub(super) async fn page(
         frame,
         names: serde_json::to_string(&names).unwrap_or_default(),
         researcher: who.grants.somewhere() >= Some(Role::Researcher),
-        columns: &store::DETECTION_COLUMNS,
+        columns: &research::LUTRA_COLUMNS,
     }))
 }

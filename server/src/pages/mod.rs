@@ -15,6 +15,7 @@ mod login;
 mod missions;
 mod notices;
 mod plans;
+mod register;
 mod rows;
 mod rules;
 mod style;
@@ -50,6 +51,12 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/missions", Need::Somewhere(Role::Viewer), "Missions.", missions::list),
         Route::page("/missions/{id}", Need::Somewhere(Role::Viewer), "One mission.", missions::one),
         Route::page("/data", Need::Somewhere(Role::Viewer), "Recordings and files of them.", data::page),
+        Route::page(
+            "/register",
+            Need::Somewhere(Role::Viewer),
+            "Tags, animals and receivers.",
+            register::page,
+        ),
         Route::page("/style", Need::Somewhere(Role::Viewer), "What pages are made of.", style::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),

@@ -4,6 +4,7 @@
 //! no page. Questions beyond `QUESTIONS` at once wait for their turn.
 
 pub mod export;
+pub mod heard;
 pub mod imports;
 
 pub use imports::Imports;

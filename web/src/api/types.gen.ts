@@ -2599,6 +2599,392 @@ guard?: Guard,
  */
 control?: NoControl, };
 
+export type RegisterAnimal = { 
+/**
+ * Its name or number in the study.
+ */
+name: string, 
+/**
+ * The name of its project.
+ */
+project: string, 
+/**
+ * Scientific name of the species.
+ */
+scientific_name: string, 
+/**
+ * The species' number in WoRMS (AphiaID).
+ */
+aphia_id: number | null, 
+/**
+ * Common name of the species.
+ */
+common_name: string, 
+/**
+ * Length, mm.
+ */
+length_mm: number | null, 
+/**
+ * Which length that is, such as `total` or `fork`.
+ */
+length_type: string, 
+/**
+ * Weight, g.
+ */
+weight_g: number | null, 
+/**
+ * `F`, `M` or `U` for unknown.
+ */
+sex: string, 
+/**
+ * Stage of life, such as `smolt`.
+ */
+life_stage: string, 
+/**
+ * When it was caught.
+ */
+capture_us: number | null, 
+/**
+ * Where it was caught, in words.
+ */
+capture_place: string, 
+/**
+ * WGS-84 latitude of the catch, degrees.
+ */
+capture_lat_deg: number | null, 
+/**
+ * WGS-84 longitude of the catch, degrees.
+ */
+capture_lon_deg: number | null, 
+/**
+ * When it was released with its tag.
+ */
+release_us: number | null, 
+/**
+ * Where it was released, in words.
+ */
+release_place: string, 
+/**
+ * WGS-84 latitude of the release, degrees.
+ */
+release_lat_deg: number | null, 
+/**
+ * WGS-84 longitude of the release, degrees.
+ */
+release_lon_deg: number | null, 
+/**
+ * The group with which it was released.
+ */
+release_group: string, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
+export type RegisterAnswer = { 
+/**
+ * Counts changes of the whole register.
+ */
+version: number, 
+/**
+ * Entries, by kind and name.
+ */
+entries: Array<RegisterEntry>, };
+
+export type RegisterChange = { 
+/**
+ * The revision that is changed; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on. Its kind stays.
+ */
+record: RegisterRecord, };
+
+export type RegisterDeployment = { 
+/**
+ * What people call it; receiver and begin when left empty.
+ */
+name: string, 
+/**
+ * The name of the receiver.
+ */
+receiver: string, 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number | null, 
+/**
+ * The name of the project.
+ */
+project: string, 
+/**
+ * From when on.
+ */
+from_us: number | null, 
+/**
+ * Until when; null while it goes on.
+ */
+to_us: number | null, 
+/**
+ * Depth of the hydrophone below the surface, m.
+ */
+depth_m: number | null, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
+export type RegisterEntry = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each change, from 1.
+ */
+revision: number, 
+/**
+ * What it says.
+ */
+record: RegisterRecord, 
+/**
+ * Who said so last, and when.
+ */
+written: LogWord, 
+/**
+ * Whether the one who asks may change or delete it.
+ */
+may_change: boolean, };
+
+export type RegisterFieldChange = { 
+/**
+ * Its column.
+ */
+column: string, 
+/**
+ * What it said, as a file has it.
+ */
+before: string, 
+/**
+ * What it says then.
+ */
+after: string, };
+
+export type RegisterImport = { 
+/**
+ * Whether it is done.
+ */
+applied: boolean, 
+/**
+ * Counts changes of the whole register.
+ */
+version: number, 
+/**
+ * Entries that are new.
+ */
+added: number, 
+/**
+ * Entries that say something else.
+ */
+changed: number, 
+/**
+ * Entries that say what they said.
+ */
+same: number, 
+/**
+ * What is wrong with the file; nothing of it is taken while there is anything.
+ */
+problems: Array<RegisterProblem>, 
+/**
+ * New and changed entries, line by line.
+ */
+changes: Array<RegisterImportChange>, };
+
+export type RegisterImportChange = { 
+/**
+ * Line of the file, the header being 1.
+ */
+line: number, 
+/**
+ * Name of the entry.
+ */
+name: string, 
+/**
+ * Whether it is new.
+ */
+is_new: boolean, 
+/**
+ * What is said otherwise, or for the first time.
+ */
+fields: Array<RegisterFieldChange>, };
+
+export type RegisterKind = "project" | "person" | "animal" | "tag" | "receiver" | "deployment";
+
+export type RegisterPerson = { 
+/**
+ * The name as it is published.
+ */
+name: string, 
+/**
+ * Where they work.
+ */
+affiliation: string, 
+/**
+ * ORCID, such as `0000-0002-1825-0097`; its check digit is checked.
+ */
+orcid: string, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
+export type RegisterProblem = { 
+/**
+ * Line of the file, the header being 1; null where an entry that is not in the file would be wrong.
+ */
+line: number | null, 
+/**
+ * Column; empty where the whole line is meant.
+ */
+column: string, 
+/**
+ * What is wrong, and what to do.
+ */
+text: string, };
+
+export type RegisterProject = { 
+/**
+ * Its short name or code, as portals know it.
+ */
+name: string, 
+/**
+ * Its title.
+ */
+title: string, 
+/**
+ * The name of the person who leads it.
+ */
+principal_investigator: string, 
+/**
+ * The name of the person who answers questions.
+ */
+contact: string, 
+/**
+ * How to cite it.
+ */
+citation: string, 
+/**
+ * The licence of its data, by SPDX, such as `CC-BY-4.0`.
+ */
+licence: string, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
+export type RegisterReceiver = { 
+/**
+ * What people call it; model and serial number when left empty.
+ */
+name: string, 
+/**
+ * Serial number, as it stands in its lines.
+ */
+serial: number | null, 
+/**
+ * Model as portals write it, such as `TBR700`.
+ */
+model: string, 
+/**
+ * Who made it.
+ */
+manufacturer: string, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
+export type RegisterRecord = { "kind": "project" } & RegisterProject | { "kind": "person" } & RegisterPerson | { "kind": "animal" } & RegisterAnimal | { "kind": "tag" } & RegisterTag | { "kind": "receiver" } & RegisterReceiver | { "kind": "deployment" } & RegisterDeployment;
+
+export type RegisterTag = { 
+/**
+ * What people call it; protocol and number when left empty.
+ */
+name: string, 
+/**
+ * The name of its project.
+ */
+project: string, 
+/**
+ * Protocol as receivers name it, such as `R64K` or `OPs`.
+ */
+protocol: string, 
+/**
+ * Its number.
+ */
+tag_id: number | null, 
+/**
+ * Carrier, kHz; any when null.
+ */
+frequency_khz: number | null, 
+/**
+ * Frequency and code space as portals write them, such as `A69-1303`; made of protocol and frequency when empty.
+ */
+codespace: string, 
+/**
+ * Serial number of the maker.
+ */
+serial: string, 
+/**
+ * Who made it.
+ */
+manufacturer: string, 
+/**
+ * Its model.
+ */
+model: string, 
+/**
+ * What it measures, such as `depth`.
+ */
+sensor_type: string, 
+/**
+ * The value is slope · count + intercept.
+ */
+sensor_slope: number | null, 
+/**
+ * See the slope.
+ */
+sensor_intercept: number | null, 
+/**
+ * Unit of the value, such as `m`.
+ */
+sensor_unit: string, 
+/**
+ * Least time from ping to ping, s.
+ */
+interval_min_s: number | null, 
+/**
+ * Greatest time from ping to ping, s.
+ */
+interval_max_s: number | null, 
+/**
+ * The name of the animal that carries it; empty for a reference tag.
+ */
+animal: string, 
+/**
+ * From when on; from the beginning when null.
+ */
+from_us: number | null, 
+/**
+ * Until when; to the end when null.
+ */
+to_us: number | null, 
+/**
+ * What else is to be known.
+ */
+notes: string, };
+
 export type Role = "viewer" | "researcher" | "operator" | "admin";
 
 export type RouteLeg = { 

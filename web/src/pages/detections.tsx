@@ -2,13 +2,14 @@
 
 import { computed, signal } from "@preact/signals";
 import { render } from "preact";
-import type { Detection, Detections, Recorded } from "../api/types.gen";
+import type { Detection, Detections, Recorded, RegisterAnswer } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { HeardMap } from "../components/heardmap";
 import { Spans, TimeSpan } from "../components/timespan";
 import { keptHiddenTags, TagLegend } from "../components/taglegend";
 import { Times, timesOf } from "../components/times";
 import { completed } from "../state/newest";
+import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";
 import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
@@ -29,6 +30,9 @@ class Heard {
   readonly rows = signal<readonly Detection[]>([]);
   readonly asked = signal("");
   readonly more = signal("");
+  readonly register = resource<RegisterAnswer>();
+  readonly names = computed(() => tagNames(this.register.value.value?.entries ?? []));
+  readonly format = signal("lutra");
   /** Tags that are left out of map, times and table, by their names. */
   readonly hidden = keptHiddenTags();
   /** Those of a place on the map that was chosen; undefined for all. */
@@ -108,13 +112,13 @@ function Found({ heard, called }: { readonly heard: Heard; readonly called: Call
         </section>
       </div>
       {picked.value && <p class="row">{t("{n} detections at the place on the map.", { n: listed.value.length })}{" "}<button type="button" onClick={() => (picked.value = undefined)}>{t("Show all")}</button></p>}
-      <Table rows={listed.value} called={called} />
+      <Table rows={listed.value} called={called} registered={(one) => calledBy(heard.names.value, one)} />
     </>
   );
 }
 
 /** How many were found, and the way to take them away for who `may`. */
-function Count({ heard: { answer, before, more, rows, asked, tagWrong }, may }: { readonly heard: Heard; readonly may: boolean }) {
+function Count({ heard: { answer, before, more, rows, asked, tagWrong, format }, may }: { readonly heard: Heard; readonly may: boolean }) {
   const n = rows.value.length;
   const [busy, trouble] = [answer.busy.value, answer.trouble.value];
   // What failed says nothing of how many there are: what was found before stays, and is said to be that.
@@ -125,7 +129,7 @@ function Count({ heard: { answer, before, more, rows, asked, tagWrong }, may }: 
     <>
       {trouble && !tagWrong.value && <p class="bad-text" role="alert">{trouble}</p>}
       <p role="status">{busy ? t("Fetching …") : told}</p>
-      {may && asked.value && n > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
+      {may && asked.value && n > 0 && <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => (format.value = event.currentTarget.value)}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${asked.value}${format.value === "lutra" ? "" : `&format=${format.value}`}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
       {n === 0 && !busy && !trouble && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
     </>
   );
@@ -156,11 +160,12 @@ export function startDetections(root: HTMLElement): void {
     },
   });
   void recorded.ask("/api/v1/recorded");
+  void heard.register.ask("/api/v1/register?kind=tag");
   void heard.show();
 }
 
-function Table({ rows, called }: { rows: readonly Detection[]; called: (address: number) => string }) {
-  const heads = [t("Heard (UTC)"), t("Tag"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock")];
+function Table({ rows, called, registered }: { readonly rows: readonly Detection[]; readonly called: Called; registered(one: Detection): string }) {
+  const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock")];
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
       <table class="compact">
@@ -169,7 +174,7 @@ function Table({ rows, called }: { rows: readonly Detection[]; called: (address:
           {rows.map((one) => (
             <tr key={keyOf(one)}>
               <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
               <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{clockWord(one.clock)}</td>
             </tr>

@@ -1,0 +1,243 @@
+//! What is wrong with entries: each by itself, and all of them together.
+
+use crate::column::{NAME_LETTERS, Rule, Slot, shown};
+use crate::fields::{columns, kind_of, kind_word, name_of, slots};
+use api::{RegisterAnimal, RegisterDeployment, RegisterKind, RegisterReceiver, RegisterRecord, RegisterTag};
+use std::collections::BTreeMap;
+use units::UtcTime;
+
+/// What is wrong with an entry.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// Which of the entries.
+    pub entry: usize,
+    /// Which field.
+    pub column: &'static str,
+    /// What, and what to do.
+    pub text: String,
+}
+
+/// Trims the texts of an entry and gives it a name where it may have none; then all that is wrong with it by itself, as field
+/// and text.
+pub fn check(record: &mut RegisterRecord) -> Vec<(&'static str, String)> {
+    let mut wrong = Vec::new();
+    let fields = columns(kind_of(record));
+    for slot in slots(record) {
+        if let Slot::Text(text) = slot {
+            let trimmed = text.replace("\r\n", "\n").trim().to_owned();
+            *text = trimmed;
+        }
+    }
+    name(record);
+    for (column, slot) in fields.iter().zip(slots(record)) {
+        if column.needed && slot.is_empty() {
+            wrong.push((column.name, format!("empty; write {}", column.about)));
+        } else if let Some(text) = column.rule.wrong(&slot) {
+            wrong.push((column.name, text));
+        }
+    }
+    wrong.extend(pairs(record));
+    wrong
+}
+
+/// All that is wrong with entries together: names that are taken, references to nothing, spans that overlap.
+pub fn check_all(records: &[RegisterRecord]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut named: BTreeMap<(RegisterKind, String), usize> = BTreeMap::new();
+    for (entry, record) in records.iter().enumerate() {
+        let kind = kind_of(record);
+        if named.insert((kind, folded(name_of(record))), entry).is_some() {
+            let text =
+                format!("another {} is called `{}`; choose another name", kind_word(kind), name_of(record));
+            faults.push(Fault { entry, column: "name", text });
+        }
+    }
+    for (entry, record) in records.iter().enumerate() {
+        references(entry, record, &named, records, &mut faults);
+    }
+    serials(records, &mut faults);
+    tags_apart(records, &mut faults);
+    deployments_apart(records, &mut faults);
+    faults.sort_by_key(|fault| fault.entry);
+    faults
+}
+
+/// Names are the same in whatever case they are written.
+pub(crate) fn folded(name: &str) -> String {
+    name.trim().to_lowercase()
+}
+
+/// A name where people gave none.
+fn name(record: &mut RegisterRecord) {
+    let made = match &*record {
+        RegisterRecord::Tag(RegisterTag { name, protocol, tag_id: Some(id), .. }) if name.is_empty() => {
+            format!("{protocol}-{id}")
+        }
+        RegisterRecord::Receiver(RegisterReceiver { name, model, serial: Some(serial), .. })
+            if name.is_empty() =>
+        {
+            let model = if model.is_empty() { "receiver" } else { model };
+            format!("{model}-{serial}")
+        }
+        RegisterRecord::Deployment(RegisterDeployment { name, receiver, from_us: Some(from_us), .. })
+            if name.is_empty() =>
+        {
+            let begin: String = UtcTime::from_micros(*from_us).to_string().chars().take(16).collect();
+            format!("{receiver} {begin}Z")
+        }
+        _ => return,
+    };
+    let made: String = made.chars().take(NAME_LETTERS).collect();
+    if let Some(Slot::Text(name)) = slots(record).into_iter().next() {
+        *name = made;
+    }
+}
+
+/// Fields that belong together.
+fn pairs(record: &RegisterRecord) -> Vec<(&'static str, String)> {
+    let mut wrong = Vec::new();
+    match record {
+        RegisterRecord::Animal(RegisterAnimal {
+            capture_us,
+            release_us,
+            capture_lat_deg,
+            capture_lon_deg,
+            release_lat_deg,
+            release_lon_deg,
+            ..
+        }) => {
+            for (column, one, other) in [
+                ("capture_lat_deg", capture_lat_deg, capture_lon_deg),
+                ("release_lat_deg", release_lat_deg, release_lon_deg),
+            ] {
+                if one.is_some() != other.is_some() {
+                    wrong.push((column, "a place has latitude and longitude: give both, or none".to_owned()));
+                }
+            }
+            if capture_us.zip(*release_us).is_some_and(|(capture, release)| release < capture) {
+                wrong.push(("release_time", "is before capture_time; look at both".to_owned()));
+            }
+        }
+        RegisterRecord::Tag(RegisterTag {
+            interval_min_s,
+            interval_max_s,
+            from_us,
+            to_us,
+            sensor_slope,
+            sensor_intercept,
+            ..
+        }) => {
+            if interval_min_s.zip(*interval_max_s).is_some_and(|(least, most)| most < least) {
+                wrong.push(("interval_max_s", "is less than interval_min_s; look at both".to_owned()));
+            }
+            if sensor_slope.is_none() && sensor_intercept.is_some() {
+                wrong.push(("sensor_slope", "empty beside sensor_intercept; give both".to_owned()));
+            }
+            wrong.extend(order(*from_us, *to_us));
+        }
+        RegisterRecord::Deployment(RegisterDeployment { from_us, to_us, .. }) => {
+            wrong.extend(order(*from_us, *to_us));
+        }
+        RegisterRecord::Project(_) | RegisterRecord::Person(_) | RegisterRecord::Receiver(_) => {}
+    }
+    wrong
+}
+
+fn order(from_us: Option<i64>, to_us: Option<i64>) -> Option<(&'static str, String)> {
+    let wrong = from_us.zip(to_us).is_some_and(|(from, to)| to <= from);
+    wrong.then(|| ("to_time", "is not after from_time; look at both".to_owned()))
+}
+
+/// Names of other entries must be those of some.
+fn references(
+    entry: usize,
+    record: &RegisterRecord,
+    named: &BTreeMap<(RegisterKind, String), usize>,
+    records: &[RegisterRecord],
+    faults: &mut Vec<Fault>,
+) {
+    let mut record = record.clone();
+    for (column, slot) in columns(kind_of(&record)).iter().zip(slots(&mut record)) {
+        let (Rule::Name(kind), Slot::Text(name)) = (column.rule, slot) else { continue };
+        if name.is_empty() || named.contains_key(&(kind, folded(name))) {
+            continue;
+        }
+        let known = records.iter().filter(|one| kind_of(one) == kind).map(name_of);
+        let word = kind_word(kind);
+        let remedy = match suggest::alike(name, known).as_slice() {
+            [] => format!("register the {word} first, or leave this empty"),
+            names => format!("did you mean `{}`?", names.join("` or `")),
+        };
+        let text = format!("no {word} is called `{}`; {remedy}", shown(name));
+        faults.push(Fault { entry, column: column.name, text });
+    }
+}
+
+fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
+    let mut known: BTreeMap<i64, &str> = BTreeMap::new();
+    for (entry, record) in records.iter().enumerate() {
+        let RegisterRecord::Receiver(RegisterReceiver { serial: Some(serial), name, .. }) = record else {
+            continue;
+        };
+        if let Some(other) = known.insert(*serial, name) {
+            let text = format!("{serial} is the serial number of `{other}` already; look at both");
+            faults.push(Fault { entry, column: "serial", text });
+        }
+    }
+}
+
+/// From when to when something holds, and which entry says so.
+type Span<'r> = (i64, i64, usize, &'r str);
+
+/// The same on a carrier (kHz), or on any.
+type OnCarrier<'r> = (Span<'r>, Option<i64>);
+
+/// A code is one tag at a time.
+fn tags_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
+    let mut by_code: BTreeMap<(String, i64), Vec<OnCarrier<'_>>> = BTreeMap::new();
+    for (entry, record) in records.iter().enumerate() {
+        let RegisterRecord::Tag(tag) = record else { continue };
+        let Some(id) = tag.tag_id else { continue };
+        let span = (tag.from_us.unwrap_or(i64::MIN), tag.to_us.unwrap_or(i64::MAX), entry, &*tag.name);
+        by_code.entry((folded(&tag.protocol), id)).or_default().push((span, tag.frequency_khz));
+    }
+    for ((_, id), spans) in by_code {
+        for (at, (span, frequency)) in spans.iter().enumerate() {
+            let same = |other: &Option<i64>| frequency.is_none() || other.is_none() || frequency == other;
+            let other = spans[..at].iter().find(|(other, khz)| same(khz) && overlap(*other, *span));
+            if let Some(((_, _, _, name), _)) = other {
+                let text = format!(
+                    "the tag `{name}` has this protocol and number ({id}) at the same time; end one by to_time before the other begins"
+                );
+                faults.push(Fault { entry: span.2, column: "from_time", text });
+            }
+        }
+    }
+}
+
+/// A receiver is on one vessel at a time.
+fn deployments_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
+    let mut by_receiver: BTreeMap<String, Vec<Span<'_>>> = BTreeMap::new();
+    for (entry, record) in records.iter().enumerate() {
+        let RegisterRecord::Deployment(one) = record else { continue };
+        let span = (one.from_us.unwrap_or(i64::MIN), one.to_us.unwrap_or(i64::MAX), entry, &*one.name);
+        by_receiver.entry(folded(&one.receiver)).or_default().push(span);
+    }
+    for spans in by_receiver.into_values() {
+        for (at, span) in spans.iter().enumerate() {
+            if let Some((_, _, _, name)) = spans[..at].iter().find(|other| overlap(**other, *span)) {
+                let text = format!(
+                    "the receiver is deployed as `{name}` at the same time; end that by to_time before this begins"
+                );
+                faults.push(Fault { entry: span.2, column: "from_time", text });
+            }
+        }
+    }
+}
+
+fn overlap(one: Span<'_>, other: Span<'_>) -> bool {
+    one.0 < other.1 && other.0 < one.1
+}
+
+#[cfg(test)]
+mod tests;

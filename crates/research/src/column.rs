@@ -1,0 +1,135 @@
+//! A field of an entry: its name in files, what it may say, and how it stands in a cell.
+
+use api::RegisterKind;
+use units::UtcTime;
+
+/// What a field may say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rule {
+    /// A text in one line of so many letters at most.
+    Line(usize),
+    /// A text of so many letters at most.
+    Text(usize),
+    /// One of these words.
+    OneOf(&'static [&'static str]),
+    /// The name of an entry of another kind.
+    Name(RegisterKind),
+    /// An ORCID.
+    Orcid,
+    /// A number from, to.
+    Real(f64, f64),
+    /// A whole number from, to.
+    Whole(i64, i64),
+    /// A time.
+    Time,
+    /// A vessel.
+    Vessel,
+}
+
+/// A field of a kind of entry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// Its name in files and in the API.
+    pub name: &'static str,
+    /// What it tells.
+    pub about: &'static str,
+    /// What it may say.
+    pub rule: Rule,
+    /// Whether it must say something.
+    pub needed: bool,
+}
+
+/// Where the value of a field stands in an entry.
+#[derive(Debug, PartialEq)]
+pub enum Slot<'r> {
+    /// A text; empty where it is not known.
+    Text(&'r mut String),
+    /// A number.
+    Real(&'r mut Option<f64>),
+    /// A whole number.
+    Whole(&'r mut Option<i64>),
+    /// A time, µs since 1970 UTC.
+    Time(&'r mut Option<i64>),
+    /// A vessel's IMC address.
+    Vessel(&'r mut Option<u16>),
+}
+
+impl Slot<'_> {
+    /// Whether nothing is known.
+    pub(crate) fn is_empty(&self) -> bool {
+        match self {
+            Self::Text(text) => text.is_empty(),
+            Self::Real(value) => value.is_none(),
+            Self::Whole(value) | Self::Time(value) => value.is_none(),
+            Self::Vessel(value) => value.is_none(),
+        }
+    }
+
+    /// As it stands in a cell; vessels are called by `vessel`.
+    pub(crate) fn cell(&self, vessel: &dyn Fn(u16) -> String) -> String {
+        match self {
+            Self::Text(text) => (*text).clone(),
+            Self::Real(value) => value.map_or_else(String::new, |value| value.to_string()),
+            Self::Whole(value) => value.map_or_else(String::new, |value| value.to_string()),
+            Self::Time(value) => {
+                value.map_or_else(String::new, |value| short(&UtcTime::from_micros(value).to_string()))
+            }
+            Self::Vessel(value) => value.map_or_else(String::new, vessel),
+        }
+    }
+}
+
+impl Rule {
+    /// What is wrong with a value, and what to do; `None` where it is as it should be. References are looked at elsewhere.
+    pub(crate) fn wrong(self, slot: &Slot<'_>) -> Option<String> {
+        match (self, slot) {
+            (Self::Line(most) | Self::Text(most), Slot::Text(text)) => {
+                wrong_text(text, most, matches!(self, Self::Line(_)))
+            }
+            (Self::Name(_), Slot::Text(text)) => wrong_text(text, NAME_LETTERS, true),
+            (Self::OneOf(words), Slot::Text(text)) => (!text.is_empty() && !words.contains(&text.as_str()))
+                .then(|| format!("`{}` is none of {}; write one of them, or nothing", shown(text), words.join(", "))),
+            (Self::Orcid, Slot::Text(text)) => (!text.is_empty() && !crate::is_orcid(text)).then(|| {
+                format!(
+                    "`{}` is no ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org",
+                    shown(text)
+                )
+            }),
+            (Self::Real(from, to), Slot::Real(Some(value))) => (!(from..=to).contains(value))
+                .then(|| format!("{value} is not within {from} to {to}; look at its unit")),
+            (Self::Whole(from, to), Slot::Whole(Some(value))) => (!(from..=to).contains(value))
+                .then(|| format!("{value} is not within {from} to {to}")),
+            (Self::Time, Slot::Time(Some(value))) => (!TIMES_US.contains(value))
+                .then(|| format!("{value} is no time from 1970 to 2255; give µs since 1970 UTC")),
+            _ => None,
+        }
+    }
+}
+
+/// Letters of a name.
+pub(crate) const NAME_LETTERS: usize = 80;
+/// Times that JavaScript holds exactly (µs since 1970 UTC).
+const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
+
+fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<String> {
+    let letters = text.chars().count();
+    if letters > most {
+        return Some(format!("has {letters} letters, {most} may be: shorten it"));
+    }
+    if one_line && text.contains(['\n', '\t']) {
+        return Some("has several lines: write one".to_owned());
+    }
+    text.chars()
+        .any(|letter| letter.is_control() && letter != '\n' && letter != '\t')
+        .then(|| "has control characters in it: write it without them".to_owned())
+}
+
+/// Not more of what somebody wrote than helps to find it.
+pub(crate) fn shown(text: &str) -> String {
+    text.chars().take(60).collect()
+}
+
+/// A time without decimals that say nothing.
+fn short(text: &str) -> String {
+    text.strip_suffix(".000000Z").map_or_else(|| text.to_owned(), |whole| format!("{whole}Z"))
+}

@@ -1,0 +1,377 @@
+//! Entries as CSV: a header of names of fields, and a line for each entry.
+//!
+//! Written by the rules of `tables`. Read more leniently, as people's spreadsheets write it: with or without a byte order mark,
+//! with commas, semicolons or tabs, and with decimal commas where cells are told apart by semicolons. Nothing is guessed that
+//! could be something else, and every problem of a file is told at once.
+
+use crate::check::{check, folded};
+use crate::column::{Slot, shown};
+use crate::fields::{blank, columns, kind_of, name_of, slots};
+use api::{RegisterKind, RegisterRecord};
+use std::collections::BTreeMap;
+use std::str::FromStr as _;
+use tables::Format;
+use units::UtcTime;
+
+/// Lines that a file may have.
+pub const ROWS: usize = 10_000;
+/// Problems that are told; more of them help nobody.
+const PROBLEMS: usize = 1_000;
+
+/// How vessels are called.
+pub struct Names<'n> {
+    /// The address of a vessel by its name or address.
+    pub address: &'n dyn Fn(&str) -> Result<u16, String>,
+    /// Its name, or its address.
+    pub name: &'n dyn Fn(u16) -> String,
+}
+
+/// A problem with a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WrongCell {
+    /// Line, the header being 1.
+    pub line: u32,
+    /// Column; empty where the line is meant.
+    pub column: String,
+    /// What is wrong, and what to do.
+    pub text: String,
+}
+
+/// A line that was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadRow {
+    /// Line of the file, the header being 1.
+    pub line: u32,
+    /// The entry that it changes, by its place among the known ones; `None` for a new one.
+    pub known: Option<usize>,
+    /// What the entry says then.
+    pub record: RegisterRecord,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Read {
+    /// Its lines, as far as they can be understood.
+    pub rows: Vec<ReadRow>,
+    /// What is wrong.
+    pub wrong: Vec<WrongCell>,
+}
+
+/// A field that says something else than before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Its column.
+    pub column: &'static str,
+    /// What it said.
+    pub before: String,
+    /// What it says.
+    pub after: String,
+}
+
+/// What two entries of one kind say differently.
+pub fn differences(before: &RegisterRecord, after: &RegisterRecord, names: &Names<'_>) -> Vec<Difference> {
+    let (before, after) = (cells(before, names), cells(after, names));
+    let fields = before.into_iter().zip(after).filter(|((_, before), (_, after))| before != after);
+    fields.map(|((column, before), (_, after))| Difference { column, before, after }).collect()
+}
+
+/// The cells of an entry by their columns.
+fn cells(record: &RegisterRecord, names: &Names<'_>) -> Vec<(&'static str, String)> {
+    let mut record = record.clone();
+    let fields = columns(kind_of(&record));
+    fields.iter().zip(slots(&mut record)).map(|(column, slot)| (column.name, slot.cell(names.name))).collect()
+}
+
+/// A table of entries of one kind.
+pub fn write_csv<'r>(
+    kind: RegisterKind,
+    records: impl IntoIterator<Item = &'r RegisterRecord>,
+    names: &Names<'_>,
+) -> Vec<u8> {
+    let mut out = header(kind).into_bytes();
+    let (text, number) = (Format::default(), Format { guard: false, ..Format::default() });
+    for record in records {
+        let mut record = record.clone();
+        for (at, slot) in slots(&mut record).iter().enumerate() {
+            if at > 0 {
+                text.next(&mut out);
+            }
+            let format = if matches!(slot, Slot::Text(_) | Slot::Vessel(_)) { text } else { number };
+            tables::quoted(&mut out, &slot.cell(names.name), format);
+        }
+        out.push(b'\n');
+    }
+    out
+}
+
+/// The first line of a table.
+pub(crate) fn header(kind: RegisterKind) -> String {
+    let names: Vec<&str> = columns(kind).iter().map(|column| column.name).collect();
+    format!("{}\n", names.join(","))
+}
+
+/// Reads a table of entries of one kind, beside those that are known: a line with the name of a known one changes it. Columns
+/// that a table does not have stay as they are.
+pub fn read_csv(kind: RegisterKind, bytes: &[u8], known: &[&RegisterRecord], names: &Names<'_>) -> Read {
+    let mut read = Read::default();
+    match Table::of(bytes) {
+        Ok(table) => {
+            if let Some(places) = places(kind, &table, &mut read.wrong) {
+                Rows { kind, places, known, names, decimal_comma: table.separator == b';' }
+                    .read(&table, &mut read);
+            }
+        }
+        Err(wrong) => read.wrong.push(wrong),
+    }
+    read.wrong.truncate(PROBLEMS);
+    read
+}
+
+/// How the lines of a table are read.
+struct Rows<'r> {
+    kind: RegisterKind,
+    /// For each cell of a line, which field it is.
+    places: Vec<Option<usize>>,
+    known: &'r [&'r RegisterRecord],
+    names: &'r Names<'r>,
+    decimal_comma: bool,
+}
+
+impl Rows<'_> {
+    fn read(&self, table: &Table, read: &mut Read) {
+        let known: BTreeMap<String, usize> =
+            self.known.iter().enumerate().map(|(at, record)| (folded(name_of(record)), at)).collect();
+        let mut lines: BTreeMap<String, u32> = BTreeMap::new();
+        for (line, cells) in &table.rows {
+            let mut wrong = Vec::new();
+            let mut record = self.row(cells, &mut wrong);
+            // Gives it its name, by which it is found among the known ones.
+            check(&mut record);
+            let name = folded(name_of(&record));
+            let at = known.get(&name).copied();
+            if let Some(before) = at.and_then(|at| self.known.get(at)) {
+                record = self.onto((*before).clone(), &mut record);
+            }
+            let told: Vec<&str> = wrong.iter().map(|(column, _)| *column).collect();
+            let more = check(&mut record)
+                .into_iter()
+                .filter(|(column, _)| !told.contains(column))
+                .collect::<Vec<_>>();
+            wrong.extend(more);
+            if cells.len() != self.places.len() {
+                let text = format!(
+                    "has {} cells, the header {}; look for a quote or a separator that is missing",
+                    cells.len(),
+                    self.places.len()
+                );
+                wrong = vec![("", text)];
+            } else if let Some(first) = lines.insert(name, *line).filter(|_| !name_of(&record).is_empty()) {
+                wrong.push((
+                    "name",
+                    format!("`{}` stands in line {first} too; keep one", shown(name_of(&record))),
+                ));
+            }
+            if wrong.is_empty() {
+                read.rows.push(ReadRow { line: *line, known: at, record });
+            }
+            read.wrong.extend(wrong.into_iter().map(|(column, text)| WrongCell {
+                line: *line,
+                column: column.to_owned(),
+                text,
+            }));
+        }
+    }
+
+    /// What a line says by itself.
+    fn row(&self, cells: &[String], wrong: &mut Vec<(&'static str, String)>) -> RegisterRecord {
+        let mut record = blank(self.kind);
+        let fields = columns(self.kind);
+        let mut slots = slots(&mut record);
+        for (cell, place) in cells.iter().zip(&self.places) {
+            let Some((column, slot)) = place.and_then(|at| fields.get(at).zip(slots.get_mut(at))) else {
+                continue;
+            };
+            if let Err(text) = self.cell(slot, cell.trim()) {
+                wrong.push((column.name, text));
+            }
+        }
+        drop(slots);
+        record
+    }
+
+    fn cell(&self, slot: &mut Slot<'_>, text: &str) -> Result<(), String> {
+        if let Slot::Text(value) = slot {
+            // The guard against formulas.
+            text.strip_prefix('\'').unwrap_or(text).clone_into(value);
+            return Ok(());
+        }
+        // What R writes for what is not there.
+        if text.is_empty() || text == "NA" {
+            return Ok(());
+        }
+        match slot {
+            Slot::Text(_) => {}
+            Slot::Real(value) => **value = Some(self.number(text)?),
+            Slot::Whole(value) => {
+                let number = text.parse().map_err(|_| format!("`{}` is no whole number", shown(text)))?;
+                **value = Some(number);
+            }
+            Slot::Time(value) => {
+                let time = UtcTime::from_str(text).map_err(|error| format!("`{}`: {error}", shown(text)))?;
+                **value = Some(time.micros());
+            }
+            Slot::Vessel(value) => **value = Some((self.names.address)(text)?),
+        }
+        Ok(())
+    }
+
+    fn number(&self, text: &str) -> Result<f64, String> {
+        let plain = if self.decimal_comma { text.replacen(',', ".", 1) } else { text.to_owned() };
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte));
+        let number = plain.parse::<f64>().ok().filter(|number| number.is_finite() && digits(&plain));
+        number.ok_or_else(|| {
+            if text.contains(',') {
+                format!(
+                    "`{}` is no number here: write a decimal point, and nothing between thousands",
+                    shown(text)
+                )
+            } else {
+                format!("`{}` is no number; write digits and a decimal point, without the unit", shown(text))
+            }
+        })
+    }
+
+    /// A known entry with the fields of which the table has columns.
+    fn onto(&self, mut before: RegisterRecord, row: &mut RegisterRecord) -> RegisterRecord {
+        for (at, (old, new)) in slots(&mut before).into_iter().zip(slots(row)).enumerate() {
+            if !self.places.contains(&Some(at)) {
+                continue;
+            }
+            match (old, new) {
+                (Slot::Text(old), Slot::Text(new)) => new.clone_into(old),
+                (Slot::Real(old), Slot::Real(new)) => *old = *new,
+                (Slot::Whole(old), Slot::Whole(new)) | (Slot::Time(old), Slot::Time(new)) => *old = *new,
+                (Slot::Vessel(old), Slot::Vessel(new)) => *old = *new,
+                // Both are of one kind.
+                _ => {}
+            }
+        }
+        before
+    }
+}
+
+/// For each cell of a line, which field it is; `None` where the header cannot be used at all.
+fn places(kind: RegisterKind, table: &Table, wrong: &mut Vec<WrongCell>) -> Option<Vec<Option<usize>>> {
+    let fields = columns(kind);
+    let mut problem =
+        |column: &str, text: String| wrong.push(WrongCell { line: 1, column: shown(column), text });
+    let mut places = Vec::new();
+    for cell in &table.header {
+        let name = folded(cell);
+        let at = fields.iter().position(|column| column.name == name);
+        if at.is_some() && places.contains(&at) {
+            problem(cell, "stands in the header twice; keep one".to_owned());
+        }
+        if at.is_none() {
+            let remedy = match suggest::alike(&name, fields.iter().map(|column| column.name)).as_slice() {
+                [] => format!("the columns are {}", header(kind).trim()),
+                names => format!("did you mean `{}`?", names.join("` or `")),
+            };
+            problem(cell, format!("is no column of this table; {remedy}"));
+        }
+        places.push(at);
+    }
+    let missing = |at: &usize| fields[*at].needed && !places.contains(&Some(*at));
+    for at in (0..fields.len()).filter(missing).collect::<Vec<_>>() {
+        problem(fields[at].name, format!("the header lacks this column: {}", fields[at].about));
+    }
+    places.iter().any(Option::is_some).then_some(places)
+}
+
+/// The cells of a file.
+struct Table {
+    separator: u8,
+    header: Vec<String>,
+    /// Each with its line.
+    rows: Vec<(u32, Vec<String>)>,
+}
+
+impl Table {
+    fn of(bytes: &[u8]) -> Result<Self, WrongCell> {
+        let whole = |line: usize, text: String| WrongCell { line: line as u32, column: String::new(), text };
+        let text = std::str::from_utf8(bytes).map_err(|error| {
+            let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+            let line = 1 + before.matches('\n').count();
+            whole(line, "is not UTF-8 from here on; save the file as \"CSV UTF-8\"".to_owned())
+        })?;
+        let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+        if text.contains('\0') {
+            return Err(whole(1, "this is no text; save the table as CSV".to_owned()));
+        }
+        let first = text.lines().next().unwrap_or_default();
+        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
+        // The first of those that are equally frequent: a header with one column has none.
+        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let mut lines = split(text, separator).map_err(|line| {
+            whole(line, "a quote that opens here is never closed; look for a `\"` too many".to_owned())
+        })?;
+        if lines.is_empty() {
+            return Err(whole(1, "the file is empty; its first line names the columns".to_owned()));
+        }
+        let (_, header) = lines.remove(0);
+        if lines.len() > ROWS {
+            return Err(whole(ROWS + 2, format!("has more than {ROWS} lines; divide the file")));
+        }
+        Ok(Self { separator, header, rows: lines })
+    }
+}
+
+/// Lines with their cells, by RFC 4180; empty lines are left out. `Err` is the line in which a quote opens that never closes.
+fn split(text: &str, separator: u8) -> Result<Vec<(u32, Vec<String>)>, usize> {
+    let mut lines = Vec::new();
+    let (mut cells, mut cell): (Vec<String>, String) = (Vec::new(), String::new());
+    let (mut line, mut begun, mut quoted) = (1_usize, 1_usize, None);
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if quoted.is_some() => {
+                if letters.next_if_eq(&'"').is_some() {
+                    cell.push('"');
+                } else {
+                    quoted = None;
+                }
+            }
+            '"' if cell.is_empty() => quoted = Some(line),
+            '\r' if quoted.is_none() && letters.peek() == Some(&'\n') => {}
+            '\n' | '\r' if quoted.is_none() => {
+                end_line(&mut lines, &mut cells, &mut cell, begun);
+                line += 1;
+                begun = line;
+            }
+            letter if quoted.is_none() && letter as u32 == u32::from(separator) => {
+                cells.push(std::mem::take(&mut cell));
+            }
+            letter => {
+                line += usize::from(letter == '\n');
+                cell.push(letter);
+            }
+        }
+    }
+    if let Some(line) = quoted {
+        return Err(line);
+    }
+    end_line(&mut lines, &mut cells, &mut cell, begun);
+    Ok(lines)
+}
+
+fn end_line(lines: &mut Vec<(u32, Vec<String>)>, cells: &mut Vec<String>, cell: &mut String, line: usize) {
+    cells.push(std::mem::take(cell));
+    let cells = std::mem::take(cells);
+    // A spreadsheet leaves lines of nothing but separators behind.
+    if cells.iter().any(|cell| !cell.trim().is_empty()) {
+        lines.push((u32::try_from(line).unwrap_or(u32::MAX), cells));
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,80 @@
+//! How far the nearest other detection of the same tag by the same receiver is (`min_lag` of the format of GLATOS), found while
+//! detections go by.
+//!
+//! A detection that nothing else confirms is perhaps none: two trains of pulses that overlap can look like a third tag. The
+//! usual rule (Pincock 2012) doubts one whose nearest neighbour is more than 30 ping intervals away. To know the next one, a
+//! detection waits until that comes, or until it is known to be more than a day away, which is beyond the rule for any interval
+//! up to 48 minutes. What waits is bounded.
+
+use detections::{Detection, Protocol};
+use std::collections::{BTreeMap, VecDeque};
+
+/// A neighbour is looked for within this time (s).
+pub const HORIZON_S: i64 = 86_400;
+/// Detections that may wait; with more, the oldest goes with the neighbour that it has.
+const WAITING: usize = 50_000;
+/// Tags by receivers that are remembered before those of long ago are forgotten.
+const REMEMBERED: usize = 20_000;
+
+/// Receiver, protocol, number, carrier.
+type Key = (u32, Protocol, u32, u8);
+
+/// Detections on their way.
+#[derive(Debug, Default)]
+pub struct Lags {
+    waiting: VecDeque<Waiting>,
+    /// How many have gone.
+    gone: u64,
+    /// Of each tag by each receiver the place of the last detection, counted from the first of all, and its time.
+    last: BTreeMap<Key, (u64, i64)>,
+    newest_us: i64,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    detection: Detection,
+    lag_us: Option<i64>,
+    /// Whether the one after it has come.
+    is_settled: bool,
+    time_us: i64,
+}
+
+impl Lags {
+    /// Takes the next detection, in order of report.
+    pub fn push(&mut self, detection: Detection) {
+        let time_us = detection.clock.utc().unwrap_or(detection.origin.reported).micros();
+        let place = self.gone + self.waiting.len() as u64;
+        let key = (detection.receiver, detection.protocol.clone(), detection.tag_id, detection.frequency_khz);
+        let before = self.last.insert(key, (place, time_us));
+        let lag_us = before.map(|(_, then_us)| time_us.saturating_sub(then_us).saturating_abs());
+        if let Some((then, _)) = before
+            && let Some(one) = then.checked_sub(self.gone).and_then(|at| self.waiting.get_mut(at as usize))
+        {
+            one.lag_us = [one.lag_us, lag_us].into_iter().flatten().min();
+            one.is_settled = true;
+        }
+        self.newest_us = self.newest_us.max(time_us);
+        self.waiting.push_back(Waiting { detection, lag_us, is_settled: false, time_us });
+        if self.last.len() > REMEMBERED {
+            let from_us = self.newest_us - HORIZON_S * 1_000_000;
+            self.last.retain(|_, (_, then_us)| *then_us >= from_us);
+        }
+    }
+
+    /// The oldest detection of which all is known that will be, with seconds to its nearest neighbour; `None` while it is not.
+    pub fn pop(&mut self) -> Option<(Detection, Option<f64>)> {
+        let oldest = self.waiting.front()?;
+        let is_ready = oldest.is_settled
+            || self.newest_us - oldest.time_us > HORIZON_S * 1_000_000
+            || self.waiting.len() > WAITING;
+        if is_ready { self.take() } else { None }
+    }
+
+    /// The oldest detection, once no other comes.
+    pub fn take(&mut self) -> Option<(Detection, Option<f64>)> {
+        let Waiting { detection, lag_us, .. } = self.waiting.pop_front()?;
+        self.gone += 1;
+        let known = lag_us.filter(|lag_us| *lag_us <= HORIZON_S * 1_000_000);
+        Some((detection, known.map(|lag_us| lag_us as f64 / 1e6)))
+    }
+}

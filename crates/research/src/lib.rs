@@ -1,0 +1,30 @@
+//! Data as researchers need them: the register of a study, and detections in the formats that portals and R packages take.
+//!
+//! - The register: what an entry may say ([`columns`], [`slots`], [`check`], [`check_all`]), and entries as CSV
+//!   ([`write_csv`], [`read_csv`], [`template`]).
+//! - [`Study`] is a register by which detections are looked up: [`Study::heard`] tells whose tag it was, where the receiver
+//!   belonged, and what its sensor count means.
+//! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
+//!
+//! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
+//! nothing of files, databases and HTTP.
+
+mod check;
+mod column;
+mod csv;
+mod fields;
+mod formats;
+mod lag;
+mod orcid;
+mod study;
+mod template;
+
+pub use check::{Fault, check, check_all};
+pub use column::{Column, Rule, Slot};
+pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
+pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
+pub use formats::{FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};
+pub use lag::{HORIZON_S, Lags};
+pub use orcid::is_orcid;
+pub use study::{Heard, Sensor, Study};
+pub use template::template;

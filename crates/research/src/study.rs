@@ -1,0 +1,213 @@
+//! A register by which detections are looked up.
+
+use crate::lag::HORIZON_S;
+use api::{
+    RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
+    RegisterTag,
+};
+use detections::Detection;
+use std::collections::BTreeMap;
+
+/// Carrier for which the code spaces of [`CODESPACES`] stand (kHz).
+const CODED_KHZ: u8 = 69;
+/// Ping intervals within which something must confirm a detection.
+const PINGS: f64 = 30.0;
+/// Code spaces that readers of portals know, by the protocol of receivers (as R's actel maps them).
+const CODESPACES: [(&str, &str); 4] =
+    [("R256", "A69-1008"), ("R04K", "A69-1206"), ("R64K", "A69-1303"), ("S256", "A69-1105")];
+
+/// The entries of a register, to be asked.
+#[derive(Debug, Clone, Default)]
+pub struct Study {
+    projects: BTreeMap<String, RegisterProject>,
+    people: BTreeMap<String, RegisterPerson>,
+    animals: BTreeMap<String, RegisterAnimal>,
+    /// By protocol in capitals and number.
+    tags: BTreeMap<(String, u32), Vec<RegisterTag>>,
+    /// By serial number.
+    receivers: BTreeMap<u32, RegisterReceiver>,
+    /// By name of the receiver, in small letters.
+    deployments: BTreeMap<String, Vec<RegisterDeployment>>,
+}
+
+/// A detection with what the register knows of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Heard<'s> {
+    /// What was heard.
+    pub detection: &'s Detection,
+    /// What people call the vessel.
+    pub vessel: &'s str,
+    /// When: by the receiver's clock where that was set, else when the line came to the vessel (µs since 1970 UTC).
+    pub time_us: i64,
+    /// Whether that is by the receiver's clock.
+    pub is_by_receiver: bool,
+    /// The tag.
+    pub tag: Option<&'s RegisterTag>,
+    /// The animal that carried it.
+    pub animal: Option<&'s RegisterAnimal>,
+    /// The project of the tag, or of the animal.
+    pub project: Option<&'s RegisterProject>,
+    /// The person who leads that.
+    pub principal_investigator: Option<&'s RegisterPerson>,
+    /// The person who answers questions about it.
+    pub contact: Option<&'s RegisterPerson>,
+    /// The receiver.
+    pub receiver: Option<&'s RegisterReceiver>,
+    /// Its deployment on this vessel at this time.
+    pub deployment: Option<&'s RegisterDeployment>,
+    /// Seconds to the nearest other detection of this tag by this receiver, where it is known; see [`crate::Lags`].
+    pub min_lag_s: Option<f64>,
+}
+
+/// What a tag's count means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor<'s> {
+    /// The value.
+    pub value: f64,
+    /// Its unit; empty where the register has none.
+    pub unit: &'s str,
+    /// What it measures, likewise.
+    pub kind: &'s str,
+}
+
+impl Study {
+    /// Of these entries. Those that are not dated right or refer to nothing are simply not found.
+    pub fn new(records: impl IntoIterator<Item = RegisterRecord>) -> Self {
+        let mut study = Self::default();
+        for record in records {
+            match record {
+                RegisterRecord::Project(one) => drop(study.projects.insert(folded(&one.name), one)),
+                RegisterRecord::Person(one) => drop(study.people.insert(folded(&one.name), one)),
+                RegisterRecord::Animal(one) => drop(study.animals.insert(folded(&one.name), one)),
+                RegisterRecord::Tag(one) => {
+                    if let Some(id) = one.tag_id.and_then(|id| u32::try_from(id).ok()) {
+                        study.tags.entry((one.protocol.to_uppercase(), id)).or_default().push(one);
+                    }
+                }
+                RegisterRecord::Receiver(one) => {
+                    if let Some(serial) = one.serial.and_then(|serial| u32::try_from(serial).ok()) {
+                        study.receivers.insert(serial, one);
+                    }
+                }
+                RegisterRecord::Deployment(one) => {
+                    study.deployments.entry(folded(&one.receiver)).or_default().push(one);
+                }
+            }
+        }
+        study
+    }
+
+    /// What is known of a detection; the vessel is called as it is given.
+    pub fn heard<'s>(
+        &'s self,
+        detection: &'s Detection,
+        vessel: &'s str,
+        min_lag_s: Option<f64>,
+    ) -> Heard<'s> {
+        let by_receiver = detection.clock.utc();
+        let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
+        let tag = self.tag(detection, time_us);
+        let animal = tag.and_then(|tag| self.animals.get(&folded(&tag.animal)));
+        let of_tag = tag.map(|tag| folded(&tag.project)).filter(|name| !name.is_empty());
+        let of_animal = animal.map(|animal| folded(&animal.project));
+        let project = of_tag.or(of_animal).and_then(|name| self.projects.get(&name));
+        let person = |name: &String| self.people.get(&folded(name));
+        let receiver = self.receivers.get(&detection.receiver);
+        Heard {
+            detection,
+            vessel,
+            time_us,
+            is_by_receiver: by_receiver.is_some(),
+            tag,
+            animal,
+            project,
+            principal_investigator: project.and_then(|project| person(&project.principal_investigator)),
+            contact: project.and_then(|project| person(&project.contact)),
+            receiver,
+            deployment: receiver.and_then(|one| self.deployment(one, detection.origin.system.0, time_us)),
+            min_lag_s,
+        }
+    }
+
+    fn tag(&self, detection: &Detection, time_us: i64) -> Option<&RegisterTag> {
+        let code = (detection.protocol.to_string().to_uppercase(), detection.tag_id);
+        let khz = i64::from(detection.frequency_khz);
+        let holds = |tag: &&RegisterTag| {
+            tag.frequency_khz.is_none_or(|wanted| wanted == khz) && within(tag.from_us, tag.to_us, time_us)
+        };
+        self.tags.get(&code)?.iter().find(holds)
+    }
+
+    fn deployment(
+        &self,
+        receiver: &RegisterReceiver,
+        vessel: u16,
+        time_us: i64,
+    ) -> Option<&RegisterDeployment> {
+        let holds =
+            |one: &&RegisterDeployment| one.vessel == Some(vessel) && within(one.from_us, one.to_us, time_us);
+        self.deployments.get(&folded(&receiver.name))?.iter().find(holds)
+    }
+
+    /// Tags that animals carry, with the animals, by protocol and number.
+    pub(crate) fn carried(&self) -> impl Iterator<Item = (&RegisterTag, &RegisterAnimal)> {
+        let animal = |tag: &RegisterTag| self.animals.get(&folded(&tag.animal));
+        self.tags.values().flatten().filter_map(move |tag| Some((tag, animal(tag)?)))
+    }
+}
+
+impl Heard<'_> {
+    /// What the tag's count means; `None` where it sent none or the register does not say.
+    pub fn sensor(&self) -> Option<Sensor<'_>> {
+        let (count, tag) = (self.detection.data?, self.tag?);
+        let value = f64::from(count) * tag.sensor_slope? + tag.sensor_intercept.unwrap_or(0.0);
+        Some(Sensor { value, unit: &tag.sensor_unit, kind: &tag.sensor_type })
+    }
+
+    /// Why this is perhaps no detection of the tag: nothing else confirms it within 30 of its ping intervals (the rule of Pincock
+    /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
+    /// pings, or so seldom that a day's neighbours do not tell.
+    pub fn doubt(&self) -> Option<String> {
+        let tag = self.tag?;
+        let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
+            (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),
+            (one_s, other_s) => one_s.or(other_s)?,
+        };
+        let within_s = PINGS * interval_s;
+        if within_s > HORIZON_S as f64 || self.min_lag_s.is_some_and(|lag_s| lag_s <= within_s) {
+            return None;
+        }
+        Some(format!(
+            "no other detection of this tag by this receiver within {within_s:.0} s, {PINGS:.0} ping intervals of {interval_s:.0} s"
+        ))
+    }
+
+    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, which stays as it is
+    /// where nobody gave it a number.
+    pub fn codespace(&self) -> String {
+        let detection = self.detection;
+        codespace(self.tag, &detection.protocol.to_string(), detection.frequency_khz)
+    }
+
+    /// The receiver's model.
+    pub fn model(&self) -> &str {
+        self.receiver.map(|one| &*one.model).filter(|model| !model.is_empty()).unwrap_or("TBR")
+    }
+}
+
+/// See [`Heard::codespace`].
+pub(crate) fn codespace(tag: Option<&RegisterTag>, protocol: &str, khz: u8) -> String {
+    if let Some(tag) = tag.filter(|tag| !tag.codespace.is_empty()) {
+        return tag.codespace.clone();
+    }
+    let known = CODESPACES.iter().find(|(name, _)| khz == CODED_KHZ && name.eq_ignore_ascii_case(protocol));
+    known.map_or_else(|| format!("A{khz}-{protocol}"), |(_, codespace)| (*codespace).to_owned())
+}
+
+fn within(from_us: Option<i64>, to_us: Option<i64>, time_us: i64) -> bool {
+    from_us.is_none_or(|from| from <= time_us) && to_us.is_none_or(|to| time_us < to)
+}
+
+fn folded(name: &str) -> String {
+    crate::check::folded(name)
+}

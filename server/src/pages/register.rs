@@ -1,0 +1,34 @@
+//! The register of studies. Lists and forms are drawn by the script.
+
+use super::frame::{Frame, PageError, html};
+use super::names_for;
+use crate::AppState;
+use crate::web::Who;
+use api::Role;
+use askama::Template;
+use axum::extract::State;
+use axum::response::Response;
+
+#[derive(Template)]
+#[template(path = "register.html")]
+struct RegisterPage {
+    frame: Frame,
+    /// Names that people gave to the vessels that this one may see, as JSON by address, for the script.
+    names: String,
+    /// Whether the person is researcher of all vessels.
+    all: bool,
+    /// Whether they are of some.
+    some: bool,
+}
+
+/// `GET /register`.
+pub(super) async fn page(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let names = serde_json::to_string(&names_for(&state, &who)).unwrap_or_default();
+    let all = who.grants.everywhere() >= Some(Role::Researcher);
+    let some = who.grants.somewhere() >= Some(Role::Researcher);
+    Ok(html(&RegisterPage { frame, names, all, some }))
+}

@@ -1,0 +1,102 @@
+//! What a file of entries changes.
+
+use super::rows::{Row, Step};
+use api::{
+    RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterProblem, RegisterRecord,
+};
+use research::{Names, Read, blank, check_all, differences, kind_of, kind_word, name_of, read_csv};
+
+/// Problems that are told.
+const PROBLEMS: usize = 1_000;
+
+/// What a file would change, with the steps that do it. `may` says why somebody may not have an entry say something.
+pub(super) fn look(
+    kind: RegisterKind,
+    bytes: &[u8],
+    (version, rows): (i64, &[Row]),
+    names: &Names<'_>,
+    may: &dyn Fn(&RegisterRecord) -> Option<String>,
+) -> (RegisterImport, Vec<Step>) {
+    let known: Vec<&Row> = rows.iter().filter(|row| kind_of(&row.record) == kind).collect();
+    let records: Vec<&RegisterRecord> = known.iter().map(|row| &row.record).collect();
+    let read = read_csv(kind, bytes, &records, names);
+    let mut answer = RegisterImport {
+        applied: false,
+        version,
+        added: 0,
+        changed: 0,
+        same: 0,
+        problems: read.wrong.iter().map(problem).collect(),
+        changes: Vec::new(),
+    };
+    let mut steps = Vec::new();
+    for row in &read.rows {
+        let before = row.known.and_then(|at| known.get(at));
+        let fields =
+            differences(&before.map_or_else(|| blank(kind), |row| row.record.clone()), &row.record, names);
+        match before {
+            Some(_) if fields.is_empty() => {
+                answer.same += 1;
+                continue;
+            }
+            Some(before) => {
+                answer.changed += 1;
+                steps.push(Step::Change(before.id, before.revision, row.record.clone()));
+            }
+            None => {
+                answer.added += 1;
+                steps.push(Step::Add(row.record.clone()));
+            }
+        }
+        let refused = may(&row.record).or_else(|| before.and_then(|before| may(&before.record)));
+        if let Some(text) = refused {
+            answer.problems.push(RegisterProblem { line: Some(row.line), column: String::new(), text });
+        }
+        let fields = fields.into_iter().map(|field| RegisterFieldChange {
+            column: field.column.to_owned(),
+            before: field.before,
+            after: field.after,
+        });
+        let name = name_of(&row.record).to_owned();
+        answer.changes.push(RegisterImportChange {
+            line: row.line,
+            name,
+            is_new: before.is_none(),
+            fields: fields.collect(),
+        });
+    }
+    answer.problems.extend(together(&read, rows, &known));
+    answer.problems.sort_by_key(|problem| problem.line.unwrap_or(u32::MAX));
+    answer.problems.truncate(PROBLEMS);
+    (answer, steps)
+}
+
+fn problem(wrong: &research::WrongCell) -> RegisterProblem {
+    RegisterProblem { line: Some(wrong.line), column: wrong.column.clone(), text: wrong.text.clone() }
+}
+
+/// What would be wrong with the register as a whole, at the lines that bring it.
+fn together(read: &Read, rows: &[Row], known: &[&Row]) -> Vec<RegisterProblem> {
+    let mut lines: Vec<Option<u32>> = vec![None; rows.len()];
+    let mut records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
+    for row in &read.rows {
+        let of_known = row.known.and_then(|at| known.get(at)).map(|row| row.id);
+        if let Some(at) = of_known.and_then(|id| rows.iter().position(|row| row.id == id)) {
+            (records[at], lines[at]) = (row.record.clone(), Some(row.line));
+        } else {
+            records.push(row.record.clone());
+            lines.push(Some(row.line));
+        }
+    }
+    let faults = check_all(&records).into_iter();
+    let told = faults.filter_map(|fault| {
+        let record = records.get(fault.entry)?;
+        let line = lines.get(fault.entry).copied().flatten();
+        let text = match line {
+            Some(_) => fault.text,
+            None => format!("{} `{}`: {}", kind_word(kind_of(record)), name_of(record), fault.text),
+        };
+        Some(RegisterProblem { line, column: fault.column.to_owned(), text })
+    });
+    told.collect()
+}

@@ -1,0 +1,198 @@
+//! The register in app.db.
+
+use crate::identity::{Fault, Request};
+use crate::logbook::NEWER;
+use api::{RegisterKind, RegisterRecord};
+use research::{KINDS, Study, check_all, kind_of, kind_word, name_of};
+use sqlx::SqliteConnection;
+use units::UtcTime;
+
+/// Entries of one kind that there may be.
+const ENTRIES: usize = 10_000;
+/// Faults that are told of a change: more of them help nobody.
+const TOLD: usize = 5;
+
+/// An entry as it is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Its number.
+    pub id: i64,
+    /// Grows with each change.
+    pub revision: u32,
+    /// What it says.
+    pub record: RegisterRecord,
+    /// Who said so.
+    pub by: String,
+    /// When.
+    pub written_us: i64,
+}
+
+/// All entries by kind and name, and how often the register was changed.
+#[derive(Debug)]
+pub struct All;
+
+impl Request for All {
+    type Answer = (i64, Vec<Row>);
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(i64, Vec<Row>), Fault> {
+        let version = sqlx::query_scalar("SELECT changes FROM study_state").fetch_one(&mut *db).await?;
+        let sql = "SELECT id, revision, body, by, written_us FROM study_entry ORDER BY kind, folded";
+        let found: Vec<(i64, u32, String, String, i64)> = sqlx::query_as(sql).fetch_all(db).await?;
+        let row = |(id, revision, body, by, written_us): (i64, u32, String, String, i64)| {
+            let record = serde_json::from_str(&body).map_err(|error| {
+                let text = format!("entry {id} of the register cannot be read: {error}");
+                Fault::from(sqlx::Error::Decode(text.into()))
+            })?;
+            Ok(Row { id, revision, record, by, written_us })
+        };
+        Ok((version, found.into_iter().map(row).collect::<Result<_, Fault>>()?))
+    }
+}
+
+/// The register, to look detections up in.
+pub fn study(rows: Vec<Row>) -> Study {
+    Study::new(rows.into_iter().map(|row| row.record))
+}
+
+/// One step of a change.
+#[derive(Debug, Clone)]
+pub(super) enum Step {
+    /// A new entry.
+    Add(RegisterRecord),
+    /// An entry of this number and revision says something else.
+    Change(i64, u32, RegisterRecord),
+    /// An entry of this number and revision is deleted.
+    Delete(i64, u32),
+}
+
+/// Changes the register: all steps, or none where one cannot be or something would be wrong with the whole afterwards. The answer
+/// is the number of the last entry that was added or changed.
+#[derive(Debug)]
+pub(super) struct Write {
+    pub(super) steps: Vec<Step>,
+    /// How often it was changed when the steps were made up; any where absent.
+    pub(super) version: Option<i64>,
+    pub(super) by: String,
+    pub(super) now: UtcTime,
+}
+
+impl Request for Write {
+    type Answer = i64;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
+        let (version, mut rows) = All.run(&mut *db).await?;
+        if self.version.is_some_and(|wanted| wanted != version) {
+            return Err(Fault::Refused(NEWER.to_owned()));
+        }
+        let mut last = 0;
+        for step in &self.steps {
+            last = self.step(db, &mut rows, step).await?;
+        }
+        holds(&rows)?;
+        sqlx::query("UPDATE study_state SET changes = changes + 1").execute(db).await?;
+        Ok(last)
+    }
+}
+
+impl Write {
+    async fn step(&self, db: &mut SqliteConnection, rows: &mut Vec<Row>, step: &Step) -> Result<i64, Fault> {
+        let (by, written_us) = (self.by.clone(), self.now.micros());
+        match step {
+            Step::Add(record) => {
+                let sql = "INSERT INTO study_entry (kind, folded, revision, body, by, written_us)
+                           VALUES (?1, ?2, 1, ?3, ?4, ?5)";
+                self.named_once(rows, None, record)?;
+                let query = sqlx::query(sql).bind(kind_word(kind_of(record))).bind(folded(record));
+                let query = query.bind(body(record)).bind(&by).bind(written_us);
+                let id = query.execute(db).await?.last_insert_rowid();
+                rows.push(Row { id, revision: 1, record: record.clone(), by, written_us });
+                Ok(id)
+            }
+            Step::Change(id, revision, record) => {
+                self.named_once(rows, Some(*id), record)?;
+                let row = find(rows, *id, *revision)?;
+                self.keep(db, row).await?;
+                let sql = "UPDATE study_entry SET revision = revision + 1, folded = ?2, body = ?3, by = ?4, written_us = ?5
+                           WHERE id = ?1";
+                let query = sqlx::query(sql).bind(id).bind(folded(record)).bind(body(record));
+                query.bind(&by).bind(written_us).execute(db).await?;
+                *row = Row { id: *id, revision: revision + 1, record: record.clone(), by, written_us };
+                Ok(*id)
+            }
+            Step::Delete(id, revision) => {
+                let row = find(rows, *id, *revision)?;
+                self.keep(db, row).await?;
+                sqlx::query("DELETE FROM study_entry WHERE id = ?1").bind(id).execute(db).await?;
+                rows.retain(|row| row.id != *id);
+                Ok(*id)
+            }
+        }
+    }
+
+    /// Refuses a name that another entry of the kind has, before the table does without saying what to do. Of many steps, which are
+    /// those of a file, names were compared already.
+    fn named_once(&self, rows: &[Row], id: Option<i64>, record: &RegisterRecord) -> Result<(), Fault> {
+        let (kind, name) = (kind_of(record), folded(record));
+        let is_other =
+            |row: &&Row| Some(row.id) != id && kind_of(&row.record) == kind && folded(&row.record) == name;
+        if self.steps.len() > 1 {
+            return Ok(());
+        }
+        match rows.iter().find(is_other) {
+            None => Ok(()),
+            Some(other) => Err(Fault::Refused(format!(
+                "name: another {} is called `{}`; choose another name",
+                kind_word(kind),
+                name_of(&other.record)
+            ))),
+        }
+    }
+
+    /// Keeps what an entry says before it says something else, or nothing.
+    async fn keep(&self, db: &mut SqliteConnection, row: &Row) -> Result<(), Fault> {
+        let sql = "INSERT INTO study_entry_before (entry, revision, body, by, written_us, ended_by, ended_us)
+                   VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+        let query = sqlx::query(sql).bind(row.id).bind(row.revision).bind(body(&row.record));
+        let query = query.bind(&row.by).bind(row.written_us).bind(&self.by).bind(self.now.micros());
+        query.execute(db).await?;
+        Ok(())
+    }
+}
+
+fn find(rows: &mut [Row], id: i64, revision: u32) -> Result<&mut Row, Fault> {
+    let row = rows.iter_mut().find(|row| row.id == id && row.revision == revision);
+    row.ok_or_else(|| Fault::Refused(NEWER.to_owned()))
+}
+
+/// Refuses a register that something is wrong with as a whole.
+fn holds(rows: &[Row]) -> Result<(), Fault> {
+    let records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
+    let count = |kind: RegisterKind| records.iter().filter(|record| kind_of(record) == kind).count();
+    if let Some(kind) = KINDS.into_iter().find(|kind| count(*kind) > ENTRIES) {
+        let text = format!("There would be more than {ENTRIES} entries of the kind {}.", kind_word(kind));
+        return Err(Fault::Refused(text));
+    }
+    let faults = check_all(&records);
+    if faults.is_empty() {
+        return Ok(());
+    }
+    let told = faults.iter().take(TOLD).filter_map(|fault| {
+        let record = records.get(fault.entry)?;
+        Some(format!(
+            "{}: {} `{}`: {}",
+            fault.column,
+            kind_word(kind_of(record)),
+            name_of(record),
+            fault.text
+        ))
+    });
+    Err(Fault::Refused(told.collect::<Vec<_>>().join("\n")))
+}
+
+fn folded(record: &RegisterRecord) -> String {
+    name_of(record).to_lowercase()
+}
+
+fn body(record: &RegisterRecord) -> String {
+    serde_json::to_string(record).unwrap_or_default()
+}

@@ -1,0 +1,313 @@
+//! Who may see and change what in the register.
+//!
+//! Everybody who may see a vessel sees it, deployments only on vessels that they may see. A deployment is changed by researchers
+//! of its vessel; all else holds for the whole fleet, and is changed by researchers of all vessels.
+
+use super::import;
+use super::rows::{All, Row, Step, Write};
+use crate::clock::Clock;
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::{People, Principal, vessels};
+use crate::logbook::NEWER;
+use api::{
+    LogWord, RegisterAnswer, RegisterChange, RegisterEntry, RegisterImport, RegisterImportQuery,
+    RegisterKind, RegisterRecord, Role, Vessel,
+};
+use imc::Address;
+use research::{KINDS, Names, check, differences, kind_of, kind_word, name_of, write_csv};
+use std::collections::BTreeMap;
+
+/// Bytes of a file of entries.
+pub const FILE_BYTES: usize = 4 << 20;
+/// Problems of a refused import that stand in its text; the answer that only tells has them all.
+const TOLD: usize = 20;
+
+/// The register; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Register {
+    people: People,
+    clock: Clock,
+}
+
+impl Register {
+    pub(crate) fn new(people: People, clock: Clock) -> Self {
+        Self { people, clock }
+    }
+
+    /// The kind that a word stands for.
+    ///
+    /// # Errors
+    /// It is none; the text says which there are.
+    pub fn kind(word: &str) -> Result<RegisterKind> {
+        let words = KINDS.map(kind_word).join(", ");
+        let found = KINDS.into_iter().find(|kind| kind_word(*kind) == word.trim());
+        found.ok_or_else(|| {
+            let shown: String = word.chars().take(40).collect();
+            malformed(format!("kind: `{shown}` is none of {words}; give one of them"))
+        })
+    }
+
+    /// All entries, or those of a kind, that the person may see.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn entries(&self, who: &Principal, kind: Option<RegisterKind>) -> Result<RegisterAnswer> {
+        let (version, rows) = self.people.ask(All).await?;
+        let wanted =
+            |row: &Row| kind.is_none_or(|kind| kind_of(&row.record) == kind) && sees(who, &row.record);
+        let entries = rows.into_iter().filter(wanted).map(|row| told(who, row)).collect();
+        Ok(RegisterAnswer { version, entries })
+    }
+
+    /// The register to look detections up in, and how often it was changed.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn study(&self) -> Result<(i64, research::Study)> {
+        let (version, rows) = self.people.ask(All).await?;
+        Ok((version, super::study(rows)))
+    }
+
+    /// A table of a kind.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn csv(&self, who: &Principal, kind: RegisterKind) -> Result<Vec<u8>> {
+        let entries = self.entries(who, Some(kind)).await?.entries;
+        let named = Called::new(&self.people.vessels());
+        Ok(write_csv(kind, entries.iter().map(|entry| &entry.record), &named.names()))
+    }
+
+    /// Adds an entry.
+    ///
+    /// # Errors
+    /// The person may not, or the field that is named cannot be.
+    pub async fn create(
+        &self,
+        who: &Principal,
+        from: String,
+        record: RegisterRecord,
+    ) -> Result<RegisterEntry> {
+        let record = checked(record)?;
+        may(who, &record)?;
+        let subject = subject(&record);
+        let id = self.act(who, from, "register.create", subject, vec![Step::Add(record)], None).await?;
+        self.one(who, id).await
+    }
+
+    /// Has an entry say something else; what it said is kept.
+    ///
+    /// # Errors
+    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    pub async fn change(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: RegisterChange,
+    ) -> Result<RegisterEntry> {
+        let row = self.find(who, id).await?;
+        let record = checked(change.record)?;
+        if kind_of(&record) != kind_of(&row.record) {
+            let text = format!(
+                "kind: this entry is of the kind {}; add another one",
+                kind_word(kind_of(&row.record))
+            );
+            return Err(malformed(text));
+        }
+        may(who, &row.record)?;
+        may(who, &record)?;
+        if row.revision != change.revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        let named = Called::new(&self.people.vessels());
+        let changed = differences(&row.record, &record, &named.names());
+        if changed.is_empty() {
+            return Ok(told(who, row));
+        }
+        let fields = changed.iter().map(|one| format!("{} `{}` → `{}`", one.column, one.before, one.after));
+        let subject = format!("{}: {}", subject(&record), fields.collect::<Vec<_>>().join(", "));
+        let steps = vec![Step::Change(id, change.revision, record)];
+        self.act(who, from, "register.change", subject, steps, None).await?;
+        self.one(who, id).await
+    }
+
+    /// Deletes an entry that nothing refers to; what it said is kept in app.db.
+    ///
+    /// # Errors
+    /// The person may not, it was changed meanwhile, or another entry refers to it.
+    pub async fn delete(&self, who: &Principal, from: String, id: i64, revision: u32) -> Result<()> {
+        let row = self.find(who, id).await?;
+        may(who, &row.record)?;
+        if row.revision != revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        let subject = subject(&row.record);
+        self.act(who, from, "register.delete", subject, vec![Step::Delete(id, revision)], None).await?;
+        Ok(())
+    }
+
+    /// What a file of entries changes, and, where that is wanted and nothing is wrong, changes it.
+    ///
+    /// # Errors
+    /// The kind is none; or it is to be done, and the file has problems, or the register was changed meanwhile.
+    pub async fn import(
+        &self,
+        who: &Principal,
+        from: String,
+        bytes: Vec<u8>,
+        query: RegisterImportQuery,
+    ) -> Result<RegisterImport> {
+        let kind = Self::kind(&query.kind)?;
+        let (version, rows) = self.people.ask(All).await?;
+        let named = self.people.vessels();
+        let asked = who.clone();
+        let looked = crate::error::slow(move || {
+            let called = Called::new(&named);
+            let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text);
+            import::look(kind, &bytes, (version, &rows), &called.names(), &refusal)
+        });
+        let (mut answer, steps) = looked.await?;
+        if !query.apply.unwrap_or(false) {
+            return Ok(answer);
+        }
+        if query.version.is_some_and(|seen| seen != version) {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        if !answer.problems.is_empty() {
+            return Err(Error::refused(problems(&answer)));
+        }
+        if !steps.is_empty() {
+            let subject =
+                format!("{}: {} new, {} changed, by a file", kind_word(kind), answer.added, answer.changed);
+            self.act(who, from, "register.import", subject, steps, Some(version)).await?;
+            answer.version = version + 1;
+        }
+        answer.applied = true;
+        Ok(answer)
+    }
+
+    async fn act(
+        &self,
+        who: &Principal,
+        from: String,
+        action: &'static str,
+        subject: String,
+        steps: Vec<Step>,
+        version: Option<i64>,
+    ) -> Result<i64> {
+        let write = Write { steps, version, by: who.name.clone(), now: self.clock.utc() };
+        Ok(self.people.act(who, from, action, subject, write).await?)
+    }
+
+    async fn one(&self, who: &Principal, id: i64) -> Result<RegisterEntry> {
+        Ok(told(who, self.find(who, id).await?))
+    }
+
+    /// An entry that the person may see.
+    async fn find(&self, who: &Principal, id: i64) -> Result<Row> {
+        let (_, rows) = self.people.ask(All).await?;
+        let row = rows.into_iter().find(|row| row.id == id).filter(|row| sees(who, &row.record));
+        row.ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, "There is no such entry; GET /api/v1/register lists them.")
+        })
+    }
+}
+
+/// The address of a vessel by its name or address.
+type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, String> + Send>;
+
+/// What vessels are called, and by which names they are found.
+pub struct Called {
+    name: Box<dyn Fn(u16) -> String + Send>,
+    address: FindVessel,
+}
+
+impl Called {
+    /// Of vessels that people have named.
+    pub fn new(named: &[Vessel]) -> Self {
+        let by_address: BTreeMap<u16, String> =
+            named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
+        let known: BTreeMap<Address, Vec<String>> =
+            named.iter().map(|vessel| (Address(vessel.address), vec![vessel.name.clone()])).collect();
+        let name = move |address: u16| {
+            by_address.get(&address).cloned().unwrap_or_else(|| format!("0x{address:04X}"))
+        };
+        let address = move |text: &str| match vessels::address(text) {
+            Ok(address) => Ok(address),
+            Err(_) => store::system(&known, text).map(|address| address.0).map_err(|error| error.to_string()),
+        };
+        Self { name: Box::new(name), address: Box::new(address) }
+    }
+
+    /// For reading and writing files of the register.
+    pub fn names(&self) -> Names<'_> {
+        Names { address: &*self.address, name: &*self.name }
+    }
+}
+
+/// What is to be kept, if it can be.
+fn checked(mut record: RegisterRecord) -> Result<RegisterRecord> {
+    let wrong = check(&mut record);
+    if wrong.is_empty() {
+        return Ok(record);
+    }
+    let told: Vec<String> = wrong.into_iter().map(|(column, text)| format!("{column}: {text}")).collect();
+    Err(malformed(told.join("\n")))
+}
+
+/// Whether somebody may have an entry say something.
+fn may(who: &Principal, record: &RegisterRecord) -> Result<()> {
+    let (role, place) = match record {
+        RegisterRecord::Deployment(one) if one.vessel.is_some() => {
+            let vessel = one.vessel.unwrap_or_default();
+            (who.grants.on(vessel), format!("vessel {vessel}"))
+        }
+        _ => (who.grants.everywhere(), "all vessels".to_owned()),
+    };
+    if role >= Some(Role::Researcher) {
+        return Ok(());
+    }
+    let word = kind_word(kind_of(record));
+    let text =
+        format!("{}: changing a {word} takes the role researcher on {place}. Ask an admin.", name_of(record));
+    Err(Error::new(ErrorKind::Forbidden, text))
+}
+
+fn sees(who: &Principal, record: &RegisterRecord) -> bool {
+    match record {
+        RegisterRecord::Deployment(one) => one.vessel.is_none_or(|vessel| who.grants.on(vessel).is_some()),
+        _ => true,
+    }
+}
+
+/// An entry as this person gets it.
+fn told(who: &Principal, row: Row) -> RegisterEntry {
+    let may_change = may(who, &row.record).is_ok();
+    let written = LogWord { by: row.by, time_us: row.written_us };
+    RegisterEntry { id: row.id, revision: row.revision, record: row.record, written, may_change }
+}
+
+/// What the audit log names.
+fn subject(record: &RegisterRecord) -> String {
+    format!("{} {}", kind_word(kind_of(record)), name_of(record))
+}
+
+/// Why a file is not taken.
+fn problems(answer: &RegisterImport) -> String {
+    let told = answer.problems.iter().take(TOLD).map(|one| {
+        let line = one.line.map_or_else(|| "the register".to_owned(), |line| format!("line {line}"));
+        let column = if one.column.is_empty() { String::new() } else { format!(", {}", one.column) };
+        format!("{line}{column}: {}", one.text)
+    });
+    let count = answer.problems.len();
+    let all = if count > TOLD { format!("\n… and {} more", count - TOLD) } else { String::new() };
+    format!(
+        "Nothing was taken of the file, which has {count} problems:\n{}{all}",
+        told.collect::<Vec<_>>().join("\n")
+    )
+}
+
+fn malformed(text: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
+}
