@@ -166,10 +166,23 @@ impl Opened {
 impl Running {
     /// Starts what goes on by itself: the audit log, the chart set as it changes, sinks, the watch for alarms.
     fn keep(&mut self) {
-        let Shore { people, commands, alarms, charts, links, notices, recorder, owners, tasks, stop, .. } =
-            &*self.shore;
+        let Shore {
+            people,
+            commands,
+            alarms,
+            areas,
+            charts,
+            links,
+            notices,
+            recorder,
+            owners,
+            tasks,
+            stop,
+            ..
+        } = &*self.shore;
         people.keep(owners, tasks, stop);
         tasks.spawn(charts.clone().keep(stop.clone()));
+        tasks.spawn(areas.clone().keep(stop.clone()));
         if let Some(sinks) = self.sinks.take() {
             sinks.run(tasks, stop);
         }

@@ -35,6 +35,7 @@ test("what cannot be closed is named by its number, and nothing of the file is t
     [polygon([[10, 63], [10.1, 63], [10, 63]]), /^Polygon 2: An area has three corners/],
     [polygon([[10, 63], [10.1, 63.1], [10.1, 63], [10, 63.1], [10, 63]]), /^Polygon 2: Two sides/],
     [polygon(long), /^Polygon 2: it has 201 corners/],
+    [polygon([[10, 63], [10.1, 63], [10.1, 63.1], [10, 63.1]]), /^Polygon 2: its last corner is not its first/],
     [{ type: "Polygon" }, /^Polygon 2: /],
     [{ type: "Polygon", coordinates: 7 }, /GeoJSON/],
   ]) {

@@ -20,8 +20,8 @@ pub enum ZoneError {
     /// A zone needs three corners.
     #[error("a zone needs at least three corners")]
     TooFewCorners,
-    /// Two sides cross, so that nobody can tell what is inside.
-    #[error("two sides of the zone cross near {lat_deg:.5}, {lon_deg:.5}: draw it without crossing sides")]
+    /// Two sides cross or touch, so that nobody can tell what is inside.
+    #[error("two sides of the zone cross or touch near {lat_deg:.5}, {lon_deg:.5}: draw it without that")]
     Crosses {
         /// Where (degrees).
         lat_deg: f64,
@@ -58,7 +58,7 @@ impl Zone {
         if corners.len() < 3 { Err(ZoneError::TooFewCorners) } else { Ok(Self { corners }) }
     }
 
-    /// As [`Self::new`], and only if its sides do not cross: for what people draw.
+    /// As [`Self::new`], and only if its sides neither cross nor touch: for what people draw.
     ///
     /// # Errors
     /// Which sides do.
@@ -76,11 +76,10 @@ impl Zone {
             return Err(ZoneError::TooLong { km });
         }
         let sides: Vec<[Point; 2]> = zone.sides().map(|(from, to)| [point(from), point(to)]).collect();
-        for (at, [a, b]) in sides.iter().enumerate() {
-            for [c, d] in &sides[at + 1..] {
-                let (of_c, of_d) = (a.cross(*b, *c), a.cross(*b, *d));
-                if of_c * of_d < 0.0 && c.cross(*d, *a) * c.cross(*d, *b) < 0.0 {
-                    let meet = c.towards(*d, of_c / (of_c - of_d));
+        for (at, one) in sides.iter().enumerate() {
+            for (other_at, other) in sides.iter().enumerate().skip(at + 1) {
+                let next = other_at == at + 1 || (at == 0 && other_at + 1 == sides.len());
+                if let Some(meet) = if next { turning_back(*one, *other) } else { meeting(*one, *other) } {
                     let lon_deg = wrap_pi(first.lon_rad() + meet.x).to_degrees();
                     return Err(ZoneError::Crosses { lat_deg: meet.y.to_degrees(), lon_deg });
                 }
@@ -168,6 +167,29 @@ impl Zones {
     pub(crate) fn borders(&self, plane: &Plane) -> Vec<Vec<Point>> {
         self.allowed.iter().chain(&self.forbidden).map(|zone| zone.border(plane)).collect()
     }
+}
+
+/// Where two sides cross or touch.
+fn meeting([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> {
+    let (of_c, of_d, of_a, of_b) = (a.cross(b, c), a.cross(b, d), c.cross(d, a), c.cross(d, b));
+    if of_c * of_d < 0.0 && of_a * of_b < 0.0 {
+        return Some(c.towards(d, of_c / (of_c - of_d)));
+    }
+    let on = |of: f64, at: Point, [from, to]: [Point; 2]| {
+        let within = (from.x.min(to.x)..=from.x.max(to.x)).contains(&at.x)
+            && (from.y.min(to.y)..=from.y.max(to.y)).contains(&at.y);
+        (of == 0.0 && within).then_some(at)
+    };
+    let touching = [on(of_c, c, [a, b]), on(of_d, d, [a, b]), on(of_a, a, [c, d]), on(of_b, b, [c, d])];
+    touching.into_iter().flatten().next()
+}
+
+/// The corner of two sides of which one leads back over the other.
+fn turning_back([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> {
+    // The last side meets the first at its end.
+    let (from, corner, to) = if b == c { (a, b, d) } else { (c, a, b) };
+    let along = (corner.x - from.x) * (to.x - corner.x) + (corner.y - from.y) * (to.y - corner.y);
+    (from.cross(corner, to) == 0.0 && along < 0.0).then_some(corner)
 }
 
 #[cfg(test)]

@@ -83,19 +83,65 @@ async fn what_is_closed_is_gone_around_from_then_on_until_it_is_lifted() {
     assert_eq!(acts, ["area.close", "area.lift", "area.close"]);
 }
 
+/// A plan of two places, from south of the farm to north of it.
+fn through() -> Value {
+    let goto = |id: &str, lat_deg: f64| json!({"id": id, "speed": {"value": 1.5, "unit": "mps"}, "task": {"kind": "goto", "at": {"lat_deg": lat_deg, "lon_deg": 10.345}}});
+    json!({"name": "a", "description": "", "vessel": null, "repeat": false, "maneuvers": [goto("a", 63.4452), goto("b", 63.4468)]})
+}
+
+/// What the guard says of a plan.
+async fn guard(shore: &Shore, token: &str, plan: &Value) -> Value {
+    let answer = say(shore, "POST", "/api/v1/plans/check", token, plan).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    serde_json::from_str::<Value>(&answer.body).unwrap()["guard"].clone()
+}
+
 #[tokio::test]
-async fn without_a_chart_an_area_waits_and_comes_into_force_with_one() {
+async fn nothing_is_closed_without_a_chart_and_a_chart_that_is_made_anew_has_what_is_closed() {
     let shore = Shore::with(|_| ()).await;
     let operator = shore.token(None, Role::Operator).await;
     let answer = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
-    let listed = list(&shore, &operator).await;
-    assert!(!listed.in_force && listed.trouble.unwrap().contains("there is no sea chart"));
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.body);
+    assert!(answer.body.contains("no sea chart"), "{}", answer.body);
+    assert_eq!(guard(&shore, &operator, &through()).await, Value::Null);
+
+    let charts = &shore.state.shore.charts;
     archipelago(shore.data());
-    shore.state.shore.charts.look();
+    charts.look();
+    assert_eq!(guard(&shore, &operator, &through()).await["outcome"], "accepted");
+    assert_eq!(say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await.status, StatusCode::OK);
+    let refused = guard(&shore, &operator, &through()).await;
+    assert_eq!(refused["reasons"][0]["area"], "Salmon farm", "{refused}");
+    // Gone, nothing is known to be open; made anew, the area is in it.
+    std::fs::remove_file(shore.data().join("charts/chart.gpkg")).unwrap();
+    charts.look();
+    assert!(list(&shore, &operator).await.trouble.unwrap().contains("there is no sea chart"));
+    assert_eq!(guard(&shore, &operator, &through()).await["cause"], "no-go-areas");
+    archipelago(shore.data());
+    charts.look();
     assert!(list(&shore, &operator).await.in_force);
-    let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &operator).await;
-    assert!(near.body.contains("Salmon farm"), "{}", near.body);
+    assert_eq!(guard(&shore, &operator, &through()).await["reasons"][0]["area"], "Salmon farm");
+}
+
+#[tokio::test]
+async fn an_area_is_in_the_chart_although_who_closed_it_did_not_wait() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let (body, path) = (farm(), "/api/v1/no-go-areas?key=a");
+    let asked = say(&shore, "POST", path, &operator, &body);
+    // The connection breaks as soon as it is kept.
+    let kept = async {
+        while list(&shore, &operator).await.areas.is_empty() {
+            tokio::task::yield_now().await;
+        }
+    };
+    tokio::select! { _ = asked => {}, () = kept => {} }
+    // Once the page has its answer to the same again, the chart holds it.
+    let again = say(&shore, "POST", path, &operator, &body).await;
+    assert_eq!(again.status, StatusCode::OK, "{}", again.body);
+    let listed = list(&shore, &operator).await;
+    assert_eq!((listed.areas.len(), listed.in_force), (1, true));
+    assert_eq!(guard(&shore, &operator, &through()).await["reasons"][0]["area"], "Salmon farm");
 }
 
 #[tokio::test]
@@ -109,18 +155,25 @@ async fn a_chart_that_cannot_take_an_area_lets_no_plan_pass_until_it_does() {
     assert_eq!(answer.status, StatusCode::OK, "it is kept: {}", answer.body);
     let listed = list(&shore, &operator).await;
     assert!(listed.trouble.unwrap().contains("being changed by another process"));
-    let step = json!({"id": "1", "speed": {"value": 1.5, "unit": "mps"}, "task": {"kind": "goto", "at": {"lat_deg": 63.4475, "lon_deg": 10.344}}});
-    let plan = json!({"name": "a", "description": "", "vessel": null, "repeat": false, "maneuvers": [step]});
-    let check = async || {
-        let answer = say(&shore, "POST", "/api/v1/plans/check", &operator, &plan).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
-        serde_json::from_str::<Value>(&answer.body).unwrap()["guard"].clone()
-    };
-    assert_eq!(check().await["cause"], "no-go-areas");
+    assert_eq!(guard(&shore, &operator, &through()).await["cause"], "no-go-areas");
+    let ask = json!({"points": [[63.4452, 10.345], [63.4468, 10.345]]});
+    let route = say(&shore, "POST", "/api/v1/chart/route", &operator, &ask).await;
+    assert_eq!(route.status, StatusCode::SERVICE_UNAVAILABLE, "{}", route.body);
+    // A set that comes meanwhile is not for vessels either.
+    let offered = || shore.state.shore.charts.offered().borrow().as_ref().unwrap().digest();
+    let before = offered();
+    let db = shore.data().join("charts/chart.gpkg");
+    let other = shore.data().join("charts/other.gpkg");
+    std::fs::copy(&db, &other).unwrap();
+    chartdb::remove(&other, &["XX5LUTRA".to_owned()], units::UtcTime::from_micros(0)).unwrap();
+    std::fs::rename(&other, &db).unwrap();
+    shore.state.shore.charts.look();
+    assert_eq!(offered(), before);
     drop(lock);
     shore.state.shore.charts.look();
     assert!(list(&shore, &operator).await.in_force);
-    assert_eq!(check().await["cause"], Value::Null);
+    assert_ne!(offered(), before);
+    assert_eq!(guard(&shore, &operator, &through()).await["cause"], Value::Null);
 }
 
 #[tokio::test]
@@ -141,6 +194,14 @@ async fn only_operators_of_all_vessels_close_and_what_cannot_be_an_area_is_refus
         ("corners", json!([[63.0, 10.0], [63.1, 10.1], [63.1, 10.0], [63.0, 10.1]]), "cross near"),
         ("corners", json!([[63.0, 10.0], [64.0, 10.0], [64.0, 12.0]]), "at most 200 km"),
         ("corners", json!([[63.0, 179.9], [63.1, 179.9], [63.0, -179.9]]), "the date line"),
+        ("corners", json!([[60.0, -179.99], [60.05, -179.99], [60.0, -180.0]]), "the date line"),
+        // Twice round, its inside would be outside.
+        (
+            "corners",
+            json!([[63.0, 10.0], [63.1, 10.0], [63.0, 10.1], [63.0, 10.0], [63.1, 10.0], [63.0, 10.1]]),
+            "cross or touch",
+        ),
+        ("corners", json!([[63.0, 10.0], [63.1, 10.0], [63.05, 10.0], [63.05, 10.1]]), "cross or touch"),
         ("colour", json!(1), "colour"),
     ] {
         let mut body = farm();

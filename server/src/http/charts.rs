@@ -124,7 +124,11 @@ pub(crate) async fn route(
     InBody(ask): InBody<SeaRouteRequest>,
 ) -> Result<Json<SeaRouteAnswer>, ApiError> {
     let set = there(&state)?;
-    let limits = state.shore.grounding.limits(&who, ask.vessel).await;
+    if let Some(missing) = state.shore.charts.not_closed(None) {
+        let text = format!("No route is planned, for the no-go areas are not in the chart: {missing}");
+        return Err(ApiError::unavailable(text));
+    }
+    let limits = state.shore.charts.strict(state.shore.grounding.limits(&who, ask.vessel).await);
     Ok(Json(state.shore.routing.route(set, ask, limits).await?))
 }
 

@@ -12,7 +12,9 @@ use crate::once::{Key, Made, Once};
 use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, Role};
 use planner::Zone;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::Mutex;
+use tokio_util::sync::CancellationToken;
 use units::{LatLon, UtcTime};
 
 /// Corners of an area.
@@ -22,6 +24,10 @@ const BORDER_M: f64 = 200e3;
 /// Sides are cut into pieces of this length (m), so that they are where they were drawn: charts are straight in longitude and
 /// latitude, maps in Mercator's projection.
 const PIECE_M: f64 = 1_000.0;
+/// Farther east or west is too near the date line (°).
+const DATE_LINE_DEG: f64 = 179.999;
+/// How often the chart is told what is closed.
+const TELL_EVERY: Duration = Duration::from_secs(2);
 
 /// The no-go areas; cheap to clone.
 #[derive(Clone)]
@@ -43,11 +49,27 @@ impl NoGoAreas {
     /// # Errors
     /// app.db cannot be read.
     pub(crate) async fn tell(&self) -> Result<()> {
+        let _changing = self.changing.lock().await;
+        self.tell_now().await
+    }
+
+    /// The same for who changes them at this moment.
+    async fn tell_now(&self) -> Result<()> {
         let rows = self.people.ask(Closed).await?;
         let changed_us = rows.iter().flat_map(|row| [Some(row.written_us), row.changed.1]).flatten().max();
-        let areas = rows.into_iter().filter_map(|row| in_chart(row.id, row.area?)).collect();
-        self.charts.close(NoGo { areas, at: UtcTime::from_micros(changed_us.unwrap_or_default()) });
+        let at = UtcTime::from_micros(changed_us.unwrap_or_default());
+        self.charts.close(NoGo { areas: in_chart(&rows), at });
         Ok(())
+    }
+
+    /// Tells the chart again and again: app.db may have taken a change although nobody waited for its answer any more.
+    pub(crate) async fn keep(self, stop: CancellationToken) {
+        let mut every = tokio::time::interval(TELL_EVERY);
+        while stop.run_until_cancelled(every.tick()).await.is_some() {
+            if let Err(error) = self.tell().await {
+                tracing::warn!(%error, "the chart is told later which areas are closed");
+            }
+        }
     }
 
     /// The closed ones, and the lifted ones too where that is asked for.
@@ -55,12 +77,14 @@ impl NoGoAreas {
     /// # Errors
     /// app.db cannot be read.
     pub async fn list(&self, who: &Principal, lifted: bool) -> Result<api::NoGoAreas> {
-        let mut rows = self.people.ask(Closed).await?;
+        let closed = self.people.ask(Closed).await?;
+        let mut rows = closed.clone();
         rows.sort_by_cached_key(|row| (row.area.as_ref().map(|area| area.name.to_lowercase()), row.id));
         if lifted {
             rows.extend(self.people.ask(Lifted).await?);
         }
-        let trouble = self.charts.not_closed();
+        // What is listed counts, whatever the chart was told before.
+        let trouble = self.charts.not_closed(Some(&in_chart(&closed)));
         Ok(api::NoGoAreas {
             areas: rows.into_iter().map(told).collect(),
             in_force: trouble.is_none(),
@@ -82,18 +106,38 @@ impl NoGoAreas {
     ) -> Result<NoGoArea> {
         may_change(who)?;
         let key = Key::new(Made::NoGoArea, who.person, key)?;
-        let _changing = self.changing.lock().await;
-        if let Some(key) = &key
-            && let Some(first) = self.people.ask(key.clone()).await?
-        {
-            return self.one(first).await;
+        let (areas, who) = (self.clone(), who.clone());
+        to_its_end(async move {
+            let _changing = areas.changing.lock().await;
+            let known = match &key {
+                Some(key) => areas.people.ask(key.clone()).await?,
+                None => None,
+            };
+            let id = match known {
+                Some(first) => first,
+                None => areas.close(&who, from, checked(ask)?, key).await?,
+            };
+            areas.bring_in().await?;
+            areas.one(id).await
+        })
+        .await
+    }
+
+    async fn close(
+        &self,
+        who: &Principal,
+        from: String,
+        area: NoGoAreaRequest,
+        key: Option<Key>,
+    ) -> Result<i64> {
+        if self.charts.set().is_none() {
+            let text =
+                "There is no sea chart that could hold it: import one by `lutra-server chart import` first.";
+            return Err(Error::refused(text));
         }
-        let area = checked(ask)?;
         let subject = area.name.clone();
         let make = Create { area, by: who.name.clone(), now: self.clock.utc() };
-        let id = self.people.act(who, from, "area.close", subject, Once { key, make }).await?;
-        self.bring_in().await?;
-        self.one(id).await
+        Ok(self.people.act(who, from, "area.close", subject, Once { key, make }).await?)
     }
 
     /// Has an area be something else, lifts it, or closes it again; what it was before is kept.
@@ -108,12 +152,25 @@ impl NoGoAreas {
         change: NoGoAreaChange,
     ) -> Result<NoGoArea> {
         may_change(who)?;
+        let (areas, who) = (self.clone(), who.clone());
+        to_its_end(async move { areas.change_to_its_end(&who, from, id, change).await }).await
+    }
+
+    async fn change_to_its_end(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: NoGoAreaChange,
+    ) -> Result<NoGoArea> {
         let _changing = self.changing.lock().await;
         let row = self.find(id).await?;
         if row.revision != change.revision {
             return Err(Error::new(ErrorKind::Newer, NEWER));
         }
-        let (area, closed) = (checked(change.area)?, change.closed);
+        let closed = change.closed;
+        // Whatever it is, it can be lifted.
+        let area = if closed { checked(change.area)? } else { row.area.unwrap_or(change.area) };
         let word = match (closed, row.lifted.1.is_some()) {
             (false, _) => "area.lift",
             (true, true) => "area.close",
@@ -129,7 +186,7 @@ impl NoGoAreas {
 
     /// Has the chart hold what is closed, at once. Where it cannot, [`Self::list`] says why, and it is tried again.
     async fn bring_in(&self) -> Result<()> {
-        self.tell().await?;
+        self.tell_now().await?;
         let charts = self.charts.clone();
         tokio::task::spawn_blocking(move || charts.look()).await.map_err(|_| crate::router::Stopped)?;
         Ok(())
@@ -146,6 +203,11 @@ impl NoGoAreas {
         };
         self.people.ask(One(id)).await?.ok_or_else(none)
     }
+}
+
+/// Does something to its end, also where who asked for it has gone: a closed area must come into the chart.
+async fn to_its_end<T: Send + 'static>(work: impl Future<Output = Result<T>> + Send + 'static) -> Result<T> {
+    tokio::spawn(work).await.map_err(|_| crate::router::Stopped)?
 }
 
 fn may_change(who: &Principal) -> Result<()> {
@@ -178,22 +240,30 @@ fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
         return Err(malformed("name: has several lines: write one"));
     }
     let reason = check_text("reason", &ask.reason, 0..=500)?;
-    if !CORNERS.contains(&ask.corners.len()) {
+    let mut corners = ask.corners;
+    corners.dedup();
+    if corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
+    if !CORNERS.contains(&corners.len()) {
         let (least, most) = CORNERS.into_inner();
-        return Err(malformed(format!("corners: there are {}; give {least} to {most}", ask.corners.len())));
+        return Err(malformed(format!("corners: there are {}; give {least} to {most}", corners.len())));
     }
-    let sides = ask.corners.iter().zip(ask.corners.iter().cycle().skip(1));
-    if sides.into_iter().any(|([_, from_deg], [_, to_deg])| (from_deg - to_deg).abs() > 180.0) {
-        return Err(malformed("corners: the area crosses the date line: close one on each side of it"));
+    let places = places(&corners)?;
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    let over = |([_, from_deg], [_, to_deg]): (&[f64; 2], &[f64; 2])| (from_deg - to_deg).abs() > 180.0;
+    if corners.iter().any(|[_, lon_deg]| lon_deg.abs() > DATE_LINE_DEG) || sides.into_iter().any(over) {
+        return Err(malformed("corners: the area reaches the date line: close one on each side of it"));
     }
-    let zone = Zone::drawn(places(&ask.corners)?).map_err(|error| malformed(format!("corners: {error}")))?;
-    if zone.border_m() > BORDER_M {
-        let (km, most_km) = (zone.border_m() / 1e3, BORDER_M / 1e3);
+    let border_m = Zone::new(places.clone()).map_or(0.0, |zone| zone.border_m());
+    if border_m > BORDER_M {
+        let (km, most_km) = (border_m / 1e3, BORDER_M / 1e3);
         return Err(malformed(format!(
             "corners: the border is {km:.0} km long; at most {most_km:.0} km are taken"
         )));
     }
-    Ok(NoGoAreaRequest { name, reason, corners: ask.corners })
+    Zone::drawn(places).map_err(|error| malformed(format!("corners: {error}")))?;
+    Ok(NoGoAreaRequest { name, reason, corners })
 }
 
 fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
@@ -204,12 +274,16 @@ fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
     corners.iter().map(place).collect()
 }
 
-/// An area as the chart holds it; `None` for one that cannot be, which nothing writes.
-fn in_chart(id: i64, area: NoGoAreaRequest) -> Option<chartdb::NoGoArea> {
+/// Areas as the chart holds them, without any that cannot be, which nothing writes.
+fn in_chart(rows: &[Row]) -> Vec<chartdb::NoGoArea> {
+    rows.iter().filter_map(|row| area_in_chart(row.id, row.area.as_ref()?)).collect()
+}
+
+fn area_in_chart(id: i64, area: &NoGoAreaRequest) -> Option<chartdb::NoGoArea> {
     let corners = places(&area.corners).ok()?;
     let ends = corners.iter().cycle().skip(1);
     let corners = corners.iter().zip(ends).flat_map(|(from, to)| side(*from, *to)).collect();
-    Some(chartdb::NoGoArea { number: u32::try_from(id).ok()?, name: area.name, corners })
+    Some(chartdb::NoGoArea { number: u32::try_from(id).ok()?, name: area.name.clone(), corners })
 }
 
 /// A side without its end, straight on a Mercator map, in pieces.

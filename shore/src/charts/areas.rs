@@ -36,6 +36,11 @@ impl Areas {
         self.wanted().is_some_and(|wanted| no_go_digest(&wanted.areas) != no_go_digest_of(held))
     }
 
+    /// Whether some area is closed.
+    pub(super) fn are_some(&self) -> bool {
+        self.wanted().is_some_and(|wanted| !wanted.areas.is_empty())
+    }
+
     /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again.
     pub(super) fn bring_into(&self, path: &Path) {
         let Some(NoGo { areas, at }) = self.wanted() else { return };
@@ -54,10 +59,16 @@ impl Areas {
         *before = trouble;
     }
 
-    /// Why these charts, if there are any, do not hold what they should; `None` where they do.
-    pub(super) fn missing(&self, held: Option<&[Chart]>, of_set: Option<String>) -> Option<String> {
-        let wanted = self.wanted().filter(|wanted| !wanted.areas.is_empty());
-        if !self.differ(held.unwrap_or_default()) || (held.is_none() && wanted.is_none()) {
+    /// Why these charts, if there are any, do not hold these areas, or those that they should; `None` where they do.
+    pub(super) fn missing(
+        &self,
+        held: Option<&[Chart]>,
+        areas: Option<&[NoGoArea]>,
+        of_set: Option<String>,
+    ) -> Option<String> {
+        let wanted =
+            areas.map_or_else(|| self.wanted().map(|wanted| wanted.areas), |areas| Some(areas.to_vec()))?;
+        if no_go_digest(&wanted) == no_go_digest_of(held.unwrap_or_default()) {
             return None;
         }
         let trouble = self.trouble.read().unwrap_or_else(PoisonError::into_inner).clone();

@@ -24,7 +24,7 @@ use ::guard::GuardLimits;
 use areas::Areas;
 use cache::Cache;
 use chartdb::{Chart, ChartDb, LoadedIndex};
-use charts::depth_index::{Demand, DepthIndex};
+use charts::depth_index::{Demand, DepthIndex, EntryRule, EntryRules};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mission::Plan;
@@ -143,10 +143,20 @@ impl Charts {
         self.0.areas.want(areas);
     }
 
-    /// Why the set in force does not hold the no-go areas that it should; `None` where it does, and where there are none.
-    pub fn not_closed(&self) -> Option<String> {
+    /// Why the set in force does not hold these no-go areas, or those that it should; `None` where it does.
+    pub fn not_closed(&self, areas: Option<&[chartdb::NoGoArea]>) -> Option<String> {
         let now = self.now();
-        self.0.areas.missing(now.set.as_ref().map(|set| set.charts.as_slice()), now.trouble)
+        self.0.areas.missing(now.set.as_ref().map(|set| set.charts.as_slice()), areas, now.trouble)
+    }
+
+    /// Limits by which no vessel enters an area that people closed: they are prohibited areas of the chart, of which a rule
+    /// may think less.
+    pub fn strict(&self, limits: GuardLimits) -> GuardLimits {
+        if !self.0.areas.are_some() {
+            return limits;
+        }
+        let floor = EntryRules { prohibited: EntryRule::Refuse, ..EntryRules::IGNORE };
+        GuardLimits { entry: limits.entry.at_least(floor), ..limits }
     }
 
     /// Takes the set on the disk, if it is another one than before, or if parts of it turned out to be damaged. The set
@@ -193,7 +203,9 @@ impl Charts {
                 Now { set: None, trouble: Some(error.to_string()) }
             }
         };
-        let kept = now.set.is_some() && fresh.is_none();
+        // Vessels keep the chart that they have rather than one that lacks what people closed.
+        let lacking = now.set.as_ref().is_some_and(|set| self.0.areas.differ(&set.charts));
+        let kept = now.set.is_some() && fresh.is_none() || lacking;
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
         *seen = stamp;
         if kept {
@@ -259,16 +271,15 @@ impl Charts {
 
     /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
     pub fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
-        match self.now() {
-            Now { set: Some(set), .. } => {
-                if let Some(trouble) = self.0.areas.missing(Some(&set.charts), None) {
-                    return Some(verdict::not_closed(&trouble, limits));
-                }
-                Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
-            }
-            Now { set: None, trouble: Some(trouble) } => Some(verdict::without(&trouble, limits)),
-            Now { set: None, trouble: None } => None,
+        let limits = &Limits { demanded: self.strict(limits.demanded), ..*limits };
+        let Now { set, trouble } = self.now();
+        if let (None, Some(trouble)) = (&set, &trouble) {
+            return Some(verdict::without(trouble, limits));
         }
+        if let Some(missing) = self.not_closed(None) {
+            return Some(verdict::not_closed(&missing, limits));
+        }
+        set.map(|set| told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
     }
 }
 

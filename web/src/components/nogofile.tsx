@@ -13,12 +13,14 @@ const MOST_TOLD = 12;
 interface Needs {
   /** Closes one; why not, or nothing where it is done. */
   close(area: NoGoAreaRequest): Promise<string>;
+  /** How many more can be closed. */
+  room(): number;
   /** All that could be closed are. */
   done(): void;
 }
 
 /** Makes the button and what it opens; the state stays over new drawings. */
-export function createNoGoFile({ close, done }: Needs) {
+export function createNoGoFile({ close, room, done }: Needs) {
   const read = signal<AreasOfFile | undefined>(undefined);
   const closed = signal<number | undefined>(undefined);
   const failed = signal("");
@@ -28,7 +30,9 @@ export function createNoGoFile({ close, done }: Needs) {
     if (!file) return;
     failed.value = "";
     const tooLarge = { areas: [], wrong: t("The file is larger than {most} MB: take out what is not needed.", { most: MOST_BYTES / 2 ** 20 }) };
-    read.value = file.size > MOST_BYTES ? tooLarge : areasOfGeoJson(await file.text(), file.name.replace(/\.\w+$/, "").slice(0, 60));
+    const found = file.size > MOST_BYTES ? tooLarge : areasOfGeoJson(await file.text(), file.name.replace(/\.\w+$/, ""));
+    const count = found.areas.length;
+    read.value = count > room() ? { areas: [], wrong: t("The file has {count} areas; {room} more can be closed.", { count, room: room() }) } : found;
     // The same file can be chosen again after it was mended.
     input.value = "";
   };

@@ -109,7 +109,7 @@ class MapOfFleet implements FleetMap {
     this.chart = createChart(map, box, this, (place) => this.overlays.cursor(place), vessel);
     this.chart.onChart(({ bounds }) => this.leadTo(bounds));
     this.noGo = createNoGo(map, palette);
-    // The chart is another one whenever an area was closed or lifted.
+    // The chart is another one whenever an area was closed or lifted; it is asked for once a minute.
     this.chart.onChart(() => void this.noGo.learn());
     this.tools.button("all", t("Show all")).addEventListener("click", () => (needs.showAll ? needs.showAll() : this.showAll()));
     // Where no vessel is chosen there is none to go with.

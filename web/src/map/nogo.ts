@@ -49,16 +49,22 @@ export function createNoGo(map: OlMap, palette: () => Palette): NoGoOnMap {
       ...((east - west) / resolution >= NAMED_PX ? { text } : {}),
     });
   };
-  const show = (areas: readonly NoGoArea[]): void => {
+  /** An answer to what was asked before something newer was shown is not drawn. */
+  let asked = 0;
+  const draw = (areas: readonly NoGoArea[]): void => {
     source.clear(true);
     source.addFeatures(areas.map((area) => new Feature({ geometry: new Polygon([ring(area)]), name: area.area.name })));
   };
   return {
-    show,
+    show(areas) {
+      asked++;
+      draw(areas);
+    },
     async learn() {
+      const mine = ++asked;
       // What was known stays until it is known better.
       const found = await getJson<NoGoAreas>("/api/v1/no-go-areas", AbortSignal.timeout(PATIENCE_MS)).catch(() => undefined);
-      if (found) show(found.areas);
+      if (found && mine === asked) draw(found.areas);
     },
     fit: (area) => map.getView().fit(boundingExtent(ring(area)), { padding: [80, 80, 80, 80], maxZoom: 17, duration: 0 }),
     repaint: () => layer.changed(),

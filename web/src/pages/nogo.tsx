@@ -26,6 +26,8 @@ const PATIENCE_MS = 30_000;
 const SENT_WITHIN_MS = 120_000;
 /** What others did comes after so long at most, ms. */
 const AGAIN_MS = 20_000;
+/** Areas that the server closes at a time. */
+const MOST_CLOSED = 200;
 const LIST = "/api/v1/no-go-areas?lifted=true";
 
 /** What is in the form: a new area, or one that is changed. */
@@ -40,7 +42,7 @@ class NoGoPage {
   /** The one that was lifted just now. */
   private readonly lifted = signal<NoGoArea | undefined>(undefined);
   private readonly keys = new Keys<NoGoAreaRequest>(newKey);
-  private readonly File = createNoGoFile({ close: (area) => this.closeOne(area), done: () => void this.ask() });
+  private readonly File = createNoGoFile({ close: (area) => this.closeOne(area), room: () => this.room(), done: () => void this.ask() });
   private readonly map: FleetMap;
   private fits = true;
 
@@ -123,6 +125,10 @@ class NoGoPage {
     } catch (error) {
       return fieldOf(reason(error));
     }
+  }
+
+  private room(): number {
+    return MOST_CLOSED - (this.list.value.value?.areas.filter(({ lifted }) => lifted === null).length ?? 0);
   }
 
   /** Closes one of a file; why not, or nothing where it is done. */

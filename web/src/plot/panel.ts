@@ -112,7 +112,8 @@ class Plots implements PlotPanel {
   goOn(nowUs: number): void {
     const { fromUs, toUs } = ends(this.stretch, nowUs);
     const pixelUs = (toUs - fromUs) / Math.max(100, this.list.clientWidth);
-    if (nowUs - this.drawnUs >= Math.min(SLOWEST_US, pixelUs)) this.draw(nowUs);
+    // A clock that is set may lead back.
+    if (Math.abs(nowUs - this.drawnUs) >= Math.min(SLOWEST_US, pixelUs)) this.draw(nowUs);
   }
 
   private draw(nowUs: number): void {

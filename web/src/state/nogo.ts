@@ -56,12 +56,14 @@ export function areasOfGeoJson(text: string, called: string): AreasOfFile {
 /** Why a polygon is no area, in words. */
 class NoArea extends Error {}
 
-function areaOf({ name, rings }: Named, at: number): NoGoAreaRequest {
+function areaOf({ name: long, rings }: Named, at: number): NoGoAreaRequest {
+  const name = [...long.replace(/\s+/g, " ").trim()].slice(0, MOST_LETTERS).join("");
   const no = (what: string): NoArea => new NoArea(t("Polygon {number}: {what}", { number: at + 1, what }));
   const [outer, ...holes] = rings;
   if (holes.length) throw no(t("it has holes, which cannot be closed: divide it"));
   if (!outer?.every(isPosition)) throw no(t("a corner is no longitude and latitude in degrees"));
-  // The first corner stands again at the end.
+  const [first, last] = [outer[0], outer.at(-1)];
+  if (!first || !last || first[0] !== last[0] || first[1] !== last[1]) throw no(t("its last corner is not its first"));
   const corners = outer.slice(0, -1).map(([lon_deg, lat_deg]) => ({ lat_deg, lon_deg }));
   if (corners.length > MOST_CORNERS) throw no(t("it has {n} corners, at most {most}: simplify it", { n: corners.length, most: MOST_CORNERS }));
   const trouble = areaWrong({ name, reason: "" }, corners);
@@ -93,7 +95,7 @@ function polygons(geo: Geo, name: string): Named[] {
       return all(geo.geometries);
     case "Feature": {
       const own = NAMES.map((key) => geo.properties?.[key]).find((value) => (typeof value === "string" && value.trim()) || typeof value === "number");
-      return geo.geometry ? polygons(geo.geometry, own === undefined ? name : String(own).trim().slice(0, MOST_LETTERS)) : [];
+      return geo.geometry ? polygons(geo.geometry, own === undefined ? name : String(own).slice(0, MOST_LETTERS - 6)) : [];
     }
     case "Polygon":
       return [{ name, rings: (geo.coordinates ?? []) as Named["rings"] }];

@@ -141,7 +141,7 @@ export function byDay(notes: readonly LogNote[]): readonly (readonly [string, re
 
 /** The field that the server's words are about, and the words; "" for none of the form's. */
 export function fieldOf(words: string): Wrong {
-  const [, field = "", text = words] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels): (.*)$/s.exec(words) ?? [];
+  const [, field = "", text = words] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels|reason|corners): (.*)$/s.exec(words) ?? [];
   return { field, text };
 }
 

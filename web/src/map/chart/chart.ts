@@ -28,7 +28,7 @@ const NEAR_PX = 14;
 const FARTHEST_M = 2_000;
 
 export interface ChartOnMap {
-  /** `then` is called with the chart set, again whenever it is another one. */
+  /** `then` is called with the chart set, each time that it was asked for. */
   onChart(then: (chart: ChartSet) => void): void;
   repaint(): void;
   dispose(): void;
