@@ -217,7 +217,7 @@ async fn a_route_keeps_out_of_areas_and_says_when_they_are_in_the_way() {
         ),
         (
             json!([{"kind": "avoid", "corners": [[63.4, 10.3], [63.5, 10.4], [63.5, 10.3], [63.4, 10.4]]}]),
-            "cross near 63.45",
+            "cross or touch near 63.45",
         ),
         (json!([{"kind": "around", "corners": []}]), "around"),
     ] {
