@@ -51,9 +51,10 @@ impl Areas {
         };
         let mut before = self.trouble.write().unwrap_or_else(PoisonError::into_inner);
         if *before != trouble {
-            match &trouble {
-                Some(trouble) => tracing::error!(trouble, "no-go areas cannot be brought into the chart set"),
-                None => tracing::info!("the chart set takes no-go areas again"),
+            if let Some(trouble) = &trouble {
+                tracing::error!(trouble, "no-go areas cannot be brought into the chart set");
+            } else {
+                tracing::info!("the chart set takes no-go areas again");
             }
         }
         *before = trouble;
