@@ -15,7 +15,12 @@ pub struct Fault {
     pub column: &'static str,
     /// What, and what to do.
     pub text: String,
+    /// Another one of the entries, which the text names.
+    pub other: Option<usize>,
 }
+
+/// Faults up to which similar names are looked for, which takes long.
+const SUGGESTIONS: usize = 20;
 
 /// Trims the texts of an entry and gives it a name where it may have none; then all that is wrong with it by itself, as field
 /// and text.
@@ -49,7 +54,7 @@ pub fn check_all(records: &[RegisterRecord]) -> Vec<Fault> {
         if named.insert((kind, folded(name_of(record))), entry).is_some() {
             let text =
                 format!("another {} is called `{}`; choose another name", kind_word(kind), name_of(record));
-            faults.push(Fault { entry, column: "name", text });
+            faults.push(Fault { entry, column: "name", text, other: None });
         }
     }
     for (entry, record) in records.iter().enumerate() {
@@ -164,12 +169,13 @@ fn references(
         }
         let known = records.iter().filter(|one| kind_of(one) == kind).map(name_of);
         let word = kind_word(kind);
-        let remedy = match suggest::alike(name, known).as_slice() {
+        let alike = if faults.len() < SUGGESTIONS { suggest::alike(name, known) } else { Vec::new() };
+        let remedy = match alike.as_slice() {
             [] => format!("register the {word} first, or leave this empty"),
             names => format!("did you mean `{}`?", names.join("` or `")),
         };
         let text = format!("no {word} is called `{}`; {remedy}", shown(name));
-        faults.push(Fault { entry, column: column.name, text });
+        faults.push(Fault { entry, column: column.name, text, other: None });
     }
 }
 
@@ -181,7 +187,7 @@ fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
         };
         if let Some(other) = known.insert(*serial, name) {
             let text = format!("{serial} is the serial number of `{other}` already; look at both");
-            faults.push(Fault { entry, column: "serial", text });
+            faults.push(Fault { entry, column: "serial", text, other: None });
         }
     }
 }
@@ -209,7 +215,7 @@ fn tags_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
                 let text = format!(
                     "the tag `{name}` has this protocol and number ({id}) at the same time; end one by to_time before the other begins"
                 );
-                faults.push(Fault { entry: span.2, column: "from_time", text });
+                faults.push(Fault { entry: span.2, column: "from_time", text, other: None });
             }
         }
     }
@@ -225,11 +231,11 @@ fn deployments_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
     }
     for spans in by_receiver.into_values() {
         for (at, span) in spans.iter().enumerate() {
-            if let Some((_, _, _, name)) = spans[..at].iter().find(|other| overlap(**other, *span)) {
+            if let Some((_, _, other, name)) = spans[..at].iter().find(|other| overlap(**other, *span)) {
                 let text = format!(
                     "the receiver is deployed as `{name}` at the same time; end that by to_time before this begins"
                 );
-                faults.push(Fault { entry: span.2, column: "from_time", text });
+                faults.push(Fault { entry: span.2, column: "from_time", text, other: Some(*other) });
             }
         }
     }

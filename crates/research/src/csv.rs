@@ -15,8 +15,13 @@ use units::UtcTime;
 
 /// Lines that a file may have.
 pub const ROWS: usize = 10_000;
+/// Cells that a header may have: more than twice as many as any kind has columns.
+const CELLS: usize = 64;
 /// Problems that are told; more of them help nobody.
 const PROBLEMS: usize = 1_000;
+
+/// What R writes for what is not there.
+const ABSENT: &str = "NA";
 
 /// How vessels are called.
 pub struct Names<'n> {
@@ -97,7 +102,12 @@ pub fn write_csv<'r>(
                 text.next(&mut out);
             }
             let format = if matches!(slot, Slot::Text(_) | Slot::Vessel(_)) { text } else { number };
-            tables::quoted(&mut out, &slot.cell(names.name), format);
+            let cell = slot.cell(names.name);
+            if at > 0 && cell == ABSENT {
+                // A text that says so, guarded from being taken for nothing.
+                out.push(b'\'');
+            }
+            tables::quoted(&mut out, &cell, format);
         }
         out.push(b'\n');
     }
@@ -191,7 +201,12 @@ impl Rows<'_> {
             let Some((column, slot)) = place.and_then(|at| fields.get(at).zip(slots.get_mut(at))) else {
                 continue;
             };
-            if let Err(text) = self.cell(slot, cell.trim()) {
+            let cell = cell.trim();
+            let is_absent = cell.is_empty() || cell == ABSENT && column.name != "name";
+            if is_absent {
+                continue;
+            }
+            if let Err(text) = self.cell(slot, cell) {
                 wrong.push((column.name, text));
             }
         }
@@ -203,10 +218,6 @@ impl Rows<'_> {
         if let Slot::Text(value) = slot {
             // The guard against formulas.
             text.strip_prefix('\'').unwrap_or(text).clone_into(value);
-            return Ok(());
-        }
-        // What R writes for what is not there.
-        if text.is_empty() || text == "NA" {
             return Ok(());
         }
         match slot {
@@ -226,6 +237,11 @@ impl Rows<'_> {
     }
 
     fn number(&self, text: &str) -> Result<f64, String> {
+        if self.decimal_comma && has_thousands(text) {
+            let text = shown(text);
+            let (whole, real) = (text.replace('.', ""), text.replacen('.', ",", 1));
+            return Err(format!("`{text}` can be {whole} or {real} here: write one of these"));
+        }
         let plain = if self.decimal_comma { text.replacen(',', ".", 1) } else { text.to_owned() };
         let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte));
         let number = plain.parse::<f64>().ok().filter(|number| number.is_finite() && digits(&plain));
@@ -258,6 +274,15 @@ impl Rows<'_> {
         }
         before
     }
+}
+
+/// Whether points of a number can stand between thousands: `1.340`.
+fn has_thousands(text: &str) -> bool {
+    let mut parts = text.trim_start_matches(['+', '-']).split('.');
+    let is_digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    let begins = parts.next().is_some_and(|part| (1..=3).contains(&part.len()) && is_digits(part));
+    let mut rest = parts.peekable();
+    begins && rest.peek().is_some() && rest.all(|part| part.len() == 3 && is_digits(part))
 }
 
 /// For each cell of a line, which field it is; `None` where the header cannot be used at all.
@@ -312,6 +337,17 @@ impl Table {
         let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
         // The first of those that are equally frequent: a header with one column has none.
         let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let too_many = |count: usize| {
+            whole(
+                1,
+                format!(
+                    "the header has {count} cells, and a table at most {CELLS} columns; look at its separators"
+                ),
+            )
+        };
+        if count(&separator) >= CELLS {
+            return Err(too_many(count(&separator) + 1));
+        }
         let mut lines = split(text, separator).map_err(|line| {
             whole(line, "a quote that opens here is never closed; look for a `\"` too many".to_owned())
         })?;
@@ -319,6 +355,9 @@ impl Table {
             return Err(whole(1, "the file is empty; its first line names the columns".to_owned()));
         }
         let (_, header) = lines.remove(0);
+        if header.len() > CELLS {
+            return Err(too_many(header.len()));
+        }
         if lines.len() > ROWS {
             return Err(whole(ROWS + 2, format!("has more than {ROWS} lines; divide the file")));
         }
@@ -326,7 +365,7 @@ impl Table {
     }
 }
 
-/// Lines with their cells, by RFC 4180; empty lines are left out. `Err` is the line in which a quote opens that never closes.
+/// Lines with their cells, by RFC 4180; empty lines are left out, and so is what comes after one line too many. `Err` is the line in which a quote opens that never closes.
 fn split(text: &str, separator: u8) -> Result<Vec<(u32, Vec<String>)>, usize> {
     let mut lines = Vec::new();
     let (mut cells, mut cell): (Vec<String>, String) = (Vec::new(), String::new());
@@ -345,6 +384,10 @@ fn split(text: &str, separator: u8) -> Result<Vec<(u32, Vec<String>)>, usize> {
             '\r' if quoted.is_none() && letters.peek() == Some(&'\n') => {}
             '\n' | '\r' if quoted.is_none() => {
                 end_line(&mut lines, &mut cells, &mut cell, begun);
+                // The header, and one too many.
+                if lines.len() > ROWS + 1 {
+                    return Ok(lines);
+                }
                 line += 1;
                 begun = line;
             }

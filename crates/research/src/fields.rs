@@ -140,7 +140,11 @@ const TAG: [Column; 19] = [
         "name of the animal that carries it; empty for a reference tag",
         Rule::Name(RegisterKind::Animal),
     ),
-    may("from_time", "from when on, ISO 8601; from the beginning when empty", Rule::Time),
+    may(
+        "from_time",
+        "from when on, ISO 8601; when empty, from the animal's release or capture on",
+        Rule::Time,
+    ),
     may("to_time", "until when, ISO 8601; to the end when empty", Rule::Time),
     NOTES,
 ];

@@ -11,23 +11,52 @@ use std::collections::{BTreeMap, VecDeque};
 
 /// A neighbour is looked for within this time (s).
 pub const HORIZON_S: i64 = 86_400;
-/// Detections that may wait; with more, the oldest goes with the neighbour that it has.
+/// Detections that may wait; with more, the oldest goes without knowing.
 const WAITING: usize = 50_000;
 /// Tags by receivers that are remembered before those of long ago are forgotten.
 const REMEMBERED: usize = 20_000;
 
+/// How far the nearest other detection is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lag {
+    /// So many seconds.
+    Seconds(f64),
+    /// There is none within [`HORIZON_S`].
+    Nothing,
+    /// Nobody looked, or too many waited to know it.
+    Unknown,
+}
+
+impl Lag {
+    /// Seconds, where there is one.
+    pub fn seconds(self) -> Option<f64> {
+        if let Self::Seconds(lag_s) = self { Some(lag_s) } else { None }
+    }
+}
+
 /// Receiver, protocol, number, carrier.
 type Key = (u32, Protocol, u32, u8);
 
-/// Detections on their way.
+/// Detections on their way. They come in order of report, by which it is known what still can come; how far two are apart is
+/// told by the receiver's clock, which may be days off.
 #[derive(Debug, Default)]
 pub struct Lags {
     waiting: VecDeque<Waiting>,
     /// How many have gone.
     gone: u64,
-    /// Of each tag by each receiver the place of the last detection, counted from the first of all, and its time.
-    last: BTreeMap<Key, (u64, i64)>,
+    /// Of each tag by each receiver the last detection.
+    last: BTreeMap<Key, Last>,
+    /// When the newest was reported.
     newest_us: i64,
+}
+
+#[derive(Debug)]
+struct Last {
+    /// Counted from the first of all.
+    place: u64,
+    /// By the receiver's clock, where that was set.
+    time_us: i64,
+    reported_us: i64,
 }
 
 #[derive(Debug)]
@@ -36,7 +65,6 @@ struct Waiting {
     lag_us: Option<i64>,
     /// Whether the one after it has come.
     is_settled: bool,
-    time_us: i64,
 }
 
 impl Lags {
@@ -45,36 +73,42 @@ impl Lags {
         let time_us = detection.clock.utc().unwrap_or(detection.origin.reported).micros();
         let place = self.gone + self.waiting.len() as u64;
         let key = (detection.receiver, detection.protocol.clone(), detection.tag_id, detection.frequency_khz);
-        let before = self.last.insert(key, (place, time_us));
-        let lag_us = before.map(|(_, then_us)| time_us.saturating_sub(then_us).saturating_abs());
-        if let Some((then, _)) = before
-            && let Some(one) = then.checked_sub(self.gone).and_then(|at| self.waiting.get_mut(at as usize))
+        let reported_us = detection.origin.reported.micros();
+        let before = self.last.insert(key, Last { place, time_us, reported_us });
+        let lag_us = before.as_ref().map(|before| time_us.saturating_sub(before.time_us).saturating_abs());
+        if let Some(before) = before
+            && let Some(one) =
+                before.place.checked_sub(self.gone).and_then(|at| self.waiting.get_mut(at as usize))
         {
             one.lag_us = [one.lag_us, lag_us].into_iter().flatten().min();
             one.is_settled = true;
         }
-        self.newest_us = self.newest_us.max(time_us);
-        self.waiting.push_back(Waiting { detection, lag_us, is_settled: false, time_us });
+        self.newest_us = self.newest_us.max(reported_us);
+        self.waiting.push_back(Waiting { detection, lag_us, is_settled: false });
         if self.last.len() > REMEMBERED {
             let from_us = self.newest_us - HORIZON_S * 1_000_000;
-            self.last.retain(|_, (_, then_us)| *then_us >= from_us);
+            self.last.retain(|_, last| last.reported_us >= from_us);
         }
     }
 
     /// The oldest detection of which all is known that will be, with seconds to its nearest neighbour; `None` while it is not.
-    pub fn pop(&mut self) -> Option<(Detection, Option<f64>)> {
+    pub fn pop(&mut self) -> Option<(Detection, Lag)> {
         let oldest = self.waiting.front()?;
-        let is_ready = oldest.is_settled
-            || self.newest_us - oldest.time_us > HORIZON_S * 1_000_000
-            || self.waiting.len() > WAITING;
-        if is_ready { self.take() } else { None }
+        let waited_us = self.newest_us.saturating_sub(oldest.detection.origin.reported.micros());
+        if oldest.is_settled || waited_us > HORIZON_S * 1_000_000 {
+            self.take()
+        } else if self.waiting.len() > WAITING {
+            self.take().map(|(detection, _)| (detection, Lag::Unknown))
+        } else {
+            None
+        }
     }
 
     /// The oldest detection, once no other comes.
-    pub fn take(&mut self) -> Option<(Detection, Option<f64>)> {
+    pub fn take(&mut self) -> Option<(Detection, Lag)> {
         let Waiting { detection, lag_us, .. } = self.waiting.pop_front()?;
         self.gone += 1;
         let known = lag_us.filter(|lag_us| *lag_us <= HORIZON_S * 1_000_000);
-        Some((detection, known.map(|lag_us| lag_us as f64 / 1e6)))
+        Some((detection, known.map_or(Lag::Nothing, |lag_us| Lag::Seconds(lag_us as f64 / 1e6))))
     }
 }

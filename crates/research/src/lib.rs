@@ -24,7 +24,7 @@ pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
 pub use formats::{FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};
-pub use lag::{HORIZON_S, Lags};
+pub use lag::{HORIZON_S, Lag, Lags};
 pub use orcid::is_orcid;
 pub use study::{Heard, Sensor, Study};
 pub use template::template;

@@ -1,6 +1,6 @@
 //! A register by which detections are looked up.
 
-use crate::lag::HORIZON_S;
+use crate::lag::{HORIZON_S, Lag};
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
     RegisterTag,
@@ -55,8 +55,8 @@ pub struct Heard<'s> {
     pub receiver: Option<&'s RegisterReceiver>,
     /// Its deployment on this vessel at this time.
     pub deployment: Option<&'s RegisterDeployment>,
-    /// Seconds to the nearest other detection of this tag by this receiver, where it is known; see [`crate::Lags`].
-    pub min_lag_s: Option<f64>,
+    /// How far the nearest other detection of this tag by this receiver is; see [`crate::Lags`].
+    pub lag: Lag,
 }
 
 /// What a tag's count means.
@@ -98,16 +98,11 @@ impl Study {
     }
 
     /// What is known of a detection; the vessel is called as it is given.
-    pub fn heard<'s>(
-        &'s self,
-        detection: &'s Detection,
-        vessel: &'s str,
-        min_lag_s: Option<f64>,
-    ) -> Heard<'s> {
+    pub fn heard<'s>(&'s self, detection: &'s Detection, vessel: &'s str, lag: Lag) -> Heard<'s> {
         let by_receiver = detection.clock.utc();
         let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
         let tag = self.tag(detection, time_us);
-        let animal = tag.and_then(|tag| self.animals.get(&folded(&tag.animal)));
+        let animal = tag.and_then(|tag| self.animal(tag, time_us));
         let of_tag = tag.map(|tag| folded(&tag.project)).filter(|name| !name.is_empty());
         let of_animal = animal.map(|animal| folded(&animal.project));
         let project = of_tag.or(of_animal).and_then(|name| self.projects.get(&name));
@@ -125,7 +120,7 @@ impl Study {
             contact: project.and_then(|project| person(&project.contact)),
             receiver,
             deployment: receiver.and_then(|one| self.deployment(one, detection.origin.system.0, time_us)),
-            min_lag_s,
+            lag,
         }
     }
 
@@ -136,6 +131,13 @@ impl Study {
             tag.frequency_khz.is_none_or(|wanted| wanted == khz) && within(tag.from_us, tag.to_us, time_us)
         };
         self.tags.get(&code)?.iter().find(holds)
+    }
+
+    /// The animal that carried a tag: from the tag's `from_time` on, and where it has none, from its release, or its capture.
+    fn animal(&self, tag: &RegisterTag, time_us: i64) -> Option<&RegisterAnimal> {
+        let animal = self.animals.get(&folded(&tag.animal))?;
+        let from_us = tag.from_us.or(animal.release_us).or(animal.capture_us);
+        from_us.is_none_or(|from_us| from_us <= time_us).then_some(animal)
     }
 
     fn deployment(
@@ -166,7 +168,7 @@ impl Heard<'_> {
 
     /// Why this is perhaps no detection of the tag: nothing else confirms it within 30 of its ping intervals (the rule of Pincock
     /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
-    /// pings, or so seldom that a day's neighbours do not tell.
+    /// pings, or so seldom that a day's neighbours do not tell, or nobody knows its neighbours.
     pub fn doubt(&self) -> Option<String> {
         let tag = self.tag?;
         let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
@@ -174,7 +176,12 @@ impl Heard<'_> {
             (one_s, other_s) => one_s.or(other_s)?,
         };
         let within_s = PINGS * interval_s;
-        if within_s > HORIZON_S as f64 || self.min_lag_s.is_some_and(|lag_s| lag_s <= within_s) {
+        let is_confirmed = match self.lag {
+            Lag::Seconds(lag_s) => lag_s <= within_s,
+            Lag::Nothing => false,
+            Lag::Unknown => return None,
+        };
+        if within_s > HORIZON_S as f64 || is_confirmed {
             return None;
         }
         Some(format!(

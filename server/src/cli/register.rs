@@ -66,8 +66,19 @@ pub(super) fn register(common: &Common, command: &RegisterCommand) -> anyhow::Re
     }
 }
 
-fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyhow::Result<()> {
+/// The data folder, which must be one already: a mistyped one must not become a register without entries.
+fn existing(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load_to_write()?.data;
+    ensure!(
+        data.join("app.db").is_file(),
+        "{} has no app.db: give --data the folder of a server that has run",
+        data.display()
+    );
+    Ok(data)
+}
+
+fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyhow::Result<()> {
+    let data = existing(common)?;
     let ((_, rows), named) = with(&data, async |db| (All, vessels::List).run(db).await)?;
     let records: Vec<_> =
         rows.iter().map(|row| &row.record).filter(|record| kind_of(record) == wanted).collect();
@@ -79,7 +90,7 @@ fn export(common: &Common, wanted: RegisterKind, output: Option<&Path>) -> anyho
 }
 
 fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyhow::Result<()> {
-    let data = common.load_to_write()?.data;
+    let data = existing(common)?;
     let bytes = fs::read(file).with_context(|| file.display().to_string())?;
     ensure!(
         bytes.len() <= FILE_BYTES,
@@ -87,7 +98,7 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
         file.display(),
         FILE_BYTES >> 20
     );
-    let take = TakeFile { kind, bytes, apply: false, by: ACTOR.to_owned(), now: clock::now() };
+    let take = TakeFile { kind, bytes, apply: None, by: ACTOR.to_owned(), now: clock::now() };
     let looked = TakeFile { bytes: take.bytes.clone(), by: take.by.clone(), ..take };
     let told = with(&data, async |db| looked.run(db).await)?;
     tell(&told);
@@ -106,7 +117,7 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
         return Ok(());
     }
     let subject = format!("{word}: {} new, {} changed, by a file", told.added, told.changed);
-    let take = TakeFile { apply, ..take };
+    let take = TakeFile { apply: Some(told.version), ..take };
     let done = with(&data, async |db| act(db, "register.import", &subject, take).await)?;
     ensure!(done.applied, "{}: the register was changed meanwhile: look again", file.display());
     say!("{} new, {} changed, {} as they were", done.added, done.changed, done.same);
@@ -130,5 +141,28 @@ fn tell(told: &RegisterImport) {
         let line = problem.line.map_or_else(|| "the register".to_owned(), |line| format!("line {line}"));
         let column = if problem.column.is_empty() { String::new() } else { format!(", {}", problem.column) };
         complain!("{line}{column}: {}", problem.text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistyped_folder_is_told_and_nothing_is_made_of_it() {
+        let scratch = tempfile::tempdir().unwrap();
+        let data = scratch.path().join("mistyped");
+        let common = Common { config: None, data: Some(data.clone()), set: Vec::new() };
+        let file = scratch.path().join("animals.csv");
+        fs::write(&file, "name\nA\n").unwrap();
+        let output = scratch.path().join("out.csv");
+        for done in [
+            import(&common, RegisterKind::Animal, &file, true),
+            export(&common, RegisterKind::Animal, Some(&output)),
+        ] {
+            let error = done.unwrap_err();
+            assert!(format!("{error:#}").contains("mistyped has no app.db: give --data"), "{error:#}");
+        }
+        assert!(!data.exists() && !output.exists());
     }
 }

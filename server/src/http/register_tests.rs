@@ -74,6 +74,26 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
         StatusCode::NOT_FOUND
     );
     assert_eq!(say(&shore, "PUT", &at, &own, change(1, deployed(OTHER))).await.status, StatusCode::FORBIDDEN);
+    let name = "TBR700-1024 2026-11-21";
+    for lines in [
+        format!("receiver,vessel,from_time,notes\nTBR700-1024,{OTHER},2026-11-21T08:00Z,mine\n"),
+        format!("name,receiver,vessel,from_time\nx,TBR700-1024,{OTHER},2026-12-01\n"),
+    ] {
+        let answer = upload(&shore, "kind=deployment", &hidden, &lines).await;
+        let told: RegisterImport = serde_json::from_str(&answer.body).unwrap();
+        assert!((told.added, told.changed, told.same) == (1, 0, 0), "{}", answer.body);
+        assert!(
+            answer.body.contains("the receiver is deployed elsewhere at the same time"),
+            "{}",
+            answer.body
+        );
+        assert!(lines.contains("mine") || !answer.body.contains(name), "{}", answer.body);
+        assert!(told.changes[0].fields.iter().all(|field| field.before.is_empty()), "{}", answer.body);
+    }
+    let beside = json!({"kind": "deployment", "name": "x", "receiver": "TBR700-1024", "vessel": OTHER, "from_us": START_US + 1});
+    let beside = say(&shore, "POST", "", &hidden, beside).await;
+    assert_eq!(beside.status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert!(beside.body.contains("deployed elsewhere") && !beside.body.contains(name), "{}", beside.body);
     let at = format!("/{}", animal.id);
     let longer = json!({"kind": "animal", "name": "Salmon 12", "length_mm": 512.0});
     assert_eq!(say(&shore, "PUT", &at, &own, change(1, longer.clone())).await.status, StatusCode::FORBIDDEN);
@@ -98,7 +118,7 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
 
     let audit = shore.audit().await;
     let of = |action: &str| audit.iter().filter(|entry| entry.action == action).collect::<Vec<_>>();
-    assert_eq!((of("register.create").len(), of("register.delete").len()), (4, 3), "refused ones too");
+    assert_eq!((of("register.create").len(), of("register.delete").len()), (5, 3), "refused ones too");
     assert!(of("register.change")[0].subject.contains("length_mm `` → `512`"), "{:?}", of("register.change"));
 }
 
@@ -110,7 +130,13 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     assert_eq!(bad.status, StatusCode::OK, "{}", bad.body);
     let told: RegisterImport = serde_json::from_str(&bad.body).unwrap();
     assert_eq!(told.problems.iter().map(|one| one.line).collect::<Vec<_>>(), [Some(3), Some(4)]);
-    let refused = upload(&shore, "kind=animal&apply=true", &token, "name,sex\nA,F\nB,x\n").await;
+    let blind = upload(&shore, "kind=animal&apply=true", &token, "name,sex\nA,F\n").await;
+    assert!(
+        blind.status == StatusCode::BAD_REQUEST && blind.body.contains("version: give"),
+        "{}",
+        blind.body
+    );
+    let refused = upload(&shore, "kind=animal&apply=true&version=0", &token, "name,sex\nA,F\nB,x\n").await;
     assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
     assert!(refused.body.contains("line 3, sex: `x` is none of F, M, U"), "{}", refused.body);
     assert!(listed(&shore, &token, "").await.entries.is_empty(), "nothing of it");
@@ -131,9 +157,10 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     let csv = shore.get("/api/v1/register.csv?kind=animal", &token).await;
     assert_eq!(csv.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"animals.csv\"");
     assert!(csv.body.contains("A,,,,,51.5,") && csv.body.contains(",'=1+1\n"), "{}", csv.body);
-    let again: RegisterImport =
-        serde_json::from_str(&upload(&shore, "kind=animal&apply=true", &token, &csv.body).await.body)
-            .unwrap();
+    let again: RegisterImport = serde_json::from_str(
+        &upload(&shore, "kind=animal&apply=true&version=1", &token, &csv.body).await.body,
+    )
+    .unwrap();
     assert_eq!((again.same, again.changed, again.version), (2, 0, 1), "what it wrote changes nothing");
     let template = shore.get("/api/v1/register.csv?kind=deployment", &token).await;
     assert_eq!(template.body, "name,receiver,vessel,project,from_time,to_time,depth_m,notes\n");

@@ -51,6 +51,15 @@ impl<'a> Keeping<'a> {
         Self { data, to, known, verifies, began, entries, done }
     }
 
+    /// Removes halves that a backup which was broken off left at the places of what the earlier manifest names. Nothing else
+    /// is touched: the folder may hold other people's files.
+    pub(super) fn sweep_parts(&self) {
+        for path in self.known.keys() {
+            remove_part(&self.to.join(path));
+            remove_part(&self.to.join(ALTERNATE).join(path));
+        }
+    }
+
     /// Takes a file that is written whole when it changes. `copy` writes it, as it is at one moment, to a place that is free;
     /// its source is `from`.
     pub(super) fn take(
@@ -93,6 +102,10 @@ impl<'a> Keeping<'a> {
         let at = self.to.join(entry.at());
         let grown = append(&from, &at, &entry, length)
             .with_context(|| format!("cannot copy {} to {}", from.display(), at.display()))?;
+        let Some(grown) = grown else {
+            self.done.damaged.push(entry.path);
+            return self.begin(path, stamp, false);
+        };
         self.done.grown += 1;
         self.done.bytes += length - entry.bytes;
         self.keep_as(Entry { source: stamp, bytes: length, sha256: grown, ..entry });
@@ -130,11 +143,8 @@ impl<'a> Keeping<'a> {
         let at = is_taken.then(|| Path::new(ALTERNATE).join(path));
         let to = self.to.join(at.as_deref().unwrap_or(path));
         make_folder_of(&to)?;
-        let part = PathBuf::from(format!("{}.part", to.display()));
-        for end in ["", "-wal", "-shm", "-journal"] {
-            fs::remove_file(format!("{}{end}", part.display())).ok();
-        }
-        copy(&part)?;
+        let part = remove_part(&to);
+        copy(&part).inspect_err(|_| drop(remove_part(&to)))?;
         let place = || -> io::Result<()> {
             File::open(&part)?.sync_all()?;
             fs::rename(&part, &to)?;
@@ -226,19 +236,24 @@ impl<'a> Keeping<'a> {
     }
 }
 
-/// Appends to the copy what the source has after the bytes of the entry, up to `length`; the digest of all of it.
-fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<String> {
+/// Appends to the copy what the source has after the bytes of the entry, up to `length`; the digest of all of it. `None`
+/// where the copy is not what the entry says, whose damage a digest over all of it would make valid.
+fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Option<String>> {
     let (mut source, there) = (File::open(from)?, fs::metadata(to)?);
     let is_link = (there.dev(), there.ino()) == {
         let about = source.metadata()?;
         (about.dev(), about.ino())
     };
-    if is_link {
-        return hash_prefix(to, length);
-    }
     let mut hash = Sha256::new();
-    let mut copy = OpenOptions::new().read(true).write(true).open(to)?;
+    let mut copy = OpenOptions::new().read(true).write(!is_link).open(to)?;
     io::copy(&mut (&mut copy).take(entry.bytes), &mut hash)?;
+    if hex::encode(hash.clone().finalize()) != entry.sha256 {
+        return Ok(None);
+    }
+    if is_link {
+        io::copy(&mut copy.take(length - entry.bytes), &mut hash)?;
+        return Ok(Some(hex::encode(hash.finalize())));
+    }
     // What stands behind is of a backup that was broken off.
     copy.set_len(entry.bytes)?;
     copy.seek(SeekFrom::Start(entry.bytes))?;
@@ -257,7 +272,16 @@ fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Stri
         return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it became shorter while it was copied"));
     }
     copy.sync_all()?;
-    Ok(hex::encode(hash.finalize()))
+    Ok(Some(hex::encode(hash.finalize())))
+}
+
+/// Removes what a copy that was broken off left beside a file; where the next copy is written.
+fn remove_part(to: &Path) -> PathBuf {
+    let part = PathBuf::from(format!("{}.part", to.display()));
+    for end in ["", "-wal", "-shm", "-journal"] {
+        fs::remove_file(format!("{}{end}", part.display())).ok();
+    }
+    part
 }
 
 fn make_folder_of(path: &Path) -> anyhow::Result<()> {

@@ -49,6 +49,7 @@ pub fn make(
     let _lock = keeping::lock(to)?;
     let earlier = if to.join(MANIFEST).exists() { Manifest::read(to)? } else { Manifest::default() };
     let mut keeping = Keeping::new(data, to, &earlier, verifies);
+    keeping.sweep_parts();
     for BackupFile { path, changes } in store::backup_files(data)? {
         let name = path.display().to_string();
         progress(&name);

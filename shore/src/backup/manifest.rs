@@ -105,8 +105,12 @@ impl Manifest {
                 backup.display()
             )
         })?;
-        let manifest: Self =
-            serde_json::from_slice(&text).with_context(|| format!("{} is damaged", path.display()))?;
+        let manifest: Self = serde_json::from_slice(&text).with_context(|| {
+            format!(
+                "{} is damaged; take another backup, or choose another folder for a new one",
+                path.display()
+            )
+        })?;
         ensure!(
             manifest.version <= VERSION,
             "{} was written by {}; restore it by that version or a later one",

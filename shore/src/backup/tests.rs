@@ -196,3 +196,38 @@ fn what_a_crash_cut_off_and_wrote_again_is_not_appended_to() {
     restored(&to, &back);
     assert_eq!(fs::read(back.join("archive/0x2810/20261122/Data.lsf")).unwrap(), bytes);
 }
+
+#[test]
+fn a_quick_backup_does_not_make_damage_valid_by_appending_to_it() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    let archive = Path::new("archive/0x2810/20261122/Data.lsf");
+    back_up(&data, &to);
+    let mut bytes = fs::read(to.join(archive)).unwrap();
+    bytes[100] ^= 1;
+    // A rename, as the first backup may have linked what is the server's own.
+    fs::write(to.join("turned"), &bytes).unwrap();
+    fs::rename(to.join("turned"), to.join(archive)).unwrap();
+    fill(&data, 600..650, 1);
+    let quick = make(&data, &[], &to, false, &mut |_| ()).unwrap();
+    assert_eq!(quick.damaged, [archive.to_owned()]);
+    restored(&to, &back);
+    assert!(fs::read(back.join(archive)).unwrap() == fs::read(data.join(archive)).unwrap());
+}
+
+#[test]
+fn halves_that_a_kill_left_are_removed_and_a_damaged_manifest_tells_what_to_do() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    back_up(&data, &to);
+    let halves = ["logbook/1.part", "alternate/app.db.part-wal"].map(|path| to.join(path));
+    fs::create_dir_all(to.join("alternate")).unwrap();
+    halves.iter().for_each(|path| fs::write(path, "half").unwrap());
+    fs::write(to.join("film.part"), "not ours").unwrap();
+    back_up(&data, &to);
+    assert!(!halves.iter().any(|path| path.exists()) && to.join("film.part").exists());
+    fs::write(to.join("backup.json"), "{").unwrap();
+    let error = make(&data, &[], &to, true, &mut |_| ()).unwrap_err();
+    assert!(format!("{error:#}").contains("choose another folder"), "{error:#}");
+}

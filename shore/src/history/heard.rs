@@ -5,7 +5,7 @@
 //! give the same bytes.
 
 use detections::Detection;
-use research::{Format, HORIZON_S, LUTRA, Lags, Study, Writer, format};
+use research::{Format, HORIZON_S, LUTRA, Lag, Lags, Study, Writer, format};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -130,15 +130,15 @@ impl Rows<'_> {
                 if !self.names.contains_key(&vessel) && !self.announced.contains_key(&vessel) {
                     self.announced.insert(vessel, announced.to_owned());
                 }
-                let Some(lags) = &mut lags else { return self.row(&one, None) };
+                let Some(lags) = &mut lags else { return self.row(&one, Lag::Unknown) };
                 lags.push(one);
-                while let Some((one, lag_s)) = lags.pop() {
-                    self.row(&one, lag_s)?;
+                while let Some((one, lag)) = lags.pop() {
+                    self.row(&one, lag)?;
                 }
                 Ok(())
             })?;
-            while let Some((one, lag_s)) = lags.as_mut().and_then(Lags::take) {
-                self.row(&one, lag_s)?;
+            while let Some((one, lag)) = lags.as_mut().and_then(Lags::take) {
+                self.row(&one, lag)?;
             }
         }
         self.done.rows += self.writer.rows_of(&mut self.buffer, self.study);
@@ -146,14 +146,14 @@ impl Rows<'_> {
         self.out.flush().map_err(unwritable)
     }
 
-    fn row(&mut self, one: &Detection, lag_s: Option<f64>) -> store::Result<()> {
+    fn row(&mut self, one: &Detection, lag: Lag) -> store::Result<()> {
         let reported_us = one.origin.reported.micros();
         if reported_us < self.range.from_us || reported_us >= self.range.to_us {
             return Ok(());
         }
         let vessel = one.origin.system.0;
         let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
-        let heard = self.study.heard(one, called, lag_s);
+        let heard = self.study.heard(one, called, lag);
         self.done.rows += u64::from(self.writer.row(&mut self.buffer, &heard));
         if self.buffer.len() >= CHUNK { self.flush() } else { Ok(()) }
     }

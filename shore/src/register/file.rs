@@ -4,6 +4,7 @@ use super::import::look;
 use super::rows::{All, Write};
 use super::service::Called;
 use crate::identity::{Fault, Request, vessels};
+use crate::logbook::NEWER;
 use api::{RegisterImport, RegisterKind};
 use sqlx::SqliteConnection;
 use units::UtcTime;
@@ -15,8 +16,8 @@ pub struct TakeFile {
     pub kind: RegisterKind,
     /// The file.
     pub bytes: Vec<u8>,
-    /// Whether it is taken.
-    pub apply: bool,
+    /// The version of the register that was looked at, where it is taken.
+    pub apply: Option<i64>,
     /// In whose name.
     pub by: String,
     /// When.
@@ -31,11 +32,14 @@ impl Request for TakeFile {
         let named = vessels::List.run(&mut *db).await?;
         let (mut answer, steps) = {
             let called = Called::new(&named);
-            look(self.kind, &self.bytes, (version, &rows), &called.names(), &|_| None)
+            look(self.kind, &self.bytes, (version, &rows), &called.names(), &|_| None, &|_| true)
         };
-        if self.apply && answer.problems.is_empty() {
+        if self.apply.is_some_and(|seen| seen != version) {
+            return Err(Fault::Refused(NEWER.to_owned()));
+        }
+        if self.apply.is_some() && answer.problems.is_empty() {
             if !steps.is_empty() {
-                Write { steps, version: None, by: self.by, now: self.now }.run(db).await?;
+                Write { steps, version: self.apply, by: self.by, now: self.now, asked: None }.run(db).await?;
                 answer.version += 1;
             }
             answer.applied = true;

@@ -1,23 +1,26 @@
 //! What a file of entries changes.
 
-use super::rows::{Row, Step};
+use super::rows::{Row, Step, told_to};
 use api::{
     RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterProblem, RegisterRecord,
 };
-use research::{Names, Read, blank, check_all, differences, kind_of, kind_word, name_of, read_csv};
+use research::{Names, Read, blank, check_all, differences, kind_of, name_of, read_csv};
 
 /// Problems that are told.
 const PROBLEMS: usize = 1_000;
 
 /// What a file would change, with the steps that do it. `may` says why somebody may not have an entry say something.
+/// Entries that somebody does not see are not changed by a file of theirs, and nothing of them is told.
 pub(super) fn look(
     kind: RegisterKind,
     bytes: &[u8],
     (version, rows): (i64, &[Row]),
     names: &Names<'_>,
     may: &dyn Fn(&RegisterRecord) -> Option<String>,
+    sees: &dyn Fn(&RegisterRecord) -> bool,
 ) -> (RegisterImport, Vec<Step>) {
-    let known: Vec<&Row> = rows.iter().filter(|row| kind_of(&row.record) == kind).collect();
+    let known: Vec<&Row> =
+        rows.iter().filter(|row| kind_of(&row.record) == kind && sees(&row.record)).collect();
     let records: Vec<&RegisterRecord> = known.iter().map(|row| &row.record).collect();
     let read = read_csv(kind, bytes, &records, names);
     let mut answer = RegisterImport {
@@ -65,7 +68,7 @@ pub(super) fn look(
             fields: fields.collect(),
         });
     }
-    answer.problems.extend(together(&read, rows, &known));
+    answer.problems.extend(together(&read, rows, &known, sees));
     answer.problems.sort_by_key(|problem| problem.line.unwrap_or(u32::MAX));
     answer.problems.truncate(PROBLEMS);
     (answer, steps)
@@ -76,7 +79,12 @@ fn problem(wrong: &research::WrongCell) -> RegisterProblem {
 }
 
 /// What would be wrong with the register as a whole, at the lines that bring it.
-fn together(read: &Read, rows: &[Row], known: &[&Row]) -> Vec<RegisterProblem> {
+fn together(
+    read: &Read,
+    rows: &[Row],
+    known: &[&Row],
+    sees: &dyn Fn(&RegisterRecord) -> bool,
+) -> Vec<RegisterProblem> {
     let mut lines: Vec<Option<u32>> = vec![None; rows.len()];
     let mut records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
     for row in &read.rows {
@@ -88,14 +96,12 @@ fn together(read: &Read, rows: &[Row], known: &[&Row]) -> Vec<RegisterProblem> {
             lines.push(Some(row.line));
         }
     }
+    // What a file brings is its writer's own, also where it is for a vessel that they do not see.
+    let is_hidden = |at: usize| lines[at].is_none() && !sees(&records[at]);
     let faults = check_all(&records).into_iter();
     let told = faults.filter_map(|fault| {
-        let record = records.get(fault.entry)?;
         let line = lines.get(fault.entry).copied().flatten();
-        let text = match line {
-            Some(_) => fault.text,
-            None => format!("{} `{}`: {}", kind_word(kind_of(record)), name_of(record), fault.text),
-        };
+        let text = told_to(&is_hidden, &records, &fault, line.is_none())?;
         Some(RegisterProblem { line, column: fault.column.to_owned(), text })
     });
     told.collect()

@@ -1,6 +1,6 @@
 //! The register in app.db.
 
-use crate::identity::{Fault, Request};
+use crate::identity::{Fault, Principal, Request};
 use crate::logbook::NEWER;
 use api::{RegisterKind, RegisterRecord};
 use research::{KINDS, Study, check_all, kind_of, kind_word, name_of};
@@ -49,6 +49,33 @@ impl Request for All {
     }
 }
 
+/// Whether somebody may see an entry.
+pub(super) fn sees(who: &Principal, record: &RegisterRecord) -> bool {
+    match record {
+        RegisterRecord::Deployment(one) => one.vessel.is_none_or(|vessel| who.grants.on(vessel).is_some()),
+        _ => true,
+    }
+}
+
+/// What is wrong with an entry, for somebody who may not see some of them.
+pub(super) fn told_to(
+    is_hidden: &dyn Fn(usize) -> bool,
+    records: &[RegisterRecord],
+    fault: &research::Fault,
+    names_entry: bool,
+) -> Option<String> {
+    let record = records.get(fault.entry)?;
+    let text = if is_hidden(fault.entry) || fault.other.is_some_and(is_hidden) {
+        "the receiver is deployed elsewhere at the same time; choose another time, or ask an admin"
+    } else {
+        &fault.text
+    };
+    if names_entry && !is_hidden(fault.entry) {
+        return Some(format!("{} `{}`: {text}", kind_word(kind_of(record)), name_of(record)));
+    }
+    Some(text.to_owned())
+}
+
 /// The register, to look detections up in.
 pub fn study(rows: Vec<Row>) -> Study {
     Study::new(rows.into_iter().map(|row| row.record))
@@ -74,6 +101,8 @@ pub(super) struct Write {
     pub(super) version: Option<i64>,
     pub(super) by: String,
     pub(super) now: UtcTime,
+    /// Who is not told of what they may not see; absent where everything may be told.
+    pub(super) asked: Option<Principal>,
 }
 
 impl Request for Write {
@@ -88,7 +117,7 @@ impl Request for Write {
         for step in &self.steps {
             last = self.step(db, &mut rows, step).await?;
         }
-        holds(&rows)?;
+        holds(&rows, &|record| self.asked.as_ref().is_none_or(|who| sees(who, record)))?;
         sqlx::query("UPDATE study_state SET changes = changes + 1").execute(db).await?;
         Ok(last)
     }
@@ -165,7 +194,7 @@ fn find(rows: &mut [Row], id: i64, revision: u32) -> Result<&mut Row, Fault> {
 }
 
 /// Refuses a register that something is wrong with as a whole.
-fn holds(rows: &[Row]) -> Result<(), Fault> {
+fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fault> {
     let records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
     let count = |kind: RegisterKind| records.iter().filter(|record| kind_of(record) == kind).count();
     if let Some(kind) = KINDS.into_iter().find(|kind| count(*kind) > ENTRIES) {
@@ -176,15 +205,9 @@ fn holds(rows: &[Row]) -> Result<(), Fault> {
     if faults.is_empty() {
         return Ok(());
     }
+    let is_hidden = |at: usize| records.get(at).is_some_and(|record| !sees(record));
     let told = faults.iter().take(TOLD).filter_map(|fault| {
-        let record = records.get(fault.entry)?;
-        Some(format!(
-            "{}: {} `{}`: {}",
-            fault.column,
-            kind_word(kind_of(record)),
-            name_of(record),
-            fault.text
-        ))
+        told_to(&is_hidden, &records, fault, true).map(|text| format!("{}: {text}", fault.column))
     });
     Err(Fault::Refused(told.collect::<Vec<_>>().join("\n")))
 }

@@ -4,7 +4,7 @@
 //! of its vessel; all else holds for the whole fleet, and is changed by researchers of all vessels.
 
 use super::import;
-use super::rows::{All, Row, Step, Write};
+use super::rows::{All, Row, Step, Write, sees};
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal, vessels};
@@ -165,13 +165,19 @@ impl Register {
         let looked = crate::error::slow(move || {
             let called = Called::new(&named);
             let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text);
-            import::look(kind, &bytes, (version, &rows), &called.names(), &refusal)
+            import::look(kind, &bytes, (version, &rows), &called.names(), &refusal, &|record| {
+                sees(&asked, record)
+            })
         });
         let (mut answer, steps) = looked.await?;
         if !query.apply.unwrap_or(false) {
             return Ok(answer);
         }
-        if query.version.is_some_and(|seen| seen != version) {
+        let Some(seen) = query.version else {
+            let text = "version: give that of the answer which told what would be changed; ask for that without apply";
+            return Err(malformed(text));
+        };
+        if seen != version {
             return Err(Error::new(ErrorKind::Newer, NEWER));
         }
         if !answer.problems.is_empty() {
@@ -196,7 +202,8 @@ impl Register {
         steps: Vec<Step>,
         version: Option<i64>,
     ) -> Result<i64> {
-        let write = Write { steps, version, by: who.name.clone(), now: self.clock.utc() };
+        let (by, now) = (who.name.clone(), self.clock.utc());
+        let write = Write { steps, version, by, now, asked: Some(who.clone()) };
         Ok(self.people.act(who, from, action, subject, write).await?)
     }
 
@@ -272,13 +279,6 @@ fn may(who: &Principal, record: &RegisterRecord) -> Result<()> {
     let text =
         format!("{}: changing a {word} takes the role researcher on {place}. Ask an admin.", name_of(record));
     Err(Error::new(ErrorKind::Forbidden, text))
-}
-
-fn sees(who: &Principal, record: &RegisterRecord) -> bool {
-    match record {
-        RegisterRecord::Deployment(one) => one.vessel.is_none_or(|vessel| who.grants.on(vessel).is_some()),
-        _ => true,
-    }
 }
 
 /// An entry as this person gets it.

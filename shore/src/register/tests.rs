@@ -1,3 +1,4 @@
+use super::file::TakeFile;
 use super::import::look;
 use super::rows::{All, Row, Step, Write, study};
 use super::service::Called;
@@ -16,7 +17,7 @@ fn tag(name: &str, id: i64, animal: &str) -> RegisterRecord {
 }
 
 fn write(steps: Vec<Step>) -> Write {
-    Write { steps, version: None, by: "kari".to_owned(), now: UtcTime::from_micros(5) }
+    Write { steps, version: None, by: "kari".to_owned(), now: UtcTime::from_micros(5), asked: None }
 }
 
 async fn rows(db: &mut SqliteConnection) -> (i64, Vec<Row>) {
@@ -98,8 +99,9 @@ async fn a_file_is_looked_at_before_it_is_taken() {
     done(db, write(vec![Step::Add(animal("Fish")), Step::Add(tag("T", 7, "Fish"))])).await.unwrap();
     let (version, all) = rows(db).await;
     let called = Called::new(&[Vessel { address: 7, name: "otter".to_owned() }]);
-    let looked =
-        |text: &str| look(RegisterKind::Tag, text.as_bytes(), (version, &all), &called.names(), &|_| None);
+    let looked = |text: &str| {
+        look(RegisterKind::Tag, text.as_bytes(), (version, &all), &called.names(), &|_| None, &|_| true)
+    };
     let (answer, steps) = looked("name,protocol,tag_id,serial\nT,R64K,7,99\n,S256,8,\n");
     assert_eq!((answer.added, answer.changed, answer.same, answer.problems.len()), (1, 1, 0, 0));
     assert_eq!(answer.changes[0].fields.iter().map(|one| &*one.column).collect::<Vec<_>>(), ["serial"]);
@@ -115,4 +117,24 @@ async fn a_file_is_looked_at_before_it_is_taken() {
         answer.problems.iter().map(|one| format!("{:?} {}: {}", one.line, one.column, one.text)).collect();
     assert!(told[0].starts_with("Some(3) animal: no animal is called `Fisk`"), "{told:?}");
     assert!(told[1].starts_with("Some(3) from_time: the tag `T` has"), "{told:?}");
+}
+
+#[tokio::test]
+async fn a_file_is_taken_only_of_the_register_that_was_looked_at() {
+    let mut db = migrated().await;
+    let db = &mut db;
+    let file = |apply| TakeFile {
+        kind: RegisterKind::Animal,
+        bytes: b"name,notes\nFish,old\n".to_vec(),
+        apply,
+        by: "cli".to_owned(),
+        now: UtcTime::from_micros(6),
+    };
+    let looked = within_transaction(db, file(None)).await.unwrap();
+    assert_eq!((looked.version, looked.added, looked.applied), (0, 1, false));
+    done(db, write(vec![Step::Add(animal("Fish"))])).await.unwrap();
+    let late = within_transaction(db, file(Some(looked.version))).await;
+    assert!(matches!(&late, Err(Fault::Refused(text)) if text.contains("meanwhile")), "{late:?}");
+    let taken = within_transaction(db, file(Some(1))).await.unwrap();
+    assert_eq!((taken.version, taken.changed, taken.applied), (2, 1, true));
 }

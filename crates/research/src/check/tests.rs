@@ -162,3 +162,17 @@ fn a_receiver_is_on_one_vessel_at_a_time_and_has_a_serial_number_of_its_own() {
         [(2, "from_time"), (3, "serial")]
     );
 }
+
+#[test]
+fn similar_names_are_looked_for_as_long_as_that_helps() {
+    let mut records: Vec<RegisterRecord> = (0..30).map(|id| tag(&format!("T{id}"), id, None, None)).collect();
+    for record in &mut records {
+        let RegisterRecord::Tag(tag) = record else { panic!("a tag") };
+        tag.animal = "Samlon".to_owned();
+    }
+    let salmon = RegisterAnimal { name: "Salmon".to_owned(), ..RegisterAnimal::default() };
+    records.push(RegisterRecord::Animal(salmon));
+    let faults = check_all(&records);
+    let meant = faults.iter().filter(|fault| fault.text.contains("did you mean `Salmon`")).count();
+    assert_eq!((faults.len(), meant), (30, SUGGESTIONS));
+}

@@ -92,6 +92,32 @@ fn a_file_that_is_no_table_is_told_so() {
     }
     let many = format!("name\n{}", "A\n".repeat(ROWS + 1));
     assert!(wrong(RegisterKind::Animal, &many)[0].contains("more than 10000 lines"));
+    // What comes behind is not even looked at.
+    let endless = format!("{many}{}", "A\n\"".repeat(3));
+    assert!(wrong(RegisterKind::Animal, &endless)[0].contains("more than 10000 lines"));
+    for wide in [format!("name{}\nA", ",x".repeat(64)), format!("\"na\nme\"{}\nA", ",x".repeat(64))] {
+        let told = wrong(RegisterKind::Animal, &wide);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(told[0].starts_with("1 : the header has 65 cells"), "{told:?}");
+    }
+}
+
+#[test]
+fn a_point_that_can_stand_between_thousands_is_no_decimal_point() {
+    let told =
+        wrong(RegisterKind::Animal, "name;weight_g\nA;1.340\nB;-1.234.567\nC;1.34\nD;1,340\nE;1340.5\n");
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert_eq!(told[0], "2 weight_g: `1.340` can be 1340 or 1,340 here: write one of these");
+    assert_eq!(animals("name,weight_g\nA,1.340\n")[0].weight_g, Some(1.34));
+}
+
+#[test]
+fn what_r_writes_for_nothing_is_nothing_but_in_a_name() {
+    let all = animals("name,sex,notes\nNA,NA,NA\nB,F,'NA\n");
+    assert_eq!((&*all[0].name, &*all[0].sex, &*all[0].notes, &*all[1].notes), ("NA", "", "", "NA"));
+    let records = all.iter().cloned().map(RegisterRecord::Animal).collect::<Vec<_>>();
+    let written = write_csv(RegisterKind::Animal, &records, &NAMES);
+    assert_eq!(animals(std::str::from_utf8(&written).unwrap()), all);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! The receiver is its serial number alone, as actel asks. `NA` is what is not known.
 
 use super::cells::Cells;
+use super::vue::sensor;
 use super::{Format, Rows};
 use crate::study::{Heard, codespace};
 use api::{RegisterAnimal, RegisterTag};
@@ -31,9 +32,7 @@ fn detection(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.whole(Some(one.receiver.into()));
     cells.text(&codespace(heard.tag, &one.protocol.to_string(), one.frequency_khz));
     cells.whole(Some(one.tag_id.into()));
-    let sensor = heard.sensor();
-    cells.number(sensor.map(|sensor| sensor.value).or(one.data.map(f64::from)));
-    cells.maybe(sensor.map(|sensor| sensor.unit));
+    sensor(cells, heard);
     true
 }
 

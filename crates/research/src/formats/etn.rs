@@ -4,6 +4,7 @@
 //! vessel's at each detection: the receiver moves with it. Whole seconds, as the package has them.
 
 use super::cells::Cells;
+use super::vue::sensor;
 use super::{Format, Rows};
 use crate::study::Heard;
 
@@ -32,9 +33,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.text(heard.vessel);
     cells.degrees(one.pose.map(|pose| pose.place.lat_deg()));
     cells.degrees(one.pose.map(|pose| pose.place.lon_deg()));
-    let sensor = heard.sensor();
-    cells.number(sensor.map(|sensor| sensor.value).or(one.data.map(f64::from)));
-    cells.maybe(sensor.map(|sensor| sensor.unit));
+    sensor(cells, heard);
     cells.nothings(2);
     cells.whole(Some(one.snr_db.into()));
     cells.nothings(2);

@@ -53,7 +53,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.maybe(heard.deployment.map(|deployment| &*deployment.project));
     cells.nothings(2);
     cells.text(heard.vessel);
-    cells.number(heard.min_lag_s);
+    cells.number(heard.lag.seconds());
     cells.nothing();
     true
 }

@@ -115,7 +115,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     let sensor = heard.sensor();
     cells.number(sensor.map(|sensor| sensor.value));
     cells.maybe(sensor.map(|sensor| sensor.unit));
-    cells.number(heard.min_lag_s);
+    cells.number(heard.lag.seconds());
     cells.text(&heard.doubt().unwrap_or_default());
     true
 }

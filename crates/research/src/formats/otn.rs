@@ -23,8 +23,7 @@ pub(super) const FORMAT: Format = Format {
 fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     let one = heard.detection;
     let code = heard.codespace();
-    let collection = heard.project.map_or("", |project| &*project.name);
-    cells.text(collection);
+    cells.maybe(heard.project.map(|project| &*project.name));
     cells.maybe(heard.animal.map(|animal| &*animal.name).or(heard.tag.map(|tag| &*tag.name)));
     cells.maybe(heard.animal.map(|animal| &*animal.name));
     cells.maybe(heard.animal.map(|animal| &*animal.scientific_name));
@@ -48,7 +47,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     place(cells, heard);
     cells.nothing();
     cells.maybe(heard.project.map(|project| &*project.citation));
-    cells.text(&unique_id(heard, collection, &code));
+    cells.text(&unique_id(heard));
     cells.maybe(heard.contact.map(|person| &*person.name));
     cells.maybe(heard.principal_investigator.map(|person| &*person.name));
     true
@@ -65,9 +64,7 @@ fn place(cells: &mut Cells<'_>, heard: &Heard<'_>) {
     }
 }
 
-/// Unique among all detections: of one vessel the detection's id is so.
-fn unique_id(heard: &Heard<'_>, collection: &str, code: &str) -> String {
-    let one = heard.detection;
-    let collection = if collection.is_empty() { "LUTRA" } else { collection };
-    format!("{collection}-{code}-{}-{:04x}-{}", one.tag_id, one.origin.system.0, one.id())
+/// Unique among all detections, as the detection's id is among those of a vessel, and the same whatever the register says.
+fn unique_id(heard: &Heard<'_>) -> String {
+    format!("LUTRA-{:04x}-{}", heard.detection.origin.system.0, heard.detection.id())
 }

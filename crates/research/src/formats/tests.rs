@@ -1,5 +1,5 @@
 use super::*;
-use crate::lag::Lags;
+use crate::lag::{Lag, Lags};
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
     RegisterTag,
@@ -106,11 +106,15 @@ fn study() -> Study {
     ])
 }
 
+fn lag_of(lag_s: Option<f64>) -> Lag {
+    lag_s.map_or(Lag::Nothing, Lag::Seconds)
+}
+
 fn file(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> String {
     let (writer, mut out) = (Writer::new(format, Dialect::Plain), Vec::new());
     writer.header(&mut out);
     for (one, lag) in all {
-        writer.row(&mut out, &study.heard(one, "otter-1", *lag));
+        writer.row(&mut out, &study.heard(one, "otter-1", lag_of(*lag)));
     }
     writer.rows_of(&mut out, study);
     String::from_utf8(out).unwrap()
@@ -210,9 +214,9 @@ fn rows_of_networks() {
             "FJORD,Salmon 12,Salmon 12,Salmo salar,Atlantic salmon,2026-11-21T08:00:02Z,FJORD,otter-1,1024,,0.5,A69-1105-7,\
              A69-1105,depth,42,depth,8.4,m,2026-11-21T08:00:00.007Z,2026-11-21T08:00:00.007Z,-10.40000000,63.44000000,\
              EPSG:4326,POINT (-10.40000000 63.44000000),,\"Nordmann, K. (2026)\",\
-             FJORD-A69-1105-7-0814-1024-1795248000.007-S256-7-2-1795248001000001,Kari Nordmann,Kari Nordmann",
+             LUTRA-0814-1024-1795248000.007-S256-7-2-1795248001000001,Kari Nordmann,Kari Nordmann",
             ",,,,,,FJORD,otter-1,1024,,0.5,A69-1303-7,A69-1303,,,,,,2026-11-21T08:00:01.000Z,1970-01-01T00:10:00.250Z,,,,,,,\
-             LUTRA-A69-1303-7-0814-1024-600.250-R64K-7-2-1795248001000001,,",
+             LUTRA-0814-1024-600.250-R64K-7-2-1795248001000001,,",
         ]
         .map(str::to_owned)
     );
@@ -243,13 +247,23 @@ fn rows_of_packages() {
     );
     assert_eq!(rows("actel-biometrics"), ["2026-11-20 08:00:00,\"Lena, mouth\",1290007,7,spring,512,1340"]);
     // Arrival times of a clock that was never set are none, and an event has a place.
-    assert_eq!(rows("yaps"), ["2026-11-21 08:00:00.007,7,1795248000,0.007,1024"]);
+    assert_eq!(rows("yaps"), ["2026-11-21 08:00:00.007,S256-7,1795248000,0.007,1024"]);
     assert_eq!(
         rows("movebank"),
         [
             "2026-11-21 08:00:00.007,-10.40000000,63.44000000,Salmon 12,S256-7 A,acoustic-telemetry,Salmo salar"
         ]
     );
+}
+
+#[test]
+fn a_count_without_a_meaning_says_that_it_is_one() {
+    for (name, cells) in
+        [("etn", ",42,ADC,"), ("actel", ",42,ADC\n"), ("vue", ",42,ADC,"), ("glatos", ",42,ADC,")]
+    {
+        let text = file(format(name).unwrap(), &Study::default(), &[(whole(), None)]);
+        assert!(text.contains(cells), "{name}: {text}");
+    }
 }
 
 #[test]
@@ -275,7 +289,7 @@ fn a_row_tells_everything_that_was_carried_and_what_the_register_knows() {
     let (writer, mut out) = (Writer::new(LUTRA, Dialect::SpreadsheetComma), Vec::new());
     writer.header(&mut out);
     let (study, one) = (study(), whole());
-    writer.row(&mut out, &study.heard(&one, "otter-1", None));
+    writer.row(&mut out, &study.heard(&one, "otter-1", Lag::Unknown));
     let text = String::from_utf8(out).unwrap();
     assert!(
         text.starts_with("\u{FEFF}heard_utc;tag;") && text.contains(";63,44000000;-10,40000000;0,4;"),
@@ -294,7 +308,7 @@ fn what_nothing_confirms_is_doubted_where_the_register_knows_how_often_the_tag_p
             ..RegisterTag::default()
         })])
     };
-    let doubt = |study: &Study, lag_s| study.heard(&whole(), "o", lag_s).doubt();
+    let doubt = |study: &Study, lag_s| study.heard(&whole(), "o", lag_of(lag_s)).doubt();
     let often = pings(Some(90.0), Some(150.0));
     assert_eq!(doubt(&often, Some(3_600.0)), None);
     let told = "no other detection of this tag by this receiver within 3600 s, 30 ping intervals of 120 s";
@@ -307,13 +321,16 @@ fn what_nothing_confirms_is_doubted_where_the_register_knows_how_often_the_tag_p
 #[test]
 fn a_tag_is_found_by_code_carrier_and_time() {
     let study = study();
-    let named = |one: &Detection| study.heard(one, "otter-1", None).tag.map(|tag| tag.name.clone());
+    let named = |one: &Detection| study.heard(one, "otter-1", Lag::Unknown).tag.map(|tag| tag.name.clone());
     assert_eq!(named(&whole()).as_deref(), Some("S256-7 A"));
     let before = Detection { clock: ReceiverClock::read(START_S - 1, 0), ..whole() };
     assert_eq!(named(&before), None, "before it was in the animal");
     assert_eq!(named(&Detection { protocol: Protocol::named("OPs"), ..whole() }), None);
     let elsewhere = Detection { origin: Origin { system: Address(7), ..whole().origin }, ..whole() };
-    assert!(study.heard(&elsewhere, "otter-2", None).deployment.is_none(), "deployed on another vessel");
+    assert!(
+        study.heard(&elsewhere, "otter-2", Lag::Unknown).deployment.is_none(),
+        "deployed on another vessel"
+    );
 }
 
 #[test]
@@ -321,8 +338,12 @@ fn protocols_without_a_number_keep_their_name() {
     let one = Detection { protocol: Protocol::named("R01M"), tag_id: 802_761, ..bare() };
     let study = Study::default();
     let other = Detection { frequency_khz: 71, protocol: Protocol::named("S256"), ..bare() };
-    assert_eq!(study.heard(&one, "o", None).codespace(), "A69-R01M");
-    assert_eq!(study.heard(&other, "o", None).codespace(), "A71-S256", "the numbers stand for 69 kHz");
+    assert_eq!(study.heard(&one, "o", Lag::Unknown).codespace(), "A69-R01M");
+    assert_eq!(
+        study.heard(&other, "o", Lag::Unknown).codespace(),
+        "A71-S256",
+        "the numbers stand for 69 kHz"
+    );
     let etn = file(format("etn").unwrap(), &study, &[(one, None)]);
     assert!(etn.contains(",R01M-802761,") && etn.contains(",TBR-1024,"), "{etn}");
 }
@@ -344,17 +365,77 @@ fn the_nearest_other_detection_is_found_and_what_waits_comes_in_order() {
     for one in all.clone() {
         lags.push(one);
         while let Some((one, lag)) = lags.pop() {
-            told.push((one.clock.seconds - START_S, one.tag_id, lag));
+            told.push((one.clock.seconds - START_S, one.tag_id, lag.seconds()));
         }
     }
     assert_eq!(told, [(0, 1, Some(100.0)), (10, 2, None), (100, 1, Some(30.0)), (130, 1, Some(30.0))]);
     let (last, lag) = lags.take().unwrap();
-    assert_eq!((last.tag_id, lag), (3, None));
+    assert_eq!((last.tag_id, lag), (3, Lag::Nothing));
     assert!(lags.take().is_none() && lags.pop().is_none());
     // A neighbour of more than a day ago is none.
     lags.push(at(0, 9));
     lags.push(at(100_000, 9));
-    assert_eq!(lags.take().map(|(_, lag)| lag), Some(None));
+    assert_eq!(lags.take().map(|(_, lag)| lag), Some(Lag::Nothing));
+}
+
+#[test]
+fn a_receiver_whose_clock_is_far_off_disturbs_no_other_and_what_is_not_known_is_not_doubted() {
+    let at = |second: u32, receiver: u32, ahead_s: u32| Detection {
+        receiver,
+        clock: ReceiverClock::read(START_S + second + ahead_s, 0),
+        origin: Origin {
+            reported: UtcTime::from_micros(i64::from(START_S + second) * 1_000_000),
+            ..bare().origin
+        },
+        ..whole()
+    };
+    let three_days_s = 3 * 86_400;
+    let mut lags = Lags::default();
+    let mut told = Vec::new();
+    let all = [at(0, 1, 0), at(10, 2, three_days_s), at(60, 1, 0), at(70, 2, three_days_s)];
+    for one in all {
+        lags.push(one);
+        told.extend(std::iter::from_fn(|| lags.pop()));
+    }
+    told.extend(std::iter::from_fn(|| lags.take()));
+    assert_eq!(told.iter().map(|(_, lag)| *lag).collect::<Vec<_>>(), [Lag::Seconds(60.0); 4]);
+
+    // Too many wait behind one without a neighbour.
+    let mut lags = Lags::default();
+    lags.push(at(0, 1, 0));
+    (0..50_000).for_each(|_| lags.push(at(1, 2, 0)));
+    let (one, lag) = lags.pop().unwrap();
+    assert_eq!((one.receiver, lag), (1, Lag::Unknown));
+    let often = Study::new([RegisterRecord::Tag(RegisterTag {
+        protocol: "S256".to_owned(),
+        tag_id: Some(7),
+        interval_min_s: Some(60.0),
+        ..RegisterTag::default()
+    })]);
+    assert_eq!(often.heard(&one, "o", lag).doubt(), None);
+}
+
+#[test]
+fn a_tag_without_a_begin_is_in_its_animal_from_the_release_on() {
+    let with = |release_us, capture_us| {
+        let animal = RegisterAnimal { name: "A".to_owned(), release_us, capture_us, ..Default::default() };
+        let tag = RegisterTag {
+            protocol: "S256".to_owned(),
+            tag_id: Some(7),
+            animal: "A".to_owned(),
+            ..Default::default()
+        };
+        let study = Study::new([RegisterRecord::Animal(animal), RegisterRecord::Tag(tag)]);
+        let one = whole();
+        let heard = study.heard(&one, "o", Lag::Unknown);
+        (heard.tag.is_some(), heard.animal.is_some())
+    };
+    let start_us = i64::from(START_S) * 1_000_000;
+    let (before, after) = (Some(start_us - 1_000_000), Some(start_us + 1_000_000));
+    assert_eq!(with(before, None), (true, true));
+    assert_eq!(with(after, before), (true, false), "heard while it was tested ashore");
+    assert_eq!(with(None, after), (true, false));
+    assert_eq!(with(None, None), (true, true));
 }
 
 #[test]

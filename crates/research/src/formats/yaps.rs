@@ -19,7 +19,8 @@ pub(super) const FORMAT: Format = Format {
 fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     let one = heard.detection;
     cells.blank_ms(Some(heard.time_us));
-    cells.whole(Some(one.tag_id.into()));
+    // A number alone is that of several tags, one of each protocol.
+    cells.text(&one.tag());
     cells.whole(Some(heard.time_us.div_euclid(1_000_000)));
     cells.decimals(&format!("0.{:03}", heard.time_us.rem_euclid(1_000_000) / 1_000));
     cells.whole(Some(one.receiver.into()));
