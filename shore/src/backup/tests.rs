@@ -223,7 +223,9 @@ fn halves_that_a_kill_left_are_removed_and_a_damaged_manifest_tells_what_to_do()
     back_up(&data, &to);
     let halves = ["logbook/1.part", "alternate/app.db.part-wal"].map(|path| to.join(path));
     fs::create_dir_all(to.join("alternate")).unwrap();
-    halves.iter().for_each(|path| fs::write(path, "half").unwrap());
+    for path in &halves {
+        fs::write(path, "half").unwrap();
+    }
     fs::write(to.join("film.part"), "not ours").unwrap();
     back_up(&data, &to);
     assert!(!halves.iter().any(|path| path.exists()) && to.join("film.part").exists());
