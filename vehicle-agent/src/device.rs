@@ -32,7 +32,7 @@ impl Device {
         }
     }
 
-    /// The part that its warnings are of in the log book. The card of the motors is none of its own.
+    /// The part that its warnings are of in the log book. The card of the motors has no part of its own.
     pub(crate) const fn book(self) -> Entity {
         match self {
             Self::Compass => Entity::Gps,

@@ -194,7 +194,7 @@ fn ask(
         if let Some(answer) = answers.iter().find(|answer| **answer == given) {
             return Ok(Some(answer));
         }
-        say!("`{given}` is none of: {}", answers.join(", "));
+        say!("`{given}` is not one of: {}", answers.join(", "));
     }
 }
 

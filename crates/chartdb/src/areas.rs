@@ -53,7 +53,7 @@ pub fn no_go_digest(areas: &[NoGoArea]) -> String {
     hex::encode(hash.finalize())
 }
 
-/// The digest of the areas that these charts of a set hold; that of none where there are none.
+/// The digest of the areas that these charts of a set hold: without areas, the digest of an empty list.
 pub fn no_go_digest_of(charts: &[Chart]) -> String {
     let held = charts.iter().find(|chart| chart.is_no_go_areas());
     held.map_or_else(|| no_go_digest(&[]), |chart| chart.sha256.clone())
@@ -77,35 +77,18 @@ pub fn put_no_go_areas(db: &Path, areas: &[NoGoArea], now: UtcTime) -> Result<()
         let entry = Entry { source: None, cell: NO_GO_AREAS, file: "", record: None, what: "removed", text };
         stage.take_out(&time, &entry)?;
     } else {
-        stage.write(&source(digest, time.clone()), before.as_ref(), Vec::new(), |writer| {
-            let zones = Zones::of(&[]);
-            areas.iter().try_for_each(|area| writer.feature(&feature(area), &zones))
-        })?;
+        stage.write(
+            &NewSource::supplement(NO_GO_AREAS.to_owned(), KIND, digest, time.clone()),
+            before.as_ref(),
+            Vec::new(),
+            |writer| {
+                let zones = Zones::of(&[]);
+                areas.iter().try_for_each(|area| writer.feature(&feature(area), &zones))
+            },
+        )?;
     }
     stage.finish(&time)?;
     crate::load_index(db).map(|_| ())
-}
-
-fn source(sha256: String, time: String) -> NewSource {
-    NewSource {
-        name: NO_GO_AREAS.to_owned(),
-        kind: KIND,
-        sha256,
-        files: Vec::new(),
-        bytes: 0,
-        edition: String::new(),
-        update: String::new(),
-        scale: 0,
-        band: 0,
-        issued: String::new(),
-        updated: String::new(),
-        standard: String::new(),
-        agency: 0,
-        datums: [0; 3],
-        comment: String::new(),
-        skin: None,
-        time,
-    }
 }
 
 fn feature(area: &NoGoArea) -> charts::s57::Feature {

@@ -37,23 +37,9 @@ pub(crate) fn source(
     options: &ImportOptions,
 ) -> NewSource {
     NewSource {
-        name: name(path),
-        kind,
-        sha256,
         files: vec![path.display().to_string()],
         bytes,
-        edition: String::new(),
-        update: String::new(),
-        scale: 0,
-        band: 0,
-        issued: String::new(),
-        updated: String::new(),
-        standard: String::new(),
-        agency: 0,
-        datums: [0; 3],
-        comment: String::new(),
-        skin: None,
-        time: options.now.to_string(),
+        ..NewSource::supplement(name(path), kind, sha256, options.now.to_string())
     }
 }
 

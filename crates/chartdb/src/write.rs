@@ -58,6 +58,31 @@ pub(crate) struct NewSource {
     pub(crate) time: String,
 }
 
+impl NewSource {
+    /// Of what is no cell: it has no edition, scale or datum of its own.
+    pub(crate) fn supplement(name: String, kind: &'static str, sha256: String, time: String) -> Self {
+        Self {
+            name,
+            kind,
+            sha256,
+            files: Vec::new(),
+            bytes: 0,
+            edition: String::new(),
+            update: String::new(),
+            scale: 0,
+            band: 0,
+            issued: String::new(),
+            updated: String::new(),
+            standard: String::new(),
+            agency: 0,
+            datums: [0; 3],
+            comment: String::new(),
+            skin: None,
+            time,
+        }
+    }
+}
+
 /// Writes features of one chart, one after another.
 pub(crate) struct Writer<'a> {
     connection: &'a Connection,

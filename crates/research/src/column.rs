@@ -88,7 +88,7 @@ impl Rule {
             }
             (Self::Name(_), Slot::Text(text)) => wrong_text(text, NAME_LETTERS, true),
             (Self::OneOf(words), Slot::Text(text)) => (!text.is_empty() && !words.contains(&text.as_str()))
-                .then(|| format!("`{}` is none of {}; write one of them, or nothing", shown(text), words.join(", "))),
+                .then(|| format!("`{}` is not one of {}; write one of them, or leave it empty", shown(text), words.join(", "))),
             (Self::Orcid, Slot::Text(text)) => (!text.is_empty() && !crate::is_orcid(text)).then(|| {
                 format!(
                     "`{}` is no ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org",

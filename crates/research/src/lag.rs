@@ -21,7 +21,7 @@ const REMEMBERED: usize = 20_000;
 pub enum Lag {
     /// So many seconds.
     Seconds(f64),
-    /// There is none within [`HORIZON_S`].
+    /// No other detection within [`HORIZON_S`].
     Nothing,
     /// Nobody looked, or too many waited to know it.
     Unknown,

@@ -25,7 +25,7 @@ pub(crate) async fn history(
 ) -> Result<Json<AlarmHistory>, ApiError> {
     let count = extract::number("limit", query.limit, 200, 1..=1_000)?;
     if let Some(priority) = query.priority.as_deref().filter(|one| !PRIORITIES.contains(one)) {
-        let text = format!("priority: `{priority}` is none of {}", PRIORITIES.join(", "));
+        let text = format!("priority: `{priority}` is not one of {}", PRIORITIES.join(", "));
         return Err(ApiError::bad_request(text));
     }
     let wanted = Notes {

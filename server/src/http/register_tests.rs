@@ -138,7 +138,7 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     );
     let refused = upload(&shore, "kind=animal&apply=true&version=0", &token, "name,sex\nA,F\nB,x\n").await;
     assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
-    assert!(refused.body.contains("line 3, sex: `x` is none of F, M, U"), "{}", refused.body);
+    assert!(refused.body.contains("line 3, sex: `x` is not one of F, M, U"), "{}", refused.body);
     assert!(listed(&shore, &token, "").await.entries.is_empty(), "nothing of it");
 
     let good = "name;length_mm;notes\nA;51,5;=1+1\nB;;\n";

@@ -43,7 +43,7 @@ impl Register {
         let found = KINDS.into_iter().find(|kind| kind_word(*kind) == word.trim());
         found.ok_or_else(|| {
             let shown: String = word.chars().take(40).collect();
-            malformed(format!("kind: `{shown}` is none of {words}; give one of them"))
+            malformed(format!("kind: `{shown}` is not one of {words}; give one of them"))
         })
     }
 

@@ -63,7 +63,7 @@ fn what_cannot_be_is_told_at_its_field() {
         told(&RegisterRecord::Animal(one)).join("; ")
     };
     assert_eq!(animal(|_| ()), "");
-    assert!(animal(|one| one.sex = "female".to_owned()).starts_with("sex: `female` is none of F, M, U"));
+    assert!(animal(|one| one.sex = "female".to_owned()).starts_with("sex: `female` is not one of F, M, U"));
     assert!(animal(|one| one.length_mm = Some(0.0)).starts_with("length_mm: 0 is not within 1 to 40000"));
     assert!(animal(|one| one.length_mm = Some(f64::NAN)).starts_with("length_mm: NaN"));
     assert!(animal(|one| one.aphia_id = Some(0)).starts_with("aphia_id: 0"));

@@ -65,7 +65,7 @@ fn every_problem_is_told_at_once_with_line_column_and_remedy() {
         "2 release_time: `20.11.2026`: no time in ISO 8601",
         "3 name: empty",
         "3 length_mm: `12,5` is no number here: write a decimal point",
-        "3 sex: `x` is none of F, M, U",
+        "3 sex: `x` is not one of F, M, U",
         "4 name: `A` stands in line 2 too",
         "5 : has 2 cells, the header 5",
     ] {

@@ -1,7 +1,7 @@
 //! The detection export of GLATOS, 1.4.
 //!
-//! `min_lag` is the time to the nearest other detection of the tag by the same receiver, within a day; beyond it, and where
-//! there is none, it stays empty.
+//! `min_lag` is the time to the nearest other detection of the tag by the same receiver, within a day; where
+//! no other was heard in that time it stays empty.
 
 use super::cells::Cells;
 use super::vue::sensor;

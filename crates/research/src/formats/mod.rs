@@ -69,7 +69,7 @@ pub const FORMATS: [Format; 12] = [
 /// The format of this name.
 ///
 /// # Errors
-/// There is none; the text says which there are.
+/// No format has this name; the text lists those that there are.
 pub fn format(name: &str) -> Result<Format, String> {
     let name = name.trim();
     FORMATS.into_iter().find(|format| format.name == name).ok_or_else(|| {

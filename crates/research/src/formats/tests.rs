@@ -246,7 +246,7 @@ fn rows_of_packages() {
         ["2026-11-21 08:00:00.007,1024,A69-1105,7,8.4,m", "2026-11-21 08:00:01.000,1024,A69-1303,7,NA,NA"]
     );
     assert_eq!(rows("actel-biometrics"), ["2026-11-20 08:00:00,\"Lena, mouth\",1290007,7,spring,512,1340"]);
-    // Arrival times of a clock that was never set are none, and an event has a place.
+    // A clock that was never set gives no arrival times; an event keeps its place.
     assert_eq!(rows("yaps"), ["2026-11-21 08:00:00.007,S256-7,1795248000,0.007,1024"]);
     assert_eq!(
         rows("movebank"),
@@ -372,7 +372,7 @@ fn the_nearest_other_detection_is_found_and_what_waits_comes_in_order() {
     let (last, lag) = lags.take().unwrap();
     assert_eq!((last.tag_id, lag), (3, Lag::Nothing));
     assert!(lags.take().is_none() && lags.pop().is_none());
-    // A neighbour of more than a day ago is none.
+    // A neighbour of more than a day ago does not count.
     lags.push(at(0, 9));
     lags.push(at(100_000, 9));
     assert_eq!(lags.take().map(|(_, lag)| lag), Some(Lag::Nothing));
