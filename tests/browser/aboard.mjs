@@ -6,7 +6,6 @@ const [url, password, otter] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", password);
   const vessels = await (await page.request.get(`${url}/api/v1/vessels`)).json();
   const { address, fix } = vessels.find((one) => one.name === otter);

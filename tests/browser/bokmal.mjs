@@ -43,7 +43,6 @@ const english = (page) =>
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   const stays = async (where) => {
     for (const size of SIZES) {
       await page.setViewportSize(size);

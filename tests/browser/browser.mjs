@@ -22,6 +22,8 @@ export const SIZES = [
   { width: 820, height: 1180 },
   { width: 390, height: 844 },
 ];
+/** Longer than anything takes on a computer that others load too. */
+export const PATIENCE_MS = 60_000;
 /** Letters of a page that failed. */
 const MOST_SAID = 6_000;
 const PALETTES = ["day", "sun", "dusk", "night"];
@@ -41,7 +43,7 @@ export async function inBrowser(work, { whole = false } = {}) {
   const open = async (options = {}) => {
     // Who wants no motion: a note that comes while axe looks does not fade in before it.
     const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", reducedMotion: "reduce", ...options });
-    context.setDefaultTimeout(15_000);
+    context.setDefaultTimeout(PATIENCE_MS);
     const page = await context.newPage();
     pages.push(page);
     page.on("console", (message) => {

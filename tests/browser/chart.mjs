@@ -27,7 +27,6 @@ const shows = async (page, colour) => {
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const draw = async (name, ...places) => {

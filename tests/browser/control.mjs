@@ -134,7 +134,7 @@ await inBrowser(async (open) => {
   await who(two, "You have control of this vessel.");
   console.log("silence otter-1");
   await button(two, "Stop plan").click();
-  await row(two, "plan.stop").getByText(/timed out|expired/).waitFor({ timeout: 60_000 });
+  await row(two, "plan.stop").getByText(/timed out|expired/).waitFor();
   await look(two, "control-timed-out");
   console.log("wake otter-1");
   await button(two, "Release control").click();

@@ -8,7 +8,6 @@ const [url, oneTime] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "battery horse staple");
   await page.getByRole("link", { name: "Data", exact: true }).click();
   const take = async () => {

@@ -13,7 +13,7 @@ await inBrowser(async (open) => {
   // The link that is cut: its panel, the alarm on every page; then the link is back, and so is what was missed.
   await page.goto(`${url}/vessels/${CUT}?tab=Link+loss`);
   const panel = page.locator(".linkloss");
-  await panel.getByText("Link up.").waitFor({ timeout: 60_000 });
+  await panel.getByText("Link up.").waitFor();
   await panel.getByText("Link lost.").waitFor({ timeout: 120_000 });
   const lost = Date.now();
   await page.locator("#alarms").getByText(/otter-2/).first().waitFor();

@@ -15,7 +15,6 @@ async function judgeStyle(page) {
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   await page.goto(`${url}/login`);
   await look(page, "login");
   await logIn(page, url, "admin", oneTime, "nine grey otters");

@@ -6,7 +6,6 @@ const [url, oneTime] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(40_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   await page.goto(`${url}/vessels/2068?tab=Parameters`);
   const box = page.getByRole("tabpanel", { name: "Parameters" });

@@ -81,7 +81,6 @@ function watch(boat) {
 await inBrowser(async (open) => {
   const first = await open();
   const context = first.context();
-  context.setDefaultTimeout(60_000);
   await logIn(first, url, "admin", oneTime, "nine grey otters");
   const csrf = await first.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const made = await first.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: { name: "beside the boat", description: "", vessel: null, repeat: false, maneuvers: [] } });

@@ -55,7 +55,6 @@ await inBrowser(async (open) => {
   const fleet = await open();
   await logIn(fleet, url, "admin", oneTime, "nine grey otters");
   const context = fleet.context();
-  context.setDefaultTimeout(30_000);
   const another = async (path) => {
     const page = await context.newPage();
     page.on("pageerror", (error) => check(false, String(error)));

@@ -8,7 +8,6 @@ const PASSWORD = "nine grey otters";
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   const { press, to, act, choose, follow, write } = atKeyboard(page);
   const bar = page.locator("#alarms");
 

@@ -9,7 +9,6 @@ const PASSWORD = "seven small boats at sea";
 
 await inBrowser(async (open) => {
   const pages = [await open(), await open()];
-  for (const page of pages) page.context().setDefaultTimeout(60_000);
   const [one, two] = pages;
   const [admin, nils] = pages.map(atKeyboard);
   await admin.logIn(url, "admin", password);

@@ -7,7 +7,6 @@ const [url, password, otter] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   const { press, to, type, choose, follow, logIn } = atKeyboard(page);
   await logIn(url, "admin", password);
   const { fix } = (await (await page.request.get(`${url}/api/v1/vessels`)).json()).find((one) => one.name === otter);

@@ -7,7 +7,6 @@ const [url, oneTime] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const keys = [];
   /** Loses the answers to so many notes from here on; what the server did is done. */

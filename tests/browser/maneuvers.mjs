@@ -12,7 +12,6 @@ const path = (id, ...points) => ({ id, speed: SPEED, task: { kind: "follow_path"
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });

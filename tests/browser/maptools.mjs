@@ -10,7 +10,6 @@ const degrees = (text) => [...text.matchAll(/(\d+)° (\d+\.\d+)′/g)].map(([, w
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "battery horse staple");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "northern", address: String(BOAT) }, headers: { origin: url } });

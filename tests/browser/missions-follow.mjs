@@ -7,7 +7,6 @@ const BOAT = 2068;
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await page.clock.install();
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   await page.goto(`${url}/missions`);

@@ -9,7 +9,6 @@ const picked = (us) => new Date(us / 1_000).toISOString().slice(0, 19);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "battery horse staple");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });

@@ -28,7 +28,6 @@ const share = (page, selector) =>
 
 await inBrowser(async (open) => {
   const page = await open({ hasTouch: true });
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   for (const [name, address] of [["otter-0", BOAT], ["otter-9", 0x0900]]) await page.request.post(`${url}/admin/vessel`, { form: { csrf, name, address: String(address) }, headers: { origin: url } });

@@ -10,7 +10,6 @@ const INSIDE = ["63.4468", "10.3450"];
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   await page.goto(`${url}/no-go-areas`);
   await page.getByText("No areas are closed.").waitFor();

@@ -38,7 +38,7 @@ await inBrowser(async (open) => {
 
   // The server is reached again: the page that was asked for comes by itself.
   way = await wayTo(server, Number(new URL(url).port));
-  await page.getByText("Live", { exact: true }).waitFor({ timeout: 30_000 });
+  await page.getByText("Live", { exact: true }).waitFor();
   check(new URL(page.url()).pathname === `/vessels/${BOAT}`, page.url());
   way.close();
 });

@@ -8,7 +8,6 @@ const NAME = "ILOS Lookahead Distance";
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(40_000);
   await logIn(page, url, "admin", password);
   await page.goto(`${url}/admin`);
   const form = page.locator("main form.card");
@@ -39,7 +38,6 @@ await inBrowser(async (open) => {
 
   // A viewer reads and cannot write, and the server says so too.
   const viewer = await open();
-  viewer.context().setDefaultTimeout(40_000);
   await logIn(viewer, url, "vera", secret, "seven small boats at sea");
   await viewer.goto(`${url}/vessels/${OTTER}?tab=Parameters`);
   await field(viewer, NAME).waitFor();

@@ -21,7 +21,6 @@ async function kept(page) {
 await inBrowser(async (open) => {
   const page = await open();
   // Each change goes to the disk of a server that shares its machine with other tests.
-  page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   await page.getByRole("link", { name: "Plans" }).click();
   await page.getByText("There are no plans yet").waitFor();

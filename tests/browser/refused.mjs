@@ -11,7 +11,6 @@ const DEEP = ["63.4465", "10.3500"];
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const asked = [];
   page.on("request", (request) => asked.push(new URL(request.url()).pathname));

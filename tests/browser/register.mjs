@@ -8,7 +8,6 @@ const file = (text) => ({ name: "tags.csv", mimeType: "text/csv", buffer: Buffer
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "battery horse staple");
   await page.getByRole("link", { name: "Data", exact: true }).click();
   await page.getByRole("navigation", { name: "Data" }).getByRole("link", { name: "Register" }).click();

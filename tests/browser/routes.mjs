@@ -11,7 +11,6 @@ const WEST = [63.4455, 10.314];
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", password);
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const maneuvers = [EAST, WEST].map(([lat_deg, lon_deg], at) => ({ id: `P${at + 1}`, speed: { value: 1.5, unit: "mps" }, task: { kind: "goto", at: { lat_deg, lon_deg } } }));

@@ -8,7 +8,6 @@ const LONG = "a plan with a rather long name for a tile, north basin 2";
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(40_000);
   await logIn(page, url, "admin", password);
 
   // A vessel that has a name stands in the list before it is heard; the list can be sorted.

@@ -103,7 +103,6 @@ await inBrowser(async (open) => {
 
   // A session that ends in the middle: the order says that it was not done, and the plan is kept until the next login.
   const two = await open();
-  two.context().setDefaultTimeout(60_000);
   await logIn(two, url, "nils", WORDS);
   await two.goto(`${url}/vessels/${OTTER}?tab=Control`);
   await button(two, "Take control").click();

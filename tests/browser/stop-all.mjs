@@ -6,7 +6,6 @@ const [url, oneTime] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   // Besides the two that are heard there is one with a name that nobody hears.

@@ -18,7 +18,6 @@ await inBrowser(async (open) => {
 
   const way = await wayTo(url);
   const page = await open();
-  page.context().setDefaultTimeout(40_000);
   await logIn(page, way.url, "admin", "nine grey otters");
   await page.goto(`${way.url}/vessels/${BOAT}`);
   const live = page.locator('body[data-link="up"]');

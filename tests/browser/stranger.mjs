@@ -8,7 +8,6 @@ const [url, oneTime] = process.argv.slice(2);
 await inBrowser(async (open) => {
   const page = await open();
   const context = page.context();
-  context.setDefaultTimeout(60_000);
   await logIn(page, url, "admin", oneTime, "nine grey otters");
   const main = (on) => on.locator("#stop .aim button");
   const another = async () => {

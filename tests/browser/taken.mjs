@@ -10,7 +10,6 @@ const BOAT = 2068;
 
 await inBrowser(async (open) => {
   const page = await open();
-  page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", password, "nine grey otters");
   // Nothing is heard: the first page tells how a vessel comes in.
   await page.goto(url);

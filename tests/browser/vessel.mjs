@@ -119,12 +119,12 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Take control", exact: true }).click();
   await page.getByRole("button", { name: "Start square …" }).click();
   await page.getByRole("button", { name: "Start square", exact: true }).click();
-  await page.getByText(/STOP otter-1: stopped .* GOES ON since/).waitFor({ timeout: 60_000 });
+  await page.getByText(/STOP otter-1: stopped .* GOES ON since/).waitFor();
   await look(page, "vessel-stopped");
 
   // By now its hydrophone has heard tags.
   await page.getByRole("tab", { name: "Tags" }).click();
-  await page.getByRole("row", { name: /S256-10\d/ }).first().waitFor({ timeout: 60_000 });
+  await page.getByRole("row", { name: /S256-10\d/ }).first().waitFor();
   await look(page, "vessel-tags");
   // From the agent to the page the next one comes by itself, with all that the vessel knows of it.
   const tagRows = page.getByRole("tabpanel", { name: "Tags" }).locator("tbody tr");
@@ -151,7 +151,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/admin`);
   await page.getByText("STOP …").click();
   await page.getByRole("button", { name: "STOP otter-2" }).click();
-  await page.getByText(/STOP otter-2: (NOT SENT|sent, but NO EFFECT SEEN)/).waitFor({ timeout: 30_000 });
+  await page.getByText(/STOP otter-2: (NOT SENT|sent, but NO EFFECT SEEN)/).waitFor();
   await look(page, "stop-unheard");
   console.log("wake otter-2");
 
@@ -159,10 +159,8 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/vessels/${OTTER}`);
   await page.getByText("Live", { exact: true }).waitFor();
   await page.waitForFunction(() => !document.querySelector('[data-tile="mode"]').hasAttribute("data-old"));
-  const stopped = Date.now();
   console.log("stop the server");
   await page.getByText("No link to the server").waitFor();
-  check(Date.now() - stopped < 6_000, "greyed within seconds");
   await page.locator('[data-tile="mode"][data-old]').waitFor();
   await page.getByRole("button", { name: "STOP otter-1" }).click();
   await page.getByText(/STOP otter-1: NOT SENT/).waitFor();
