@@ -77,7 +77,7 @@ check: setup web
 	$(call say,Tests of one program without a browser)
 	cargo nextest run --workspace --locked --lib --bins -E 'not test(/browser_tests::|hostile_tests::|_in_a_browser/)'
 
-# Twice as many tests at a time as there are processors: flows of pages wait for half of their time.
+# Four times as many tests at a time as there are processors: see .config/nextest.toml.
 test: setup web chromium tools
 	$(call say,Formatting)
 	cargo fmt --all --check
@@ -88,7 +88,7 @@ test: setup web chromium tools
 	$(call say,Tests)
 	@rm -f target/skipped
 	LUTRA_REQUIRED=$(LUTRA_REQUIRED) LUTRA_SKIPPED=$(CURDIR)/target/skipped \
-	  cargo nextest run --workspace --locked --no-fail-fast --test-threads $$(( $$(nproc) * 2 ))
+	  cargo nextest run --workspace --locked --no-fail-fast --test-threads $$(( $$(nproc) * 4 ))
 	@[ ! -e target/skipped ] || { echo "Skipped, for this computer lacks what they need:"; sort target/skipped | uniq -c; }
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet

@@ -10,6 +10,7 @@ mod notes;
 pub use notes::Notes;
 
 use crate::Wanted;
+use crate::charts::Charts;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{ASK_PATIENCE, Line, People, Principal};
 use crate::links::Links;
@@ -154,6 +155,7 @@ pub struct Alarms {
 /// What the watch needs beside the alarms: who knows what the hub cannot.
 pub(crate) struct Watch {
     pub(crate) links: Links,
+    pub(crate) charts: Charts,
     pub(crate) recorder: Recorder,
     /// The folder whose disk is looked at.
     pub(crate) data: PathBuf,
@@ -450,6 +452,7 @@ impl Watch {
             disk,
             // Who serves with it tells the alarms.
             certificate: None,
+            no_go: self.charts.not_closed(),
         }
     }
 }

@@ -189,6 +189,7 @@ impl Running {
         tasks.spawn(owners.watch("the log of orders", commands.clone().keep_log(stop.clone())));
         let watch = Watch {
             links: links.clone(),
+            charts: charts.clone(),
             recorder: recorder.clone(),
             data: self.data.clone(),
             owners: owners.clone(),

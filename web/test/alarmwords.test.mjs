@@ -30,6 +30,7 @@ const ALL = [
   { code: "certificate_ends", file: "/etc/lutra/server.pem", until_us: SINCE_US },
   { code: "certificate_ended", file: "/etc/lutra/server.pem", until_us: SINCE_US },
   { code: "certificate_refused", words: "tls.key /etc/lutra/key.pem: no such file" },
+  { code: "no_go_areas", words: "area 3 cannot be read" },
   { code: "too_many", count: 3, most: 1_000 },
 ];
 const said = (...says) => alarmText({ says, text: "as the server said it" });

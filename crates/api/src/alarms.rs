@@ -161,6 +161,11 @@ pub enum AlarmSaying {
         /// Which file, why, and what to do, in the server's words.
         words: String,
     },
+    /// The sea chart does not hold the no-go areas that people closed.
+    NoGoAreas {
+        /// Why, in the server's words.
+        words: String,
+    },
     /// There are more alarms than are kept.
     TooMany {
         /// Those without a place.
@@ -199,6 +204,7 @@ impl AlarmSaying {
             Self::CertificateRefused { .. } => {
                 "a new certificate cannot be used, the earlier one still is: {words}"
             }
+            Self::NoGoAreas { .. } => "the no-go areas are not in force: {words}",
             Self::TooMany { .. } => "{count} alarms have no place in the list of {most}",
         }
     }
@@ -222,7 +228,9 @@ impl AlarmSaying {
             Self::Charge { percent } => vec![("percent", percent.to_string())],
             Self::Clock { ahead_ms } => vec![("seconds", format!("{:.1}", ahead_ms.abs() as f64 / 1e3))],
             Self::Chart { difference, .. } => difference.values(),
-            Self::Server { words } | Self::CertificateRefused { words } => vec![("words", words.clone())],
+            Self::Server { words } | Self::CertificateRefused { words } | Self::NoGoAreas { words } => {
+                vec![("words", words.clone())]
+            }
             Self::CertificateEnds { file, until_us } | Self::CertificateEnded { file, until_us } => {
                 let [day, time] = time(*until_us);
                 vec![("file", file.clone()), ("day", day), ("time", time)]

@@ -19,6 +19,15 @@ pub struct NoGoAreaRequest {
     pub corners: Vec<[f64; 2]>,
 }
 
+/// No-go areas to be closed together: all of them, or none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct NoGoAreasRequest {
+    /// 1 to 200 of them.
+    pub areas: Vec<NoGoAreaRequest>,
+}
+
 /// A no-go area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -61,7 +70,7 @@ pub struct NoGoAreasQuery {
     pub lifted: Option<bool>,
 }
 
-/// A request to close an area, sent again by the same key, closes one.
+/// A request to close areas, sent again by the same key, closes them once.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct NoGoAreaQuery {

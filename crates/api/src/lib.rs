@@ -33,7 +33,9 @@ pub use alarms::{
     Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmSaying, AlarmShelving, AlarmWord,
     ChartDifference, ShelveRequest, filled,
 };
-pub use areas::{NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery};
+pub use areas::{
+    NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, NoGoAreasRequest,
+};
 pub use charts::{
     ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorRequest, ChartDepth,
     ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,

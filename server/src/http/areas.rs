@@ -2,7 +2,9 @@
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who};
-use api::{NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery};
+use api::{
+    NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, NoGoAreasRequest,
+};
 use axum::Json;
 use axum::extract::State;
 
@@ -24,6 +26,17 @@ pub(crate) async fn create(
     InBody(ask): InBody<NoGoAreaRequest>,
 ) -> Result<Json<NoGoArea>, ApiError> {
     Ok(Json(state.shore.areas.create(&who, remote.address.to_string(), ask, sent).await?))
+}
+
+/// `POST /api/v1/no-go-areas/batch`.
+pub(crate) async fn create_all(
+    State(state): State<AppState>,
+    Who(who): Who,
+    remote: Remote,
+    QueryParams(sent): QueryParams<NoGoAreaQuery>,
+    InBody(ask): InBody<NoGoAreasRequest>,
+) -> Result<Json<NoGoAreas>, ApiError> {
+    Ok(Json(state.shore.areas.create_all(&who, remote.address.to_string(), ask, sent).await?))
 }
 
 /// `PATCH /api/v1/no-go-areas/{id}`.

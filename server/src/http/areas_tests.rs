@@ -213,3 +213,84 @@ async fn only_operators_of_all_vessels_close_and_what_cannot_be_an_area_is_refus
     let answer = say(&shore, "PATCH", "/api/v1/no-go-areas/9", &operator, &nothing).await;
     assert_eq!(answer.status, StatusCode::NOT_FOUND, "{}", answer.body);
 }
+
+/// Closes areas together.
+async fn batch(shore: &Shore, token: &str, areas: Value) -> Answer {
+    say(shore, "POST", "/api/v1/no-go-areas/batch?key=b", token, &json!({ "areas": areas })).await
+}
+
+/// The farm under another name, so many tens of metres farther north.
+fn northwards(name: &str, tens: u32) -> Value {
+    let mut area = farm();
+    let shift_deg = f64::from(tens) * 1e-4;
+    for corner in area["corners"].as_array_mut().unwrap() {
+        corner[0] = json!(corner[0].as_f64().unwrap() + shift_deg);
+    }
+    area["name"] = json!(name);
+    area
+}
+
+#[tokio::test]
+async fn areas_of_a_file_are_closed_together_or_not_at_all() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let mut bad = farm();
+    bad["corners"] = json!([[63.0, 10.0]]);
+    let refused = batch(&shore, &operator, json!([farm(), bad])).await;
+    assert_eq!(refused.status, StatusCode::BAD_REQUEST, "{}", refused.body);
+    assert!(refused.body.contains("area 2, corners: there are 1"), "{}", refused.body);
+    for wrong in [json!([]), json!(vec![farm(); 201])] {
+        let refused = batch(&shore, &operator, wrong).await;
+        assert!(refused.body.contains("give 1 to 200"), "{}", refused.body);
+    }
+    assert!(list(&shore, &operator).await.areas.is_empty());
+
+    let areas = json!([northwards("a net", 0), northwards("a rock", 5), northwards("a wreck", 10)]);
+    for _ in 0..2 {
+        // Also when it is sent again, as the page does without an answer.
+        let closed = batch(&shore, &operator, areas.clone()).await;
+        assert_eq!(closed.status, StatusCode::OK, "{}", closed.body);
+        let closed: NoGoAreas = serde_json::from_str(&closed.body).unwrap();
+        let names: Vec<&str> = closed.areas.iter().map(|one| &*one.area.name).collect();
+        assert_eq!((names, closed.in_force), (vec!["a net", "a rock", "a wreck"], true));
+    }
+    assert_eq!(guard(&shore, &operator, &through()).await["outcome"], "refused");
+    let acts =
+        shore.audit().await.into_iter().filter(|one| one.action == "area.close" && one.outcome == "done");
+    let subjects: Vec<String> = acts.map(|one| one.subject).collect();
+    assert_eq!(subjects, ["3 areas, the first one a net"]);
+    // No part of a file that has no room as a whole.
+    let many: Vec<Value> = (0..198).map(|_| farm()).collect();
+    let full = say(&shore, "POST", "/api/v1/no-go-areas/batch", &operator, &json!({ "areas": many })).await;
+    assert!(full.body.contains("3 areas are closed; 198 more would be above 200"), "{}", full.body);
+    assert_eq!(list(&shore, &operator).await.areas.len(), 3);
+}
+
+#[tokio::test]
+async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_that_they_have() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let closed = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await;
+    let first: NoGoArea = serde_json::from_str(&closed.body).unwrap();
+    let offered = || shore.state.shore.charts.offered().borrow().as_ref().unwrap().digest();
+    let before = offered();
+    let db = rusqlite::Connection::open(shore.data().join("app.db")).unwrap();
+    db.execute("UPDATE no_go_area SET body = '{}' WHERE id = ?1", [first.id]).unwrap();
+    // The next change has the chart told of all that is closed.
+    let wreck = northwards("a wreck", 20);
+    assert_eq!(say(&shore, "POST", "/api/v1/no-go-areas", &operator, &wreck).await.status, StatusCode::OK);
+    let listed = list(&shore, &operator).await;
+    let trouble = listed.trouble.unwrap();
+    assert!(trouble.contains(&format!("area {} cannot be read", first.id)), "{trouble}");
+    assert_eq!(guard(&shore, &operator, &through()).await["cause"], "no-go-areas");
+    assert_eq!(offered(), before, "that one has the area which is lost here");
+    // Lifted, as it says.
+    let unreadable = listed.areas.iter().find(|one| one.id == first.id).unwrap();
+    let lift = json!({"revision": unreadable.revision, "area": unreadable.area, "closed": false});
+    let path = format!("/api/v1/no-go-areas/{}", first.id);
+    let lifted = say(&shore, "PATCH", &path, &operator, &lift).await;
+    assert_eq!(lifted.status, StatusCode::OK, "{}", lifted.body);
+    assert!(list(&shore, &operator).await.in_force);
+    assert_ne!(guard(&shore, &operator, &through()).await["cause"], "no-go-areas");
+    assert_ne!(offered(), before);
+}

@@ -124,7 +124,7 @@ pub(crate) async fn route(
     InBody(ask): InBody<SeaRouteRequest>,
 ) -> Result<Json<SeaRouteAnswer>, ApiError> {
     let set = there(&state)?;
-    if let Some(missing) = state.shore.charts.not_closed(None) {
+    if let Some(missing) = state.shore.charts.not_closed() {
         let text = format!("No route is planned, for the no-go areas are not in the chart: {missing}");
         return Err(ApiError::unavailable(text));
     }

@@ -13,13 +13,13 @@ use api::{
     LiveFrame, LiveRequest, LogBook, LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision,
     LogNotes, LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionChange, MissionQuery,
     MissionRequest, MissionSummary, Missions, MissionsQuery, NewToken, NoGoArea, NoGoAreaChange,
-    NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, OrderRequest, Ordered, Person, PlanChange,
-    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording, RegisterAnswer,
-    RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery, RegisterQuery,
-    RegisterRecord, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series, SeriesQuery,
-    Session, ShelveRequest, StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token, TokenMade,
-    TrackPoint, TrackQuery, TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
+    NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, NoGoAreasRequest, OrderRequest, Ordered,
+    Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision,
+    PlanSummary, PlanUnderWay, PlanUploadRequest, PlansAboard, Recorded, RecordedDay, Recording,
+    RegisterAnswer, RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery,
+    RegisterQuery, RegisterRecord, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteRequest, Series,
+    SeriesQuery, Session, ShelveRequest, StopQuery, StoredPlan, System, TeleopMessage, TeleopStatus, Token,
+    TokenMade, TrackPoint, TrackQuery, TransportPeer, VesselParameters, VesselQuery, VesselQuerySent,
 };
 use axum::Json;
 use shore::logbook::PHOTO_BYTES;
@@ -412,6 +412,15 @@ fn no_go_areas() -> Vec<Route> {
         .query::<NoGoAreaQuery>()
         .takes::<NoGoAreaRequest>()
         .gives::<NoGoArea>(),
+        Route::post(
+            "/api/v1/no-go-areas/batch",
+            operator,
+            "Close several areas, all or none, by one change of the chart.",
+            areas::create_all,
+        )
+        .query::<NoGoAreaQuery>()
+        .takes::<NoGoAreasRequest>()
+        .gives::<NoGoAreas>(),
         Route::patch(
             "/api/v1/no-go-areas/{id}",
             operator,

@@ -92,10 +92,10 @@ impl Request for One {
     }
 }
 
-/// Closes an area; its number.
+/// Closes areas, one or more; the number of the first.
 #[derive(Debug)]
 pub(super) struct Create {
-    pub(super) area: NoGoAreaRequest,
+    pub(super) areas: Vec<NoGoAreaRequest>,
     pub(super) by: String,
     pub(super) now: UtcTime,
 }
@@ -104,16 +104,22 @@ impl Request for Create {
     type Answer = i64;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
-        let Self { area, by, now } = self;
+        let Self { areas, by, now } = self;
+        let more = i64::try_from(areas.len()).unwrap_or(i64::MAX);
         let last: Option<i64> =
             sqlx::query_scalar("SELECT max(id) FROM no_go_area").fetch_one(&mut *db).await?;
-        if last >= Some(AREAS) {
+        if last.unwrap_or_default().saturating_add(more) > AREAS {
             return Err(Fault::Refused(format!("There were {AREAS} no-go areas: no more can be kept.")));
         }
-        has_room(db).await?;
+        has_room(db, more).await?;
         let sql = "INSERT INTO no_go_area (revision, body, by, written_us) VALUES (1, ?1, ?2, ?3)";
-        let query = sqlx::query(sql).bind(body(&area)).bind(by).bind(now.micros());
-        Ok(query.execute(db).await?.last_insert_rowid())
+        let mut first = None;
+        for area in &areas {
+            let query = sqlx::query(sql).bind(body(area)).bind(&by).bind(now.micros());
+            let id = query.execute(&mut *db).await?.last_insert_rowid();
+            first.get_or_insert(id);
+        }
+        Ok(first.unwrap_or_default())
     }
 }
 
@@ -140,7 +146,7 @@ impl Request for Change {
         let sql = "SELECT lifted_us IS NOT NULL FROM no_go_area WHERE id = ?1";
         let was_lifted: Option<bool> = sqlx::query_scalar(sql).bind(id).fetch_optional(&mut *db).await?;
         if closed && was_lifted == Some(true) {
-            has_room(db).await?;
+            has_room(db, 1).await?;
         }
         let sql = "INSERT INTO no_go_area_before
                    SELECT id, revision, body, coalesce(lifted_by, changed_by, by),
@@ -157,13 +163,15 @@ impl Request for Change {
     }
 }
 
-/// Whether another area can be closed.
-async fn has_room(db: &mut SqliteConnection) -> Result<(), Fault> {
+/// Whether so many more areas can be closed.
+async fn has_room(db: &mut SqliteConnection, more: i64) -> Result<(), Fault> {
     let sql = "SELECT count(*) FROM no_go_area WHERE lifted_us IS NULL";
     let closed: i64 = sqlx::query_scalar(sql).fetch_one(db).await?;
-    if closed >= CLOSED {
-        let text =
-            format!("{CLOSED} areas are closed, which is the most: lift one that is not needed any more.");
+    if closed.saturating_add(more) > CLOSED {
+        let text = format!(
+            "{closed} areas are closed; {more} more would be above {CLOSED}, which is the most: lift one that is not needed \
+             any more."
+        );
         return Err(Fault::Refused(text));
     }
     Ok(())

@@ -2,14 +2,14 @@
 //!
 //! Who may see any vessel sees them. They bind all vessels, so operators of all vessels close, change and lift them.
 
-use super::rows::{Change, Closed, Create, Lifted, One, Row};
+use super::rows::{CLOSED, Change, Closed, Create, Lifted, One, Row};
 use crate::charts::{Charts, NoGo};
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal};
 use crate::logbook::{NEWER, check_text};
 use crate::once::{Key, Made, Once};
-use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, Role};
+use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role};
 use planner::Zone;
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,7 +58,7 @@ impl NoGoAreas {
         let rows = self.people.ask(Closed).await?;
         let changed_us = rows.iter().flat_map(|row| [Some(row.written_us), row.changed.1]).flatten().max();
         let at = UtcTime::from_micros(changed_us.unwrap_or_default());
-        self.charts.close(NoGo { areas: in_chart(&rows), at });
+        self.charts.close(NoGo { at, ..in_chart(&rows) });
         Ok(())
     }
 
@@ -84,7 +84,7 @@ impl NoGoAreas {
             rows.extend(self.people.ask(Lifted).await?);
         }
         // What is listed counts, whatever the chart was told before.
-        let trouble = self.charts.not_closed(Some(&in_chart(&closed)));
+        let trouble = self.charts.does_not_hold(Some(&in_chart(&closed)));
         Ok(api::NoGoAreas {
             areas: rows.into_iter().map(told).collect(),
             in_force: trouble.is_none(),
@@ -102,23 +102,63 @@ impl NoGoAreas {
         who: &Principal,
         from: String,
         ask: NoGoAreaRequest,
-        NoGoAreaQuery { key }: NoGoAreaQuery,
+        query: NoGoAreaQuery,
     ) -> Result<NoGoArea> {
         may_change(who)?;
+        let subject = ask.name.clone();
+        let id = self.close_once(who, from, query, subject, vec![checked(ask)?]).await?;
+        self.one(id).await
+    }
+
+    /// Closes several areas by one change of the chart, all or none; what is closed then.
+    ///
+    /// # Errors
+    /// The person may not, or the field of the area that is named cannot be.
+    pub async fn create_all(
+        &self,
+        who: &Principal,
+        from: String,
+        NoGoAreasRequest { areas }: NoGoAreasRequest,
+        query: NoGoAreaQuery,
+    ) -> Result<api::NoGoAreas> {
+        may_change(who)?;
+        let count = areas.len();
+        if !(1..=CLOSED as usize).contains(&count) {
+            return Err(malformed(format!("areas: there are {count}; give 1 to {CLOSED}")));
+        }
+        let numbered = |(at, area): (usize, NoGoAreaRequest)| {
+            checked(area).map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text), ..error })
+        };
+        let areas: Vec<_> = areas.into_iter().enumerate().map(numbered).collect::<Result<_>>()?;
+        let first = areas.first().map(|area| area.name.clone()).unwrap_or_default();
+        let subject = if count == 1 { first } else { format!("{count} areas, the first one {first}") };
+        self.close_once(who, from, query, subject, areas).await?;
+        self.list(who, false).await
+    }
+
+    /// Closes areas, unless this was done by the same key before; the number of the first.
+    async fn close_once(
+        &self,
+        who: &Principal,
+        from: String,
+        NoGoAreaQuery { key }: NoGoAreaQuery,
+        subject: String,
+        areas: Vec<NoGoAreaRequest>,
+    ) -> Result<i64> {
         let key = Key::new(Made::NoGoArea, who.person, key)?;
-        let (areas, who) = (self.clone(), who.clone());
+        let (service, who) = (self.clone(), who.clone());
         to_its_end(async move {
-            let _changing = areas.changing.lock().await;
+            let _changing = service.changing.lock().await;
             let known = match &key {
-                Some(key) => areas.people.ask(key.clone()).await?,
+                Some(key) => service.people.ask(key.clone()).await?,
                 None => None,
             };
-            let id = match known {
+            let first = match known {
                 Some(first) => first,
-                None => areas.close(&who, from, checked(ask)?, key).await?,
+                None => service.close(&who, from, subject, Once { key, make: areas }).await?,
             };
-            areas.bring_in().await?;
-            areas.one(id).await
+            service.bring_in().await?;
+            Ok(first)
         })
         .await
     }
@@ -127,16 +167,15 @@ impl NoGoAreas {
         &self,
         who: &Principal,
         from: String,
-        area: NoGoAreaRequest,
-        key: Option<Key>,
+        subject: String,
+        Once { key, make: areas }: Once<Vec<NoGoAreaRequest>>,
     ) -> Result<i64> {
         if self.charts.set().is_none() {
             let text =
                 "There is no sea chart that could hold it: import one by `lutra-server chart import` first.";
             return Err(Error::refused(text));
         }
-        let subject = area.name.clone();
-        let make = Create { area, by: who.name.clone(), now: self.clock.utc() };
+        let make = Create { areas, by: who.name.clone(), now: self.clock.utc() };
         Ok(self.people.act(who, from, "area.close", subject, Once { key, make }).await?)
     }
 
@@ -274,9 +313,21 @@ fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
     corners.iter().map(place).collect()
 }
 
-/// Areas as the chart holds them, without any that cannot be, which nothing writes.
-fn in_chart(rows: &[Row]) -> Vec<chartdb::NoGoArea> {
-    rows.iter().filter_map(|row| area_in_chart(row.id, row.area.as_ref()?)).collect()
+/// Areas as the chart holds them, and whether it cannot hold one: nothing writes such a one, but where it lies is not known.
+fn in_chart(rows: &[Row]) -> NoGo {
+    let mut all = NoGo::default();
+    for row in rows {
+        match row.area.as_ref().and_then(|area| area_in_chart(row.id, area)) {
+            Some(area) => all.areas.push(area),
+            None => {
+                let id = row.id;
+                let text =
+                    format!("area {id} cannot be read from app.db: lift it, and close it anew where it lies");
+                all.lost = Some(text);
+            }
+        }
+    }
+    all
 }
 
 fn area_in_chart(id: i64, area: &NoGoAreaRequest) -> Option<chartdb::NoGoArea> {

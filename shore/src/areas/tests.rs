@@ -9,7 +9,7 @@ fn area(name: &str) -> NoGoAreaRequest {
 }
 
 fn create(name: &str) -> Create {
-    Create { area: area(name), by: "nils".to_owned(), now: UtcTime::from_micros(1) }
+    Create { areas: vec![area(name)], by: "nils".to_owned(), now: UtcTime::from_micros(1) }
 }
 
 fn names(rows: Vec<Row>) -> Vec<String> {

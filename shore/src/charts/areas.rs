@@ -12,6 +12,8 @@ pub struct NoGo {
     pub areas: Vec<NoGoArea>,
     /// When that changed last.
     pub at: UtcTime,
+    /// Which of what is closed is not known any more, and what to do.
+    pub lost: Option<String>,
 }
 
 /// What is wanted, and why it could not be done, if so.
@@ -31,6 +33,11 @@ impl Areas {
         self.wanted.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// Whether a set of these charts must not go to vessels: it lacks something that is closed, or may.
+    pub(super) fn are_lacking(&self, held: &[Chart]) -> bool {
+        self.differ(held) || self.wanted().is_some_and(|wanted| wanted.lost.is_some())
+    }
+
     /// Whether these charts hold other areas than they should.
     pub(super) fn differ(&self, held: &[Chart]) -> bool {
         self.wanted().is_some_and(|wanted| no_go_digest(&wanted.areas) != no_go_digest_of(held))
@@ -43,7 +50,7 @@ impl Areas {
 
     /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again.
     pub(super) fn bring_into(&self, path: &Path) {
-        let Some(NoGo { areas, at }) = self.wanted() else { return };
+        let Some(NoGo { areas, at, .. }) = self.wanted() else { return };
         let trouble = match put_no_go_areas(path, &areas, at) {
             // Without a set nothing sails by one; what is no set is said by who reads it.
             Ok(()) | Err(ChartDbError::Absent(_) | ChartDbError::Foreign(_) | ChartDbError::Newer(_)) => None,
@@ -64,12 +71,14 @@ impl Areas {
     pub(super) fn missing(
         &self,
         held: Option<&[Chart]>,
-        areas: Option<&[NoGoArea]>,
+        areas: Option<&NoGo>,
         of_set: Option<String>,
     ) -> Option<String> {
-        let wanted =
-            areas.map_or_else(|| self.wanted().map(|wanted| wanted.areas), |areas| Some(areas.to_vec()))?;
-        if no_go_digest(&wanted) == no_go_digest_of(held.unwrap_or_default()) {
+        let wanted = areas.cloned().or_else(|| self.wanted())?;
+        if wanted.lost.is_some() {
+            return wanted.lost;
+        }
+        if no_go_digest(&wanted.areas) == no_go_digest_of(held.unwrap_or_default()) {
             return None;
         }
         let trouble = self.trouble.read().unwrap_or_else(PoisonError::into_inner).clone();

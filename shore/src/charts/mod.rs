@@ -54,8 +54,8 @@ struct Shared {
     limits: GuardLimits,
     cache_bytes: usize,
     now: RwLock<Now>,
-    /// The state of the file that `now` was made of; held while a new one is read.
-    seen: Mutex<Option<Stamp>>,
+    /// What `now` was made of; held while a new one is read.
+    seen: Mutex<Seen>,
     /// What people have closed.
     areas: Areas,
     /// What vessels are offered.
@@ -75,6 +75,15 @@ struct Stamp {
     inode: u64,
     bytes: u64,
     modified: Option<SystemTime>,
+}
+
+/// What was looked at last.
+#[derive(Debug, Default)]
+struct Seen {
+    /// The state of the file.
+    stamp: Option<Stamp>,
+    /// Whether vessels do not get that set, as it lacks something that is closed.
+    withheld: bool,
 }
 
 impl Stamp {
@@ -143,8 +152,13 @@ impl Charts {
         self.0.areas.want(areas);
     }
 
-    /// Why the set in force does not hold these no-go areas, or those that it should; `None` where it does.
-    pub fn not_closed(&self, areas: Option<&[chartdb::NoGoArea]>) -> Option<String> {
+    /// Why the set in force does not hold the no-go areas that people closed; `None` where it does.
+    pub fn not_closed(&self) -> Option<String> {
+        self.does_not_hold(None)
+    }
+
+    /// The same of these areas, or of those that were told last.
+    pub(crate) fn does_not_hold(&self, areas: Option<&NoGo>) -> Option<String> {
         let now = self.now();
         self.0.areas.missing(now.set.as_ref().map(|set| set.charts.as_slice()), areas, now.trouble)
     }
@@ -165,12 +179,13 @@ impl Charts {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let before = self.now();
         let held = before.set.as_ref().map_or(&[][..], |set| &set.charts);
-        if *seen != Stamp::of(&self.0.path) || self.0.areas.differ(held) {
+        if seen.stamp != Stamp::of(&self.0.path) || self.0.areas.differ(held) {
             self.0.areas.bring_into(&self.0.path);
         }
         let stamp = Stamp::of(&self.0.path);
         let damage = before.set.as_ref().map_or_else(Vec::new, |set| set.index.unreadable());
-        if *seen == stamp && damage.is_empty() {
+        let released = seen.withheld && !self.0.areas.are_lacking(held);
+        if seen.stamp == stamp && damage.is_empty() && !released {
             return;
         }
         for what in &damage {
@@ -180,7 +195,7 @@ impl Charts {
         let now = match (stamp, load(&self.0.path, self.0.cache_bytes, damage.is_empty())) {
             (None, _) => Now::default(),
             (_, Ok((set, loaded))) => match before.set {
-                Some(old) if old.digest == set.digest && damage.is_empty() => {
+                Some(old) if old.digest == set.digest && damage.is_empty() && !released => {
                     Now { set: Some(old), trouble: None }
                 }
                 _ => {
@@ -204,10 +219,10 @@ impl Charts {
             }
         };
         // Vessels keep the chart that they have rather than one that lacks what people closed.
-        let lacking = now.set.as_ref().is_some_and(|set| self.0.areas.differ(&set.charts));
-        let kept = now.set.is_some() && fresh.is_none() || lacking;
+        let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
+        let kept = now.set.is_some() && fresh.is_none() || withheld;
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
-        *seen = stamp;
+        *seen = Seen { stamp, withheld };
         if kept {
             return;
         }
@@ -276,7 +291,7 @@ impl Charts {
         if let (None, Some(trouble)) = (&set, &trouble) {
             return Some(verdict::without(trouble, limits));
         }
-        if let Some(missing) = self.not_closed(None) {
+        if let Some(missing) = self.not_closed() {
             return Some(verdict::not_closed(&missing, limits));
         }
         set.map(|set| told(&check_plan(plan, from, &set.index, &limits.demanded), limits))

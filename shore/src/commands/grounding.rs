@@ -87,7 +87,7 @@ impl Grounding {
     /// Plans cannot be read, or the server is stopping.
     pub async fn danger(&self, vessel: Address, order: &Order) -> Result<Option<Error>> {
         let nothing = self.charts.set().is_none() && self.charts.trouble().is_none();
-        if nothing && self.charts.not_closed(None).is_none() {
+        if nothing && self.charts.not_closed().is_none() {
             return Ok(None);
         }
         let plan = match order {

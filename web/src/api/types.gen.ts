@@ -257,6 +257,10 @@ until_us: number, } | { "code": "certificate_refused",
 /**
  * Which file, why, and what to do, in the server's words.
  */
+words: string, } | { "code": "no_go_areas", 
+/**
+ * Why, in the server's words.
+ */
 words: string, } | { "code": "too_many", 
 /**
  * Those without a place.
@@ -1808,6 +1812,12 @@ trouble: string | null,
  * Whether the one who asks may close, change and lift areas.
  */
 may_change: boolean, };
+
+export type NoGoAreasRequest = { 
+/**
+ * 1 to 200 of them.
+ */
+areas: Array<NoGoAreaRequest>, };
 
 export type MissionChange = { 
 /**

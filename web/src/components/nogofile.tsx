@@ -1,8 +1,9 @@
-// No-go areas from a GeoJSON file: what it would close is shown first, then each is closed.
+// No-go areas from a GeoJSON file: what it would close is shown first, then all are closed together.
 
 import { signal } from "@preact/signals";
 import type { NoGoAreaRequest } from "../api/types.gen";
 import { type AreasOfFile, areasOfGeoJson } from "../state/nogo";
+import { sendingText } from "../state/sending";
 import { t } from "../words/words";
 
 /** Bytes of a file that is read. */
@@ -11,18 +12,17 @@ const MOST_BYTES = 4 * 2 ** 20;
 const MOST_TOLD = 12;
 
 interface Needs {
-  /** Closes one; why not, or nothing where it is done. */
-  close(area: NoGoAreaRequest): Promise<string>;
+  /** Closes all of them; why none was, or nothing where it is done. `waits` is told where nobody answers and it is tried again. */
+  close(areas: readonly NoGoAreaRequest[], waits: (tries: number) => void): Promise<string>;
   /** How many more can be closed. */
   room(): number;
-  /** All that could be closed are. */
-  done(): void;
 }
 
 /** Makes the button and what it opens; the state stays over new drawings. */
-export function createNoGoFile({ close, room, done }: Needs) {
+export function createNoGoFile({ close, room }: Needs) {
   const read = signal<AreasOfFile | undefined>(undefined);
-  const closed = signal<number | undefined>(undefined);
+  const busy = signal(false);
+  const tries = signal(0);
   const failed = signal("");
 
   const choose = async (input: HTMLInputElement): Promise<void> => {
@@ -37,33 +37,25 @@ export function createNoGoFile({ close, room, done }: Needs) {
     input.value = "";
   };
   const bringIn = async (areas: readonly NoGoAreaRequest[]): Promise<void> => {
-    failed.value = "";
-    for (const [place, area] of areas.entries()) {
-      closed.value = place;
-      const why = await close(area);
-      if (!why) continue;
-      failed.value = t("{name}: {why}", { name: area.name, why });
-      read.value = { areas: areas.slice(place), wrong: "" };
-      closed.value = undefined;
-      return done();
-    }
-    [read.value, closed.value] = [undefined, undefined];
-    done();
+    [failed.value, busy.value, tries.value] = ["", true, 0];
+    failed.value = await close(areas, (count) => (tries.value = count));
+    busy.value = false;
+    if (!failed.value) read.value = undefined;
   };
   return function NoGoFile() {
-    const [found, busy] = [read.value, closed.value !== undefined];
+    const found = read.value;
     const count = found?.areas.length ?? 0;
     return (
       <section aria-label={t("Areas from a file")}>
-        <p class="row"><label class="button">{t("Bring in GeoJSON …")}<input class="hidden" type="file" accept=".geojson,.json,application/geo+json" disabled={busy} onChange={(event) => void choose(event.currentTarget)} /></label></p>
+        <p class="row"><label class="button">{t("Bring in GeoJSON …")}<input class="hidden" type="file" accept=".geojson,.json,application/geo+json" disabled={busy.value} onChange={(event) => void choose(event.currentTarget)} /></label></p>
         {found?.wrong && <p class="note bad" role="alert">{found.wrong}</p>}
         {failed.value && <p class="note bad" role="alert">{failed.value}</p>}
         {count > 0 && (
           <>
-            <p role="status">{busy ? t("Closing {n} of {count} …", { n: (closed.value ?? 0) + 1, count }) : t("{n} areas to be closed: {names}", { n: count, names: names(found?.areas ?? []) })}</p>
+            <p role="status">{busy.value ? sendingText(tries.value) : t("{n} areas to be closed: {names}", { n: count, names: names(found?.areas ?? []) })}</p>
             <p class="row">
-              <button type="button" class="main" disabled={busy} onClick={() => void bringIn(found?.areas ?? [])}>{t("Close these areas")}</button>
-              <button type="button" disabled={busy} onClick={() => (read.value = undefined)}>{t("Cancel")}</button>
+              <button type="button" class="main" disabled={busy.value} onClick={() => void bringIn(found?.areas ?? [])}>{t("Close these areas")}</button>
+              <button type="button" disabled={busy.value} onClick={() => (read.value = undefined)}>{t("Cancel")}</button>
             </p>
           </>
         )}

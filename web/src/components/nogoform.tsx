@@ -1,16 +1,16 @@
 // The form of a no-go area beside the map that its corners are clicked on.
 
-import type { Signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { PlanPlace } from "../api/types.gen";
-import { areaWrong, type AreaDraft, MOST_CORNERS } from "../state/nogo";
+import { type Corners, cornersOfText, MOST_CORNERS, textOfCorners } from "../state/corners";
+import { areaWrong, type AreaDraft } from "../state/nogo";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
 import { Field, FormEnd, useSent } from "./sentform";
 
 interface Needs {
   readonly draft: AreaDraft;
-  readonly corners: Signal<readonly PlanPlace[]>;
+  readonly corners: Corners;
   readonly title: string;
   readonly save: string;
   /** The middle of the map. */
@@ -21,15 +21,16 @@ interface Needs {
 }
 
 export function NoGoForm({ draft: first, corners, title, save, centre, send, cancel }: Needs) {
-  const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => areaWrong(draft, corners.value), send });
+  const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => areaWrong(draft, corners.now.value), send });
   const { draft, change, at } = form;
   const name = useRef<HTMLInputElement>(null);
   useEffect(() => name.current?.focus(), []);
-  const set = (next: readonly PlanPlace[]): void => {
-    corners.value = next;
+  const act = (work: () => void): void => {
+    work();
     form.told(undefined);
   };
-  const count = corners.value.length;
+  const now = corners.now.value;
+  const count = now.length;
   return (
     <form class="nogo-form" aria-label={title} noValidate onSubmit={(event) => void form.submit(event)}>
       <h2>{title}</h2>
@@ -38,14 +39,37 @@ export function NoGoForm({ draft: first, corners, title, save, centre, send, can
       <fieldset>
         <legend>{t("Corners")}</legend>
         <p role="status">{t("Click the corners on the map, in order: {n} so far.", { n: count })}</p>
+        <p class="dim">{t("Drag a corner to move it, and the dot on a side to make a new corner there.")}</p>
         <div class="row" id="nogo-corners" tabIndex={-1}>
-          <button type="button" disabled={count >= MOST_CORNERS} onClick={() => set([...corners.value, centre()])}>{t("Corner in the middle of the map")}</button>
-          <button type="button" disabled={!count} onClick={() => set(corners.value.slice(0, -1))}>{t("Remove the last corner")}</button>
-          <button type="button" disabled={!count} onClick={() => set([])}>{t("Remove all corners")}</button>
+          <button type="button" disabled={count >= MOST_CORNERS} onClick={() => act(() => corners.add(centre()))}>{t("Corner in the middle of the map")}</button>
+          <button type="button" disabled={!corners.changed} onClick={() => act(() => corners.undo())}>{t("Undo")}</button>
+          <button type="button" disabled={!count} onClick={() => act(() => corners.set(now.slice(0, -1)))}>{t("Remove the last corner")}</button>
+          <button type="button" disabled={!count} onClick={() => act(() => corners.set([]))}>{t("Remove all corners")}</button>
         </div>
+        <CornersAsText corners={corners} taken={() => form.told(undefined)} />
         <p class="wrong" role="alert">{at("corners")}</p>
       </fieldset>
       <FormEnd of={form.end} save={save} cancel={cancel} />
     </form>
+  );
+}
+
+/** The corners to be read, typed and pasted; what is typed counts once it is places. */
+function CornersAsText({ corners, taken }: { readonly corners: Corners; readonly taken: () => void }) {
+  const [typed, type] = useState<string | undefined>(undefined);
+  const [wrong, told] = useState("");
+  const take = (text: string): void => {
+    const found = cornersOfText(text);
+    told("wrong" in found ? found.wrong : "");
+    if ("wrong" in found) return type(text);
+    if (textOfCorners(found.corners) !== textOfCorners(corners.now.value)) corners.set(found.corners);
+    type(undefined);
+    taken();
+  };
+  return (
+    <details>
+      <summary>{t("Corners as text")}</summary>
+      <Field id="nogo-text" label={t("A corner in each line: latitude, longitude")} wrong={wrong} input={(marks) => <textarea {...marks} class="num" rows={6} spellcheck={false} value={typed ?? textOfCorners(corners.now.value)} onInput={(event) => type(event.currentTarget.value)} onChange={(event) => take(event.currentTarget.value)} />} />
+    </details>
   );
 }

@@ -24,6 +24,8 @@ export interface SeaRouteHandlers {
   moved(index: number, place: PlanPlace, done: boolean): void;
   /** The line was taken hold of on one of its legs: answers which chosen place that is now. */
   pulled(leg: number, place: PlanPlace): number;
+  /** What stands on a chosen place; without it A and B on the ends, and numbers on the places between. */
+  label?(index: number): string;
 }
 
 /** What is shown beside the route. */
@@ -90,7 +92,7 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
     if (beside) lines.addFeatures(besideOf(beside));
     const line = route.length > 1 ? route : chosen;
     if (line.length > 1) lines.addFeature(new Feature({ geometry: new LineString(line.map(xy)), wanted: route.length < 2 }));
-    places.addFeatures(chosen.map((place, index) => new Feature({ geometry: new Point(xy(place)), index, label: name(index, chosen.length) })));
+    places.addFeatures(chosen.map((place, index) => new Feature({ geometry: new Point(xy(place)), index, label: handlers?.label?.(index) ?? name(index, chosen.length) })));
     if (!handlers) return;
     const legs = route.slice(1).map((to, leg) => ({ leg, from: xy(route[leg] ?? to), to: xy(to) }));
     const size = ({ from, to }: { from: number[]; to: number[] }): number => Math.hypot((to[0] ?? 0) - (from[0] ?? 0), (to[1] ?? 0) - (from[1] ?? 0));

@@ -3,16 +3,17 @@
 import { effect, signal } from "@preact/signals";
 import { render } from "preact";
 import { toLonLat } from "ol/proj";
-import { patchJson, reason } from "../api/http";
+import { patchJson, reason, Refusal } from "../api/http";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
-import type { NoGoArea, NoGoAreaChange, NoGoAreaRequest, NoGoAreas, PlanPlace } from "../api/types.gen";
+import type { NoGoArea, NoGoAreaChange, NoGoAreaRequest, NoGoAreas, NoGoAreasRequest, PlanPlace } from "../api/types.gen";
 import { createNoGoFile } from "../components/nogofile";
 import { NoGoForm } from "../components/nogoform";
 import { NoGoList } from "../components/nogolist";
 import { createMap, type FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
-import { type AreaDraft, areaAsk, cornersOf, EMPTY_AREA, MOST_CORNERS } from "../state/nogo";
+import { Corners } from "../state/corners";
+import { type AreaDraft, areaAsk, cornersOf, EMPTY_AREA } from "../state/nogo";
 import { fieldOf, type Wrong } from "../state/notes";
 import { Keys } from "../state/sending";
 import { newKey } from "../state/window";
@@ -36,13 +37,13 @@ type Editing = { readonly of: NoGoArea | undefined };
 class NoGoPage {
   private readonly list = resource<NoGoAreas>();
   private readonly editing = signal<Editing | undefined>(undefined);
-  private readonly corners = signal<readonly PlanPlace[]>([]);
+  private readonly corners = new Corners();
   private readonly busy = signal(false);
   private readonly wrong = signal("");
   /** The one that was lifted just now. */
   private readonly lifted = signal<NoGoArea | undefined>(undefined);
-  private readonly keys = new Keys<NoGoAreaRequest>(newKey);
-  private readonly File = createNoGoFile({ close: (area) => this.closeOne(area), room: () => this.room(), done: () => void this.ask() });
+  private readonly keys = new Keys<NoGoAreaRequest | NoGoAreasRequest>(newKey);
+  private readonly File = createNoGoFile({ close: (areas, waits) => this.closeAll(areas, waits), room: () => this.room() });
   private readonly map: FleetMap;
   private fits = true;
 
@@ -51,11 +52,14 @@ class NoGoPage {
     const side = make("div", { class: "nogo-side" });
     root.replaceChildren(make("div", { class: "nogo-body" }, make("div", { class: "map-box" }, box), side));
     this.map = createMap(box);
-    const drawn = createSeaRoute(this.map);
-    effect(() => drawn.update([], [], { areas: [], drawing: this.editing.value ? closedRing(this.corners.value) : undefined, gap: undefined }));
+    const drawn = createSeaRoute(this.map, { moved: (index, place, done) => this.corners.move(index, place, done), pulled: (side, place) => this.corners.insert(side, place), label: (index) => String(index + 1) });
+    effect(() => {
+      const corners = this.editing.value ? this.corners.now.value : [];
+      drawn.update(corners, closedRing(corners));
+    });
     this.map.clicks.claim("edit", ({ coordinate }) => {
       if (!this.editing.value) return false;
-      if (this.corners.value.length < MOST_CORNERS) this.corners.value = [...this.corners.value, placeOf(coordinate)];
+      this.corners.add(placeOf(coordinate));
       return true;
     });
     render(<this.Side />, side);
@@ -99,7 +103,8 @@ class NoGoPage {
   );
 
   private edit(area: NoGoArea | undefined): void {
-    [this.corners.value, this.lifted.value, this.wrong.value] = [area ? cornersOf(area) : [], undefined, ""];
+    [this.lifted.value, this.wrong.value] = [undefined, ""];
+    this.corners.begin(area ? cornersOf(area) : []);
     this.editing.value = { of: area };
     if (area) this.map.noGo.fit(area);
   }
@@ -115,31 +120,44 @@ class NoGoPage {
   }
 
   private async send(of: NoGoArea | undefined, draft: AreaDraft, waits: (tries: number) => void): Promise<Wrong | undefined> {
-    const area = areaAsk(draft, this.corners.value);
+    const area = areaAsk(draft, this.corners.now.value);
     try {
       if (of) await this.change(of, { revision: of.revision, area, closed: true });
-      else await this.post(area, waits);
+      else await this.post("", area, waits);
       this.editing.value = undefined;
       await this.ask();
       return undefined;
     } catch (error) {
+      if (of && error instanceof Refusal && error.status === 409) return this.takeUp(of);
       return fieldOf(reason(error));
     }
+  }
+
+  /** Somebody else changed it meanwhile: what is in the form stays, and would replace what they made of it. */
+  private async takeUp(of: NoGoArea): Promise<Wrong> {
+    await this.ask();
+    const now = this.list.value.value?.areas.find(({ id }) => id === of.id);
+    if (now) this.editing.value = { of: now };
+    const { by } = now?.lifted ?? now?.changed ?? { by: "?" };
+    const text = now?.lifted ? t("{by} lifted it meanwhile. Save closes it again as it is here.", { by }) : t("{by} changed it meanwhile, as the map shows. Save replaces that by what is here.", { by });
+    return { field: "form", text };
   }
 
   private room(): number {
     return MOST_CLOSED - (this.list.value.value?.areas.filter(({ lifted }) => lifted === null).length ?? 0);
   }
 
-  /** Closes one of a file; why not, or nothing where it is done. */
-  private async closeOne(area: NoGoAreaRequest): Promise<string> {
-    return this.post(area, () => undefined).then(() => "", reason);
+  /** Closes those of a file; why not, or nothing where it is done. */
+  private async closeAll(areas: readonly NoGoAreaRequest[], waits: (tries: number) => void): Promise<string> {
+    const why = await this.post("/batch", { areas: [...areas] }, waits).then(() => "", reason);
+    await this.ask();
+    return why;
   }
 
-  /** What is sent again because nobody answered closes one area. */
-  private async post(area: NoGoAreaRequest, waits: (tries: number) => void): Promise<void> {
-    const query = new URLSearchParams({ key: this.keys.of(area).key });
-    await postUntilAnswered<NoGoArea>(() => `/api/v1/no-go-areas?${query}`, PATIENCE_MS, SENT_WITHIN_MS, area, waits);
+  /** What is sent again because nobody answered is closed once. */
+  private async post(path: "" | "/batch", body: NoGoAreaRequest | NoGoAreasRequest, waits: (tries: number) => void): Promise<void> {
+    const query = new URLSearchParams({ key: this.keys.of(body).key });
+    await postUntilAnswered(() => `/api/v1/no-go-areas${path}?${query}`, PATIENCE_MS, SENT_WITHIN_MS, body, waits);
     this.keys.answered();
   }
 
@@ -170,7 +188,7 @@ function placeOf(coordinate: readonly number[]): PlanPlace {
   return { lat_deg, lon_deg };
 }
 
-/** The border that corners would have, back to the first of them. */
+/** The border that corners have, back to the first of them; none while there are too few. */
 function closedRing(corners: readonly PlanPlace[]): readonly PlanPlace[] {
-  return corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners;
+  return corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : [];
 }

@@ -48,6 +48,8 @@ function saying(one: AlarmSaying): string {
       return t("the certificate {file} ended on {day} at {time}", { file: one.file, ...dayAndTime(one.until_us) });
     case "certificate_refused":
       return t("a new certificate cannot be used, the earlier one still is: {words}", { words: one.words });
+    case "no_go_areas":
+      return t("the no-go areas are not in force: {words}", { words: one.words });
     case "too_many":
       return t("{count} alarms have no place in the list of {most}", { count: one.count, most: one.most });
   }

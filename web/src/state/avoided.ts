@@ -1,12 +1,12 @@
 // Areas that routes avoid, as they are kept in this browser beside the draft of a plan.
 
 import type { PlanPlace, SeaRouteZone } from "../api/types.gen";
+import { MOST_CORNERS } from "./corners";
 
 export type Area = readonly PlanPlace[];
 
 /** As many as the server takes: areas, corners of one, corners of all. */
 export const MOST_AREAS = 50;
-export const MOST_CORNERS = 200;
 const ALL_CORNERS = 1_000;
 
 const KEY = "lutra.avoid.";

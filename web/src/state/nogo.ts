@@ -3,10 +3,8 @@
 import type { NoGoArea, NoGoAreaRequest, PlanPlace } from "../api/types.gen";
 import { t } from "../words/words";
 import { crosses } from "./avoided";
+import { MOST_CORNERS } from "./corners";
 import type { Wrong } from "./notes";
-
-/** Corners of one area. */
-export const MOST_CORNERS = 200;
 
 /** An area as it stands in its form and on the map. */
 export interface AreaDraft {

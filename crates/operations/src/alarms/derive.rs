@@ -111,6 +111,8 @@ pub struct ShoreState {
     pub disk: Option<(u64, u64)>,
     /// The certificate; `None` for a server that does not encrypt.
     pub certificate: Option<CertificateState>,
+    /// Why the sea chart does not hold the no-go areas that people closed.
+    pub no_go: Option<String>,
 }
 
 /// What was seen.
@@ -451,6 +453,9 @@ fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     }
     if let Some(text) = &shore.history {
         push(Kind::History, Priority::Warning, AlarmSaying::Server { words: bounded(text) });
+    }
+    if let Some(text) = &shore.no_go {
+        push(Kind::NoGoAreas, Priority::Alarm, AlarmSaying::NoGoAreas { words: bounded(text) });
     }
     if let Some((free, whole)) = shore.disk {
         let low = free < DISK_CAUTION.0 && (free as f64) < whole as f64 * DISK_CAUTION.1;

@@ -82,13 +82,15 @@ pub enum Kind {
     Disk,
     /// The server's certificate ends, or a new one cannot be used.
     Certificate,
+    /// The sea chart does not hold what people closed.
+    NoGoAreas,
     /// There are more alarms than are kept.
     TooMany,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Grounding,
         Self::NotHeard,
         Self::NeverHeard,
@@ -106,6 +108,7 @@ impl Kind {
         Self::History,
         Self::Disk,
         Self::Certificate,
+        Self::NoGoAreas,
         Self::TooMany,
     ];
 
@@ -129,6 +132,7 @@ impl Kind {
             Self::History => "history",
             Self::Disk => "disk",
             Self::Certificate => "certificate",
+            Self::NoGoAreas => "no_go_areas",
             Self::TooMany => "too_many",
         }
     }
@@ -232,6 +236,12 @@ impl Kind {
                 "One that Lutra made: lutra-server tls renew. One from elsewhere: renew it there. The server takes \
                  the new files by itself, without a restart.",
             ),
+            Self::NoGoAreas => (
+                "The chart set is missing, damaged or held by another program, or an area cannot be read.",
+                "No plan passes and no route is planned. Vessels go on by the chart that they hold: areas that were closed \
+                 since then do not stop them.",
+                "Look at Plans, No-go areas for the reason. Stop a vessel that sails towards an area that was closed lately.",
+            ),
             Self::TooMany => (
                 "Many parts of many vessels report trouble at once.",
                 "Less urgent alarms are not listed.",
@@ -254,7 +264,7 @@ impl Kind {
             Self::Motor => 2,
             Self::Position | Self::Part => 3,
             Self::Battery | Self::NoConsole => 5,
-            Self::Clock | Self::Hydrophone | Self::History | Self::Disk => 10,
+            Self::Clock | Self::Hydrophone | Self::History | Self::Disk | Self::NoGoAreas => 10,
             Self::Chart | Self::NeverHeard => 60,
         })
     }

@@ -207,6 +207,21 @@ fn what_flaps_is_held_and_short_trouble_is_none() {
 }
 
 #[test]
+fn areas_that_are_not_in_force_are_an_alarm_once_the_chart_had_time_to_take_them() {
+    let mut bench = Bench::new();
+    bench.shore.no_go = Some("the sea chart is about to take them".to_owned());
+    bench.pass(9);
+    assert!(bench.told().is_empty(), "a chart takes some seconds");
+    bench.pass(2);
+    let told = bench.only();
+    assert_eq!((told.key.kind, told.priority), (Kind::NoGoAreas, Priority::Alarm));
+    assert_eq!(told.text, "the no-go areas are not in force: the sea chart is about to take them");
+    bench.shore.no_go = None;
+    bench.pass(10);
+    assert_eq!(bench.only().state, State::Returned);
+}
+
+#[test]
 fn shelving_hides_for_a_time_and_never_an_emergency() {
     let mut bench = Bench::new();
     bench.shore.recording = Some("the disk is full".to_owned());
