@@ -399,3 +399,7 @@ pub fn question(
 pub fn narrowed(projects: Option<&str>, area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
     Narrowed::new(projects, area, study).map_err(StoreError::Query)
 }
+
+#[cfg(test)]
+#[path = "explore_tests.rs"]
+mod tests;
