@@ -29,7 +29,7 @@ await inBrowser(async (open) => {
   const count = numbers.head.indexOf("detections");
   same(numbers.rows.reduce((sum, row) => sum + Number(row[count]), 0), 5_200, "detections in the numbers");
   const png = await take(plot, "PNG");
-  same([png.name, png.bytes.subarray(1, 4).toString(), png.bytes.readUInt32BE(16)], ["tags-by-time.png", "PNG", 1_800], "the picture");
+  same([png.name, png.bytes.subarray(1, 4).toString(), png.bytes.readUInt32BE(16)], ["tags-by-time.png", "PNG", 2_400], "the picture");
   const svg = (await take(page.getByRole("region", { name: /^Detections per/ }), "SVG")).bytes.toString();
   check(/^<svg[^>]* xmlns=/.test(svg) && /fill="(rgb|#)/.test(svg), svg.slice(0, 200));
 

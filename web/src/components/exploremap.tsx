@@ -80,7 +80,7 @@ function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean): Made {
     },
     draw: (corners) => ring.update([], [], { areas: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
     centre: () => placeOf(map.ol.getView().getCenter() ?? [0, 0]),
-    dispose: () => map.dispose(),
+    dispose: () => { shown.dispose(); map.dispose(); },
   };
 }
 

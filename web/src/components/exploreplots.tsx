@@ -11,7 +11,7 @@ interface Part {
   readonly found: DetectionsSummary;
 }
 
-const [WIDTH, LEFT, RIGHT, ROW, BARS] = [900, 130, 12, 20, 150] as const;
+const [WIDTH, LEFT, RIGHT, ROW, BARS] = [1_200, 150, 12, 22, 150] as const;
 
 function spanOf({ from_us, to_us }: DetectionsSummary): { readonly x: (us: number) => number; readonly from: number; readonly to: number } {
   const [from, to] = [from_us ?? 0, to_us ?? 1];
