@@ -346,10 +346,9 @@ fn read_month(
         let chunk = chunk(Arc::make_mut(&mut state.names), found.items);
         let has_room = state.has_room_beside(&fresh, month, chunk.len(), shelf.most);
         fresh.reach = match (has_room, fresh.reach, found.next) {
-            (true, _, None) => Reach::Whole,
+            (true, _, None) | (false, Reach::Whole, _) => Reach::Whole,
             (true, _, Some(next)) => Reach::From(next.time_us),
             (false, Reach::From(from_us) | Reach::Cut(from_us), _) => Reach::Cut(from_us),
-            (false, Reach::Whole, _) => Reach::Whole,
         };
         if has_room {
             fresh.chunks.push(Arc::new(chunk));

@@ -8,7 +8,7 @@ use units::UtcTime;
 const START_S: u32 = 1_795_248_000;
 const BOAT: u16 = 0x0814;
 /// Longer than any test reads.
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_mins(1);
 
 /// Fills a store with so many detections, one every so many seconds.
 fn fill(data: &Path, from: u32, count: u32, every_s: u32) {

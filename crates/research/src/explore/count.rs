@@ -67,13 +67,13 @@ impl Steps {
     }
 
     /// Which one a time lies in.
-    pub(super) fn at(&self, time_us: i64) -> Option<usize> {
+    pub(super) fn at(self, time_us: i64) -> Option<usize> {
         let at = usize::try_from(time_us.checked_sub(self.from_us)?.div_euclid(self.length_us)).ok()?;
         (at < self.count).then_some(at)
     }
 
     /// The end of the last one.
-    pub(super) fn to_us(&self) -> i64 {
+    pub(super) fn to_us(self) -> i64 {
         self.from_us.saturating_add(self.length_us.saturating_mul(self.count as i64))
     }
 }
