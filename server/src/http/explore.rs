@@ -101,7 +101,7 @@ impl Write for Sample {
             return Err(io::ErrorKind::WriteZero.into());
         }
         self.bytes += bytes.len();
-        self.lines += bytes.iter().filter(|byte| **byte == b'\n').count();
+        self.lines += bytes.split(|byte| *byte == b'\n').count() - 1;
         Ok(bytes.len())
     }
 
