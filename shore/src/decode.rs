@@ -99,6 +99,8 @@ pub(crate) fn detection(one: Detection) -> api::Detection {
         noise_age_s: effort.noise.map(|noise| noise.age_s),
         propeller_rpm: effort.propeller_rpm,
         raw: one.raw,
+        min_lag_s: None,
+        flags: None,
     }
 }
 

@@ -108,7 +108,7 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Escape");
 
   // Main pages, and each tab of a vessel.
-  for (const path of ["/", "/plans", "/detections", "/logbook", "/missions", "/no-go-areas", "/data", "/alarms", "/admin", "/admin/vessels", "/admin/connections", "/admin/storage", "/admin/import", "/admin/tokens", "/admin/sessions", "/admin/audit"]) {
+  for (const path of ["/", "/plans", "/detections", "/logbook", "/missions", "/no-go-areas", "/data", "/explore", "/alarms", "/admin", "/admin/vessels", "/admin/connections", "/admin/storage", "/admin/import", "/admin/tokens", "/admin/sessions", "/admin/audit"]) {
     await page.goto(url + path);
     await page.getByText("Direkte", { exact: true }).waitFor();
     if (path === "/") await page.getByRole("list", { name: "Fartøy" }).getByText("Utfører manøver").first().waitFor();

@@ -67,7 +67,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Replay what is shown" }).click();
   await look(page, "vessel in the past");
 
-  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/no-go-areas", "no-go areas"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/register", "register"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/no-go-areas", "no-go areas"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/explore", "explorer"], ["/register", "register"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();

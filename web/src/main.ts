@@ -6,7 +6,7 @@ import { offerCopies } from "./ui/copy";
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
 const [style, noGo] = [document.getElementById("style"), document.getElementById("no-go-areas")];
-const register = document.getElementById("register");
+const [register, explore] = [document.getElementById("register"), document.getElementById("explore")];
 const [logbook, missions, mission] = [document.getElementById("logbook"), document.getElementById("missions"), document.getElementById("mission")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
@@ -28,6 +28,8 @@ if (fleet) {
   void import("./pages/nogo").then(({ startNoGo }) => startNoGo(noGo));
 } else if (register) {
   void import("./pages/register").then(({ startRegister }) => startRegister(register));
+} else if (explore) {
+  void import("./pages/explore").then(({ startExplore }) => startExplore(explore));
 } else if (style) {
   void import("./pages/style").then(({ startStyle }) => startStyle(style));
 } else {

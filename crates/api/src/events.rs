@@ -1,6 +1,6 @@
 //! What each matters by itself: names of entities, tags that were heard, log books, gaps.
 
-use crate::Next;
+use crate::{DetectionFlag, Next};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -67,6 +67,13 @@ pub struct FleetDetectionsQuery {
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
+    /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
+    pub project: Option<String>,
+    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
+    /// then. Everywhere when left out or empty.
+    pub area: Option<String>,
+    /// Whether each is told with its nearest neighbour and its flags; false when left out.
+    pub flags: Option<bool>,
     /// First ashore from this time on, by the shore's clock, µs since 1970 UTC. All when left out.
     pub received_since_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
@@ -89,6 +96,11 @@ pub struct DetectionsFileQuery {
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
+    /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
+    pub project: Option<String>,
+    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
+    /// then. Everywhere when left out or empty.
+    pub area: Option<String>,
     /// `lutra` (all columns), or a portal's or package's: `vue`, `fathom`, `thelma`, `thelma-old`, `otn`, `etn`, `glatos`, `actel`,
     /// `actel-biometrics`, `yaps`, `movebank`; `lutra` when left out. See `docs/detections.md`.
     pub format: Option<String>,
@@ -177,6 +189,11 @@ pub struct Detection {
     pub propeller_rpm: Option<f64>,
     /// The receiver's line as it came, without its end.
     pub raw: Option<String>,
+    /// Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where nobody
+    /// looked.
+    pub min_lag_s: Option<f64>,
+    /// Why to look twice at it; null where nobody looked, as in what comes live.
+    pub flags: Option<Vec<DetectionFlag>>,
 }
 
 /// What is known of a receiver's clock.

@@ -15,6 +15,7 @@ mod charts;
 mod commands;
 mod connections;
 mod events;
+mod explore;
 mod history;
 mod live;
 mod logbook;
@@ -49,6 +50,10 @@ pub use connections::{LinkStatus, Recording, TransportPeer, VesselChart};
 pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
     Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,
+};
+pub use explore::{
+    DetectionFlag, DetectionsSummary, DetectionsSummaryQuery, FlagCode, SummaryBar, SummaryFlag,
+    SummarySquare, SummaryTag, SummaryVessel,
 };
 pub use history::{At, AtQuery, ExportSize, Recorded, RecordedDay, TrackPoint, TrackQuery};
 pub use live::{

@@ -16,6 +16,7 @@
 //!
 //! It knows IMC and units; it has no clock, input or output.
 
+mod area;
 mod detection;
 mod fish_tag;
 mod list;
@@ -24,6 +25,7 @@ mod protocol;
 mod report;
 mod tag;
 
+pub use area::{Area, NoArea};
 pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, SET_AFTER_S, fused};
 pub use listening::{LISTENING_TOPIC, Listening};
 pub use protocol::Protocol;

@@ -1,6 +1,7 @@
 //! Which tags somebody asks for.
 
 use crate::detection::Detection;
+use crate::protocol::Protocol;
 use std::fmt;
 use std::str::FromStr;
 
@@ -47,8 +48,13 @@ impl FromStr for TagFilter {
 impl TagFilter {
     /// Whether a detection is of this tag. Receivers write names of protocols in either case.
     pub fn admits(&self, one: &Detection) -> bool {
-        let protocol = |name: &String| one.protocol.to_string().eq_ignore_ascii_case(name);
-        one.tag_id == self.id && self.protocol.as_ref().is_none_or(protocol)
+        self.admits_code(&one.protocol, one.tag_id)
+    }
+
+    /// Whether this is the tag of this protocol and number.
+    pub fn admits_code(&self, protocol: &Protocol, id: u32) -> bool {
+        let is_it = |name: &String| protocol.to_string().eq_ignore_ascii_case(name);
+        id == self.id && self.protocol.as_ref().is_none_or(is_it)
     }
 }
 

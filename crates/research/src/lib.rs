@@ -4,6 +4,8 @@
 //!   ([`write_csv`], [`read_csv`], [`template`]).
 //! - [`Study`] is a register by which detections are looked up: [`Study::heard`] tells whose tag it was, where the receiver
 //!   belonged, and what its sensor count means.
+//! - [`summary()`] counts a million of them for plots; [`Narrowed`] are those of an area and of projects, and
+//!   [`Heard::flags`] tells why to look twice at one.
 //! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
 //!
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
@@ -12,19 +14,24 @@
 mod check;
 mod column;
 mod csv;
+mod explore;
 mod fields;
 mod formats;
 mod lag;
+mod narrowed;
 mod orcid;
+mod quality;
 mod study;
 mod template;
 
 pub use check::{Fault, check, check_all};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
+pub use explore::{Names as TagNames, Question, Sightings, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
 pub use formats::{FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};
 pub use lag::{HORIZON_S, Lag, Lags};
+pub use narrowed::Narrowed;
 pub use orcid::is_orcid;
 pub use study::{Heard, Sensor, Study};
 pub use template::template;

@@ -103,9 +103,7 @@ impl Study {
         let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
         let tag = self.tag(detection, time_us);
         let animal = tag.and_then(|tag| self.animal(tag, time_us));
-        let of_tag = tag.map(|tag| folded(&tag.project)).filter(|name| !name.is_empty());
-        let of_animal = animal.map(|animal| folded(&animal.project));
-        let project = of_tag.or(of_animal).and_then(|name| self.projects.get(&name));
+        let project = tag.and_then(|tag| self.project(tag, animal));
         let person = |name: &String| self.people.get(&folded(name));
         let receiver = self.receivers.get(&detection.receiver);
         Heard {
@@ -125,19 +123,44 @@ impl Study {
     }
 
     fn tag(&self, detection: &Detection, time_us: i64) -> Option<&RegisterTag> {
-        let code = (detection.protocol.to_string().to_uppercase(), detection.tag_id);
-        let khz = i64::from(detection.frequency_khz);
-        let holds = |tag: &&RegisterTag| {
-            tag.frequency_khz.is_none_or(|wanted| wanted == khz) && within(tag.from_us, tag.to_us, time_us)
-        };
-        self.tags.get(&code)?.iter().find(holds)
+        let protocol = detection.protocol.to_string();
+        self.tags_of(&protocol, detection.tag_id, detection.frequency_khz)
+            .find(|tag| is_of_time(tag, time_us))
     }
 
-    /// The animal that carried a tag: from the tag's `from_time` on, and where it has none, from its release, or its capture.
-    fn animal(&self, tag: &RegisterTag, time_us: i64) -> Option<&RegisterAnimal> {
-        let animal = self.animals.get(&folded(&tag.animal))?;
-        let from_us = tag.from_us.or(animal.release_us).or(animal.capture_us);
+    /// Tags of a code, one after another in time; whether one is the tag of a moment [`is_of_time`] tells.
+    pub(crate) fn tags_of(&self, protocol: &str, id: u32, khz: u8) -> impl Iterator<Item = &RegisterTag> {
+        let is_heard =
+            move |tag: &&RegisterTag| tag.frequency_khz.is_none_or(|wanted| wanted == i64::from(khz));
+        self.tags.get(&(protocol.to_uppercase(), id)).into_iter().flatten().filter(is_heard)
+    }
+
+    /// The project of a tag, or of the animal that carries it.
+    pub(crate) fn project(
+        &self,
+        tag: &RegisterTag,
+        animal: Option<&RegisterAnimal>,
+    ) -> Option<&RegisterProject> {
+        let of_tag = Some(folded(&tag.project)).filter(|name| !name.is_empty());
+        of_tag.or(animal.map(|animal| folded(&animal.project))).and_then(|name| self.projects.get(&name))
+    }
+
+    /// The project of this name.
+    pub fn project_named(&self, name: &str) -> Option<&RegisterProject> {
+        self.projects.get(&folded(name))
+    }
+
+    /// The animal that carried a tag at a time.
+    pub(crate) fn animal(&self, tag: &RegisterTag, time_us: i64) -> Option<&RegisterAnimal> {
+        let (animal, from_us) = self.carrier(tag)?;
         from_us.is_none_or(|from_us| from_us <= time_us).then_some(animal)
+    }
+
+    /// The animal that carries a tag, and from when on (µs): from the tag's `from_time`, and where it has none, from its release, or
+    /// its capture; else always.
+    pub(crate) fn carrier(&self, tag: &RegisterTag) -> Option<(&RegisterAnimal, Option<i64>)> {
+        let animal = self.animals.get(&folded(&tag.animal))?;
+        Some((animal, tag.from_us.or(animal.release_us).or(animal.capture_us)))
     }
 
     fn deployment(
@@ -170,23 +193,13 @@ impl Heard<'_> {
     /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
     /// pings, or so seldom that a day's neighbours do not tell, or nobody knows its neighbours.
     pub fn doubt(&self) -> Option<String> {
-        let tag = self.tag?;
-        let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
-            (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),
-            (one_s, other_s) => one_s.or(other_s)?,
-        };
-        let within_s = PINGS * interval_s;
-        let is_confirmed = match self.lag {
-            Lag::Seconds(lag_s) => lag_s <= within_s,
-            Lag::Nothing => false,
-            Lag::Unknown => return None,
-        };
-        if within_s > HORIZON_S as f64 || is_confirmed {
-            return None;
-        }
-        Some(format!(
-            "no other detection of this tag by this receiver within {within_s:.0} s, {PINGS:.0} ping intervals of {interval_s:.0} s"
-        ))
+        let within_s = confirming_s(self.tag?)?;
+        is_doubted(within_s, self.lag).then(|| {
+            let interval_s = within_s / PINGS;
+            format!(
+                "no other detection of this tag by this receiver within {within_s:.0} s, {PINGS:.0} ping intervals of {interval_s:.0} s"
+            )
+        })
     }
 
     /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, which stays as it is
@@ -200,6 +213,30 @@ impl Heard<'_> {
     pub fn model(&self) -> &str {
         self.receiver.map(|one| &*one.model).filter(|model| !model.is_empty()).unwrap_or("TBR")
     }
+}
+
+/// Whether nothing confirms a detection within so many seconds, which are [`confirming_s`] of its tag.
+pub(crate) fn is_doubted(within_s: f64, lag: Lag) -> bool {
+    match lag {
+        Lag::Seconds(lag_s) => lag_s > within_s,
+        Lag::Nothing => true,
+        Lag::Unknown => false,
+    }
+}
+
+/// Within how many seconds something must confirm a detection of a tag; `None` where the register does not say how often it pings,
+/// or so seldom that a day's neighbours do not tell.
+pub(crate) fn confirming_s(tag: &RegisterTag) -> Option<f64> {
+    let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
+        (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),
+        (one_s, other_s) => one_s.or(other_s)?,
+    };
+    Some(PINGS * interval_s).filter(|within_s| *within_s <= HORIZON_S as f64)
+}
+
+/// Whether this is the tag of its code at a moment.
+pub(crate) fn is_of_time(tag: &RegisterTag, time_us: i64) -> bool {
+    within(tag.from_us, tag.to_us, time_us)
 }
 
 /// See [`Heard::codespace`].

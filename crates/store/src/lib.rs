@@ -83,8 +83,8 @@ pub use backup::{BackupFile, Changes, Covered, backup_files, copy_database, cove
 pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{
-    Angles, CsvOptions, Exported, RAW, Selection, Shape, describe_csv, each_detection, export_csv,
-    export_lsf, log_version, measure_csv, system, table_version, unexplained,
+    Angles, CsvOptions, Exported, RAW, Selection, Shape, acoustic_version, describe_csv, each_detection,
+    export_csv, export_lsf, log_version, measure_csv, months, system, table_version, unexplained,
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
@@ -94,8 +94,8 @@ pub use link::{LinkSeq, Transport};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::{NO_TIME_US, TimeRange};
 pub use reader::{
-    Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
-    RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,
+    Acoustic, Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged,
+    Reader, RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

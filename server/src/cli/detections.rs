@@ -71,6 +71,6 @@ fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let (study, names): (_, BTreeMap<u16, String>) =
         (study(rows), vessels.into_iter().map(|vessel| (vessel.address, vessel.name)).collect());
     to_output(arguments.output.as_deref(), true, &mut |out| {
-        Ok(heard::write(&data, &wanted, &names, &study, file, out)?)
+        Ok(heard::write(&data, &wanted, &names, &study, &file, out)?)
     })
 }

@@ -586,6 +586,12 @@ async fn files_are_chosen_by_day_and_hold_what_was_promised() {
     over_a_long_past("data.mjs").await;
 }
 
+/// Plots of detections by a question in the page's address, and their files.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_biologist_explores_detections() {
+    over_a_long_past("explore.mjs").await;
+}
+
 /// The log book: written, found, corrected and withdrawn by keyboard and on a phone, with a photo and errors at their field.
 #[tokio::test(flavor = "multi_thread")]
 async fn notes_are_written_found_and_corrected() {

@@ -9,6 +9,7 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::Value;
+use shore::history::explore;
 use shore::history::export::{self, Export};
 use shore::history::heard::{self, HeardFile};
 use shore::identity::Principal;
@@ -76,6 +77,8 @@ pub(crate) async fn detections(
     let gzip = query.gzip.unwrap_or(false);
     let name = format!("{}{}", file.name(), if gzip { ".gz" } else { "" });
     let (register, study) = state.shore.register.study().await?;
+    let narrowed = explore::narrowed(query.project.as_deref(), query.area.as_deref(), &study)?;
+    let file = HeardFile { narrowed, ..file };
     let find = move |reader: &mut Reader| export::systems(reader, &vessels, &named, &may);
     let systems = state.shore.history.ask(find).await?;
     // Any change of what carries detections may change the file; a vessel that said nothing yet has none.
@@ -83,11 +86,11 @@ pub(crate) async fn detections(
     let carriers = Selection { messages, range: file.read_range(range), ..Selection::default() };
     let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
     let download = Download {
-        question: format!("{name} {wanted:?} {names:?} {:?} {register}", file.dialect),
+        question: format!("{name} {wanted:?} {names:?} {:?} {:?} {register}", file.dialect, file.narrowed),
         name,
         media: CSV,
         gzip,
-        write: Arc::new(move |data, out| heard::write(data, &wanted, &names, &study, file, out).map(drop)),
+        write: Arc::new(move |data, out| heard::write(data, &wanted, &names, &study, &file, out).map(drop)),
         version: Arc::new(move |data| store::table_version(&mut Reader::open(data)?, &carriers)),
     };
     download.answer(&state, &asked).await
@@ -129,7 +132,10 @@ pub(crate) async fn size(
 }
 
 /// Whose data the person may take out.
-fn may(who: Principal, vessels: &[String]) -> Result<impl Fn(u16) -> bool + Send + 'static, ApiError> {
+pub(super) fn may(
+    who: Principal,
+    vessels: &[String],
+) -> Result<impl Fn(u16) -> bool + Send + 'static, ApiError> {
     let may = move |vessel: u16| who.grants.on(vessel) >= Some(Role::Researcher);
     match export::addresses(vessels).find(|vessel| !may(*vessel)) {
         None => Ok(may),

@@ -87,6 +87,63 @@ async fn a_table_holds_what_was_asked_for() {
 }
 
 #[tokio::test]
+async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
+    let tag = |id: u32, lat_deg: f64| TBRFishTag {
+        serial_no: 1_024,
+        unix_timestamp: 1_795_248_000,
+        trans_protocol: 6_u8.into(),
+        trans_id: id,
+        lat: Some(lat_deg.to_radians()),
+        lon: Some(0.2),
+        ..TBRFishTag::default()
+    };
+    let shore = Shore::with(|data| {
+        let said = [(101, 63.0), (102, 63.5), (101, 64.0)].iter().zip(1..);
+        let said = said.map(|((id, lat), at)| (2, START_US + at * 1_000_000, tag(*id, *lat).into()));
+        put(data, &said.collect::<Vec<(u8, i64, imc::Message)>>());
+    })
+    .await;
+    let token = shore.token(None, Role::Researcher).await;
+    let own = shore.token(Some(FIRST + 1), Role::Researcher).await;
+    let counted = async |query: &str, token: &str| {
+        let answer = shore.get(&format!("/api/v1/detections/summary?{query}"), token).await;
+        assert_eq!(answer.status, StatusCode::OK, "{query}: {}", answer.body);
+        serde_json::from_str::<api::DetectionsSummary>(&answer.body).unwrap()
+    };
+    let all = counted("", &token).await;
+    assert_eq!((all.detections, all.tags_all, all.read_from_us), (3, 2, None));
+    assert_eq!((&*all.tags[0].tag, all.tags[0].detections), ("S256-101", 2));
+    // The file and the list have what the plots count.
+    let area = "area=62.9,11;63.6,11;63.6,12;62.9,12";
+    assert_eq!(counted(area, &token).await.detections, 2);
+    let file = shore.get(&format!("/api/v1/detections.csv?{area}"), &token).await;
+    assert_eq!(file.body.lines().count(), 3, "{}", file.body);
+    let size = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
+    let size: api::ExportSize = serde_json::from_str(&size.body).unwrap();
+    assert_eq!((size.rows, size.bytes), (2, file.body.len() as u64));
+    let path = format!("/api/v1/detections?from_us=0&to_us={}&flags=true&{area}", START_US * 2);
+    let list: api::Detections = serde_json::from_str(&shore.get(&path, &token).await.body).unwrap();
+    assert_eq!(list.detections.len(), 2);
+    assert_eq!(list.detections[0].min_lag_s, Some(0.0), "the other one of the tag lies outside the area");
+    assert_eq!(list.detections[0].flags, Some(Vec::new()));
+    for (query, named) in [
+        ("tag=fish", "tag:"),
+        ("project=Trout", "project:"),
+        ("area=1,2", "area:"),
+        ("from_us=9&to_us=1", "to_us:"),
+    ] {
+        let answer = shore.get(&format!("/api/v1/detections/summary?{query}"), &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{query}");
+        assert!(answer.body.contains(named), "{query}: {}", answer.body);
+    }
+    assert_eq!(counted("", &own).await.detections, 0, "others' are not counted");
+    for path in ["summary", "size"] {
+        let path = format!("/api/v1/detections/{path}?vessel=2068");
+        assert_eq!(shore.get(&path, &own).await.status, StatusCode::FORBIDDEN);
+    }
+}
+
+#[tokio::test]
 async fn detections_are_one_file_for_exactly_what_is_asked() {
     let tag = |id: u32, place: Option<f64>| TBRFishTag {
         serial_no: 1_024,

@@ -158,10 +158,13 @@ pub(crate) async fn fleet_detections(
     if let Some(vessel) = export::addresses(&vessels).find(|vessel| !may(*vessel)) {
         return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
     }
+    let (_, study) = state.shore.register.study().await?;
+    let narrowed = history::explore::narrowed(query.project.as_deref(), query.area.as_deref(), &study)?;
+    let (data, flags) = (state.shore.history.data().to_owned(), query.flags.unwrap_or(false));
     let ask = move |reader: &mut store::Reader| {
         let systems = Some(export::systems(reader, &vessels, &named, &may)?);
         let wanted = store::DetectionsWanted { systems, range, came_from, tags };
-        history::detections_of(reader, &wanted, order, page)
+        history::heard::page(&data, reader, &wanted, (order, page), &study, (&narrowed, flags))
     };
     Ok(Json(state.shore.history.ask(ask).await?))
 }

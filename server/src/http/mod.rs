@@ -19,6 +19,7 @@ mod control;
 #[cfg(test)]
 mod control_tests;
 mod download;
+mod explore;
 mod export;
 #[cfg(test)]
 mod export_tests;

@@ -7,6 +7,7 @@ mod alarms;
 mod areas;
 mod data;
 mod detections;
+mod explore;
 mod fleet;
 mod form;
 mod frame;
@@ -46,6 +47,7 @@ pub(crate) fn routes() -> Vec<Route> {
             frame::offline,
         ),
         Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
+        Route::page("/explore", Need::Somewhere(Role::Viewer), "Detections in plots.", explore::page),
         Route::page("/alarms", Need::Somewhere(Role::Viewer), "What happened to alarms.", alarms::page),
         Route::page("/logbook", Need::Somewhere(Role::Viewer), "Notes by people.", logbook::page),
         Route::page("/missions", Need::Somewhere(Role::Viewer), "Missions.", missions::list),

@@ -3,6 +3,7 @@
 //! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
 //! no page. Questions beyond `QUESTIONS` at once wait for their turn.
 
+pub mod explore;
 pub mod export;
 pub mod heard;
 pub mod imports;
@@ -39,6 +40,8 @@ pub struct History {
     questions: Arc<Semaphore>,
     /// Places for exports.
     pub exports: Arc<Semaphore>,
+    /// Detections in memory, for plots.
+    pub explorer: explore::Explorer,
 }
 
 impl History {
@@ -48,6 +51,7 @@ impl History {
             data: data.into(),
             questions: Arc::new(Semaphore::new(QUESTIONS)),
             exports: Arc::new(Semaphore::new(EXPORTS)),
+            explorer: explore::Explorer::new(data),
         }
     }
 
@@ -369,21 +373,6 @@ pub fn detections(
     let found = reader.detections(Some(vessel), range, came_from, order, page)?;
     let detections = found.items.into_iter().map(decode::detection).collect();
     Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, range, order)) })
-}
-
-/// A page of the detections that are wanted, of several vessels.
-///
-/// # Errors
-/// The store cannot be read.
-pub fn detections_of(
-    reader: &mut Reader,
-    wanted: &store::DetectionsWanted,
-    order: Order,
-    page: Page,
-) -> store::Result<api::Detections> {
-    let found = reader.detections_of(wanted, order, page)?;
-    let detections = found.items.into_iter().map(decode::detection).collect();
-    Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, wanted.range, order)) })
 }
 
 /// A vessel's log book.

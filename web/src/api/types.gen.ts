@@ -834,7 +834,190 @@ propeller_rpm: number | null,
 /**
  * The receiver's line as it came, without its end.
  */
-raw: string | null, };
+raw: string | null, 
+/**
+ * Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where nobody
+ * looked.
+ */
+min_lag_s: number | null, 
+/**
+ * Why to look twice at it; null where nobody looked, as in what comes live.
+ */
+flags: Array<DetectionFlag> | null, };
+
+export type DetectionFlag = { 
+/**
+ * What it is.
+ */
+code: FlagCode, 
+/**
+ * Why, with the figures.
+ */
+reason: string, 
+/**
+ * The figure of the reason, in the unit that the code has: s, or lines; null where it has none.
+ */
+figure: number | null, };
+
+export type DetectionsSummary = { 
+/**
+ * How many there are.
+ */
+detections: number, 
+/**
+ * Begin of the plots, µs since 1970 UTC; null where there are none.
+ */
+from_us: number | null, 
+/**
+ * Their end.
+ */
+to_us: number | null, 
+/**
+ * How long a step of `tags[].marks` is, µs; the first begins at `from_us`.
+ */
+step_us: number, 
+/**
+ * Tags, the one that was heard most first; at most 100.
+ */
+tags: Array<SummaryTag>, 
+/**
+ * How many tags there are, listed or not.
+ */
+tags_all: number, 
+/**
+ * How long a bar is, µs; an hour or more.
+ */
+bar_us: number, 
+/**
+ * Detections and effort by time, in order; empty bars are left out.
+ */
+bars: Array<SummaryBar>, 
+/**
+ * Where, in squares; empty ones are left out.
+ */
+squares: Array<SummarySquare>, 
+/**
+ * How long the side of a square is, m.
+ */
+square_m: number, 
+/**
+ * By vessel.
+ */
+vessels: Array<SummaryVessel>, 
+/**
+ * How many have which flag; flags that none has are left out.
+ */
+flags: Array<SummaryFlag>, 
+/**
+ * Detections reported before this are left out, as more than the server holds in memory are asked for, µs since 1970 UTC;
+ * null where none are.
+ */
+left_out_before_us: number | null, 
+/**
+ * The server still reads: so far is counted what was reported from this time on, µs since 1970 UTC. Ask again soon. Null when
+ * everything is counted.
+ */
+read_from_us: number | null, };
+
+export type FlagCode = "unconfirmed" | "clock_not_set" | "clock_lost" | "clock_off" | "no_place" | "old_place" | "lines_lost";
+
+export type SummaryBar = { 
+/**
+ * Where it begins, µs since 1970 UTC.
+ */
+from_us: number, 
+/**
+ * Detections.
+ */
+detections: number, 
+/**
+ * How many of those nothing confirms.
+ */
+unconfirmed: number, 
+/**
+ * How long receivers listened in it, all together, s; null where nobody told, and where an area is chosen.
+ */
+listened_s: number | null, };
+
+export type SummaryFlag = { 
+/**
+ * The flag.
+ */
+code: FlagCode, 
+/**
+ * How many.
+ */
+detections: number, };
+
+export type SummarySquare = { 
+/**
+ * WGS-84 latitude of their middle, degrees, north positive.
+ */
+lat_deg: number, 
+/**
+ * WGS-84 longitude of their middle, degrees, east positive.
+ */
+lon_deg: number, 
+/**
+ * How many.
+ */
+detections: number, };
+
+export type SummaryTag = { 
+/**
+ * Protocol and number, `S256-101`.
+ */
+tag: string, 
+/**
+ * The number.
+ */
+tag_id: number, 
+/**
+ * What the register calls it; empty where it does not know it.
+ */
+name: string, 
+/**
+ * The animal that carried it when it was heard last; empty where the register does not say.
+ */
+animal: string, 
+/**
+ * The project; likewise.
+ */
+project: string, 
+/**
+ * How often it was heard.
+ */
+detections: number, 
+/**
+ * How many of those nothing confirms.
+ */
+unconfirmed: number, 
+/**
+ * When first, µs since 1970 UTC.
+ */
+first_us: number, 
+/**
+ * When last.
+ */
+last_us: number, 
+/**
+ * Steps in which it was heard: number of the step, detections, and how many of those nothing confirms.
+ */
+marks: Array<[number, number, number]>, };
+
+export type SummaryVessel = { 
+/**
+ * IMC address.
+ */
+system: number, 
+/**
+ * Detections.
+ */
+detections: number, 
+/**
+ * How long its receivers listened, all together, s; null where it did not tell, and where an area is chosen.
+ */
+listened_s: number | null, };
 
 export type ReceiverClock = "set" | "not_set" | "disciplined" | "lost";
 

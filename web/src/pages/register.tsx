@@ -134,7 +134,7 @@ export function startRegister(root: HTMLElement): void {
         <Tabs kind={kind} />
         <Above page={page} may={may} vessels={vessels} />
         {(trouble.value || page.trouble.value) && <p class="bad-text" role="alert">{trouble.value || page.trouble.value} {trouble.value && <button type="button" onClick={() => void page.show()}>{t("Try again")}</button>}</p>}
-        {value.value && (count ? <><p role="status">{tn(count, "1 entry.", "{n} entries.")}</p><List page={page} called={called} /></> : <p>{emptyWord(kind, may)}</p>)}
+        {value.value && (count ? <><p role="status">{tn(count, "1 entry.", "{n} entries.")}</p><List page={page} called={called} /></> : page.open.value.what !== "form" && <p>{emptyWord(kind, may)}</p>)}
       </>
     );
   };

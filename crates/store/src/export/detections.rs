@@ -1,6 +1,10 @@
-//! Detections one after another, the oldest report first, in constant memory: for files of them.
+//! Detections one after another, the oldest report first, in constant memory: for files of them. And which state the messages
+//! are in that carry them.
 
+use super::select::Selection;
+use super::version::table_version;
 use crate::error::Result;
+use crate::range::TimeRange;
 use crate::reader::{DetectionsWanted, Memory, Order, Page, Reader};
 use ::detections::Detection;
 use std::path::Path;
@@ -31,4 +35,22 @@ pub fn each_detection(
         wanted.range.from_us = next.time_us;
         page.skip = next.skip;
     }
+}
+
+/// The months since 1970 that the history has, the oldest first.
+///
+/// # Errors
+/// When the history cannot be read.
+pub fn months(reader: &mut Reader) -> Result<Vec<TimeRange>> {
+    let dated = TimeRange { from_us: 0, to_us: i64::MAX };
+    Ok(reader.parts(dated)?.into_iter().map(|(_, part)| part).collect())
+}
+
+/// A number for the messages of a range that can tell of detections: another one when some came or went.
+///
+/// # Errors
+/// When the history cannot be read.
+pub fn acoustic_version(reader: &mut Reader, range: TimeRange) -> Result<u64> {
+    let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
+    table_version(reader, &Selection { messages, range, ..Selection::default() })
 }

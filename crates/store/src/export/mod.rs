@@ -10,7 +10,7 @@ mod size;
 mod version;
 
 pub use csv::{Exported, export_csv};
-pub use detections::each_detection;
+pub use detections::{acoustic_version, each_detection, months};
 pub use lsf::export_lsf;
 pub use plan::{Angles, CsvOptions, Shape, describe_csv};
 pub use raw::unexplained;

@@ -5,7 +5,7 @@ use super::{Cell, Order, Page, Paged, Reader, Row};
 use crate::error::Result;
 use crate::history::GroupKey;
 use crate::range::TimeRange;
-use detections::{Detection, Origin, TagFilter};
+use detections::{Detection, Listening, Origin, TagFilter};
 use imc::messages::{Event, Payload as _, TBRFishTag, TBRFishTagTransProtocol};
 use imc::{Address, Text};
 use units::UtcTime;
@@ -54,13 +54,45 @@ impl Reader {
         order: Order,
         page: Page,
     ) -> Result<Paged<Detection>> {
+        self.detections_where(wanted, order, page, |_| true)
+    }
+
+    /// Of those, the ones that `is_wanted` says yes to.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn detections_where(
+        &mut self,
+        wanted: &DetectionsWanted,
+        order: Order,
+        page: Page,
+        is_wanted: impl Fn(&Detection) -> bool,
+    ) -> Result<Paged<Detection>> {
         let DetectionsWanted { systems, range, came_from, tags } = wanted;
         let question = Question { systems: systems.as_deref(), range: *range, order };
         self.events(&question, page, |one: &Detection| {
             came_from.is_none_or(|from| one.origin.received >= Some(from))
                 && (tags.is_empty() || tags.iter().any(|tag| tag.admits(one)))
+                && is_wanted(one)
         })
     }
+
+    /// A page of what receivers told in a range, the newest first: tags that were heard, and how they listened; of all vessels.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn acoustics(&mut self, range: TimeRange, page: Page) -> Result<Paged<Acoustic>> {
+        self.events(&Question { systems: None, range, order: Order::Newest }, page, |_: &Acoustic| true)
+    }
+}
+
+/// What a receiver told.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Acoustic {
+    /// A tag that it heard.
+    Heard(Detection),
+    /// How it listened from then on.
+    Listening(Origin, Listening),
 }
 
 /// Which detections.
@@ -83,18 +115,11 @@ impl EventRow for Detection {
     const TOGETHER: usize = 1_000;
 
     fn read(group: GroupKey, row: Row) -> Option<Self> {
-        let origin = Origin {
-            system: Address(group.src),
-            entity: group.src_ent,
-            reported: row.time,
-            received: Some(row.received),
-        };
+        let origin = origin(group, &row);
         if group.id == TBRFishTag::ID {
             return Some(Self::from_fish_tag(origin, &fish_tag(&row.cells)?));
         }
-        let mut cells = row.cells.into_iter().map(text);
-        let (topic, data) = (cells.next()??, cells.next()??);
-        Self::from_report(origin, &Event { topic, data })
+        Self::from_report(origin, &event(row)?)
     }
 
     fn fused(moment: Vec<Self>) -> Vec<Self> {
@@ -104,6 +129,58 @@ impl EventRow for Detection {
     fn bytes(&self) -> usize {
         self.raw.as_ref().map_or(0, String::len) + self.protocol.name().map_or(0, str::len)
     }
+}
+
+impl EventRow for Acoustic {
+    const MESSAGES: &'static [(&'static str, &'static [&'static str])] = Detection::MESSAGES;
+    const TOGETHER: usize = Detection::TOGETHER;
+
+    fn read(group: GroupKey, row: Row) -> Option<Self> {
+        if group.id == TBRFishTag::ID {
+            return Detection::read(group, row).map(Self::Heard);
+        }
+        let origin = origin(group, &row);
+        let event = event(row)?;
+        match Detection::from_report(origin, &event) {
+            Some(one) => Some(Self::Heard(one)),
+            None => Some(Self::Listening(origin, Listening::from_report(&event)?)),
+        }
+    }
+
+    fn fused(moment: Vec<Self>) -> Vec<Self> {
+        let (mut heard, mut listened) = (Vec::new(), Vec::new());
+        for one in moment {
+            match one {
+                Self::Heard(one) => heard.push(one),
+                Self::Listening(origin, told) => listened.push(Self::Listening(origin, told)),
+            }
+        }
+        listened.extend(detections::fused(heard).into_iter().map(Self::Heard));
+        listened
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Heard(one) => one.bytes(),
+            Self::Listening(..) => 0,
+        }
+    }
+}
+
+/// Who told it, and when.
+fn origin(group: GroupKey, row: &Row) -> Origin {
+    Origin {
+        system: Address(group.src),
+        entity: group.src_ent,
+        reported: row.time,
+        received: Some(row.received),
+    }
+}
+
+/// The Event that a row was made of.
+fn event(row: Row) -> Option<Event> {
+    let mut cells = row.cells.into_iter().map(text);
+    Some(Event { topic: cells.next()??, data: cells.next()?? })
 }
 
 /// The message that a row was made of; `None` when it was cut short before the position.

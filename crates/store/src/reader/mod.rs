@@ -15,7 +15,7 @@ mod track;
 
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, RecordedDay, Series, System};
-pub use detections::DetectionsWanted;
+pub use detections::{Acoustic, DetectionsWanted};
 pub use events::LogEntry;
 pub use page::{Next, Order, Page, Paged};
 pub use samples::{Cell, Row, Samples};

@@ -1,0 +1,315 @@
+//! What many detections are together.
+
+use super::count::{Bars, Flags, Pair, Steps, Tallies, add};
+use super::effort::each_listened;
+use super::lags::AllLags;
+use super::sighting::{Name, Names, Sighting, Sightings};
+use super::squares::{Bounds, Squares};
+use crate::narrowed::Narrowed;
+use crate::study::{Study, confirming_s, is_doubted, is_of_time};
+use api::{DetectionsSummary, RegisterTag, SummaryTag, SummaryVessel};
+use detections::TagFilter;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Tags with a row of their own.
+const TAGS: usize = 100;
+
+/// Which detections are counted.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// Vessels; what others heard is not there.
+    pub vessels: BTreeSet<u16>,
+    /// Reported from then on (µs since 1970 UTC).
+    pub from_us: i64,
+    /// Reported before.
+    pub to_us: i64,
+    /// Tags; all where empty.
+    pub tags: Vec<TagFilter>,
+    /// Projects and area.
+    pub narrowed: Narrowed,
+}
+
+/// Counts the detections that are wanted among those of `chunks`, which follow each other, the newest first. Those of a day beside
+/// the time asked for tell what confirms the first and last ones.
+pub fn summary(
+    names: &Names,
+    chunks: &[&Sightings],
+    study: &Study,
+    question: &Question,
+) -> DetectionsSummary {
+    let series: Vec<Series<'_>> = names.all.iter().map(|name| Series::new(name, study, question)).collect();
+    let lags = AllLags::new(chunks, series.len(), |row| question.vessels.contains(&row.vessel));
+    let (wanted, bounds, heard) = wanted(chunks, &series, question);
+    let Some((first_us, last_us)) = both(heard, listened_span(chunks, question)) else { return nothing() };
+    let mut counts = Counts {
+        names: &names.all,
+        tallies: Tallies::new(&names.all),
+        bars: Bars::new(Steps::bars(first_us, last_us)),
+        squares: Squares::new(bounds),
+        flags: Flags::default(),
+        vessels: question.vessels.iter().map(|vessel| (*vessel, (0, None))).collect(),
+    };
+    let doubted: Vec<bool> = wanted
+        .iter()
+        .map(|(at, row)| {
+            let is_doubted = series[row.series as usize].is_doubted(row.time_us, &lags, *at);
+            counts.add(row, is_doubted);
+            is_doubted
+        })
+        .collect();
+    counts.listen(chunks, question);
+    let steps = Steps::fine(first_us, last_us);
+    let listed = counts.listed(&series, study, steps, &wanted, &doubted);
+    counts.told(wanted.len() as u64, steps, listed)
+}
+
+/// Rows that are wanted, with their places among all.
+type Wanted<'s> = Vec<(usize, &'s Sighting)>;
+
+/// Those that are wanted, within which bounds they are, and from when to when (µs).
+fn wanted<'s>(
+    chunks: &[&'s Sightings],
+    series: &[Series<'_>],
+    question: &Question,
+) -> (Wanted<'s>, Bounds, Option<(i64, i64)>) {
+    let (mut all, mut bounds, mut span) = (Vec::new(), Bounds::NONE, None);
+    for (at, row) in chunks.iter().flat_map(|chunk| &chunk.rows).enumerate() {
+        let is_wanted = (question.from_us..question.to_us).contains(&row.reported_us)
+            && question.vessels.contains(&row.vessel)
+            && series.get(row.series as usize).is_some_and(|series| series.is_wanted(row.time_us))
+            && (!question.narrowed.has_area() || question.narrowed.admits_place(row.place()));
+        if !is_wanted {
+            continue;
+        }
+        if let Some(place) = row.place() {
+            bounds.add(place);
+        }
+        let time_us = row.plotted_us();
+        let (first_us, last_us) = span.unwrap_or((time_us, time_us));
+        span = Some((time_us.min(first_us), time_us.max(last_us)));
+        all.push((at, row));
+    }
+    (all, bounds, span)
+}
+
+/// From when to when anybody told of listening (µs); plots show that nothing was heard meanwhile.
+fn listened_span(chunks: &[&Sightings], question: &Question) -> Option<(i64, i64)> {
+    let mut span = None;
+    each_stretch(chunks, question, |_, from_us, to_us| span = both(span, Some((from_us, to_us))));
+    span
+}
+
+/// Stretches in which receivers listened, of the vessels and the time asked for. Nobody knows how long was listened within an
+/// area, for what tells it has no place.
+fn each_stretch(chunks: &[&Sightings], question: &Question, mut give: impl FnMut(u16, i64, i64)) {
+    if question.narrowed.has_area() {
+        return;
+    }
+    each_listened(
+        chunks,
+        |told| question.vessels.contains(&told.vessel),
+        |vessel, from_us, to_us| {
+            let (from_us, to_us) = (from_us.max(question.from_us), to_us.min(question.to_us));
+            if from_us <= to_us {
+                give(vessel, from_us, to_us);
+            }
+        },
+    );
+}
+
+fn both(one: Option<(i64, i64)>, other: Option<(i64, i64)>) -> Option<(i64, i64)> {
+    let (Some(one), Some(other)) = (one, other) else { return one.or(other) };
+    Some((one.0.min(other.0), one.1.max(other.1)))
+}
+
+/// A tag by a receiver, with what the register knows of it.
+struct Series<'s> {
+    is_asked: bool,
+    /// Whether those without a project are wanted too.
+    any_project: bool,
+    /// Tags of its code, one after another.
+    known: Vec<Known<'s>>,
+}
+
+/// A tag of the register.
+struct Known<'s> {
+    tag: &'s RegisterTag,
+    /// Within how many seconds something must confirm it.
+    within_s: Option<f64>,
+    /// From when on an animal carries it (µs): its project is that of the animal only then.
+    carried_us: i64,
+    /// Whether it is wanted from then on.
+    is_wanted: bool,
+    /// Whether it is before.
+    is_wanted_before: bool,
+}
+
+impl<'s> Series<'s> {
+    fn new(name: &Name, study: &'s Study, question: &Question) -> Self {
+        let narrowed = &question.narrowed;
+        let known = |tag: &'s RegisterTag| {
+            let carrier = study.carrier(tag);
+            let wanted = |animal| narrowed.admits_project(study.project(tag, animal));
+            Known {
+                tag,
+                within_s: confirming_s(tag),
+                carried_us: carrier.and_then(|(_, from_us)| from_us).unwrap_or(i64::MIN),
+                is_wanted: wanted(carrier.map(|(animal, _)| animal)),
+                is_wanted_before: wanted(None),
+            }
+        };
+        let known = study.tags_of(&name.protocol.to_string(), name.tag_id, name.khz).map(known).collect();
+        Self { is_asked: name.is_admitted(&question.tags), any_project: narrowed.admits_project(None), known }
+    }
+
+    fn known(&self, time_us: i64) -> Option<&Known<'s>> {
+        self.known.iter().find(|known| is_of_time(known.tag, time_us))
+    }
+
+    /// Whether detections of a time are wanted.
+    fn is_wanted(&self, time_us: i64) -> bool {
+        let of_project = |known: &Known<'_>| {
+            if known.carried_us <= time_us { known.is_wanted } else { known.is_wanted_before }
+        };
+        self.is_asked && (self.any_project || self.known(time_us).is_some_and(of_project))
+    }
+
+    fn is_doubted(&self, time_us: i64, lags: &AllLags, at: usize) -> bool {
+        let within_s = self.known(time_us).and_then(|known| known.within_s);
+        within_s.is_some_and(|within_s| is_doubted(within_s, lags.lag(at)))
+    }
+}
+
+/// What is counted.
+struct Counts<'s> {
+    names: &'s [Name],
+    tallies: Tallies,
+    bars: Bars,
+    squares: Squares,
+    flags: Flags,
+    /// Detections, and seconds that its receivers listened.
+    vessels: BTreeMap<u16, (u64, Option<f64>)>,
+}
+
+impl Counts<'_> {
+    fn add(&mut self, row: &Sighting, is_doubted: bool) {
+        self.tallies.add(row, is_doubted);
+        self.flags.add(row.marks, is_doubted);
+        if let Some(at) = self.bars.steps.at(row.plotted_us()) {
+            add(&mut self.bars.counts[at], is_doubted);
+        }
+        if let Some(place) = row.place() {
+            self.squares.add(place);
+        }
+        if let Some((count, _)) = self.vessels.get_mut(&row.vessel) {
+            *count += 1;
+        }
+    }
+
+    fn listen(&mut self, chunks: &[&Sightings], question: &Question) {
+        let (bars, vessels) = (&mut self.bars, &mut self.vessels);
+        each_stretch(chunks, question, |vessel, from_us, to_us| {
+            bars.listen(from_us, to_us);
+            if let Some((_, listened_s)) = vessels.get_mut(&vessel) {
+                *listened_s.get_or_insert(0.0) += (to_us - from_us) as f64 / 1e6;
+            }
+        });
+    }
+
+    /// The tags that were heard most, with when, and how many tags there are.
+    fn listed(
+        &self,
+        series: &[Series<'_>],
+        study: &Study,
+        steps: Steps,
+        wanted: &Wanted<'_>,
+        doubted: &[bool],
+    ) -> (Vec<SummaryTag>, usize) {
+        let heard = self.tallies.heard(self.names);
+        let mut rows: Vec<Option<usize>> = vec![None; self.tallies.all.len()];
+        heard.iter().take(TAGS).enumerate().for_each(|(row, tag)| rows[*tag] = Some(row));
+        let mut marks: Vec<Vec<Pair>> = vec![vec![(0, 0); steps.count]; heard.len().min(TAGS)];
+        for ((_, row), is_doubted) in wanted.iter().zip(doubted) {
+            let line = rows[self.tallies.tags[row.series as usize]];
+            if let (Some(line), Some(at)) = (line, steps.at(row.plotted_us())) {
+                add(&mut marks[line][at], *is_doubted);
+            }
+        }
+        let tag = |(tag, marks): (&usize, &Vec<Pair>)| self.tag(*tag, marks, series, study);
+        (heard.iter().zip(&marks).map(tag).collect(), heard.len())
+    }
+
+    fn tag(&self, at: usize, marks: &[Pair], series: &[Series<'_>], study: &Study) -> SummaryTag {
+        let tally = self.tallies.all[at];
+        let name = &self.names[tally.last_series as usize];
+        let tag = series[tally.last_series as usize].known(tally.last_us).map(|known| known.tag);
+        let animal = tag.and_then(|tag| study.animal(tag, tally.last_us));
+        let project = tag.and_then(|tag| study.project(tag, animal));
+        let small = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
+        let mark = |(at, pair): (usize, &Pair)| [small(at as u64), small(pair.0), small(pair.1)];
+        SummaryTag {
+            tag: name.tag(),
+            tag_id: name.tag_id,
+            name: tag.map(|tag| tag.name.clone()).unwrap_or_default(),
+            animal: animal.map(|animal| animal.name.clone()).unwrap_or_default(),
+            project: project.map(|project| project.name.clone()).unwrap_or_default(),
+            detections: tally.count.0,
+            unconfirmed: tally.count.1,
+            first_us: tally.first_us,
+            last_us: tally.last_us,
+            marks: marks.iter().enumerate().filter(|(_, pair)| pair.0 > 0).map(mark).collect(),
+        }
+    }
+
+    fn told(
+        &self,
+        detections: u64,
+        steps: Steps,
+        (tags, tags_all): (Vec<SummaryTag>, usize),
+    ) -> DetectionsSummary {
+        let (squares, square_m) = self.squares.told();
+        let vessels =
+            self.vessels.iter().filter(|(_, (count, listened_s))| *count > 0 || listened_s.is_some());
+        let vessel = |(system, (detections, listened_s)): (&u16, &(u64, Option<f64>))| SummaryVessel {
+            system: *system,
+            detections: *detections,
+            listened_s: *listened_s,
+        };
+        DetectionsSummary {
+            detections,
+            from_us: Some(steps.from_us),
+            to_us: Some(steps.to_us()),
+            step_us: steps.length_us,
+            tags,
+            tags_all: u32::try_from(tags_all).unwrap_or(u32::MAX),
+            bar_us: self.bars.steps.length_us,
+            bars: self.bars.told(),
+            squares,
+            square_m,
+            vessels: vessels.map(vessel).collect(),
+            flags: self.flags.told(),
+            left_out_before_us: None,
+            read_from_us: None,
+        }
+    }
+}
+
+/// Where nothing was heard and nobody listened.
+fn nothing() -> DetectionsSummary {
+    DetectionsSummary {
+        detections: 0,
+        from_us: None,
+        to_us: None,
+        step_us: 1,
+        tags: Vec::new(),
+        tags_all: 0,
+        bar_us: 1,
+        bars: Vec::new(),
+        squares: Vec::new(),
+        square_m: 0.0,
+        vessels: Vec::new(),
+        flags: Vec::new(),
+        left_out_before_us: None,
+        read_from_us: None,
+    }
+}

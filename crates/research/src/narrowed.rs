@@ -1,0 +1,62 @@
+//! Detections of a part of the sea, and of some projects.
+
+use crate::study::{Heard, Study};
+use api::RegisterProject;
+use detections::Area;
+
+/// What is wanted of detections beyond time, vessels and tags; all of them by default.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Narrowed {
+    /// Names of projects as the register has them; all where empty.
+    projects: Vec<String>,
+    /// Where; everywhere where absent.
+    area: Option<Area>,
+}
+
+impl Narrowed {
+    /// From projects by name, separated by `;`, and the corners of an area; nothing is narrowed by what is absent or empty.
+    ///
+    /// # Errors
+    /// There is no such project in the register, or the area is none; the text names the parameter and says what to do.
+    pub fn new(projects: Option<&str>, area: Option<&str>, study: &Study) -> Result<Self, String> {
+        let names = projects.unwrap_or_default().split(';').map(str::trim).filter(|name| !name.is_empty());
+        let known = |name: &str| {
+            let found = study.project_named(name).map(|project| project.name.clone());
+            found.ok_or_else(|| {
+                let shown: String = name.chars().take(60).collect();
+                format!(
+                    "project: the register has no project `{shown}`; look at /api/v1/register?kind=project"
+                )
+            })
+        };
+        let area = area.map(str::trim).filter(|text| !text.is_empty()).map(str::parse).transpose();
+        let area = area.map_err(|error| format!("area: {error}"))?;
+        Ok(Self { projects: names.map(known).collect::<Result<_, _>>()?, area })
+    }
+
+    /// Whether it leaves nothing out.
+    pub fn is_all(&self) -> bool {
+        self.projects.is_empty() && self.area.is_none()
+    }
+
+    /// Whether places are asked about.
+    pub(crate) fn has_area(&self) -> bool {
+        self.area.is_some()
+    }
+
+    /// Whether a detection is wanted.
+    pub fn admits(&self, heard: &Heard<'_>) -> bool {
+        let place = heard.detection.pose.map(|pose| (pose.place.lat_deg(), pose.place.lon_deg()));
+        self.admits_project(heard.project) && self.admits_place(place)
+    }
+
+    pub(crate) fn admits_project(&self, project: Option<&RegisterProject>) -> bool {
+        self.projects.is_empty() || project.is_some_and(|project| self.projects.contains(&project.name))
+    }
+
+    /// Degrees, north and east positive.
+    pub(crate) fn admits_place(&self, place: Option<(f64, f64)>) -> bool {
+        let Some(area) = &self.area else { return true };
+        place.is_some_and(|(lat_deg, lon_deg)| area.contains_deg(lat_deg, lon_deg))
+    }
+}

@@ -1,0 +1,80 @@
+//! Routes of the sea chart, and of what people close on it.
+
+use crate::http::{areas, charts};
+use crate::web::{Need, Route};
+use api::{
+    ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, NoGoArea,
+    NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreas, NoGoAreasQuery, NoGoAreasRequest, Role,
+    SeaRouteAnswer, SeaRouteRequest,
+};
+
+/// What people close to all vessels.
+pub(super) fn no_go_areas() -> Vec<Route> {
+    let (viewer, operator) = (Need::Somewhere(Role::Viewer), Need::Everywhere(Role::Operator));
+    vec![
+        Route::get("/api/v1/no-go-areas", viewer, "Areas that are closed to all vessels.", areas::list)
+            .query::<NoGoAreasQuery>()
+            .gives::<NoGoAreas>(),
+        Route::post(
+            "/api/v1/no-go-areas",
+            operator,
+            "Close an area: plans, routes and vessels keep out of it.",
+            areas::create,
+        )
+        .query::<NoGoAreaQuery>()
+        .takes::<NoGoAreaRequest>()
+        .gives::<NoGoArea>(),
+        Route::post(
+            "/api/v1/no-go-areas/batch",
+            operator,
+            "Close several areas, all or none, by one change of the chart.",
+            areas::create_all,
+        )
+        .query::<NoGoAreaQuery>()
+        .takes::<NoGoAreasRequest>()
+        .gives::<NoGoAreas>(),
+        Route::patch(
+            "/api/v1/no-go-areas/{id}",
+            operator,
+            "Change an area, lift it, or close it again; what it was is kept. 409 when it was changed meanwhile.",
+            areas::change,
+        )
+        .takes::<NoGoAreaChange>()
+        .gives::<NoGoArea>(),
+    ]
+}
+
+/// The sea chart.
+pub(super) fn chart() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    vec![
+        Route::get("/api/v1/chart", viewer, "The chart set of the server.", charts::set)
+            .gives::<ChartSet>()
+            .packed(),
+        Route::get(
+            "/api/v1/chart/tiles/{z}/{x}/{y}",
+            viewer,
+            "A Mapbox vector tile of the chart, packed by gzip.",
+            charts::tile,
+        )
+        .query::<ChartTileQuery>()
+        .media("application/vnd.mapbox-vector-tile"),
+        Route::get("/api/v1/chart/at", viewer, "How deep it is at a place, and what is near.", charts::at)
+            .query::<ChartAtQuery>()
+            .gives::<ChartNear>()
+            .packed(),
+        Route::post("/api/v1/chart/corridor", viewer, "How deep it is along a way.", charts::corridor)
+            .takes::<ChartCorridorRequest>()
+            .gives::<ChartCorridor>()
+            .packed(),
+        Route::post(
+            "/api/v1/chart/route",
+            viewer,
+            "The shortest route through deep water, clear of dangers.",
+            charts::route,
+        )
+        .takes::<SeaRouteRequest>()
+        .gives::<SeaRouteAnswer>()
+        .packed(),
+    ]
+}

@@ -1,0 +1,90 @@
+// Where detections were, in squares that the server counted, and the area that is drawn on the chart.
+
+import { toLonLat } from "ol/proj";
+import type { Signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
+import { createMap } from "../map/map";
+import { createSeaRoute } from "../map/searoute";
+import { createSquares } from "../map/squares";
+import { cornersOfText, squareNumbers, textOfCorners } from "../state/explore";
+import { csv, save } from "../ui/csv";
+import { t } from "../words/words";
+
+/** Corners of an area at most, as the server has it. */
+const MOST = 100;
+
+interface Needs {
+  readonly found: DetectionsSummary | undefined;
+  readonly area: Signal<string>;
+  /** Called when an area is drawn to its end, or gone. */
+  done(): void;
+  readonly drawing: Signal<boolean>;
+}
+
+interface Made {
+  show(found: DetectionsSummary | undefined): void;
+  draw(corners: readonly PlanPlace[]): void;
+  centre(): PlanPlace;
+  dispose(): void;
+}
+
+export function ExploreMap({ found, area, done, drawing }: Needs) {
+  const [box, made] = [useRef<HTMLDivElement>(null), useRef<Made | undefined>(undefined)];
+  const corners = cornersOfText(area.value);
+  const add = (corner: PlanPlace): void => {
+    const now = cornersOfText(area.value);
+    if (now.length < MOST) area.value = textOfCorners([...now, corner]);
+  };
+  useEffect(() => {
+    if (!box.current) return undefined;
+    made.current = make(box.current, (corner) => {
+      if (!drawing.value) return false;
+      add(corner);
+      return true;
+    });
+    return () => made.current?.dispose();
+  }, []);
+  useEffect(() => made.current?.show(found), [found]);
+  useEffect(() => made.current?.draw(corners), [area.value]);
+  return (
+    <section class="plot-file" aria-label={t("Where")}>
+      <h2>{t("Where")}</h2>
+      <div class="map-box explore-map"><div ref={box} class="map" tabIndex={0} role="application" aria-label={t("Map of detections. Arrow keys move it, plus and minus zoom; the CSV has the same.")} /></div>
+      <p class="row no-print">
+        {!drawing.value && <button type="button" onClick={() => { [area.value, drawing.value] = ["", true]; }}>{t("Draw an area")}</button>}
+        {drawing.value && <button type="button" onClick={() => { if (made.current) add(made.current.centre()); }}>{t("Corner in the middle of the map")}</button>}
+        {drawing.value && <button type="button" class="main" disabled={corners.length < 3} onClick={() => { drawing.value = false; done(); }}>{t("Use this area")}</button>}
+        {area.value && <button type="button" onClick={() => { [area.value, drawing.value] = ["", false]; done(); }}>{t("Remove the area")}</button>}
+        {found && found.squares.length > 0 && <button type="button" onClick={() => { const { head, rows } = squareNumbers(found); save("detections-by-place.csv", csv(head, rows)); }}>CSV</button>}
+      </p>
+      <p role="status">{drawing.value ? t("Click the corners on the map, in order: {n} so far.", { n: corners.length }) : ""}</p>
+    </section>
+  );
+}
+
+function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean): Made {
+  let squares: ReturnType<typeof createSquares> | undefined;
+  const map = createMap(box, { showAll: () => squares?.fit() });
+  const [shown, ring] = [createSquares(map.ol), createSeaRoute(map)];
+  squares = shown;
+  map.clicks.claim("edit", ({ coordinate }) => clicked(placeOf(coordinate)));
+  let fits = true;
+  return {
+    show(found) {
+      shown.show(found?.squares ?? []);
+      if (fits && found?.squares.length) {
+        shown.fit();
+        fits = false;
+      }
+    },
+    draw: (corners) => ring.update([], [], { areas: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
+    centre: () => placeOf(map.ol.getView().getCenter() ?? [0, 0]),
+    dispose: () => { shown.dispose(); map.dispose(); },
+  };
+}
+
+function placeOf(coordinate: readonly number[]): PlanPlace {
+  const [lon_deg = 0, lat_deg = 0] = toLonLat([...coordinate]);
+  return { lat_deg, lon_deg };
+}
