@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64 packages packages-arm64 test-packages
+.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium agent-aarch64 test-aarch64 packages packages-arm64 test-packages test-containers
 .DEFAULT_GOAL := help
 
 # What the tests may not miss: see crates/testkit/src/needs.rs. .ci/run adds what `make tools` installs.
@@ -27,6 +27,7 @@ help:
 	@echo "make test-aarch64   run its tests and those of devices, drivers and onboard as the Pi would, under qemu-user"
 	@echo "make packages        Debian packages of lutra-server, lutra-agent and imc, into target/packages; packages-arm64 for the Pi"
 	@echo "make test-packages   install, upgrade, remove and purge them in a fresh Debian, made by debootstrap"
+	@echo "make test-containers the images and compose files of docker/, built on the same Debian by buildah and run without docker"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
 	@echo "make fmt     format the code"
 
@@ -184,3 +185,7 @@ packages-arm64: rust web
 
 test-packages: packages
 	@scripts/try-packages
+
+# The programs that the images get are those of the packages.
+test-containers: packages
+	@scripts/try-containers

@@ -353,12 +353,14 @@ impl Alarms {
             keep(self.people.clone(), standing, happened.clone(), self.kept.clone(), watch.stop.clone());
         watch.tasks.spawn(watch.owners.watch("the list of alarms", keep));
         let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
+        measure(&[]);
         while let Some(due) = watch.stop.run_until_cancelled(self.next_look(&mut every)).await {
             if due && looks.is_multiple_of(SLOW_EVERY) {
                 expected = self.people.linked().into_iter().map(Address).collect();
                 self.believe(&watch.links, &expected).await;
                 let folder = watch.data.clone();
                 disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
+                measure_disk(disk);
             }
             looks = looks.wrapping_add(u32::from(due));
             let certificate = self.certificate.borrow().clone();
@@ -368,6 +370,7 @@ impl Alarms {
             if let Some((mut standing, notes)) = changed {
                 happened.add(notes);
                 name(&self.people, &mut standing);
+                measure(&standing);
                 for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
                     let (vessel, text) = (&alarm.vessel_name, &alarm.text);
                     tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
@@ -455,6 +458,20 @@ impl Watch {
             no_go: self.charts.not_closed(),
         }
     }
+}
+
+/// How many alarms stand, by priority.
+fn measure(standing: &[api::Alarm]) {
+    for priority in Priority::ALL.map(Priority::name) {
+        let count = standing.iter().filter(|alarm| alarm.priority == priority).count();
+        metrics::gauge!("lutra_alarms", "priority" => priority).set(count as f64);
+    }
+}
+
+fn measure_disk(room: Option<(u64, u64)>) {
+    let Some((free, all)) = room else { return };
+    metrics::gauge!("lutra_disk_free_bytes").set(free as f64);
+    metrics::gauge!("lutra_disk_bytes").set(all as f64);
 }
 
 /// Free and all bytes of the disk on which a folder lies.

@@ -2,7 +2,7 @@
 //!
 //! A slip of the finger in `--data` names somebody's home or a whole disk. Nothing is made there, and nobody loses rights.
 
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, bail, ensure};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -40,6 +40,9 @@ const MARKS: [&str; 8] = [
 ];
 /// What may lie in a new folder: what each new disk holds, and the configuration.
 const NO_MATTER: [&str; 2] = ["lost+found", "server.toml"];
+
+/// The folder in which a restore is under way, within the data folder or, with the data folder's name before it, beside it.
+pub const RESTORING: &str = ".restoring";
 
 /// Whether Lutra makes this, named by its way below the data folder.
 pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
@@ -86,6 +89,12 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
             )
         })?,
     };
+    ensure!(
+        !folder.join(RESTORING).exists(),
+        "a restore into {} was broken off, or is under way: run `lutra-server restore BACKUP --data {}` to its end",
+        folder.display(),
+        folder.display()
+    );
     let mut foreign = Vec::new();
     for entry in entries {
         let entry = entry.with_context(|| folder.display().to_string())?;

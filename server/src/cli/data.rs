@@ -2,6 +2,7 @@
 
 use super::Common;
 use super::say::{complain, say};
+use crate::config::Keep;
 use anyhow::{Context as _, bail, ensure};
 use clap::{Args, ValueEnum};
 use flate2::Compression;
@@ -140,6 +141,12 @@ pub(super) struct PruneArguments {
     /// Remove days of the archive that ended before this day. What is only there is lost for ever.
     #[arg(long, value_name = "DATE")]
     archive_before: Option<UtcTime>,
+    /// What is older than `[retention]` of the configuration allows: for a timer.
+    #[arg(long, conflicts_with_all = ["history_before", "archive_before"])]
+    as_configured: bool,
+    /// Only end with 0 if something would go, else with 1. The server may run.
+    #[arg(long, conflicts_with = "yes")]
+    check: bool,
     /// Do it. Without this, only what would be removed is told.
     #[arg(long)]
     yes: bool,
@@ -409,10 +416,16 @@ fn tell_covered(covered: Vec<Covered>) {
 /// `lutra-server prune`.
 pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
-    let retention =
-        Retention { history_before: arguments.history_before, archive_before: arguments.archive_before };
-    if arguments.history_before.is_none() && arguments.archive_before.is_none() {
-        bail!("say what may go: --history-before DATE, --archive-before DATE or both");
+    let retention = if arguments.as_configured {
+        configured(common.load(Vec::new())?.retention, clock::now())
+    } else {
+        Retention { history_before: arguments.history_before, archive_before: arguments.archive_before }
+    };
+    if retention == Retention::default() {
+        bail!(
+            "say what may go: --history-before DATE, --archive-before DATE or both; or --as-configured, with history_days or \
+             archive_days in [retention] of the configuration"
+        );
     }
     let removals = if arguments.yes {
         Store::open(&data)?.retain(&retention)?
@@ -425,8 +438,17 @@ pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Resu
     }
     let bytes: u64 = removals.iter().map(|removal| removal.bytes).sum();
     say!("{word} {} items, {} MiB", removals.len(), bytes >> 20);
+    ensure!(!arguments.check || !removals.is_empty(), "nothing is old enough");
     if !arguments.yes && !removals.is_empty() {
         say!("nothing was removed; add --yes to do it");
     }
     Ok(())
+}
+
+/// What may go at a time by the configuration.
+fn configured(keep: Keep, now: UtcTime) -> Retention {
+    const DAY_US: i64 = 86_400_000_000;
+    let before =
+        |days: u16| (days > 0).then(|| UtcTime::from_micros(now.micros() - i64::from(days) * DAY_US));
+    Retention { history_before: before(keep.history_days), archive_before: before(keep.archive_days) }
 }

@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 /// The documented configuration file with every key at its default.
 pub const DOCUMENTED: &str = include_str!("../../etc/server.toml");
 
+/// Nothing of the archive goes by itself before it is so old.
+const MONTH_DAYS: u16 = 31;
+
 /// Everything the server can be told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -39,6 +42,8 @@ pub struct Config {
     pub notices: notices::Settings,
     /// The sea chart.
     pub charts: charts::Settings,
+    /// How long recordings are kept.
+    pub retention: Keep,
     /// What the server tells about itself.
     pub log: Log,
 }
@@ -73,6 +78,16 @@ pub struct Tls {
     pub key: PathBuf,
 }
 
+/// How long recordings are kept; 0 for ever. `lutra-server prune --as-configured` goes by it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Keep {
+    /// Months of the history that ended so many days ago may go. The archive can bring them back.
+    pub history_days: u16,
+    /// Days of the archive that ended so many days ago may go, for ever.
+    pub archive_days: u16,
+}
+
 /// What the server tells about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -105,6 +120,7 @@ impl Default for Config {
             sinks: sinks::Settings::default(),
             notices: notices::Settings::default(),
             charts: charts::Settings::default(),
+            retention: Keep::default(),
             log: Log::default(),
         }
     }
@@ -215,6 +231,10 @@ impl Config {
         );
         check((0.0..=100.0).contains(&self.charts.air_draught_m), "charts.air_draught_m must be 0 to 100 m");
         check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
+        check(
+            self.retention.archive_days == 0 || self.retention.archive_days >= MONTH_DAYS,
+            "retention.archive_days must be 0 (keep for ever) or 31 and more: what goes is lost",
+        );
         check(
             self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),
             "log.level is no level (error, warn, info, debug, trace) and no list like info,server=debug",

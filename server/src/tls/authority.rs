@@ -51,22 +51,41 @@ pub(crate) fn make(folder: &Path, names: &[String], renew: bool) -> anyhow::Resu
     }
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let now = clock::now();
-    let issuer_key = if authority_key.exists() {
-        let text = fs::read_to_string(&authority_key)
-            .with_context(|| format!("cannot read {}", authority_key.display()))?;
-        KeyPair::from_pem(&text).with_context(|| format!("{} is no key", authority_key.display()))?
-    } else {
-        let made = KeyPair::generate()?;
-        let text = authority_parameters(now)?.self_signed(&made)?.pem();
-        write(&authority_key, &made.serialize_pem(), 0o600)?;
-        write(&authority, &text, 0o644)?;
-        made
-    };
+    let issuer_key = authority_in(&authority, &authority_key, now)?;
     let own = KeyPair::generate()?;
     let signed = sign(&authority, issuer_key, &own, names, now)?;
     write(&key, &own.serialize_pem(), 0o600)?;
     write(&certificate, &signed.pem, 0o644)?;
     Ok(Made { authority, certificate, key, until: signed.until })
+}
+
+/// The key of the authority, which is made where there is none. An authority whose certificate is not there, as after a kill
+/// between the two files, gets another: who trusts the earlier one accepts what the same key signs.
+fn authority_in(authority: &Path, authority_key: &Path, now: UtcTime) -> anyhow::Result<KeyPair> {
+    ensure!(
+        authority_key.exists() || !authority.exists(),
+        "{} is there without its key {}, and boats may trust it: bring the key back, or move {} away to begin with a new \
+         authority, which boats and browsers must then be given",
+        authority.display(),
+        authority_key.display(),
+        authority.display()
+    );
+    let key = if authority_key.exists() {
+        read_key(authority_key)?
+    } else {
+        let made = KeyPair::generate()?;
+        write(authority_key, &made.serialize_pem(), 0o600)?;
+        made
+    };
+    if !authority.exists() {
+        write(authority, &authority_parameters(now)?.self_signed(&key)?.pem(), 0o644)?;
+    }
+    Ok(key)
+}
+
+fn read_key(path: &Path) -> anyhow::Result<KeyPair> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
 }
 
 /// What `lutra-server tls renew` did.
@@ -99,6 +118,9 @@ pub(crate) fn renew(
 ) -> anyhow::Result<Renewal> {
     let (file, now) = (tls.certificate.display(), clock::now());
     let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
+    if within_days.is_some_and(|days| days_left(facts.until, now) >= i64::from(days)) {
+        return Ok(Renewal::NotDue { until: facts.until });
+    }
     let (authority, authority_key) = (folder.join("ca.pem"), folder.join("ca-key.pem"));
     ensure!(
         authority_key.exists(),
@@ -106,21 +128,15 @@ pub(crate) fn renew(
          the new file by itself",
         authority_key.display()
     );
-    let (trusted, _) = first_in(&authority)?;
+    let (trusted, _) = first_in(&authority)
+        .context("`lutra-server tls init --renew` makes the authority's certificate again, of its key")?;
     if let Err(why) = made_by(&trusted, &der, &facts) {
         bail!(
             "{file} was not made by {} ({why}): renew it where it was made; the server takes the new file by itself",
             authority.display()
         );
     }
-    if within_days.is_some_and(|days| days_left(facts.until, now) > i64::from(days)) {
-        return Ok(Renewal::NotDue { until: facts.until });
-    }
-    let read = |path: &Path| {
-        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
-    };
-    let (issuer_key, own) = (read(&authority_key)?, read(&tls.key)?);
+    let (issuer_key, own) = (read_key(&authority_key)?, read_key(&tls.key)?);
     let names = if names.is_empty() { facts.names } else { names };
     let signed = sign(&authority, issuer_key, &own, &names, now)?;
     write(&tls.certificate, &signed.pem, 0o644)?;
@@ -173,7 +189,10 @@ fn sign(
     parameters.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     parameters.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
     parameters.use_authority_key_identifier_extension = true;
-    Ok(Signed { pem: parameters.signed_by(own, &issuer)?.pem(), until })
+    let signed = parameters.signed_by(own, &issuer)?;
+    // Certificates end at midnight: what stands in it counts.
+    let made = Facts::of(signed.der()).context("the certificate that was made cannot be read")?;
+    Ok(Signed { pem: signed.pem(), until: made.until })
 }
 
 /// The same for the same key, so that what it signed later still leads to it.
@@ -254,7 +273,7 @@ mod tests {
         let before = read();
         let not_due = renew(folder.path(), &tls, Vec::new(), Some(60)).unwrap();
         assert!(matches!(not_due, Renewal::NotDue { .. }) && read() == before);
-        let Renewal::Renewed { names, .. } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap()
+        let Renewal::Renewed { names, until } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap()
         else {
             panic!("it ends within 900 days");
         };
@@ -264,15 +283,56 @@ mod tests {
         let (trusted, _) = first_in(&made.authority).unwrap();
         let (der, facts) = first_in(&tls.certificate).unwrap();
         made_by(&trusted, &der, &facts).unwrap();
+        assert_eq!((facts.until, made.until), (until, until), "the end that is told is that of the file");
         Pair::read(&tls).unwrap();
 
         let foreign = configured(&make(other.path(), &given, false).unwrap());
         let kept = fs::read(&foreign.certificate).unwrap();
+        let not_due = renew(folder.path(), &foreign, Vec::new(), Some(30)).unwrap();
+        assert!(matches!(not_due, Renewal::NotDue { .. }), "a timer has nothing to say of it yet");
         let why = renew(folder.path(), &foreign, Vec::new(), None).unwrap_err().to_string();
         assert!(why.contains("was not made by") && why.contains("renew it where it was made"), "{why}");
         fs::remove_file(folder.path().join("ca-key.pem")).unwrap();
         let why = renew(folder.path(), &tls, Vec::new(), None).unwrap_err().to_string();
         assert!(why.contains("ca-key.pem is not there"), "{why}");
         assert_eq!(fs::read(&foreign.certificate).unwrap(), kept);
+    }
+
+    #[test]
+    fn an_init_that_was_killed_between_two_files_is_finished_by_the_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let (at, given) = (|name: &str| folder.path().join(name), names(&["localhost"]));
+        make(folder.path(), &given, false).unwrap();
+        let key = fs::read(at("ca-key.pem")).unwrap();
+        let (trusted, _) = first_in(&at("ca.pem")).unwrap();
+        for missing in [
+            &["ca.pem", "server-key.pem", "server.pem"] as &[&str],
+            &["server-key.pem", "server.pem"],
+            &["server.pem"],
+        ] {
+            for file in missing {
+                fs::remove_file(at(file)).unwrap();
+            }
+            let made = make(folder.path(), &given, false).unwrap();
+            Pair::read(&configured(&made)).unwrap();
+            assert_eq!(fs::read(at("ca-key.pem")).unwrap(), key, "{missing:?}");
+            // Who trusts the certificate of before accepts it, too.
+            for authority in [&trusted, &first_in(&made.authority).unwrap().0] {
+                let (der, facts) = first_in(&made.certificate).unwrap();
+                made_by(authority, &der, &facts).unwrap();
+            }
+        }
+        fs::remove_file(at("ca.pem")).unwrap();
+        let tls = Tls { certificate: at("server.pem"), key: at("server-key.pem") };
+        let why = format!("{:#}", renew(folder.path(), &tls, Vec::new(), None).unwrap_err());
+        assert!(why.contains("tls init --renew") && why.contains("ca.pem"), "{why}");
+        make(folder.path(), &given, true).unwrap();
+        renew(folder.path(), &tls, Vec::new(), None).unwrap();
+        // The key of an authority that boats trust is not replaced in silence.
+        fs::remove_file(at("ca-key.pem")).unwrap();
+        let authority = fs::read(at("ca.pem")).unwrap();
+        let why = make(folder.path(), &given, true).err().unwrap().to_string();
+        assert!(why.contains("without its key") && why.contains("bring the key back"), "{why}");
+        assert!(fs::read(at("ca.pem")).unwrap() == authority && !at("ca-key.pem").exists());
     }
 }

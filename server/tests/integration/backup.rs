@@ -1,6 +1,7 @@
 //! The data folder of a real server: who may reach it, what happens when its history is damaged, and the way into a
 //! backup and back.
 
+use crate::disk_full::Disk;
 use crate::support::browser::{Browser, ask};
 use crate::support::program::{SERVER, Server, add_admin, run, until};
 use imc::messages::Temperature;
@@ -313,4 +314,55 @@ fn what_cannot_be_backed_up_or_restored_is_named_and_leaves_nothing() {
     }
     let told = refused(&data, &["serve", "--listen", "8080"]);
     assert!(told.contains("like 127.0.0.1:8080"), "{told}");
+}
+
+#[test]
+fn a_disk_that_is_mounted_already_takes_a_restore() {
+    let Some(disk) = Disk::mount() else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, backup) = (scratch.path().join("data"), scratch.path().join("backup"));
+    fill(&data, 0..50);
+    run(&data, &["backup", backup.to_str().unwrap()]);
+    fs::create_dir(disk.data().join("lost+found")).unwrap();
+    let told = run(&disk.data(), &["restore", backup.to_str().unwrap()]);
+    assert!(told.contains("recorded from"), "{told}");
+    assert_eq!(Store::open(&disk.data()).unwrap().durable(STREAM), Some(49));
+    assert!(run(&disk.data(), &["export"]) == run(&data, &["export"]));
+}
+
+#[test]
+fn what_is_older_than_the_configuration_allows_goes_and_nothing_else() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, config) = (scratch.path().join("data"), scratch.path().join("server.toml"));
+    let mut store = Store::open(&data).unwrap();
+    let now = shore::clock::now().micros();
+    for (seq, days_ago) in [(0, 500), (1, 200), (2, 0)] {
+        let received = UtcTime::from_micros(now - days_ago * 86_400_000_000);
+        let link = Some(LinkSeq { stream: STREAM, seq });
+        store.accept(&Accepted { packet: &packet(seq), received, transport: Transport::Link, link }).unwrap();
+    }
+    store.close().unwrap();
+    let days = || fs::read_dir(data.join("archive/0x2810")).unwrap().count();
+    let prune = |keep: &str, more: &[&str]| {
+        fs::write(&config, keep).unwrap();
+        let base = ["prune", "--as-configured", "--config", config.to_str().unwrap()];
+        command(&data, &[&base, more].concat())
+    };
+    // A timer asks first, also while a server runs, and does not stop one for nothing.
+    let told = prune("", &["--check"]);
+    assert!(String::from_utf8_lossy(&told.stderr).contains("[retention]") && !told.status.success());
+    let told = prune("[retention]\narchive_days = 600\n", &["--check"]);
+    assert!(String::from_utf8_lossy(&told.stderr).contains("nothing is old enough"));
+    assert_eq!(told.status.code(), Some(1));
+    let keep = "[retention]\narchive_days = 365\n";
+    let mut server = Server::start(&data);
+    assert!(prune(keep, &["--check"]).status.success() && days() == 3);
+    let told = prune(keep, &["--yes"]);
+    assert!(!told.status.success() && days() == 3, "beside a running server");
+    server.process.terminate();
+    let told = prune(keep, &["--yes"]);
+    assert!(told.status.success() && days() == 2, "{}", String::from_utf8_lossy(&told.stderr));
+    assert_eq!(prune(keep, &["--check"]).status.code(), Some(1));
+    let told = prune("[retention]\narchive_days = 7\n", &["--check"]);
+    assert!(String::from_utf8_lossy(&told.stderr).contains("31 and more"));
 }

@@ -194,6 +194,21 @@ fn a_run_that_was_killed_is_finished_by_the_next() {
     );
     assert!(!said.contains("ntnu-otter-02"), "{said}");
     assert!(ashore.apply(&[]).contains("nothing to do"));
+    // A key of the VPN that cannot be written, as where a run was killed before it: the audit log knows of it already.
+    let lines = "SELECT subject FROM audit WHERE action IN ('fleet.vpn', 'fleet.rotate')";
+    let before = rows(&ashore.data(), lines).len();
+    let key = ashore.kept("ntnu-otter-03.vpn");
+    let obstacle = fleet.join("ntnu-otter-03.vpn.new");
+    fs::create_dir_all(obstacle.join("full")).unwrap();
+    let rotated = ashore.try_to(&["fleet", "rotate", "ntnu-otter-03", "--vpn"]);
+    assert!(!rotated.status.success() && ashore.kept("ntnu-otter-03.vpn") == key);
+    fs::remove_file(fleet.join("ntnu-otter-03.vpn")).unwrap();
+    let applied = ashore.try_to(&["fleet", "apply", ashore.file().to_str().unwrap()]);
+    assert!(!applied.status.success() && !fleet.join("ntnu-otter-03.vpn").exists());
+    let told = rows(&ashore.data(), lines);
+    assert_eq!(told[before..], ["ntnu-otter-03: VPN key", "ntnu-otter-03"]);
+    fs::remove_dir_all(obstacle).unwrap();
+    ashore.apply(&[]);
     // The one that nobody holds any more ends by itself.
     let endless = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810 AND expires_us IS NULL";
     assert_eq!(rows(&ashore.data(), endless), ["1"]);
@@ -250,8 +265,8 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
         audited,
         [
             "ntnu-otter-01: link token",
-            "ntnu-otter-01: link token",
             "ntnu-otter-01: VPN key",
+            "ntnu-otter-01: link token",
             "ntnu-otter-01",
             "ntnu-otter-02"
         ]

@@ -9,6 +9,7 @@ mod chart_sync;
 mod clock;
 mod demo;
 mod disk_full;
+mod figures;
 mod fleet;
 mod gaps;
 mod hardware;

@@ -1,7 +1,9 @@
 //! Making a data folder of a backup.
 
 use super::manifest::{Entry, Manifest, copy};
+use crate::folder::RESTORING;
 use anyhow::{Context as _, bail, ensure};
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
@@ -22,48 +24,88 @@ pub struct Restored {
     pub outside: Vec<(PathBuf, PathBuf)>,
 }
 
-/// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all.
+/// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all: what is under way lies
+/// in another folder, beside one that is absent and within one that is there, such as a mounted disk. While that folder is within,
+/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew.
 ///
 /// # Errors
 /// The folder holds something, the backup is not whole or is damaged, or something cannot be read or written.
 pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> anyhow::Result<Restored> {
     let manifest = Manifest::read(backup)?;
-    let there = match fs::read_dir(data) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
-        Err(error) => return Err(error).with_context(|| data.display().to_string()),
-        Ok(mut entries) => {
-            ensure!(
-                entries.next().is_none(),
-                "{} is not empty: restore into a folder that is, and move it to its place when all is well",
-                data.display()
-            );
-            true
-        }
-    };
-    let growing = beside(data);
+    let is_there = look(data, &manifest)?;
+    let growing = if is_there { data.join(RESTORING) } else { beside(data) };
     if growing.exists() {
         fs::remove_dir_all(&growing).with_context(|| format!("cannot remove {}", growing.display()))?;
     }
-    let done = fill(backup, &growing, data, manifest, progress).and_then(|done| {
-        if there {
-            fs::remove_dir(data).with_context(|| data.display().to_string())?;
-        }
-        fs::rename(&growing, data).with_context(|| format!("cannot make {}", data.display()))?;
+    let filled = fill(backup, &growing, data, manifest, progress);
+    if filled.is_err() {
+        fs::remove_dir_all(&growing).ok();
+    }
+    let restored = filled?;
+    if is_there {
+        move_up(&growing, data).with_context(|| {
+            format!("{} is not whole, and no server starts there: restore once more", data.display())
+        })?;
+    } else {
+        fs::rename(&growing, data)
+            .inspect_err(|_| drop(fs::remove_dir_all(&growing)))
+            .with_context(|| format!("cannot make {}", data.display()))?;
         if let Some(parent) = data.parent().filter(|parent| !parent.as_os_str().is_empty()) {
             File::open(parent).and_then(|folder| folder.sync_all()).ok();
         }
-        Ok(done)
-    });
-    if done.is_err() {
-        fs::remove_dir_all(&growing).ok();
     }
-    done
+    Ok(restored)
+}
+
+/// Whether the folder is there; what it holds must be nothing, or what a restore that was broken off moved there.
+fn look(data: &Path, manifest: &Manifest) -> anyhow::Result<bool> {
+    let entries = match fs::read_dir(data) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        other => other.with_context(|| data.display().to_string())?,
+    };
+    let (mut moved, mut is_broken_off) = (Vec::new(), false);
+    for entry in entries {
+        let name = entry.with_context(|| data.display().to_string())?.file_name();
+        match name.to_str() {
+            Some(RESTORING) => is_broken_off = true,
+            // Every new disk has it.
+            Some("lost+found") => {}
+            _ => moved.push(name),
+        }
+    }
+    let is_ours = |name: &OsString| {
+        manifest.files.iter().any(|entry| entry.path.iter().next() == Some(name.as_os_str()))
+    };
+    ensure!(
+        moved.is_empty() || is_broken_off && moved.iter().all(is_ours),
+        "{} is not empty: restore into a folder that is, and move it to its place when all is well",
+        data.display()
+    );
+    for path in moved.iter().map(|name| data.join(name)) {
+        let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        removed.with_context(|| format!("cannot remove {}", path.display()))?;
+    }
+    Ok(true)
+}
+
+/// Moves all that a folder within `data` holds to `data`, and removes the folder last.
+fn move_up(growing: &Path, data: &Path) -> anyhow::Result<()> {
+    let moved = || -> io::Result<()> {
+        for entry in fs::read_dir(growing)? {
+            let entry = entry?;
+            fs::rename(entry.path(), data.join(entry.file_name()))?;
+        }
+        File::open(data)?.sync_all()?;
+        fs::remove_dir(growing)?;
+        File::open(data)?.sync_all()
+    };
+    moved().with_context(|| format!("cannot move what is in {} to {}", growing.display(), data.display()))
 }
 
 /// The folder that becomes the data folder.
 fn beside(data: &Path) -> PathBuf {
     let mut name = data.components().as_path().to_owned().into_os_string();
-    name.push(".restoring");
+    name.push(RESTORING);
     PathBuf::from(name)
 }
 

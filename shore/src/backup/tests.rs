@@ -1,7 +1,7 @@
 //! A backup that is broken off anywhere leaves the earlier one as it was.
 
 use super::{make, restore};
-use crate::identity;
+use crate::{folder, identity};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -232,4 +232,48 @@ fn halves_that_a_kill_left_are_removed_and_a_damaged_manifest_tells_what_to_do()
     fs::write(to.join("backup.json"), "{").unwrap();
     let error = make(&data, &[], &to, true, &mut |_| ()).unwrap_err();
     assert!(format!("{error:#}").contains("choose another folder"), "{error:#}");
+}
+
+#[test]
+fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_whole() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, to, back) = (data_in(scratch.path()), at("backup"), at("back"));
+    back_up(&data, &to);
+    let (expected, whole) = (restored(&to, &at("absent")), |folder: &Path| {
+        let mut found = Vec::new();
+        gather(folder, folder, &mut found);
+        found.sort();
+        found
+    });
+    // A disk that is mounted there: the folder stays the same one, and what each disk has does not matter.
+    fs::create_dir_all(back.join("lost+found")).unwrap();
+    let inode = |path: &Path| std::os::unix::fs::MetadataExt::ino(&fs::metadata(path).unwrap());
+    let before = inode(&back);
+    restore(&to, &back, &mut |_| ()).unwrap();
+    assert!(whole(&back) == expected && inode(&back) == before);
+    assert!(!back.join(".restoring").exists() && back.join("lost+found").exists());
+    folder::check(&back).unwrap();
+
+    // Killed while what it had copied was moved: nobody takes it for a data folder, and the next restore makes it whole.
+    fs::create_dir(back.join(".restoring")).unwrap();
+    fs::rename(back.join("app.db"), back.join(".restoring/app.db")).unwrap();
+    let told = folder::check(&back).unwrap_err().to_string();
+    assert!(told.contains("was broken off") && told.contains("lutra-server restore"), "{told}");
+    fs::write(back.join("letter.txt"), "x").unwrap();
+    let told = restore(&to, &back, &mut |_| ()).unwrap_err().to_string();
+    assert!(told.contains("is not empty") && back.join("logbook/1").exists(), "{told}");
+    fs::remove_file(back.join("letter.txt")).unwrap();
+    restore(&to, &back, &mut |_| ()).unwrap();
+    assert!(whole(&back) == expected);
+    // Without that mark what lies there is somebody's.
+    restore(&to, &back, &mut |_| ()).unwrap_err();
+
+    // A damaged backup leaves the folder empty, as it was.
+    let empty = at("empty");
+    fs::create_dir(&empty).unwrap();
+    fs::write(to.join("logbook/1"), "a prank").unwrap();
+    let told = restore(&to, &empty, &mut |_| ()).unwrap_err().to_string();
+    assert!(told.contains("logbook/1: holds other bytes"), "{told}");
+    assert_eq!(fs::read_dir(&empty).unwrap().count(), 0);
 }

@@ -31,6 +31,11 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
         Some(key) => Some(VpnAccess { key: key?, address: vessel.vpn_address }),
         None => None,
     };
+    if vpn.is_some() {
+        // Said before it is done: a kill between the two leaves a line too many, not a key that nobody knows of.
+        let line = (now, state::line("fleet.rotate", &format!("{name}: VPN key")));
+        with(&config.data, async |db| within_transaction(db, Record(vec![line])).await)?;
+    }
     let rotate = Rotate {
         name: name.clone(),
         vessel: vessel.imc_address,
@@ -99,7 +104,7 @@ enum Older {
     Until(UtcTime),
 }
 
-/// A new token, a new key, or both: all of it or nothing.
+/// A new token, a new key, or both: all of it or nothing. The audit log knows of the key already.
 struct Rotate {
     name: String,
     vessel: u16,
@@ -129,7 +134,6 @@ impl Request for Rotate {
         }
         if let Some(access) = vpn {
             files.keep_vpn_access(&name, &access).map_err(|error| state::refused(&error))?;
-            lines.push((now, state::line("fleet.rotate", &format!("{name}: VPN key"))));
         }
         Record(lines).run(db).await
     }

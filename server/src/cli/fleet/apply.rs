@@ -1,7 +1,8 @@
 //! `lutra-server fleet apply`: what is to be done, told first, then done.
 //!
-//! Keys come first, then one transaction of app.db with names, tokens and their lines in the audit log, then the files of the
-//! VPN, then the copy of the fleet file. Each step is whole or not there, and each is looked at anew by the next run: whatever
+//! The lines of the audit log about keys come first, then the keys, then one transaction of app.db with names, tokens and their
+//! lines, then the files of the VPN, then the copy of the fleet file. So no key is there of which the log does not tell; a line may
+//! stand twice after a kill. Each step is whole or not there, and each is looked at anew by the next run: whatever
 //! interrupts one, the same command finishes it.
 
 use super::files::{self, Files, VpnAccess};
@@ -224,6 +225,12 @@ impl Plan {
 
     /// Does it. Whether files of the VPN changed.
     fn carry_out(self, data: &Path, files: &Files, fleet: &Fleet, text: &str) -> anyhow::Result<bool> {
+        let now = clock::now();
+        let named = self.keys.iter().map(|step| (now, state::line("fleet.vpn", &step.name)));
+        let lines: Vec<_> = named.collect();
+        if !lines.is_empty() {
+            with(data, async |db| within_transaction(db, Record(lines)).await)?;
+        }
         if self.server_key {
             files.keep_server_key(&state::new_key()?)?;
         }
@@ -234,9 +241,7 @@ impl Plan {
             };
             files.keep_vpn_access(name, &VpnAccess { key, address: *address })?;
         }
-        let keys = self.keys.iter().map(|step| step.name.clone()).collect();
-        let change =
-            Change { names: self.names, tokens: self.tokens, keys, files: files.clone(), now: clock::now() };
+        let change = Change { names: self.names, tokens: self.tokens, files: files.clone(), now };
         with(data, async |db| within_transaction(db, change).await)?;
         let changed = write_vpn(files, fleet)?;
         files::write(&files.applied(), text.as_bytes())?;
@@ -249,8 +254,6 @@ impl Plan {
 struct Change {
     names: Vec<(String, u16)>,
     tokens: Vec<(String, u16)>,
-    /// Vessels with another key or place in the VPN.
-    keys: Vec<String>,
     files: Files,
     now: UtcTime,
 }
@@ -277,7 +280,6 @@ impl Request for Change {
                 lines.push(state::line("token.expire", &format!("fleet: {name}")));
             }
         }
-        lines.extend(self.keys.iter().map(|name| state::line("fleet.vpn", name)));
         Record(lines.into_iter().map(|line| (now, line)).collect()).run(db).await
     }
 }
