@@ -317,14 +317,13 @@ fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
 fn in_chart(rows: &[Row]) -> NoGo {
     let mut all = NoGo::default();
     for row in rows {
-        match row.area.as_ref().and_then(|area| area_in_chart(row.id, area)) {
-            Some(area) => all.areas.push(area),
-            None => {
-                let id = row.id;
-                let text =
-                    format!("area {id} cannot be read from app.db: lift it, and close it anew where it lies");
-                all.lost = Some(text);
-            }
+        if let Some(area) = row.area.as_ref().and_then(|area| area_in_chart(row.id, area)) {
+            all.areas.push(area);
+        } else {
+            let id = row.id;
+            all.lost = Some(format!(
+                "area {id} cannot be read from app.db: lift it, and close it anew where it lies"
+            ));
         }
     }
     all

@@ -143,6 +143,7 @@ impl Kind {
     }
 
     /// What it means: why it comes, what follows from it, and what to do.
+    #[expect(clippy::too_many_lines, reason = "a table, an entry for each kind")]
     pub const fn advice(self) -> Advice {
         let (cause, consequence, action) = match self {
             Self::Grounding => (
