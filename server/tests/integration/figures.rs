@@ -68,8 +68,7 @@ fn written(folder: &Path, found: &mut BTreeMap<String, BTreeSet<String>>) {
                 let arguments = rest.split(");").next().unwrap().split("\n        .").next().unwrap();
                 let mut parts = arguments.split('"');
                 let name = format!("lutra_{}", parts.next().unwrap());
-                let labels =
-                    arguments.split("\" =>").rev().skip(1).filter_map(|text| text.rsplit('"').next());
+                let labels = arguments.rsplit("\" =>").skip(1).filter_map(|text| text.rsplit('"').next());
                 found.entry(name).or_default().extend(labels.map(str::to_owned));
             }
         }
