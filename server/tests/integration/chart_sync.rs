@@ -99,6 +99,32 @@ async fn load(console: &mut Client, request_id: u16, (lat_deg, lon_deg): (f64, f
     }
 }
 
+/// A place some tens of metres away that the vessel itself would go to.
+async fn open_water(console: &mut Client) -> (f64, f64) {
+    let frame = LocalFrame::new(LatLon::from_deg(63.446, 10.345).unwrap());
+    for part in 0..16_u16 {
+        let course_rad = f64::from(part) / 16.0 * std::f64::consts::TAU;
+        let place = frame.to_place(LocalPoint::default().displaced(course_rad, 80.0));
+        let place = (place.lat_deg(), place.lon_deg());
+        if load(console, 810 + part, place).await.r#type == PlanControlType::Success {
+            return place;
+        }
+    }
+    panic!("it goes nowhere");
+}
+
+/// Closes a square of 40 m around a place to all vessels.
+fn close(browser: &mut Browser, (lat_deg, lon_deg): (f64, f64)) {
+    let page = browser.get("/no-go-areas");
+    let token = page.split_once("name=\"csrf\" content=\"").unwrap().1.split('"').next().unwrap();
+    let corner = |north: f64, east: f64| [lat_deg + north * 1.8e-4, lon_deg + east * 4e-4];
+    let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    let area = serde_json::json!({"name": "Salmon farm", "reason": "", "corners": corners}).to_string();
+    let more = format!("content-type: application/json\r\nx-csrf-token: {token}\r\n");
+    let (head, body) = browser.ask("POST /api/v1/no-go-areas", &more, &area);
+    assert!(head.contains(" 200 "), "{head}\n{body}");
+}
+
 fn held(browser: &mut Browser) -> Value {
     let links: Value = serde_json::from_str(&browser.get("/api/v1/links")).unwrap();
     links[0]["chart"].clone()
@@ -172,6 +198,16 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
         (&"otter-1".into(), &"same".into())
     );
     assert_eq!(list["digest"], told["digest"]);
+
+    // What an operator closes comes aboard the same way: the vessel itself refuses a place that it would have gone to.
+    let open = open_water(&mut console).await;
+    close(&mut browser, open);
+    let digest = told["digest"].clone();
+    let closed = |chart: &Value| chart["state"] == "same" && chart["digest"] != digest;
+    let told = until("closed aboard too", || Some(held(&mut browser)).filter(closed)).await;
+    let refused = load(&mut console, 890, open).await;
+    assert_eq!(refused.r#type, PlanControlType::Failure);
+    assert!(refused.info.to_str_lossy().contains("prohibited"), "{}", refused.info);
 
     // It is what the next start begins with, also out of reach of the shore; and what was carried aboard by hand is.
     agent.process.terminate();
