@@ -98,7 +98,7 @@ pub use reader::{
     Reader, RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
-pub use retention::{Removal, Retention, plan_retention};
+pub use retention::{Removal, Retention, archived_until, plan_retention};
 pub use store::Store;
 pub use tail::{Marks, Place, Tail};
 pub use usage::{Archives, Usage, usage};

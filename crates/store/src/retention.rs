@@ -8,6 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
+const DAY_US: i64 = 86_400_000_000;
+
 /// What may go. The archive can bring back months of the history (by `reindex`); nothing brings back the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Retention {
@@ -31,7 +33,6 @@ pub struct Removal {
 /// # Errors
 /// When folders cannot be read.
 pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>> {
-    const DAY_US: i64 = 86_400_000_000;
     let mut removals = Vec::new();
     let folder = data.join("history");
     for key in history::months(&folder)? {
@@ -59,6 +60,16 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
         }
     }
     Ok(removals)
+}
+
+/// When the newest day of the archive ends, by arrival; `None` while nothing was recorded.
+///
+/// # Errors
+/// When folders cannot be read.
+pub fn archived_until(data: &Path) -> Result<Option<UtcTime>> {
+    let days = archive::days(&data.join("archive"))?;
+    let newest = days.into_iter().filter_map(archive::DayKey::start).max();
+    Ok(newest.map(|start| UtcTime::from_micros(start.micros() + DAY_US)))
 }
 
 impl Store {

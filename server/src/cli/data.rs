@@ -141,7 +141,7 @@ pub(super) struct PruneArguments {
     /// Remove days of the archive that ended before this day. What is only there is lost for ever.
     #[arg(long, value_name = "DATE")]
     archive_before: Option<UtcTime>,
-    /// What is older than `[retention]` of the configuration allows: for a timer.
+    /// What is older than `[retention]` of the configuration allows, counted back from the newest recording: for a timer.
     #[arg(long, conflicts_with_all = ["history_before", "archive_before"])]
     as_configured: bool,
     /// Only end with 0 if something would go, else with 1. The server may run.
@@ -417,7 +417,10 @@ fn tell_covered(covered: Vec<Covered>) {
 pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
     let retention = if arguments.as_configured {
-        configured(common.load(Vec::new())?.retention, clock::now())
+        // A clock that leads by years must not take everything: age counts to the newest recording.
+        let now = clock::now();
+        let newest = store::archived_until(&data)?.map_or(now, |until| until.min(now));
+        configured(common.load(Vec::new())?.retention, newest)
     } else {
         Retention { history_before: arguments.history_before, archive_before: arguments.archive_before }
     };
@@ -445,10 +448,10 @@ pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Resu
     Ok(())
 }
 
-/// What may go at a time by the configuration.
-fn configured(keep: Keep, now: UtcTime) -> Retention {
+/// What may go by the configuration, counted back from a time.
+fn configured(keep: Keep, from: UtcTime) -> Retention {
     const DAY_US: i64 = 86_400_000_000;
     let before =
-        |days: u16| (days > 0).then(|| UtcTime::from_micros(now.micros() - i64::from(days) * DAY_US));
+        |days: u16| (days > 0).then(|| UtcTime::from_micros(from.micros() - i64::from(days) * DAY_US));
     Retention { history_before: before(keep.history_days), archive_before: before(keep.archive_days) }
 }

@@ -82,9 +82,9 @@ pub struct Tls {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Keep {
-    /// Months of the history that ended so many days ago may go. The archive can bring them back.
+    /// Months of the history that ended so many days before the newest recording may go. The archive can bring them back.
     pub history_days: u16,
-    /// Days of the archive that ended so many days ago may go, for ever.
+    /// Days of the archive that ended so many days before the newest recording may go, for ever.
     pub archive_days: u16,
 }
 

@@ -366,3 +366,22 @@ fn what_is_older_than_the_configuration_allows_goes_and_nothing_else() {
     let told = prune("[retention]\narchive_days = 7\n", &["--check"]);
     assert!(String::from_utf8_lossy(&told.stderr).contains("31 and more"));
 }
+
+#[test]
+fn age_counts_back_from_the_newest_recording_so_that_no_clock_takes_a_season() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, config) = (scratch.path().join("data"), scratch.path().join("server.toml"));
+    fs::write(&config, "[retention]\narchive_days = 365\n").unwrap();
+    let mut store = Store::open(&data).unwrap();
+    let now = shore::clock::now().micros();
+    // For the computer's clock all of it is older than a year.
+    for (seq, days_ago) in [(0, 1_000), (1, 550), (2, 500)] {
+        let received = UtcTime::from_micros(now - days_ago * 86_400_000_000);
+        let link = Some(LinkSeq { stream: STREAM, seq });
+        store.accept(&Accepted { packet: &packet(seq), received, transport: Transport::Link, link }).unwrap();
+    }
+    store.close().unwrap();
+    let told = command(&data, &["prune", "--as-configured", "--yes", "--config", config.to_str().unwrap()]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    assert_eq!(fs::read_dir(data.join("archive/0x2810")).unwrap().count(), 2);
+}

@@ -174,8 +174,9 @@ impl Explorer {
                 return Ok(state.found(wanted));
             }
             if !state.is_reading {
-                state.is_reading = true;
+                // Without a thread the next question tries again.
                 self.read(unread, asked)?;
+                state.is_reading = true;
             }
             (state, _) =
                 self.shelf.changed.wait_timeout(state, until - now).unwrap_or_else(PoisonError::into_inner);
