@@ -79,7 +79,7 @@ impl Shore {
         change(&mut config);
         // Nothing goes on by itself: tests drive what they test.
         let running = Opened::open(config.shore(), Clock::real()).unwrap().assemble().await.unwrap();
-        let metrics = serve::figures(&running.shore.tasks, running.shore.stop.clone());
+        let metrics = serve::figures();
         let shore = running.shore.clone();
         let state = AppState { config: Arc::new(config), shore, metrics };
         let people = state.shore.people.clone();

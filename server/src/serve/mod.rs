@@ -97,6 +97,8 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
         )
     })?;
     let address = listener.local_addr()?;
+    // Before anything that tells figures: what is told earlier is lost.
+    let metrics = figures();
     let opened = Opened::open(config.shore(), clock)?;
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     opened.router.ledger().opened(hub::Transport::Link, format!("{scheme}://{address}/link"));
@@ -106,7 +108,7 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     let shore = running.shore.clone();
     let transports = waiting.serve(&shore.tasks, &shore.owners);
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
-    let metrics = figures(&shore.tasks, shore.stop.clone());
+    keep_figures(metrics.clone(), &shore.tasks, shore.stop.clone());
     let state = AppState { config: Arc::new(config), shore: shore.clone(), metrics };
     let web = Web { listener, tls, router: router::router(state.clone()), max_connections, proxies };
     if let Some(keeper) = keeper.clone() {
@@ -118,18 +120,21 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
-pub(crate) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+pub(crate) fn figures() -> PrometheusHandle {
     let recorder = PrometheusBuilder::new().build_recorder();
     let handle = recorder.handle();
     if metrics::set_global_recorder(recorder).is_err() {
         tracing::debug!("figures are recorded elsewhere");
     }
-    let upkeep = handle.clone();
+    handle
+}
+
+/// Has figures of long ago given up until the server ends.
+fn keep_figures(figures: PrometheusHandle, tasks: &TaskTracker, stop: CancellationToken) {
     tasks.spawn(async move {
         let mut interval = tokio::time::interval(Duration::from_secs(5));
         while stop.run_until_cancelled(interval.tick()).await.is_some() {
-            upkeep.run_upkeep();
+            figures.run_upkeep();
         }
     });
-    handle
 }
