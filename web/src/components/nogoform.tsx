@@ -15,12 +15,14 @@ interface Needs {
   readonly save: string;
   /** The middle of the map. */
   centre(): PlanPlace;
+  /** Brings the corners into view on the map. */
+  show(): void;
   /** Sends it; what is wrong, or nothing where it is done. */
   send(draft: AreaDraft, waits: (tries: number) => void): Promise<Wrong | undefined>;
   cancel(): void;
 }
 
-export function NoGoForm({ draft: first, corners, title, save, centre, send, cancel }: Needs) {
+export function NoGoForm({ draft: first, corners, title, save, centre, show, send, cancel }: Needs) {
   const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => areaWrong(draft, corners.now.value), send });
   const { draft, change, at } = form;
   const name = useRef<HTMLInputElement>(null);
@@ -46,7 +48,7 @@ export function NoGoForm({ draft: first, corners, title, save, centre, send, can
           <button type="button" disabled={!count} onClick={() => act(() => corners.set(now.slice(0, -1)))}>{t("Remove the last corner")}</button>
           <button type="button" disabled={!count} onClick={() => act(() => corners.set([]))}>{t("Remove all corners")}</button>
         </div>
-        <CornersAsText corners={corners} taken={() => form.told(undefined)} />
+        <CornersAsText corners={corners} taken={() => act(show)} />
         <p class="wrong" role="alert">{at("corners")}</p>
       </fieldset>
       <FormEnd of={form.end} save={save} cancel={cancel} />

@@ -10,7 +10,7 @@ import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Style, Text } from "ol/style";
 import { getJson } from "../api/http";
-import type { NoGoArea, NoGoAreas } from "../api/types.gen";
+import type { NoGoArea, NoGoAreaRequest, NoGoAreas } from "../api/types.gen";
 import { over } from "./layers";
 import { CANVAS_FONT, type Palette } from "./palette";
 
@@ -25,7 +25,7 @@ export interface NoGoOnMap {
   learn(): Promise<void>;
   show(areas: readonly NoGoArea[]): void;
   /** Brings one into view. */
-  fit(area: NoGoArea): void;
+  fit(area: NoGoAreaRequest): void;
   repaint(): void;
 }
 
@@ -53,7 +53,7 @@ export function createNoGo(map: OlMap, palette: () => Palette): NoGoOnMap {
   let asked = 0;
   const draw = (areas: readonly NoGoArea[]): void => {
     source.clear(true);
-    source.addFeatures(areas.map((area) => new Feature({ geometry: new Polygon([ring(area)]), name: area.area.name })));
+    source.addFeatures(areas.map((area) => new Feature({ geometry: new Polygon([ring(area.area)]), name: area.area.name })));
   };
   return {
     show(areas) {
@@ -66,13 +66,15 @@ export function createNoGo(map: OlMap, palette: () => Palette): NoGoOnMap {
       const found = await getJson<NoGoAreas>("/api/v1/no-go-areas", AbortSignal.timeout(PATIENCE_MS)).catch(() => undefined);
       if (found && mine === asked) draw(found.areas);
     },
-    fit: (area) => map.getView().fit(boundingExtent(ring(area)), { padding: [80, 80, 80, 80], maxZoom: 17, duration: 0 }),
+    fit(area) {
+      if (area.corners.length > 0) map.getView().fit(boundingExtent(ring(area)), { padding: [80, 80, 80, 80], maxZoom: 17, duration: 0 });
+    },
     repaint: () => layer.changed(),
   };
 }
 
-function ring({ area }: NoGoArea): number[][] {
-  return [...area.corners, ...area.corners.slice(0, 1)].map(([lat_deg, lon_deg]) => fromLonLat([lon_deg, lat_deg]));
+function ring({ corners }: NoGoAreaRequest): number[][] {
+  return [...corners, ...corners.slice(0, 1)].map(([lat_deg, lon_deg]) => fromLonLat([lon_deg, lat_deg]));
 }
 
 /** Slanting lines. */

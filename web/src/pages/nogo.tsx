@@ -73,7 +73,7 @@ class NoGoPage {
   private readonly Side = () => {
     const { list, editing, busy, wrong, lifted } = this;
     const known = list.value.value;
-    const act = { show: (area: NoGoArea) => this.map.noGo.fit(area), edit: (area: NoGoArea) => this.edit(area), close: (area: NoGoArea, closed: boolean) => void this.close(area, closed) };
+    const act = { show: ({ area }: NoGoArea) => this.map.noGo.fit(area), edit: (area: NoGoArea) => this.edit(area), close: (area: NoGoArea, closed: boolean) => void this.close(area, closed) };
     return (
       <>
         {known?.trouble && known.areas.some((area) => area.lifted === null) && <p class="note bad" role="alert">{t("Not in force: {trouble}", { trouble: known.trouble })}</p>}
@@ -97,6 +97,7 @@ class NoGoPage {
       title={of ? t("Change {name}", { name: of.area.name }) : t("Close an area")}
       save={of ? t("Save") : t("Close this area")}
       centre={() => placeOf(this.map.ol.getView().getCenter() ?? [0, 0])}
+      show={() => this.map.noGo.fit(areaAsk(EMPTY_AREA, this.corners.now.value))}
       send={(draft, waits) => this.send(of, draft, waits)}
       cancel={() => (this.editing.value = undefined)}
     />
@@ -106,7 +107,7 @@ class NoGoPage {
     [this.lifted.value, this.wrong.value] = [undefined, ""];
     this.corners.begin(area ? cornersOf(area) : []);
     this.editing.value = { of: area };
-    if (area) this.map.noGo.fit(area);
+    if (area) this.map.noGo.fit(area.area);
   }
 
   private async ask(): Promise<void> {
@@ -115,7 +116,7 @@ class NoGoPage {
     const closed = found.areas.filter(({ lifted }) => lifted === null);
     this.map.noGo.show(closed);
     const [first] = closed;
-    if (this.fits && first) this.map.noGo.fit(first);
+    if (this.fits && first) this.map.noGo.fit(first.area);
     this.fits = false;
   }
 
