@@ -67,3 +67,19 @@ test("there are no more corners than an area may have", () => {
   assert.equal(corners.now.value.length, 200);
   assert.ok(!corners.changed);
 });
+
+test("what is typed is taken or stays, and never stands beside other corners", () => {
+  const corners = new Corners();
+  corners.begin([at(1), at(2), at(3)]);
+  corners.typed.value = "63, 10\n63,4 10,3";
+  assert.equal(corners.take(), false);
+  assert.match(corners.wrong.value, /^Line 2/);
+  assert.deepEqual(corners.now.value, [at(1), at(2), at(3)]);
+  corners.add(at(4));
+  assert.deepEqual([corners.typed.value, corners.wrong.value], [undefined, ""], "a click shows what there is");
+  corners.typed.value = "5, 10\n6, 10\n7, 11";
+  assert.equal(corners.take(), true);
+  assert.equal(corners.typed.value, undefined);
+  corners.undo();
+  assert.deepEqual(corners.now.value, [at(1), at(2), at(3), at(4)]);
+});

@@ -267,6 +267,23 @@ async fn areas_of_a_file_are_closed_together_or_not_at_all() {
 }
 
 #[tokio::test]
+async fn as_many_areas_as_are_taken_with_as_many_corners_as_each_may_have_are_one_request() {
+    let shore = Shore::with(archipelago).await;
+    let operator = shore.token(None, Role::Operator).await;
+    let round = |number: u32| {
+        let corners = (0..200).map(|step| {
+            let angle = f64::from(step) * std::f64::consts::TAU / 200.0;
+            let east_deg = 10.344 + f64::from(number) * 1e-3;
+            [63.4455 + 1e-4 * angle.sin(), east_deg + 2e-4 * angle.cos()]
+        });
+        json!({"name": format!("cage {number}"), "reason": "x".repeat(500), "corners": corners.collect::<Vec<_>>()})
+    };
+    let closed = batch(&shore, &operator, (0..200).map(round).collect()).await;
+    assert_eq!(closed.status, StatusCode::OK, "{}", closed.body);
+    assert_eq!(list(&shore, &operator).await.areas.len(), 200);
+}
+
+#[tokio::test]
 async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_that_they_have() {
     let shore = Shore::with(archipelago).await;
     let operator = shore.token(None, Role::Operator).await;
@@ -284,6 +301,8 @@ async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_
     assert!(trouble.contains(&format!("area {} cannot be read", first.id)), "{trouble}");
     assert_eq!(guard(&shore, &operator, &through()).await["cause"], "no-go-areas");
     assert_eq!(offered(), before, "that one has the area which is lost here");
+    let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &operator).await;
+    assert!(near.body.contains("Salmon farm"), "the chart is the last to know where it lies: {}", near.body);
     // Lifted, as it says.
     let unreadable = listed.areas.iter().find(|one| one.id == first.id).unwrap();
     let lift = json!({"revision": unreadable.revision, "area": unreadable.area, "closed": false});

@@ -45,12 +45,13 @@ impl Areas {
 
     /// Whether some area is closed.
     pub(super) fn are_some(&self) -> bool {
-        self.wanted().is_some_and(|wanted| !wanted.areas.is_empty())
+        self.wanted().is_some_and(|wanted| !wanted.areas.is_empty() || wanted.lost.is_some())
     }
 
-    /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again.
+    /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again. While one
+    /// of them is lost the set stays as it is: it may be the only place that still knows where that one lies.
     pub(super) fn bring_into(&self, path: &Path) {
-        let Some(NoGo { areas, at, .. }) = self.wanted() else { return };
+        let Some(NoGo { areas, at, lost: None }) = self.wanted() else { return };
         let trouble = match put_no_go_areas(path, &areas, at) {
             // Without a set nothing sails by one; what is no set is said by who reads it.
             Ok(()) | Err(ChartDbError::Absent(_) | ChartDbError::Foreign(_) | ChartDbError::Newer(_)) => None,

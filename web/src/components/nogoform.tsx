@@ -1,8 +1,8 @@
 // The form of a no-go area beside the map that its corners are clicked on.
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import type { PlanPlace } from "../api/types.gen";
-import { type Corners, cornersOfText, MOST_CORNERS, textOfCorners } from "../state/corners";
+import { type Corners, MOST_CORNERS, textOfCorners } from "../state/corners";
 import { areaWrong, type AreaDraft } from "../state/nogo";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
@@ -23,7 +23,7 @@ interface Needs {
 }
 
 export function NoGoForm({ draft: first, corners, title, save, centre, show, send, cancel }: Needs) {
-  const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => areaWrong(draft, corners.now.value), send });
+  const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => (corners.take() ? areaWrong(draft, corners.now.value) : { field: "text", text: corners.wrong.value }), send });
   const { draft, change, at } = form;
   const name = useRef<HTMLInputElement>(null);
   useEffect(() => name.current?.focus(), []);
@@ -58,20 +58,18 @@ export function NoGoForm({ draft: first, corners, title, save, centre, show, sen
 
 /** The corners to be read, typed and pasted; what is typed counts once it is places. */
 function CornersAsText({ corners, taken }: { readonly corners: Corners; readonly taken: () => void }) {
-  const [typed, type] = useState<string | undefined>(undefined);
-  const [wrong, told] = useState("");
-  const take = (text: string): void => {
-    const found = cornersOfText(text);
-    told("wrong" in found ? found.wrong : "");
-    if ("wrong" in found) return type(text);
-    if (textOfCorners(found.corners) !== textOfCorners(corners.now.value)) corners.set(found.corners);
-    type(undefined);
-    taken();
+  const { typed, wrong } = corners;
+  const take = (): void => {
+    if (corners.take()) taken();
+  };
+  // While the text is not what the area has for corners, it is not hidden.
+  const shown = (details: HTMLDetailsElement): void => {
+    details.open ||= wrong.value !== "";
   };
   return (
-    <details>
+    <details onToggle={(event) => shown(event.currentTarget)}>
       <summary>{t("Corners as text")}</summary>
-      <Field id="nogo-text" label={t("A corner in each line: latitude, longitude")} wrong={wrong} input={(marks) => <textarea {...marks} class="num" rows={6} spellcheck={false} value={typed ?? textOfCorners(corners.now.value)} onInput={(event) => type(event.currentTarget.value)} onChange={(event) => take(event.currentTarget.value)} />} />
+      <Field id="nogo-text" label={t("A corner in each line: latitude, longitude")} wrong={wrong.value} input={(marks) => <textarea {...marks} class="num" rows={6} spellcheck={false} value={typed.value ?? textOfCorners(corners.now.value)} onInput={(event) => { typed.value = event.currentTarget.value; }} onChange={take} />} />
     </details>
   );
 }

@@ -13,16 +13,40 @@ export class Corners {
   readonly now = signal<readonly PlanPlace[]>([]);
   private readonly before = signal<readonly (readonly PlanPlace[])[]>([]);
   private dragged = false;
+  /** What is typed and not yet taken; nothing while the text is that of the corners. */
+  readonly typed = signal<string | undefined>(undefined);
+  /** What is wrong with what is typed. */
+  readonly wrong = signal("");
 
   /** Begins with these; nothing can be taken back. */
   begin(corners: readonly PlanPlace[]): void {
-    [this.now.value, this.before.value, this.dragged] = [corners, [], false];
+    [this.before.value, this.dragged] = [[], false];
+    this.show(corners);
   }
 
   /** One step; further corners than may be are left out. */
   set(next: readonly PlanPlace[]): void {
     this.before.value = [...this.before.value, this.now.value].slice(-MOST_STEPS);
-    this.now.value = next.slice(0, MOST_CORNERS);
+    this.show(next.slice(0, MOST_CORNERS));
+  }
+
+  /** The text is that of the corners again: what stands there is never other than what is sent. */
+  private show(corners: readonly PlanPlace[]): void {
+    [this.now.value, this.typed.value, this.wrong.value] = [corners, undefined, ""];
+  }
+
+  /** Takes what is typed, if something is; false where it is no corners: they stay, and so does the text. */
+  take(): boolean {
+    const { value: text } = this.typed;
+    if (text === undefined) return true;
+    const found = cornersOfText(text);
+    if ("wrong" in found) {
+      this.wrong.value = found.wrong;
+      return false;
+    }
+    if (textOfCorners(found.corners) === textOfCorners(this.now.value)) this.show(this.now.value);
+    else this.set(found.corners);
+    return true;
   }
 
   add(corner: PlanPlace): void {
@@ -41,14 +65,16 @@ export class Corners {
   move(index: number, corner: PlanPlace, done: boolean): void {
     if (this.now.value[index]) {
       if (!this.dragged) this.set(this.now.value);
-      this.now.value = this.now.value.with(index, corner);
+      this.show(this.now.value.with(index, corner));
     }
     this.dragged = !done;
   }
 
   undo(): void {
     const last = this.before.value.at(-1);
-    if (last) [this.now.value, this.before.value] = [last, this.before.value.slice(0, -1)];
+    if (!last) return;
+    this.before.value = this.before.value.slice(0, -1);
+    this.show(last);
   }
 
   /** Whether there is something to take back. */

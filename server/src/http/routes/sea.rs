@@ -8,6 +8,9 @@ use api::{
     SeaRouteAnswer, SeaRouteRequest,
 };
 
+/// The most areas of a file with the most corners, as JSON with all decimals, fit in this.
+const AREAS_BYTES: usize = 4 << 20;
+
 /// What people close to all vessels.
 pub(super) fn no_go_areas() -> Vec<Route> {
     let (viewer, operator) = (Need::Somewhere(Role::Viewer), Need::Everywhere(Role::Operator));
@@ -31,6 +34,7 @@ pub(super) fn no_go_areas() -> Vec<Route> {
             areas::create_all,
         )
         .query::<NoGoAreaQuery>()
+        .body_bytes(AREAS_BYTES)
         .takes::<NoGoAreasRequest>()
         .gives::<NoGoAreas>(),
         Route::patch(
