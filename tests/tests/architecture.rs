@@ -25,7 +25,7 @@ const LAYERS: [(u8, &[&str]); 8] = [
 ];
 
 /// Modules of each crate that stand in circles. There may be fewer, never more: who breaks one takes the smaller number.
-const IN_CIRCLES: [(&str, usize); 3] = [("charts", 10), ("imc", 5), ("store", 3)];
+const IN_CIRCLES: [(&str, usize); 2] = [("charts", 10), ("imc", 5)];
 
 /// Only `hub` and `onboard` translate between IMC and these.
 const NEVER_KNOW_IMC: [&str; 6] = ["charts", "control", "guard", "mission", "planner", "tiles"];

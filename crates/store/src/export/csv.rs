@@ -4,36 +4,27 @@
 //! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
 //! entity. The same question to the same history gives the same bytes.
 
-use super::plan::{CsvOptions, Message, Plan, Shape};
+use super::cells::{Exported, Writer, arrival, believed, header_start, receiver};
+use super::options::{CsvOptions, Shape};
+use super::plan::{Message, Plan};
 use super::raw::Raw;
 use super::select::Selection;
-use crate::error::{Result, StoreError};
+use crate::error::Result;
 use crate::history::{ColumnKind, GroupKey, Table};
-use crate::range::{NO_TIME_US, TimeRange};
+use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, fields_sent, has_group, select_list};
 use imc::Address;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Row};
 use std::io::Write;
 use std::path::Path;
-use tables::{Computed, FIXED, Field, Format, IsoTime};
+use tables::{Computed, Field, IsoTime};
 
-/// Bytes that are handed on at once.
-const CHUNK_BYTES: usize = 1 << 16;
 /// Most bytes of a slice, unless all of it is of one microsecond.
 const SLICE_BYTES: usize = 1 << 20;
 /// The first slice, and the longest (µs).
 const FIRST_SLICE_US: i64 = 60_000_000;
 const LONGEST_SLICE_US: i64 = 86_400_000_000;
-
-/// What an export wrote.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Exported {
-    /// Rows of a table, or packets of a log.
-    pub rows: u64,
-    /// Bytes.
-    pub bytes: u64,
-}
 
 /// Writes a table: a header, and a row for each message or value, ended by line feeds. A value that is absent is an empty
 /// cell, one that is not a number `NaN`.
@@ -49,8 +40,7 @@ pub fn export_csv(
 ) -> Result<Exported> {
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
     let selection = &selection.known(&mut reader)?;
-    let mut writer =
-        Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
+    let mut writer = Writer::new(out);
     // Whoever waits for the first byte gets it before the first question to the database.
     writer.buffer.extend_from_slice(options.dialect.mark());
     let written = if selection.is_raw() {
@@ -69,40 +59,6 @@ pub fn export_csv(
         return Err(error);
     }
     Ok(writer.exported)
-}
-
-pub(super) struct Writer<'o> {
-    out: &'o mut dyn Write,
-    pub(super) buffer: Vec<u8>,
-    pub(super) exported: Exported,
-}
-
-impl Writer<'_> {
-    fn flush(&mut self) -> Result<()> {
-        self.out.write_all(&self.buffer).and_then(|()| self.out.flush()).map_err(unwritable)?;
-        self.exported.bytes += self.buffer.len() as u64;
-        self.buffer.clear();
-        Ok(())
-    }
-
-    pub(super) fn flush_full(&mut self) -> Result<()> {
-        if self.buffer.len() >= CHUNK_BYTES { self.flush() } else { Ok(()) }
-    }
-}
-
-pub(super) fn unwritable(source: std::io::Error) -> StoreError {
-    StoreError::Io { path: "the export".into(), source }
-}
-
-/// The names of the columns that every table begins with.
-pub(super) fn header_start(out: &mut Vec<u8>, options: CsvOptions) {
-    let received = options.received.then_some(["received", "received_unix_s"]);
-    for (at, name) in FIXED.iter().map(|(name, ..)| *name).chain(received.into_iter().flatten()).enumerate() {
-        if at > 0 {
-            options.format().next(out);
-        }
-        out.extend_from_slice(name.as_bytes());
-    }
 }
 
 fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
@@ -389,17 +345,6 @@ struct Lines<'p> {
     received: IsoTime,
 }
 
-/// Writes the columns of an arrival; empty for rows of a history that did not know it.
-pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<i64>, format: Format) {
-    format.next(out);
-    tables::stamp(out, iso, received_us, format.dialect);
-}
-
-/// A time of the history, unless it stands for none.
-pub(super) fn believed(time_us: i64) -> Option<i64> {
-    (time_us != NO_TIME_US).then_some(time_us)
-}
-
 impl Lines<'_> {
     /// Writes a message; how many lines that made.
     fn write(
@@ -518,16 +463,4 @@ fn sent(row: &Row<'_>) -> rusqlite::Result<usize> {
 /// Whether a NULL is a NaN: of a real that was sent.
 fn is_nan(field: &Field, sent: usize) -> bool {
     matches!(field.kind, ColumnKind::Single | ColumnKind::Double) && field.at.is_some_and(|at| at < sent)
-}
-
-/// Writes whom a message was said to; empty where the history does not know.
-pub(super) fn receiver(out: &mut Vec<u8>, dst: Option<u16>, dst_ent: Option<u8>, format: Format) {
-    format.next(out);
-    if let Some(dst) = dst {
-        out.extend_from_slice(format!("{dst:#06x}").as_bytes());
-    }
-    format.next(out);
-    if let Some(dst_ent) = dst_ent {
-        tables::integer(out, dst_ent.into());
-    }
 }

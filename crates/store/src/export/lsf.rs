@@ -1,6 +1,6 @@
 //! Packets as a log, byte for byte as they came, from the archive.
 
-use super::csv::{Exported, unwritable};
+use super::cells::{Exported, unwritable};
 use super::select::Selection;
 use crate::archive::{self, DayReader};
 use crate::error::Result;

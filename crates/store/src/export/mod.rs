@@ -1,18 +1,23 @@
 //! Out of the store: tables as CSV from the history, packets as LSF from the archive.
 
+mod cells;
 mod csv;
+mod describe;
 mod detections;
 mod lsf;
+mod options;
 mod plan;
 mod raw;
 mod select;
 mod size;
 mod version;
 
-pub use csv::{Exported, export_csv};
+pub use cells::Exported;
+pub use csv::export_csv;
+pub use describe::describe_csv;
 pub use detections::{acoustic_version, each_detection, months};
 pub use lsf::export_lsf;
-pub use plan::{Angles, CsvOptions, Shape, describe_csv};
+pub use options::{Angles, CsvOptions, Shape};
 pub use raw::unexplained;
 pub use select::{RAW, Selection, system};
 pub use size::measure_csv;

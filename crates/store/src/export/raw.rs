@@ -1,18 +1,17 @@
 //! What the catalogue does not explain, as a table: ids that it lacks, and payloads that are not what their id says.
 //! Such messages are kept as they came (`_raw` in each month), so that whoever knows them can still read them.
 
-use super::csv::{Writer, arrival, believed, header_start, receiver};
-use super::plan::{CsvOptions, Shape, described, described_start};
+use super::cells::{Writer, arrival, believed, header_start, receiver};
+use super::options::{CsvOptions, Shape};
 use super::select::{RAW, Selection};
 use crate::error::{Result, StoreError};
 use crate::history::Names;
 use crate::reader::Reader;
 use imc::Address;
 use rusqlite::Row;
-use serde_json::{Value, json};
 use tables::IsoTime;
 
-const COLUMNS: [(&str, &str); 3] = [
+pub(super) const COLUMNS: [(&str, &str); 3] = [
     ("id", "number of the message in the packet's header"),
     ("payload", "the payload in hexadecimal"),
     ("problem", "why it is not in a table of its own"),
@@ -136,13 +135,4 @@ pub fn unexplained(reader: &mut Reader, selection: &Selection) -> Result<u64> {
         count += reader.named(key, ask())?;
     }
     Ok(count)
-}
-
-/// What stands in each column.
-pub(super) fn describe(selection: &Selection, options: CsvOptions) -> Value {
-    let mut columns = described_start(options);
-    columns.extend(
-        COLUMNS.iter().map(|(name, meaning)| json!({"name": name, "description": meaning, "unit": null})),
-    );
-    described(&columns, selection, options)
 }

@@ -1,7 +1,9 @@
 //! How large an export will be: its rows counted, its bytes by the length of the first ones.
 
-use super::csv::{Exported, export_csv};
-use super::plan::{CsvOptions, Plan, Shape};
+use super::cells::Exported;
+use super::csv::export_csv;
+use super::options::{CsvOptions, Shape};
+use super::plan::Plan;
 use super::select::Selection;
 use crate::error::Result;
 use crate::range::TimeRange;

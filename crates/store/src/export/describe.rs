@@ -1,0 +1,109 @@
+//! What stands in the columns of a table, as JSON to be kept beside it.
+
+use super::options::{CsvOptions, Shape};
+use super::plan::Plan;
+use super::raw::{COLUMNS, unexplained};
+use super::select::{RAW, Selection};
+use crate::error::Result;
+use crate::history::ColumnKind;
+use crate::range::NO_TIME_US;
+use crate::reader::Reader;
+use serde_json::{Value, json};
+use tables::FIXED;
+
+/// The columns that every table begins with.
+fn described_start(options: CsvOptions) -> Vec<Value> {
+    let received = [
+        ("received", "when it first came ashore, by the shore's clock; ISO 8601, UTC", None),
+        ("received_unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
+    ];
+    let received = received.iter().filter(|_| options.received);
+    FIXED.iter().chain(received).map(described_column).collect()
+}
+
+fn described_column((name, meaning, unit): &(&str, &str, Option<&str>)) -> Value {
+    json!({"name": name, "description": meaning, "unit": unit})
+}
+
+/// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
+/// was asked for.
+///
+/// # Errors
+/// As the export itself.
+pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
+    let selection = &selection.known(reader)?;
+    if selection.is_raw() {
+        return Ok(raw(selection, *options));
+    }
+    let plan = Plan::new(reader, selection, *options)?;
+    let mut columns = described_start(*options);
+    let message = ("message", "abbreviation of the message", None);
+    if options.shape == Shape::Long {
+        let long = [
+            message,
+            ("field", "name of the field", None),
+            ("value", "its value, in the unit beside it", None),
+            ("unit", "the value's unit; empty for none", None),
+        ];
+        columns.extend(long.iter().map(described_column));
+        return with_left_out(described(&columns, selection, *options), reader, selection);
+    }
+    if plan.is_mixed() {
+        columns.push(described_column(&message));
+    }
+    for message in &plan.messages {
+        for field in &message.fields {
+            let name = plan.column(message, field);
+            let kind = match field.kind {
+                ColumnKind::Integer if field.names.is_some() => "text",
+                ColumnKind::Integer => "integer",
+                ColumnKind::Single | ColumnKind::Double => "number",
+                ColumnKind::Text => "text",
+                ColumnKind::Raw => "hexadecimal",
+                ColumnKind::Nested => "json",
+            };
+            columns.push(json!({
+                "name": name, "message": message.name, "field": field.name, "unit": field.unit, "type": kind,
+                "description": field.meaning,
+            }));
+        }
+    }
+    with_left_out(described(&columns, selection, *options), reader, selection)
+}
+
+/// Adds how many messages have no row, because nobody knows their fields.
+fn with_left_out(mut about: Value, reader: &mut Reader, selection: &Selection) -> Result<Value> {
+    about["left_out"] = json!({ RAW: unexplained(reader, selection)? });
+    Ok(about)
+}
+
+/// A description of a table with these columns.
+fn described(columns: &[Value], selection: &Selection, options: CsvOptions) -> Value {
+    let text = |us: i64| {
+        let open = us <= NO_TIME_US + 1 || us == i64::MAX;
+        (!open).then(|| units::UtcTime::from_micros(us).to_string())
+    };
+    json!({
+        "columns": columns,
+        "shape": if options.shape == Shape::Wide { "wide" } else { "long" },
+        "time_zone": "UTC",
+        "datum": "WGS 84 (EPSG:4326)",
+        "missing_value": "",
+        "no_number": "NaN, inf, -inf",
+        "text_escape": "a cell of text with \\xNN in it is escaped: \\\\ is a backslash, \\xNN a byte",
+        "separator": char::from(options.dialect.separator()).to_string(),
+        "decimal": char::from(options.dialect.decimal()).to_string(),
+        "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ (also wide) tab CR LF '" } else { "none" },
+        "from": text(selection.range.from_us),
+        "to": text(selection.range.to_us),
+    })
+}
+
+/// The same of a table of what the catalogue does not explain.
+fn raw(selection: &Selection, options: CsvOptions) -> Value {
+    let mut columns = described_start(options);
+    columns.extend(
+        COLUMNS.iter().map(|(name, meaning)| json!({"name": name, "description": meaning, "unit": null})),
+    );
+    described(&columns, selection, options)
+}
