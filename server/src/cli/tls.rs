@@ -49,7 +49,7 @@ fn init(common: &Common, mut names: Vec<String>, renew: bool) -> anyhow::Result<
         names.dedup();
     }
     let folder = common.load_to_write()?.data.join("tls");
-    let made = authority::make(&folder, &names, renew)?;
+    let made = authority::make(&folder, &names, renew, clock::now())?;
     say!("# for {}, until {}", names.join(", "), clock::written(made.until));
     say!("# browsers and vessels must trust {}", made.authority.display());
     say!("[tls]\ncertificate = {:?}\nkey = {:?}", made.certificate, made.key);
@@ -66,7 +66,7 @@ fn renew(common: &Common, names: Vec<String>, within: Option<u32>) -> anyhow::Re
         Tls { certificate: folder.join("server.pem"), key: folder.join("server-key.pem") }
     };
     let file = tls.certificate.display();
-    match authority::renew(&folder, &tls, names, within)? {
+    match authority::renew(&folder, &tls, names, within, clock::now())? {
         Renewal::NotDue { until } => say!("{file} lasts until {}: nothing is renewed", clock::written(until)),
         Renewal::Renewed { names, until } => {
             say!("{file} is renewed until {}, for {}", clock::written(until), names.join(", "));
