@@ -163,7 +163,7 @@ pub fn main() -> ExitCode {
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),
         Command::Fleet(command) => fleet::fleet(&common, command),
-        Command::Tls(command) => tls::tls(&common, command),
+        Command::Tls(command) => return tls::tls(&common, command),
         Command::Import(arguments) => data::import(&common, &arguments),
         Command::Export(arguments) => data::export(&common, &arguments),
         Command::Detections(command) => detections::detections(&common, &command),

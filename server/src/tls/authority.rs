@@ -116,6 +116,23 @@ pub(crate) enum Renewal {
     },
 }
 
+/// Whether [`renew`] has something to do: the authority in `folder` made the certificate, it ends within so many days, and the
+/// authority's key is there. What others made is not ours to renew.
+///
+/// # Errors
+/// The clock cannot be right, or a file cannot be read.
+pub(crate) fn is_due(folder: &Path, tls: &Tls, within_days: u32, now: UtcTime) -> anyhow::Result<bool> {
+    refuse_clock(now)?;
+    let authority = folder.join("ca.pem");
+    if !tls.certificate.exists() || !authority.exists() || !folder.join("ca-key.pem").exists() {
+        return Ok(false);
+    }
+    let (der, facts) = first_in(&tls.certificate)?;
+    let (trusted, _) = first_in(&authority)?;
+    let is_ours = made_by(&trusted, &der, &facts).is_ok();
+    Ok(is_ours && (days_left(facts.until, now) < i64::from(within_days) || pair::is_unfinished(tls)))
+}
+
 /// Makes the certificate of `tls` anew with its key and by the authority in `folder` that made it; for its own names, unless
 /// others are given, and only if it ends within so many days, if that is asked.
 ///
@@ -301,15 +318,20 @@ mod tests {
         assert_eq!((facts.until, made.until), (until, until), "the end that is told is that of the file");
         Pair::read(&tls).unwrap();
 
+        let due = |tls: &Tls, days| is_due(folder.path(), tls, days, clock::now()).unwrap();
+        assert!(due(&tls, 900) && !due(&tls, 60));
         let foreign = configured(&make(other.path(), &given, false, clock::now()).unwrap());
         let kept = fs::read(&foreign.certificate).unwrap();
         let not_due = renew(folder.path(), &foreign, Vec::new(), Some(30), clock::now()).unwrap();
-        assert!(matches!(not_due, Renewal::NotDue { .. }), "a timer has nothing to say of it yet");
+        assert!(
+            !due(&foreign, 900) && matches!(not_due, Renewal::NotDue { .. }),
+            "a timer has nothing to say of it yet"
+        );
         let why = renew(folder.path(), &foreign, Vec::new(), None, clock::now()).unwrap_err().to_string();
         assert!(why.contains("was not made by") && why.contains("renew it where it was made"), "{why}");
         fs::remove_file(folder.path().join("ca-key.pem")).unwrap();
         let why = renew(folder.path(), &tls, Vec::new(), None, clock::now()).unwrap_err().to_string();
-        assert!(why.contains("ca-key.pem is not there"), "{why}");
+        assert!(why.contains("ca-key.pem is not there") && !due(&tls, 900), "{why}");
         assert_eq!(fs::read(&foreign.certificate).unwrap(), kept);
     }
 
@@ -380,6 +402,7 @@ mod tests {
             keep(&at(&format!("server-key.pem.{key}")), "server-key.pem");
             assert_eq!(Pair::read(&tls).unwrap().certified.cert[0], *read, "{key}");
             // A timer that has nothing to renew brings it to an end all the same.
+            assert_eq!(is_due(folder.path(), &tls, 30, clock::now()).unwrap(), key == "new");
             renew(folder.path(), &tls, Vec::new(), Some(30), clock::now()).unwrap();
             assert_eq!(facts(&tls.certificate), *read, "{key}");
         }

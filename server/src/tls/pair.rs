@@ -60,16 +60,22 @@ pub(super) fn waiting(certificate: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
+/// Whether a change was broken off between key and certificate.
+pub(super) fn is_unfinished(tls: &Tls) -> bool {
+    let waits = waiting(&tls.certificate);
+    let next = Tls { certificate: waits.clone(), key: tls.key.clone() };
+    waits.exists() && Pair::of_files(tls).is_err() && Pair::of_files(&next).is_ok()
+}
+
 /// Brings a certificate to its place that waits there since a change was broken off, if it is the one for the key.
 ///
 /// # Errors
 /// It cannot be moved.
 pub(super) fn finish(tls: &Tls) -> anyhow::Result<()> {
-    let waits = waiting(&tls.certificate);
-    let next = Tls { certificate: waits.clone(), key: tls.key.clone() };
-    if !waits.exists() || Pair::of_files(tls).is_ok() || Pair::of_files(&next).is_err() {
+    if !is_unfinished(tls) {
         return Ok(());
     }
+    let waits = waiting(&tls.certificate);
     let moved = || -> std::io::Result<()> {
         std::fs::rename(&waits, &tls.certificate)?;
         tls.certificate.parent().map_or(Ok(()), |folder| std::fs::File::open(folder)?.sync_all())
