@@ -39,9 +39,8 @@ pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> ExitCode {
     let outcome =
         if arguments.as_configured { unattended(common, arguments) } else { by_date(common, arguments) };
     match outcome {
-        Ok(true) => ExitCode::SUCCESS,
         Ok(false) if arguments.check => ExitCode::FAILURE,
-        Ok(false) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::SUCCESS,
         Err(error) => {
             complain!("lutra-server: {}", super::told(&error));
             ExitCode::from(super::LOOK)

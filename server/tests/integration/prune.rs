@@ -52,7 +52,7 @@ impl Shore {
     }
 
     fn configure(&self, keep: &str) {
-        let text = format!("[backup]\nfolder = {:?}\n[retention]\n{keep}\n", self.at("backup"));
+        let text = format!("[backup]\nfolder = '{}'\n[retention]\n{keep}\n", self.at("backup").display());
         fs::write(self.at("server.toml"), text).unwrap();
     }
 

@@ -99,10 +99,12 @@ pub fn make(
 
 /// A folder below the backup that is not there yet, for what is set aside at this time.
 fn free_name(to: &Path, time: &str) -> PathBuf {
-    let name = |number: u32| {
-        Path::new(ASIDE).join(if number == 0 { time.to_owned() } else { format!("{time}-{number}") })
-    };
-    (0..).map(name).find(|path| !to.join(path).exists()).unwrap_or_else(|| name(0))
+    let (mut path, mut number) = (Path::new(ASIDE).join(time), 1);
+    while to.join(&path).exists() {
+        number += 1;
+        path = Path::new(ASIDE).join(format!("{time}-{number}"));
+    }
+    path
 }
 
 /// Refuses a folder, which need not be there yet, that is the data folder or lies in it.
