@@ -2,15 +2,13 @@
 //! the page about storage.
 
 use crate::config::Config;
+use crate::retention;
 use crate::tls::{self, Pair};
 use api::Role;
 use shore::identity::{self, Fault, Request as _, persons};
 use shore::{clock, folder};
 use store::{Check, Health};
 use units::UtcTime;
-
-/// Before this the clock cannot be right: 2024-01-01.
-const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
 
 /// From so many days before its end on, an authority should be replaced: every boat is visited for it.
 const AUTHORITY_TOLD_DAYS: i64 = 365;
@@ -39,6 +37,7 @@ pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
     if config.data.exists() {
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));
+        checks.push(retention::check(config, clock::now()));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));
     }
@@ -74,13 +73,7 @@ fn no_folder(config: &Config) -> String {
 
 fn clock_is_right() -> Result<String, String> {
     let now = clock::now();
-    if now < EARLIEST {
-        return Err(format!(
-            "{} cannot be: set it, or let chrony or systemd-timesyncd do so",
-            clock::written(now)
-        ));
-    }
-    Ok(clock::written(now))
+    clock::check(now).map(|()| clock::written(now))
 }
 
 fn people_are_well(config: &Config) -> Result<String, String> {

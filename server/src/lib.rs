@@ -12,6 +12,7 @@ mod doctor;
 mod http;
 mod log;
 mod pages;
+mod retention;
 mod serve;
 mod state;
 mod tls;

@@ -89,6 +89,23 @@ pub fn now() -> UtcTime {
     UtcTime::from_micros(us)
 }
 
+/// Before this no clock can be right: 2024-01-01.
+pub const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
+
+/// Refuses a present that cannot be, as that of a computer without a battery for its clock before the network tells it.
+///
+/// # Errors
+/// It is such a one; the error says what to do.
+pub fn check(now: UtcTime) -> Result<(), String> {
+    if now >= EARLIEST {
+        return Ok(());
+    }
+    let now = written(now);
+    Err(format!(
+        "this computer's clock says {now}, which cannot be: set it, or let chrony or systemd-timesyncd do so"
+    ))
+}
+
 /// As `2026-03-01 12:34:56Z`.
 pub fn written(time: UtcTime) -> String {
     let at = time.civil();
@@ -102,6 +119,13 @@ mod tests {
     #[test]
     fn times_are_written_in_utc() {
         assert_eq!(written(UtcTime::from_micros(1_772_368_496_000_000)), "2026-03-01 12:34:56Z");
+    }
+
+    #[test]
+    fn a_clock_that_cannot_be_right_is_told_with_what_to_do() {
+        check(EARLIEST).unwrap();
+        let told = check(UtcTime::from_micros(EARLIEST.micros() - 1)).unwrap_err();
+        assert!(told.contains("2023-12-31 23:59:59Z") && told.contains("chrony"), "{told}");
     }
 
     #[tokio::test]

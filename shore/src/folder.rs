@@ -24,8 +24,19 @@ const FILES: [&str; 11] = [
 /// Folders with the history in it.
 const HISTORIES: [&str; 4] = ["history", "history.new", "history.old", "history.aside"];
 /// Folders with files of Lutra's alone.
-const FOLDERS: [&str; 10] =
-    ["alternate", "charts", "doors", "fleet", "logbook", "outside", "sinks", "tls", "uploads", "vpn"];
+const FOLDERS: [&str; 11] = [
+    "alternate",
+    "aside",
+    "charts",
+    "doors",
+    "fleet",
+    "logbook",
+    "outside",
+    "sinks",
+    "tls",
+    "uploads",
+    "vpn",
+];
 /// Any of these says that a folder was made by Lutra, whatever else lies in it. Other names of ours are found elsewhere
 /// too: `archive` in many a home.
 const MARKS: [&str; 8] = [

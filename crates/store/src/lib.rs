@@ -7,7 +7,7 @@
 //! - [`Reader`] answers questions to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
 //! - [`export_csv`] and [`export_lsf`] take things out; [`Store::import`] brings logs in.
-//! - [`reindex`], [`Store::retain`], [`backup_files`] and [`doctor()`] keep it well. What is wrong with the history stops
+//! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`backup_files`] and [`doctor()`] keep it well. What is wrong with the history stops
 //!   nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
@@ -76,6 +76,7 @@ mod reindex;
 mod retention;
 mod store;
 mod tail;
+mod unattended;
 mod usage;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
@@ -98,9 +99,10 @@ pub use reader::{
     Reader, RecordedDay, Row, Samples, Series, Snapshot, Source, System, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
-pub use retention::{Removal, Retention, archived_until, plan_retention};
+pub use retention::{Removal, Retention, plan_retention};
 pub use store::Store;
 pub use tail::{Marks, Place, Tail};
+pub use unattended::{DAYS_A_MONTH, Keeping, Share, Unattended, plan_unattended};
 pub use usage::{Archives, Usage, usage};
 
 /// Refuses a data folder whose archive a later version wrote, whose files this one would cut off as damaged. Writes nothing.

@@ -62,16 +62,6 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
     Ok(removals)
 }
 
-/// When the newest day of the archive ends, by arrival; `None` while nothing was recorded.
-///
-/// # Errors
-/// When folders cannot be read.
-pub fn archived_until(data: &Path) -> Result<Option<UtcTime>> {
-    let days = archive::days(&data.join("archive"))?;
-    let newest = days.into_iter().filter_map(archive::DayKey::start).max();
-    Ok(newest.map(|start| UtcTime::from_micros(start.micros() + DAY_US)))
-}
-
 impl Store {
     /// Removes what a retention gives up; what that was.
     ///
@@ -83,6 +73,17 @@ impl Store {
         self.commit()?;
         self.settle()?;
         let removals = plan_retention(self.folder(), retention)?;
+        self.remove(&removals)?;
+        Ok(removals)
+    }
+
+    /// Removes this, which is of its own history and archive. Everything that waits is committed and saved first.
+    ///
+    /// # Errors
+    /// When something could not be written or removed.
+    pub fn remove(&mut self, removals: &[Removal]) -> Result<()> {
+        self.commit()?;
+        self.settle()?;
         self.close_months()?;
         let root = self.folder().join("archive");
         let removed = |path: &Path| removals.iter().any(|removal| removal.path == path);
@@ -96,7 +97,7 @@ impl Store {
         }
         // Nothing must miss what was given up with a purpose.
         self.give_up(&days, &months)?;
-        for removal in &removals {
+        for removal in removals {
             let path = &removal.path;
             if path.is_dir() {
                 fs::remove_dir_all(path).named(path)?;
@@ -110,6 +111,6 @@ impl Store {
             }
         }
         self.forget_days(&days);
-        Ok(removals)
+        Ok(())
     }
 }

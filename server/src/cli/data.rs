@@ -1,21 +1,22 @@
-//! Work on a data folder without a running server: import, export, reindex, backup, prune.
+//! Work on a data folder without a running server: import, export, reindex, backup, restore.
 
 use super::Common;
 use super::say::{complain, say};
-use crate::config::Keep;
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, ensure};
 use clap::{Args, ValueEnum};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use imc::Address;
+use shore::backup::Aside;
 use shore::clock;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal as _, Write};
 use std::num::NonZeroI64;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use store::{Angles, Covered, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
+use store::{Angles, Covered, CsvOptions, Exported, Reader, Selection, Shape, Store, TimeRange};
 use tables::Dialect;
 use units::UtcTime;
 
@@ -118,12 +119,16 @@ pub(super) struct ReindexArguments {
 #[derive(Debug, Args)]
 pub(super) struct BackupArguments {
     /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied again. Until the new one is
-    /// whole the earlier one stays as it was.
+    /// whole the earlier one stays as it was. Without it: backup.folder of the configuration.
     #[arg(value_name = "DIR")]
-    to: PathBuf,
+    to: Option<PathBuf>,
     /// Do not read again what the earlier backup has: faster, and damage to it is not noticed.
     #[arg(long)]
     quick: bool,
+    /// Only end with 0 if backup.folder is there and on another disk than the data, with 1 if not, with 255 if that cannot be told:
+    /// for a timer.
+    #[arg(long, conflicts_with_all = ["to", "quick"])]
+    check: bool,
 }
 
 #[derive(Debug, Args)]
@@ -131,25 +136,6 @@ pub(super) struct RestoreArguments {
     /// The backup. The data folder (--data) must be absent or empty.
     #[arg(value_name = "BACKUP")]
     from: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct PruneArguments {
-    /// Remove months of the history that ended before this day.
-    #[arg(long, value_name = "DATE")]
-    history_before: Option<UtcTime>,
-    /// Remove days of the archive that ended before this day. What is only there is lost for ever.
-    #[arg(long, value_name = "DATE")]
-    archive_before: Option<UtcTime>,
-    /// What is older than `[retention]` of the configuration allows, counted back from the newest recording: for a timer.
-    #[arg(long, conflicts_with_all = ["history_before", "archive_before"])]
-    as_configured: bool,
-    /// Only end with 0 if something would go, else with 1. The server may run.
-    #[arg(long, conflicts_with = "yes")]
-    check: bool,
-    /// Do it. Without this, only what would be removed is told.
-    #[arg(long)]
-    yes: bool,
 }
 
 /// Rewrites one line on a terminal, not more than ten times a second; says nothing elsewhere.
@@ -343,16 +329,51 @@ pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::
 }
 
 /// `lutra-server backup`.
-pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
+pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> ExitCode {
+    let outcome =
+        if arguments.check { may_back_up(common) } else { back_up(common, arguments).map(|()| true) };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            complain!("lutra-server: {}", super::told(&error));
+            ExitCode::from(if arguments.check { super::LOOK } else { 1 })
+        }
+    }
+}
+
+/// Whether a disk is there for the backup. On the data's own it would fill that, and recording would stop.
+fn may_back_up(common: &Common) -> anyhow::Result<bool> {
+    let data = folder(common)?;
+    let to = common.load(Vec::new())?.backup.folder;
+    let why = if to.as_os_str().is_empty() {
+        "backup.folder is empty".to_owned()
+    } else if !to.is_dir() {
+        format!("backup.folder {} is not there", to.display())
+    } else if shore::backup::on_one_disk(&to, &data) {
+        format!("backup.folder {} is on the disk of the data: mount another one there", to.display())
+    } else {
+        return Ok(true);
+    };
+    complain!("no backup is made: {why}");
+    Ok(false)
+}
+
+fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
     let config = common.load(Vec::new())?;
+    let to = arguments.to.as_ref().unwrap_or(&config.backup.folder);
+    ensure!(
+        !to.as_os_str().is_empty(),
+        "say where to: lutra-server backup DIR, or backup.folder in the configuration"
+    );
     // What came before it begins is in it for sure.
     let covered = store::covered(&data)?;
     let mut progress = Progress::new();
     let done = shore::backup::make(
         &config.data,
         &config.files(common.config.as_deref()),
-        &arguments.to,
+        to,
         !arguments.quick,
         &mut |what| {
             progress.tell(|| what.to_owned());
@@ -361,7 +382,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
     drop(progress);
     say!(
         "{}: {} files copied, {} grown, {} linked, {} were there; {} KiB written",
-        arguments.to.display(),
+        to.display(),
         done.copied,
         done.grown,
         done.linked,
@@ -371,15 +392,40 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
     tell_covered(covered);
     for path in &done.damaged {
         complain!(
-            "{} of the earlier backup was damaged: it is copied again, or left out where the server has it no more; look at the \
-             backup's disk",
+            "{} of the earlier backup was damaged and is copied again: look at the backup's disk",
             path.display()
         );
     }
     say!(
         "back again, into a folder that is empty or not there yet, and not into {}: lutra-server restore {} --data DIR",
         data.display(),
-        arguments.to.display()
+        to.display()
+    );
+    tell_aside(&done.aside, to)
+}
+
+/// The backup is whole, and yet a person must look.
+fn tell_aside(aside: &[Aside], to: &Path) -> anyhow::Result<()> {
+    for Aside { path, at, good } in aside {
+        let (path, at) = (path.display(), to.join(at));
+        let at = at.display();
+        if *good {
+            complain!(
+                "{path} of the server is not what it was: the backup has it as it is, and the copy of before is kept as {at}. Look \
+                 at the disk of the data; if it is damaged, put that copy in its place while the server is stopped"
+            );
+        } else {
+            complain!(
+                "the backup's {path} is damaged, and the server has it no more, or another one: it is kept as {at}. Look at the \
+                 backup's disk, and for another copy"
+            );
+        }
+    }
+    let s = if aside.len() == 1 { "y was" } else { "ies were" };
+    ensure!(
+        aside.is_empty(),
+        "the backup is made, and {} cop{s} set aside that a person must look at",
+        aside.len()
     );
     Ok(())
 }
@@ -411,47 +457,4 @@ fn tell_covered(covered: Vec<Covered>) {
         let (from, to) = (clock::written(from), clock::written(to));
         say!("{system}: recorded from {from} to {to}, on {days} days");
     }
-}
-
-/// `lutra-server prune`.
-pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Result<()> {
-    let data = folder(common)?;
-    let retention = if arguments.as_configured {
-        // A clock that leads by years must not take everything: age counts to the newest recording.
-        let now = clock::now();
-        let newest = store::archived_until(&data)?.map_or(now, |until| until.min(now));
-        configured(common.load(Vec::new())?.retention, newest)
-    } else {
-        Retention { history_before: arguments.history_before, archive_before: arguments.archive_before }
-    };
-    if retention == Retention::default() {
-        bail!(
-            "say what may go: --history-before DATE, --archive-before DATE or both; or --as-configured, with history_days or \
-             archive_days in [retention] of the configuration"
-        );
-    }
-    let removals = if arguments.yes {
-        Store::open(&data)?.retain(&retention)?
-    } else {
-        store::plan_retention(&data, &retention)?
-    };
-    let word = if arguments.yes { "removed" } else { "would remove" };
-    for removal in &removals {
-        say!("{word} {} ({} MiB)", removal.path.display(), removal.bytes >> 20);
-    }
-    let bytes: u64 = removals.iter().map(|removal| removal.bytes).sum();
-    say!("{word} {} items, {} MiB", removals.len(), bytes >> 20);
-    ensure!(!arguments.check || !removals.is_empty(), "nothing is old enough");
-    if !arguments.yes && !removals.is_empty() {
-        say!("nothing was removed; add --yes to do it");
-    }
-    Ok(())
-}
-
-/// What may go by the configuration, counted back from a time.
-fn configured(keep: Keep, from: UtcTime) -> Retention {
-    const DAY_US: i64 = 86_400_000_000;
-    let before =
-        |days: u16| (days > 0).then(|| UtcTime::from_micros(from.micros() - i64::from(days) * DAY_US));
-    Retention { history_before: before(keep.history_days), archive_before: before(keep.archive_days) }
 }

@@ -9,6 +9,7 @@ mod files;
 mod fleet;
 mod people;
 mod plan;
+mod prune;
 mod register;
 mod say;
 mod serve;
@@ -20,6 +21,10 @@ use say::{complain, say};
 use shore::folder;
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// What a command for timers ends with where a person must look. systemd takes it from a condition for a fault; anything lower
+/// only skips the unit.
+const LOOK: u8 = 255;
 
 /// Lutra's shore server: telemetry, history and control of a fleet of vessels from a browser.
 #[derive(Debug, Parser)]
@@ -90,7 +95,7 @@ enum Command {
     /// Make a new data folder of a backup: all or nothing, and only of what is as it was copied.
     Restore(data::RestoreArguments),
     /// Remove what is old. The server must not run.
-    Prune(data::PruneArguments),
+    Prune(prune::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
     Chart(chart::ChartArguments),
     /// Plans without a running server: routes on the sea chart.
@@ -158,18 +163,18 @@ pub fn main() -> ExitCode {
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),
         Command::Fleet(command) => fleet::fleet(&common, command),
-        Command::Tls(command) => tls::tls(&common, command),
+        Command::Tls(command) => return tls::tls(&common, command),
         Command::Import(arguments) => data::import(&common, &arguments),
         Command::Export(arguments) => data::export(&common, &arguments),
         Command::Detections(command) => detections::detections(&common, &command),
         Command::Register(command) => register::register(&common, &command),
         Command::Reindex(arguments) => data::reindex(&common, &arguments),
-        Command::Backup(arguments) => data::backup(&common, &arguments),
+        Command::Backup(arguments) => return data::backup(&common, &arguments),
         Command::Restore(arguments) => data::restore(&common, &arguments),
-        Command::Prune(arguments) => data::prune(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
-        // What it found is what it ends with.
+        // What they found is what they end with.
+        Command::Prune(arguments) => return prune::prune(&common, &arguments),
         Command::Doctor(arguments) => return doctor::doctor(&common, &arguments),
         Command::Manual(arguments) => {
             manual::write(&Arguments::command(), &arguments.folder).map_err(anyhow::Error::from)

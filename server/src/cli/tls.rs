@@ -1,12 +1,14 @@
 //! `lutra-server tls`.
 
 use super::Common;
-use super::say::say;
-use crate::config::Tls;
+use super::say::{complain, say};
+use crate::config::{Config, Tls};
 use crate::tls::authority::{self, Renewal};
 use anyhow::Context as _;
 use clap::Subcommand;
 use shore::clock;
+use std::path::Path;
+use std::process::ExitCode;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum TlsCommand {
@@ -30,15 +32,41 @@ pub(super) enum TlsCommand {
         /// Only if it ends within so many days: for a timer that runs every day.
         #[arg(long, value_name = "DAYS")]
         within: Option<u32>,
+        /// Only end with 0 if a certificate that `tls init` made is to be renewed, with 1 if not, with 255 if that cannot be told.
+        #[arg(long, requires = "within", conflicts_with = "names")]
+        check: bool,
     },
 }
 
 /// Does as told.
-pub(super) fn tls(common: &Common, command: TlsCommand) -> anyhow::Result<()> {
-    match command {
-        TlsCommand::Init { names, renew } => init(common, names, renew),
-        TlsCommand::Renew { names, within } => renew(common, names, within),
+pub(super) fn tls(common: &Common, command: TlsCommand) -> ExitCode {
+    let (outcome, trouble) = match command {
+        TlsCommand::Init { names, renew } => (init(common, names, renew).map(|()| true), 1),
+        TlsCommand::Renew { within: Some(within), check: true, .. } => (is_due(common, within), super::LOOK),
+        TlsCommand::Renew { names, within, .. } => (renew(common, names, within).map(|()| true), 1),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            complain!("lutra-server: {}", super::told(&error));
+            ExitCode::from(trouble)
+        }
     }
+}
+
+fn is_due(common: &Common, within: u32) -> anyhow::Result<bool> {
+    let config = common.load_to_write()?;
+    let folder = config.data.join("tls");
+    authority::is_due(&folder, &named(config, &folder), within, clock::now())
+}
+
+/// The certificate that is configured, or what `tls init` made before it is.
+fn named(config: Config, folder: &Path) -> Tls {
+    if config.tls.is_given() {
+        return config.tls;
+    }
+    Tls { certificate: folder.join("server.pem"), key: folder.join("server-key.pem") }
 }
 
 fn init(common: &Common, mut names: Vec<String>, renew: bool) -> anyhow::Result<()> {
@@ -49,7 +77,7 @@ fn init(common: &Common, mut names: Vec<String>, renew: bool) -> anyhow::Result<
         names.dedup();
     }
     let folder = common.load_to_write()?.data.join("tls");
-    let made = authority::make(&folder, &names, renew)?;
+    let made = authority::make(&folder, &names, renew, clock::now())?;
     say!("# for {}, until {}", names.join(", "), clock::written(made.until));
     say!("# browsers and vessels must trust {}", made.authority.display());
     say!("[tls]\ncertificate = {:?}\nkey = {:?}", made.certificate, made.key);
@@ -59,14 +87,9 @@ fn init(common: &Common, mut names: Vec<String>, renew: bool) -> anyhow::Result<
 fn renew(common: &Common, names: Vec<String>, within: Option<u32>) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
     let folder = config.data.join("tls");
-    let tls = if config.tls.is_given() {
-        config.tls
-    } else {
-        // What `tls init` made, before it is configured.
-        Tls { certificate: folder.join("server.pem"), key: folder.join("server-key.pem") }
-    };
+    let tls = named(config, &folder);
     let file = tls.certificate.display();
-    match authority::renew(&folder, &tls, names, within)? {
+    match authority::renew(&folder, &tls, names, within, clock::now())? {
         Renewal::NotDue { until } => say!("{file} lasts until {}: nothing is renewed", clock::written(until)),
         Renewal::Renewed { names, until } => {
             say!("{file} is renewed until {}, for {}", clock::written(until), names.join(", "));

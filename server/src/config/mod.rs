@@ -17,8 +17,10 @@ use std::path::{Path, PathBuf};
 /// The documented configuration file with every key at its default.
 pub const DOCUMENTED: &str = include_str!("../../etc/server.toml");
 
-/// Nothing of the archive goes by itself before it is so old.
-const MONTH_DAYS: u16 = 31;
+/// Where the packages expect the second disk.
+const BACKUP: &str = "/var/backups/lutra-server";
+/// So many days with recordings stay at least, where anything goes by itself: a slip of the finger takes no season.
+const LEAST_ARCHIVE_DAYS: u16 = 90;
 
 /// Everything the server can be told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +44,8 @@ pub struct Config {
     pub notices: notices::Settings,
     /// The sea chart.
     pub charts: charts::Settings,
+    /// The backup.
+    pub backup: Backup,
     /// How long recordings are kept.
     pub retention: Keep,
     /// What the server tells about itself.
@@ -78,13 +82,27 @@ pub struct Tls {
     pub key: PathBuf,
 }
 
-/// How long recordings are kept; 0 for ever. `lutra-server prune --as-configured` goes by it.
+/// The backup that `lutra-server backup` makes without being told where, and without which nothing goes by itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Backup {
+    /// Its folder, on another disk; empty: none.
+    pub folder: PathBuf,
+}
+
+impl Default for Backup {
+    fn default() -> Self {
+        Self { folder: PathBuf::from(BACKUP) }
+    }
+}
+
+/// How much of the recordings is kept; 0 for ever. `lutra-server prune --as-configured` goes by it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Keep {
-    /// Months of the history that ended so many days before the newest recording may go. The archive can bring them back.
+    /// So many days with recordings stay in the history, by whole months of 31. The archive can bring others back.
     pub history_days: u16,
-    /// Days of the archive that ended so many days before the newest recording may go, for ever.
+    /// So many days with recordings stay in the archive; others go for ever.
     pub archive_days: u16,
 }
 
@@ -120,6 +138,7 @@ impl Default for Config {
             sinks: sinks::Settings::default(),
             notices: notices::Settings::default(),
             charts: charts::Settings::default(),
+            backup: Backup::default(),
             retention: Keep::default(),
             log: Log::default(),
         }
@@ -231,9 +250,22 @@ impl Config {
         );
         check((0.0..=100.0).contains(&self.charts.air_draught_m), "charts.air_draught_m must be 0 to 100 m");
         check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
+        let Keep { history_days, archive_days } = self.retention;
         check(
-            self.retention.archive_days == 0 || self.retention.archive_days >= MONTH_DAYS,
-            "retention.archive_days must be 0 (keep for ever) or 31 and more: what goes is lost",
+            archive_days == 0 || archive_days >= LEAST_ARCHIVE_DAYS,
+            &format!(
+                "retention.archive_days is {archive_days}: it must be 0 (keep for ever) or {LEAST_ARCHIVE_DAYS} and more; it counts \
+                 days with recordings, and what goes is lost. Who wants less does it by hand: lutra-server prune --archive-before \
+                 DATE"
+            ),
+        );
+        check(
+            history_days == 0 || history_days >= store::DAYS_A_MONTH,
+            &format!(
+                "retention.history_days is {history_days}: it must be 0 (keep for ever) or {} and more; it counts days with \
+                 recordings, by whole months",
+                store::DAYS_A_MONTH
+            ),
         );
         check(
             self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),
@@ -277,6 +309,23 @@ mod tests {
         assert!(config.problems()[0].starts_with("http.listen is beyond loopback"));
         config.http.plain_beyond_loopback = true;
         assert!(config.problems().is_empty());
+    }
+
+    #[test]
+    fn a_slip_of_the_finger_lets_no_season_go() {
+        let mut config = Config::default();
+        (config.retention.archive_days, config.retention.history_days) = (36, 3);
+        let problems = config.problems();
+        assert!(
+            problems[0].contains("archive_days is 36") && problems[0].contains("90 and more"),
+            "{problems:?}"
+        );
+        assert!(
+            problems[1].contains("history_days is 3") && problems[1].contains("31 and more"),
+            "{problems:?}"
+        );
+        (config.retention.archive_days, config.retention.history_days) = (90, 31);
+        assert_eq!(config.problems(), Vec::<String>::new());
     }
 
     #[test]

@@ -156,8 +156,13 @@ async fn certificate_alarm(serving: &Serving, priority: &str) -> api::Alarm {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_certificate_that_ends_is_an_alarm_a_check_and_a_figure() {
     let folder = tempfile::tempdir().unwrap();
-    let made =
-        crate::tls::authority::make(&folder.path().join("tls"), &["localhost".to_owned()], false).unwrap();
+    let made = crate::tls::authority::make(
+        &folder.path().join("tls"),
+        &["localhost".to_owned()],
+        false,
+        shore::clock::now(),
+    )
+    .unwrap();
     let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;

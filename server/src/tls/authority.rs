@@ -1,10 +1,11 @@
 //! A small authority of one's own: makes the server's certificate, and renews it.
 //!
-//! A renewed certificate keeps its key, so that one file changes, whole or not at all: a kill at any moment leaves a pair that
-//! fits. Vessels and browsers trust `ca.pem`, which stays.
+//! A renewed certificate keeps its key, so that one file changes, whole or not at all. Where the key changes, too, the certificate
+//! waits whole beside its place until the key is at its own: a kill at any moment leaves a pair that fits, which [`Pair`] finds and
+//! the next command brings to its place. Vessels and browsers trust `ca.pem`, which stays.
 
 use super::x509::{Facts, first_in};
-use super::{DAY_US, days_left};
+use super::{DAY_US, days_left, pair};
 use crate::config::Tls;
 use anyhow::{Context as _, bail, ensure};
 use rcgen::{
@@ -41,8 +42,9 @@ pub(crate) struct Made {
 /// Makes a certificate for `names` in `folder`, with the authority that is there or a new one.
 ///
 /// # Errors
-/// There is a certificate and `renew` is not asked for; a name is not valid; a file cannot be written.
-pub(crate) fn make(folder: &Path, names: &[String], renew: bool) -> anyhow::Result<Made> {
+/// The clock cannot be right; there is a certificate and `renew` is not asked for; a name is not valid; a file cannot be written.
+pub(crate) fn make(folder: &Path, names: &[String], renew: bool, now: UtcTime) -> anyhow::Result<Made> {
+    refuse_clock(now)?;
     let file = |name: &str| folder.join(name);
     let (authority, authority_key) = (file("ca.pem"), file("ca-key.pem"));
     let (certificate, key) = (file("server.pem"), file("server-key.pem"));
@@ -50,13 +52,22 @@ pub(crate) fn make(folder: &Path, names: &[String], renew: bool) -> anyhow::Resu
         bail!("{} exists: --renew replaces it, with the same authority", certificate.display());
     }
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let now = clock::now();
+    let tls = Tls { certificate, key };
+    pair::finish(&tls)?;
     let issuer_key = authority_in(&authority, &authority_key, now)?;
     let own = KeyPair::generate()?;
     let signed = sign(&authority, issuer_key, &own, names, now)?;
-    write(&key, &own.serialize_pem(), 0o600)?;
-    write(&certificate, &signed.pem, 0o644)?;
+    let waits = pair::waiting(&tls.certificate);
+    write(&waits, &signed.pem, 0o644)?;
+    write(&tls.key, &own.serialize_pem(), 0o600)?;
+    pair::finish(&tls)?;
+    let Tls { certificate, key } = tls;
     Ok(Made { authority, certificate, key, until: signed.until })
+}
+
+/// A certificate of a time that cannot be is refused by all once the clock is right, or begins years later.
+fn refuse_clock(now: UtcTime) -> anyhow::Result<()> {
+    clock::check(now).map_err(|why| anyhow::anyhow!("no certificate is made: {why}, then do this again"))
 }
 
 /// The key of the authority, which is made where there is none. An authority whose certificate is not there, as after a kill
@@ -105,6 +116,23 @@ pub(crate) enum Renewal {
     },
 }
 
+/// Whether [`renew`] has something to do: the authority in `folder` made the certificate, it ends within so many days, and the
+/// authority's key is there. What others made is not ours to renew.
+///
+/// # Errors
+/// The clock cannot be right, or a file cannot be read.
+pub(crate) fn is_due(folder: &Path, tls: &Tls, within_days: u32, now: UtcTime) -> anyhow::Result<bool> {
+    refuse_clock(now)?;
+    let authority = folder.join("ca.pem");
+    if !tls.certificate.exists() || !authority.exists() || !folder.join("ca-key.pem").exists() {
+        return Ok(false);
+    }
+    let (der, facts) = first_in(&tls.certificate)?;
+    let (trusted, _) = first_in(&authority)?;
+    let is_ours = made_by(&trusted, &der, &facts).is_ok();
+    Ok(is_ours && (days_left(facts.until, now) < i64::from(within_days) || pair::is_unfinished(tls)))
+}
+
 /// Makes the certificate of `tls` anew with its key and by the authority in `folder` that made it; for its own names, unless
 /// others are given, and only if it ends within so many days, if that is asked.
 ///
@@ -115,8 +143,11 @@ pub(crate) fn renew(
     tls: &Tls,
     names: Vec<String>,
     within_days: Option<u32>,
+    now: UtcTime,
 ) -> anyhow::Result<Renewal> {
-    let (file, now) = (tls.certificate.display(), clock::now());
+    let file = tls.certificate.display();
+    refuse_clock(now)?;
+    pair::finish(tls)?;
     let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
     if within_days.is_some_and(|days| days_left(facts.until, now) >= i64::from(days)) {
         return Ok(Renewal::NotDue { until: facts.until });
@@ -250,16 +281,16 @@ mod tests {
     fn what_is_made_can_be_served_with_and_secrets_are_kept() {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
-        let made = make(folder.path(), &names(&["localhost", "127.0.0.1"]), false).unwrap();
+        let made = make(folder.path(), &names(&["localhost", "127.0.0.1"]), false, clock::now()).unwrap();
         Pair::read(&configured(&made)).unwrap();
         for secret in ["ca-key.pem", "server-key.pem"] {
             let mode = fs::metadata(folder.path().join(secret)).unwrap().permissions().mode();
             assert_eq!(mode & 0o077, 0, "{secret}");
         }
-        let refused = make(folder.path(), &names(&["localhost"]), false).err().unwrap();
+        let refused = make(folder.path(), &names(&["localhost"]), false, clock::now()).err().unwrap();
         assert!(refused.to_string().contains("--renew"), "{refused}");
         let authority = fs::read(&made.authority).unwrap();
-        make(folder.path(), &names(&["localhost"]), true).unwrap();
+        make(folder.path(), &names(&["localhost"]), true, clock::now()).unwrap();
         assert_eq!(fs::read(&made.authority).unwrap(), authority, "the authority stays");
     }
 
@@ -267,13 +298,14 @@ mod tests {
     fn a_renewed_certificate_keeps_key_and_names_and_a_foreign_one_is_not_renewed() {
         let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let given = names(&["boats.example.no", "10.8.0.1"]);
-        let made = make(folder.path(), &given, false).unwrap();
+        let made = make(folder.path(), &given, false, clock::now()).unwrap();
         let tls = configured(&made);
         let read = || (fs::read(&tls.certificate).unwrap(), fs::read(&tls.key).unwrap());
         let before = read();
-        let not_due = renew(folder.path(), &tls, Vec::new(), Some(60)).unwrap();
+        let not_due = renew(folder.path(), &tls, Vec::new(), Some(60), clock::now()).unwrap();
         assert!(matches!(not_due, Renewal::NotDue { .. }) && read() == before);
-        let Renewal::Renewed { names, until } = renew(folder.path(), &tls, Vec::new(), Some(900)).unwrap()
+        let Renewal::Renewed { names, until } =
+            renew(folder.path(), &tls, Vec::new(), Some(900), clock::now()).unwrap()
         else {
             panic!("it ends within 900 days");
         };
@@ -286,15 +318,20 @@ mod tests {
         assert_eq!((facts.until, made.until), (until, until), "the end that is told is that of the file");
         Pair::read(&tls).unwrap();
 
-        let foreign = configured(&make(other.path(), &given, false).unwrap());
+        let due = |tls: &Tls, days| is_due(folder.path(), tls, days, clock::now()).unwrap();
+        assert!(due(&tls, 900) && !due(&tls, 60));
+        let foreign = configured(&make(other.path(), &given, false, clock::now()).unwrap());
         let kept = fs::read(&foreign.certificate).unwrap();
-        let not_due = renew(folder.path(), &foreign, Vec::new(), Some(30)).unwrap();
-        assert!(matches!(not_due, Renewal::NotDue { .. }), "a timer has nothing to say of it yet");
-        let why = renew(folder.path(), &foreign, Vec::new(), None).unwrap_err().to_string();
+        let not_due = renew(folder.path(), &foreign, Vec::new(), Some(30), clock::now()).unwrap();
+        assert!(
+            !due(&foreign, 900) && matches!(not_due, Renewal::NotDue { .. }),
+            "a timer has nothing to say of it yet"
+        );
+        let why = renew(folder.path(), &foreign, Vec::new(), None, clock::now()).unwrap_err().to_string();
         assert!(why.contains("was not made by") && why.contains("renew it where it was made"), "{why}");
         fs::remove_file(folder.path().join("ca-key.pem")).unwrap();
-        let why = renew(folder.path(), &tls, Vec::new(), None).unwrap_err().to_string();
-        assert!(why.contains("ca-key.pem is not there"), "{why}");
+        let why = renew(folder.path(), &tls, Vec::new(), None, clock::now()).unwrap_err().to_string();
+        assert!(why.contains("ca-key.pem is not there") && !due(&tls, 900), "{why}");
         assert_eq!(fs::read(&foreign.certificate).unwrap(), kept);
     }
 
@@ -302,7 +339,7 @@ mod tests {
     fn an_init_that_was_killed_between_two_files_is_finished_by_the_next() {
         let folder = tempfile::tempdir().unwrap();
         let (at, given) = (|name: &str| folder.path().join(name), names(&["localhost"]));
-        make(folder.path(), &given, false).unwrap();
+        make(folder.path(), &given, false, clock::now()).unwrap();
         let key = fs::read(at("ca-key.pem")).unwrap();
         let (trusted, _) = first_in(&at("ca.pem")).unwrap();
         for missing in [
@@ -313,7 +350,7 @@ mod tests {
             for file in missing {
                 fs::remove_file(at(file)).unwrap();
             }
-            let made = make(folder.path(), &given, false).unwrap();
+            let made = make(folder.path(), &given, false, clock::now()).unwrap();
             Pair::read(&configured(&made)).unwrap();
             assert_eq!(fs::read(at("ca-key.pem")).unwrap(), key, "{missing:?}");
             // Who trusts the certificate of before accepts it, too.
@@ -324,15 +361,71 @@ mod tests {
         }
         fs::remove_file(at("ca.pem")).unwrap();
         let tls = Tls { certificate: at("server.pem"), key: at("server-key.pem") };
-        let why = format!("{:#}", renew(folder.path(), &tls, Vec::new(), None).unwrap_err());
+        let why = format!("{:#}", renew(folder.path(), &tls, Vec::new(), None, clock::now()).unwrap_err());
         assert!(why.contains("tls init --renew") && why.contains("ca.pem"), "{why}");
-        make(folder.path(), &given, true).unwrap();
-        renew(folder.path(), &tls, Vec::new(), None).unwrap();
+        make(folder.path(), &given, true, clock::now()).unwrap();
+        renew(folder.path(), &tls, Vec::new(), None, clock::now()).unwrap();
         // The key of an authority that boats trust is not replaced in silence.
         fs::remove_file(at("ca-key.pem")).unwrap();
         let authority = fs::read(at("ca.pem")).unwrap();
-        let why = make(folder.path(), &given, true).err().unwrap().to_string();
+        let why = make(folder.path(), &given, true, clock::now()).err().unwrap().to_string();
         assert!(why.contains("without its key") && why.contains("bring the key back"), "{why}");
         assert!(fs::read(at("ca.pem")).unwrap() == authority && !at("ca-key.pem").exists());
+    }
+    #[test]
+    fn a_new_key_that_was_broken_off_anywhere_leaves_a_pair_that_fits() {
+        let folder = tempfile::tempdir().unwrap();
+        let (at, given) = (|name: &str| folder.path().join(name), names(&["localhost"]));
+        let tls = configured(&make(folder.path(), &given, false, clock::now()).unwrap());
+        let keep = |from: &Path, to: &str| assert!(fs::copy(from, at(to)).unwrap() > 0);
+        let facts = |path: &Path| first_in(path).unwrap().0.into_owned();
+        for file in ["server.pem", "server-key.pem"] {
+            keep(&at(file), &format!("{file}.old"));
+        }
+        // The key cannot be written: the earlier pair stays, and the new certificate waits.
+        fs::create_dir_all(at("server-key.new/full")).unwrap();
+        make(folder.path(), &given, true, clock::now()).err().unwrap();
+        fs::remove_dir_all(at("server-key.new")).unwrap();
+        let first = facts(&tls.certificate);
+        assert_eq!(Pair::read(&tls).unwrap().certified.cert[0], first);
+        assert!(pair::waiting(&tls.certificate).exists());
+        make(folder.path(), &given, true, clock::now()).unwrap();
+        let second = facts(&tls.certificate);
+        for file in ["server.pem", "server-key.pem"] {
+            keep(&at(file), &format!("{file}.new"));
+        }
+        assert!(first != second && !pair::waiting(&tls.certificate).exists());
+        // As it lies there after a kill: which key, and which certificate is read then.
+        for (key, read) in [("old", &first), ("new", &second)] {
+            keep(&at("server.pem.old"), "server.pem");
+            keep(&at("server.pem.new"), "server.pem.next");
+            keep(&at(&format!("server-key.pem.{key}")), "server-key.pem");
+            assert_eq!(Pair::read(&tls).unwrap().certified.cert[0], *read, "{key}");
+            // A timer that has nothing to renew brings it to an end all the same.
+            assert_eq!(is_due(folder.path(), &tls, 30, clock::now()).unwrap(), key == "new");
+            renew(folder.path(), &tls, Vec::new(), Some(30), clock::now()).unwrap();
+            assert_eq!(facts(&tls.certificate), *read, "{key}");
+        }
+        // What waits and does not fit is not used.
+        keep(&at("ca-key.pem"), "server-key.pem");
+        keep(&at("server.pem.old"), "server.pem.next");
+        let why = Pair::read(&tls).err().unwrap().to_string();
+        assert!(why.contains("do not belong together"), "{why}");
+    }
+
+    #[test]
+    fn a_clock_that_cannot_be_right_makes_no_certificate() {
+        let folder = tempfile::tempdir().unwrap();
+        let (given, at_1970) = (names(&["localhost"]), UtcTime::from_micros(1_000_000));
+        let why = make(folder.path(), &given, false, at_1970).err().unwrap().to_string();
+        assert!(
+            why.contains("1970-01-01") && why.contains("chrony") && why.contains("do this again"),
+            "{why}"
+        );
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        let tls = configured(&make(folder.path(), &given, false, clock::now()).unwrap());
+        let before = fs::read(&tls.certificate).unwrap();
+        renew(folder.path(), &tls, Vec::new(), None, at_1970).unwrap_err();
+        assert_eq!(fs::read(&tls.certificate).unwrap(), before);
     }
 }

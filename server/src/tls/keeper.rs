@@ -205,14 +205,14 @@ mod tests {
     fn a_whole_new_pair_is_taken_over_and_half_a_one_is_told_after_a_while() {
         let folder = tempfile::tempdir().unwrap();
         let names = ["localhost".to_owned()];
-        let made = authority::make(folder.path(), &names, false).unwrap();
+        let made = authority::make(folder.path(), &names, false, clock::now()).unwrap();
         let tls = Tls { certificate: made.certificate, key: made.key };
         let keeper = Keeper::open(&tls).unwrap();
         let served = || keeper.held().pair.certified.cert.clone();
         let first = served();
         // The key of the next one comes first, its certificate some seconds later.
         let old_key = fs::read(&tls.key).unwrap();
-        authority::make(folder.path(), &names, true).unwrap();
+        authority::make(folder.path(), &names, true, clock::now()).unwrap();
         let (next, next_key) = (fs::read(&tls.certificate).unwrap(), fs::read(&tls.key).unwrap());
         fs::write(&tls.certificate, rustls_pem(&first[0])).unwrap();
         keeper.look(at(0));
@@ -244,9 +244,9 @@ mod tests {
     fn what_has_ended_or_has_not_begun_replaces_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let names = ["localhost".to_owned()];
-        let made = authority::make(folder.path(), &names, false).unwrap();
+        let made = authority::make(folder.path(), &names, false, clock::now()).unwrap();
         let keeper = Keeper::open(&Tls { certificate: made.certificate, key: made.key }).unwrap();
-        authority::make(folder.path(), &names, true).unwrap();
+        authority::make(folder.path(), &names, true, clock::now()).unwrap();
         let first = keeper.held().pair.certified.cert.clone();
         for (days, told) in [(2_000_i64, "ended on"), (-400, "look at the clock")] {
             let utc = UtcTime::from_micros(clock::now().micros() + days * super::super::DAY_US);

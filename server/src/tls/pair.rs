@@ -7,7 +7,7 @@ use rustls::crypto::ring;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use rustls::sign::CertifiedKey;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A certificate and the key that belongs to it.
@@ -18,11 +18,19 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// Reads certificate and key as configured.
+    /// Reads certificate and key as configured. Where a change of both was broken off between them, the certificate that waits beside
+    /// the earlier one ([`waiting`]) is read in its place.
     ///
     /// # Errors
     /// A file cannot be read or used, or they do not belong together; the error names file and remedy.
     pub(crate) fn read(tls: &Tls) -> anyhow::Result<Self> {
+        Self::of_files(tls).or_else(|error| {
+            let waits = Tls { certificate: waiting(&tls.certificate), key: tls.key.clone() };
+            Self::of_files(&waits).map_err(|_| error)
+        })
+    }
+
+    fn of_files(tls: &Tls) -> anyhow::Result<Self> {
         let remedy = "; `lutra-server tls init` makes certificate and key";
         let wrong = |key: &str, path: &Path| format!("tls.{key} {}{remedy}", path.display());
         let chain: Vec<CertificateDer<'static>> = CertificateDer::pem_file_iter(&tls.certificate)
@@ -45,6 +53,36 @@ impl Pair {
     }
 }
 
+/// Where a certificate waits, whole, while its key is brought to its place: two files cannot be changed at once.
+pub(super) fn waiting(certificate: &Path) -> PathBuf {
+    let mut name = certificate.to_owned().into_os_string();
+    name.push(".next");
+    PathBuf::from(name)
+}
+
+/// Whether a change was broken off between key and certificate.
+pub(super) fn is_unfinished(tls: &Tls) -> bool {
+    let waits = waiting(&tls.certificate);
+    let next = Tls { certificate: waits.clone(), key: tls.key.clone() };
+    waits.exists() && Pair::of_files(tls).is_err() && Pair::of_files(&next).is_ok()
+}
+
+/// Brings a certificate to its place that waits there since a change was broken off, if it is the one for the key.
+///
+/// # Errors
+/// It cannot be moved.
+pub(super) fn finish(tls: &Tls) -> anyhow::Result<()> {
+    if !is_unfinished(tls) {
+        return Ok(());
+    }
+    let waits = waiting(&tls.certificate);
+    let moved = || -> std::io::Result<()> {
+        std::fs::rename(&waits, &tls.certificate)?;
+        tls.certificate.parent().map_or(Ok(()), |folder| std::fs::File::open(folder)?.sync_all())
+    };
+    moved().with_context(|| format!("cannot move {} to {}", waits.display(), tls.certificate.display()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::authority;
@@ -62,7 +100,8 @@ mod tests {
         std::fs::write(&tls.certificate, "-----BEGIN CERTIFICATE-----\nYWJj\n-----END CERTIFICATE-----\n")
             .unwrap();
         assert!(told(&tls).contains("is no certificate of X.509"));
-        let made = authority::make(folder.path(), &["localhost".to_owned()], false).unwrap();
+        let made =
+            authority::make(folder.path(), &["localhost".to_owned()], false, shore::clock::now()).unwrap();
         let other = Tls { certificate: made.certificate, key: folder.path().join("ca-key.pem") };
         assert!(told(&other).contains("do not belong together"));
     }

@@ -194,6 +194,9 @@ fn a_run_that_was_killed_is_finished_by_the_next() {
     );
     assert!(!said.contains("ntnu-otter-02"), "{said}");
     assert!(ashore.apply(&[]).contains("nothing to do"));
+    // The server's own key has its line, once.
+    let server_key = "SELECT subject FROM audit WHERE action = 'fleet.vpn' AND subject = 'the server'";
+    assert_eq!(rows(&ashore.data(), server_key).len(), 1);
     // A key of the VPN that cannot be written, as where a run was killed before it: the audit log knows of it already.
     let lines = "SELECT subject FROM audit WHERE action IN ('fleet.vpn', 'fleet.rotate')";
     let before = rows(&ashore.data(), lines).len();

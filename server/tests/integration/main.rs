@@ -19,6 +19,7 @@ mod influx;
 mod kills;
 mod process;
 mod proxy;
+mod prune;
 mod recordings;
 mod recovery;
 mod stop;

@@ -4,6 +4,10 @@
 //! places ([`Entry::at`]), `history/x` or `alternate/history/x`; of a file of the archive, which only grows, what is new
 //! is appended, and the earlier manifest still knows how many bytes were its own. The manifest comes last; then what it
 //! does not name any more is removed. A kill at any moment leaves one manifest or the other, and all that it names.
+//!
+//! A file of the archive never changes but by growing. Where the server's is another one than before (its disk turned a bit, or a
+//! crash cut it short), the copy of before may be the only good one: it is set aside, as is a damaged copy of what the server has no
+//! more. Nothing takes these away but a person.
 
 use super::manifest::{ALTERNATE, Entry, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
@@ -27,9 +31,22 @@ pub struct BackedUp {
     pub kept: u64,
     /// Bytes that were written.
     pub bytes: u64,
-    /// Files of the earlier backup that were not as they were written. They are copied again, or left out where the server
-    /// has them no more.
+    /// Files of the earlier backup that were not as they were written, and are copied again.
     pub damaged: Vec<PathBuf>,
+    /// Copies that a person must look at.
+    pub aside: Vec<Aside>,
+}
+
+/// A copy that is kept apart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Aside {
+    /// Below the data folder.
+    pub path: PathBuf,
+    /// Where it lies below the backup.
+    pub at: PathBuf,
+    /// Whether the copy is as it was written, and the server's file another one. Else the copy is damaged, and the server has
+    /// none, or another one.
+    pub good: bool,
 }
 
 /// Who writes a backup.
@@ -39,16 +56,25 @@ pub(super) struct Keeping<'a> {
     known: BTreeMap<PathBuf, Entry>,
     /// Whether what is kept is read and compared.
     verifies: bool,
+    /// Where copies that a person must look at come to.
+    aside: PathBuf,
     began: std::time::SystemTime,
     entries: BTreeMap<PathBuf, Entry>,
     pub(super) done: BackedUp,
 }
 
 impl<'a> Keeping<'a> {
-    pub(super) fn new(data: &'a Path, to: &'a Path, earlier: &Manifest, verifies: bool) -> Self {
+    /// `aside` lies below `to`, and nothing is there yet.
+    pub(super) fn new(
+        data: &'a Path,
+        to: &'a Path,
+        earlier: &Manifest,
+        verifies: bool,
+        aside: PathBuf,
+    ) -> Self {
         let known = earlier.files.iter().map(|entry| (entry.path.clone(), entry.clone())).collect();
         let (began, entries, done) = (std::time::SystemTime::now(), BTreeMap::new(), BackedUp::default());
-        Self { data, to, known, verifies, began, entries, done }
+        Self { data, to, known, verifies, aside, began, entries, done }
     }
 
     /// Removes halves that a backup which was broken off left at the places of what the earlier manifest names. Nothing else
@@ -92,7 +118,12 @@ impl<'a> Keeping<'a> {
         // A start after a crash may have cut off what an earlier backup still saw.
         let same = unchanged
             || length >= entry.bytes && hash_prefix(&from, entry.bytes).with_context(named)? == entry.sha256;
-        if !same || !self.is_whole(&entry)? {
+        if !same {
+            let good = self.looks_whole(&entry)?;
+            self.set_aside(&entry, good)?;
+            return self.begin(path, stamp, false);
+        }
+        if !self.is_whole(&entry)? {
             return self.begin(path, stamp, false);
         }
         if length == entry.bytes {
@@ -182,6 +213,14 @@ impl<'a> Keeping<'a> {
 
     /// Whether what lies here is what the earlier backup wrote; what is not, is remembered.
     fn is_whole(&mut self, entry: &Entry) -> anyhow::Result<bool> {
+        let whole = self.looks_whole(entry)?;
+        if !whole {
+            self.done.damaged.push(entry.path.clone());
+        }
+        Ok(whole)
+    }
+
+    fn looks_whole(&self, entry: &Entry) -> anyhow::Result<bool> {
         let path = self.to.join(entry.at());
         let look = || -> io::Result<bool> {
             let length = match fs::metadata(&path) {
@@ -191,11 +230,7 @@ impl<'a> Keeping<'a> {
             let fits = length == entry.bytes || length > entry.bytes && entry.path.starts_with("archive");
             Ok(fits && (!self.verifies || hash_prefix(&path, entry.bytes)? == entry.sha256))
         };
-        let whole = look().with_context(|| format!("cannot read {}", path.display()))?;
-        if !whole {
-            self.done.damaged.push(entry.path.clone());
-        }
-        Ok(whole)
+        look().with_context(|| format!("cannot read {}", path.display()))
     }
 
     /// Keeps what the earlier backup has and the server has no more, such as days that were removed there; not what lay
@@ -208,10 +243,29 @@ impl<'a> Keeping<'a> {
             .cloned()
             .collect();
         for entry in gone {
-            if self.is_whole(&entry)? {
+            if self.looks_whole(&entry)? {
                 self.keep(entry);
+            } else {
+                self.set_aside(&entry, false)?;
             }
         }
+        Ok(())
+    }
+
+    /// Gives a copy another name, under which nothing replaces and nothing sweeps it.
+    fn set_aside(&mut self, entry: &Entry, good: bool) -> anyhow::Result<()> {
+        let at = self.aside.join(&entry.path);
+        let (from, to) = (self.to.join(entry.at()), self.to.join(&at));
+        if !from.exists() {
+            self.done.damaged.push(entry.path.clone());
+            return Ok(());
+        }
+        make_folder_of(&to)?;
+        fs::hard_link(&from, &to)
+            .or_else(|_| fs::copy(&from, &to).and_then(|_| File::open(&to)?.sync_all()))
+            .and_then(|()| File::open(to.parent().unwrap_or(&to))?.sync_all())
+            .with_context(|| format!("cannot keep {} as {}", from.display(), to.display()))?;
+        self.done.aside.push(Aside { path: entry.path.clone(), at, good });
         Ok(())
     }
 

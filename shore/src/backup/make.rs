@@ -10,7 +10,7 @@ use store::{BackupFile, Changes};
 
 /// What of a data folder is not copied as files: what the store and app.db copy themselves, what is of a moment only,
 /// and what could not be used.
-const LEFT_OUT: [&str; 10] = [
+const LEFT_OUT: [&str; 11] = [
     "archive",
     "history",
     "history.new",
@@ -20,10 +20,13 @@ const LEFT_OUT: [&str; 10] = [
     "lock",
     "backup.json",
     ALTERNATE,
+    ASIDE,
     OUTSIDE,
 ];
 /// Ends of names of what is under way, or rebuilt by itself.
 const UNDER_WAY: [&str; 7] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm", "-journal"];
+/// Where copies come to that a person must look at.
+pub(super) const ASIDE: &str = "aside";
 /// Where files that lie outside of the data folder come to.
 const OUTSIDE: &str = "outside";
 
@@ -48,7 +51,8 @@ pub fn make(
     refuse_below(to, data)?;
     let _lock = keeping::lock(to)?;
     let earlier = if to.join(MANIFEST).exists() { Manifest::read(to)? } else { Manifest::default() };
-    let mut keeping = Keeping::new(data, to, &earlier, verifies);
+    let aside = free_name(to, &clock::written(clock::now()).replace([' ', ':'], "-"));
+    let mut keeping = Keeping::new(data, to, &earlier, verifies, aside);
     keeping.sweep_parts();
     for BackupFile { path, changes } in store::backup_files(data)? {
         let name = path.display().to_string();
@@ -91,6 +95,16 @@ pub fn make(
     progress("what is not named any more");
     keeping.sweep()?;
     Ok(keeping.done)
+}
+
+/// A folder below the backup that is not there yet, for what is set aside at this time.
+fn free_name(to: &Path, time: &str) -> PathBuf {
+    let (mut path, mut number) = (Path::new(ASIDE).join(time), 1);
+    while to.join(&path).exists() {
+        number += 1;
+        path = Path::new(ASIDE).join(format!("{time}-{number}"));
+    }
+    path
 }
 
 /// Refuses a folder, which need not be there yet, that is the data folder or lies in it.

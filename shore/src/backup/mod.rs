@@ -2,14 +2,16 @@
 //!
 //! A backup is a folder with the files of a data folder and `manifest`, which names each with its length and digest.
 //! [`make`] writes it, also while a server runs and into the folder of an earlier one, which `keeping` leaves as it is until the
-//! new one is whole; [`restore`] makes a data folder of it: all or nothing, and only what is as it was copied.
+//! new one is whole; [`Held`] says what one holds; [`restore`] makes a data folder of it: all or nothing, and only what is as it was copied.
 
+mod held;
 mod keeping;
 mod make;
 mod manifest;
 mod restore;
 
-pub use keeping::BackedUp;
+pub use held::{Held, on_one_disk};
+pub use keeping::{Aside, BackedUp};
 pub use make::make;
 pub use restore::restore;
 

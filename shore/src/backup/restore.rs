@@ -6,7 +6,7 @@ use anyhow::{Context as _, bail, ensure};
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
-use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
 /// What a restore did.
@@ -26,16 +26,33 @@ pub struct Restored {
 
 /// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all: what is under way lies
 /// in another folder, beside one that is absent and within one that is there, such as a mounted disk. While that folder is within,
-/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew.
+/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew. Who restores holds that
+/// folder; a second one at the same time is refused.
 ///
 /// # Errors
-/// The folder holds something, the backup is not whole or is damaged, or something cannot be read or written.
+/// The folder holds something, another restore is under way, the backup is not whole or is damaged, or something cannot be read or
+/// written.
 pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> anyhow::Result<Restored> {
     let manifest = Manifest::read(backup)?;
-    let is_there = look(data, &manifest)?;
+    // Nothing is made in a folder that is not empty.
+    let (is_there, _) = look(data, &manifest, false)?;
     let growing = if is_there { data.join(RESTORING) } else { beside(data) };
-    if growing.exists() {
-        fs::remove_dir_all(&growing).with_context(|| format!("cannot remove {}", growing.display()))?;
+    let (_held, is_new) = hold(&growing, data)?;
+    // Looked at again by the one who holds it: another one may have come to its end meanwhile.
+    let looked = look(data, &manifest, is_new).and_then(|(still_there, moved)| {
+        ensure!(still_there == is_there, "{} appeared meanwhile: another restore made it", data.display());
+        Ok(moved)
+    });
+    let moved = looked.inspect_err(|_| {
+        if is_new {
+            fs::remove_dir(&growing).ok();
+        }
+    })?;
+    for path in moved.iter().map(|name| data.join(name)) {
+        remove(&path)?;
+    }
+    for entry in fs::read_dir(&growing).with_context(|| growing.display().to_string())? {
+        remove(&entry?.path())?;
     }
     let filled = fill(backup, &growing, data, manifest, progress);
     if filled.is_err() {
@@ -57,17 +74,49 @@ pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> an
     Ok(restored)
 }
 
-/// Whether the folder is there; what it holds must be nothing, or what a restore that was broken off moved there.
-fn look(data: &Path, manifest: &Manifest) -> anyhow::Result<bool> {
+/// Makes the folder of a restore that is under way, or takes that of one that was broken off, and holds it until the file is
+/// dropped; whether it is new.
+fn hold(growing: &Path, data: &Path) -> anyhow::Result<(File, bool)> {
+    let named = || format!("cannot make {}", growing.display());
+    if let Some(parent) = growing.parent() {
+        private_folder(parent).with_context(named)?;
+    }
+    let is_new = match fs::DirBuilder::new().mode(0o700).create(growing) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => false,
+        made => made.map(|()| true).with_context(named)?,
+    };
+    let other = || {
+        format!(
+            "another restore into {} is under way, or has just ended: wait until it is done, then look what is there",
+            data.display()
+        )
+    };
+    let folder = File::open(growing).with_context(other)?;
+    ensure!(folder.try_lock().is_ok(), other());
+    // One that came to its end took the folder's name away from it.
+    let is_same =
+        fs::metadata(growing).is_ok_and(|now| folder.metadata().is_ok_and(|held| now.ino() == held.ino()));
+    ensure!(is_same, other());
+    Ok((folder, is_new))
+}
+
+fn remove(path: &Path) -> anyhow::Result<()> {
+    let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    removed.with_context(|| format!("cannot remove {}", path.display()))
+}
+
+/// Whether the folder is there, and what a restore that was broken off moved there; it must hold nothing else. Whoever makes the
+/// folder of a restore anew knows that none was broken off.
+fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool, Vec<OsString>)> {
     let entries = match fs::read_dir(data) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((false, Vec::new())),
         other => other.with_context(|| data.display().to_string())?,
     };
     let (mut moved, mut is_broken_off) = (Vec::new(), false);
     for entry in entries {
         let name = entry.with_context(|| data.display().to_string())?.file_name();
         match name.to_str() {
-            Some(RESTORING) => is_broken_off = true,
+            Some(RESTORING) => is_broken_off = !is_new,
             // Every new disk has it.
             Some("lost+found") => {}
             _ => moved.push(name),
@@ -77,15 +126,19 @@ fn look(data: &Path, manifest: &Manifest) -> anyhow::Result<bool> {
         manifest.files.iter().any(|entry| entry.path.iter().next() == Some(name.as_os_str()))
     };
     ensure!(
-        moved.is_empty() || is_broken_off && moved.iter().all(is_ours),
+        moved.is_empty() || is_broken_off,
         "{} is not empty: restore into a folder that is, and move it to its place when all is well",
         data.display()
     );
-    for path in moved.iter().map(|name| data.join(name)) {
-        let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-        removed.with_context(|| format!("cannot remove {}", path.display()))?;
+    if let Some(foreign) = moved.iter().find(|name| !is_ours(name)) {
+        bail!(
+            "a restore into {} was broken off, and {} there is not of this backup: restore the backup of before once more, or empty \
+             the folder, with {RESTORING}, if nobody needs what is in it",
+            data.display(),
+            foreign.to_string_lossy()
+        );
     }
-    Ok(true)
+    Ok((true, moved))
 }
 
 /// Moves all that a folder within `data` holds to `data`, and removes the folder last.
@@ -174,6 +227,5 @@ fn take(backup: &Path, to: &Path, entry: &Entry) -> anyhow::Result<Option<String
 }
 
 fn private_folder(folder: &Path) -> io::Result<()> {
-    use std::os::unix::fs::DirBuilderExt as _;
     fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
 }

@@ -1,6 +1,6 @@
 //! A backup that is broken off anywhere leaves the earlier one as it was.
 
-use super::{make, restore};
+use super::{Aside, Held, make, restore};
 use crate::{folder, identity};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -262,7 +262,10 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
     assert!(told.contains("was broken off") && told.contains("lutra-server restore"), "{told}");
     fs::write(back.join("letter.txt"), "x").unwrap();
     let told = restore(&to, &back, &mut |_| ()).unwrap_err().to_string();
-    assert!(told.contains("is not empty") && back.join("logbook/1").exists(), "{told}");
+    assert!(
+        told.contains("letter.txt there is not of this backup") && back.join("logbook/1").exists(),
+        "{told}"
+    );
     fs::remove_file(back.join("letter.txt")).unwrap();
     restore(&to, &back, &mut |_| ()).unwrap();
     assert!(whole(&back) == expected);
@@ -276,4 +279,133 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
     let told = restore(&to, &empty, &mut |_| ()).unwrap_err().to_string();
     assert!(told.contains("logbook/1: holds other bytes"), "{told}");
     assert_eq!(fs::read_dir(&empty).unwrap().count(), 0);
+}
+
+fn turn_a_bit(path: &Path) {
+    let mut bytes = fs::read(path).unwrap();
+    bytes[100] ^= 1;
+    // By a rename, as a first backup on the same disk links what is the server's own.
+    let turned = path.with_extension("turned");
+    fs::write(&turned, &bytes).unwrap();
+    fs::rename(turned, path).unwrap();
+}
+
+#[test]
+fn a_file_that_turns_bad_at_the_server_does_not_take_the_good_copy_along() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    let archive = Path::new("archive/0x2810/20261121/Data.lsf");
+    back_up(&data, &to);
+    let good = fs::read(to.join(archive)).unwrap();
+    turn_a_bit(&data.join(archive));
+    let done = back_up(&data, &to);
+    let [Aside { path, at, good: true }] = &done.aside[..] else { panic!("{done:?}") };
+    assert!(path == archive && fs::read(to.join(at)).unwrap() == good, "{at:?}");
+    // The backup is what the server is, and the copy stays through later ones.
+    restored(&to, &back);
+    assert_eq!(fs::read(back.join(archive)).unwrap(), fs::read(data.join(archive)).unwrap());
+    assert!(back_up(&data, &to).aside.is_empty() && fs::read(to.join(at)).unwrap() == good);
+    fs::copy(to.join(at), data.join(archive)).unwrap();
+    assert_eq!(back_up(&data, &to).aside.len(), 1, "what was mended is another one, too");
+    restored(&to, &back);
+    assert_eq!(fs::read(back.join(archive)).unwrap(), good);
+}
+
+#[test]
+fn what_only_the_backup_has_is_kept_although_it_is_damaged() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to, back) =
+        (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
+    let archive = Path::new("archive/0x2810/20261121/Data.lsf");
+    back_up(&data, &to);
+    fs::remove_dir_all(data.join("archive/0x2810/20261121")).unwrap();
+    turn_a_bit(&to.join(archive));
+    let bytes = fs::read(to.join(archive)).unwrap();
+    let done = back_up(&data, &to);
+    let [Aside { path, at, good: false }] = &done.aside[..] else { panic!("{done:?}") };
+    assert!(path == archive && !to.join(archive).exists());
+    assert!(fs::read(to.join(at)).unwrap() == bytes, "all but one bit of it is still worth something");
+    // A restore is not stopped by it, and later backups leave it where it is.
+    restored(&to, &back);
+    assert!(back_up(&data, &to).aside.is_empty() && to.join(at).exists());
+}
+
+#[test]
+fn a_backup_says_whether_it_holds_something_as_it_is() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    let told = Held::read(&to).unwrap_err().to_string();
+    assert!(told.contains("no whole backup") && told.contains("lutra-server backup"), "{told}");
+    back_up(&data, &to);
+    let lacks =
+        |path: &str, reads: bool| Held::read(&to).unwrap().lacks(&data, Path::new(path), reads).unwrap();
+    let (day, month) = ("archive/0x2810/20261121", "history/2026-11.sqlite");
+    for path in [day, month] {
+        assert_eq!(lacks(path, true), None);
+    }
+    // Only reading finds a bit that turned, wherever.
+    let file = Path::new(day).join("Data.lsf");
+    for at in [&data, &to] {
+        turn_a_bit(&at.join(&file));
+        assert_eq!(lacks(day, false), None);
+        assert!(lacks(day, true).unwrap().contains("Data.lsf is "), "{at:?}");
+        turn_a_bit(&at.join(&file));
+        assert_eq!(lacks(day, true), None);
+    }
+    fill(&data, 600..610, 1);
+    assert!(lacks(month, true).unwrap().contains("is another one"), "the month went on");
+    assert!(lacks("archive/0x2810/20261122", false).unwrap().contains("is another one"));
+    fs::write(data.join(day).join("note.txt"), "x").unwrap();
+    assert!(lacks(day, false).unwrap().contains("note.txt is not in it"));
+    fs::remove_file(to.join(&file)).unwrap();
+    assert!(lacks(day, false).unwrap().contains("is named in it and not there"));
+}
+
+#[test]
+fn two_restores_at_once_do_not_meet() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, to) = (data_in(scratch.path()), at("backup"));
+    back_up(&data, &to);
+    fs::create_dir(at("there")).unwrap();
+    for name in ["absent", "there"] {
+        let back = at(name);
+        let mut refused = 0;
+        restore(&to, &back, &mut |_| {
+            let told = restore(&to, &back, &mut |_| ()).unwrap_err().to_string();
+            assert!(told.contains("another restore into") && told.contains("is under way"), "{told}");
+            refused += 1;
+        })
+        .unwrap();
+        assert!(refused > 5, "{refused}");
+        assert_eq!(Store::open(&back).unwrap().durable(7), Some(599));
+        assert!(!back.join(".restoring").exists() && !at("absent.restoring").exists());
+    }
+    // One that looked before the first came to its end takes nothing of what that made.
+    let whole = at("there");
+    let mark = whole.join(".restoring");
+    assert!(restore(&to, &whole, &mut |_| ()).unwrap_err().to_string().contains("is not empty"));
+    assert!(!mark.exists() && whole.join("app.db").exists());
+}
+
+#[test]
+fn a_restore_that_was_broken_off_is_not_gone_on_with_by_another_backup() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, back) = (data_in(scratch.path()), at("back"));
+    back_up(&data, &at("first"));
+    fs::create_dir(data.join("sinks")).unwrap();
+    fs::write(data.join("sinks/influx"), "x").unwrap();
+    back_up(&data, &at("second"));
+    fs::create_dir_all(back.join(".restoring")).unwrap();
+    fs::create_dir(back.join("sinks")).unwrap();
+    let told = restore(&at("first"), &back, &mut |_| ()).unwrap_err().to_string();
+    assert!(
+        told.contains("sinks there is not of this backup") && told.contains("the backup of before"),
+        "{told}"
+    );
+    assert!(back.join("sinks").exists() && back.join(".restoring").exists());
+    restore(&at("second"), &back, &mut |_| ()).unwrap();
+    assert_eq!(fs::read(back.join("sinks/influx")).unwrap(), b"x");
 }

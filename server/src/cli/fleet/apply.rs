@@ -226,8 +226,9 @@ impl Plan {
     /// Does it. Whether files of the VPN changed.
     fn carry_out(self, data: &Path, files: &Files, fleet: &Fleet, text: &str) -> anyhow::Result<bool> {
         let now = clock::now();
-        let named = self.keys.iter().map(|step| (now, state::line("fleet.vpn", &step.name)));
-        let lines: Vec<_> = named.collect();
+        let server = self.server_key.then_some("the server");
+        let named = server.into_iter().chain(self.keys.iter().map(|step| step.name.as_str()));
+        let lines: Vec<_> = named.map(|name| (now, state::line("fleet.vpn", name))).collect();
         if !lines.is_empty() {
             with(data, async |db| within_transaction(db, Record(lines)).await)?;
         }

@@ -1,0 +1,153 @@
+//! What of the recordings goes with nobody looking: for `lutra-server prune --as-configured` and the doctor.
+//!
+//! How much stays is the store's rule ([`store::plan_unattended`]). Beyond that a person must look where more would go than
+//! waiting explains, and where the backup does not hold all of it.
+
+use crate::config::{Config, Keep};
+use anyhow::Context as _;
+use shore::backup::Held;
+use shore::clock;
+use std::path::Path;
+use store::{Check, Health, Keeping, Removal, Share, Unattended};
+use units::UtcTime;
+
+/// What the next run would do.
+#[derive(Debug)]
+pub(crate) struct Next {
+    /// What goes, or why not.
+    pub(crate) verdict: Verdict,
+    /// What else there is to say.
+    pub(crate) notes: Vec<String>,
+}
+
+/// What becomes of old recordings.
+#[derive(Debug)]
+pub(crate) enum Verdict {
+    /// All is kept.
+    Off,
+    /// Nothing is old enough.
+    Nothing,
+    /// This goes.
+    Goes(Vec<Removal>),
+    /// A person must look: why, and what to do.
+    Refused(String),
+}
+
+/// Looks. `reads` compares all that would go byte by byte with the backup; without it lengths alone.
+///
+/// # Errors
+/// The data folder or the backup cannot be read.
+pub(crate) fn next(config: &Config, now: UtcTime, reads: bool) -> anyhow::Result<Next> {
+    let Keep { history_days, archive_days } = config.retention;
+    if history_days == 0 && archive_days == 0 {
+        return Ok(Next { verdict: Verdict::Off, notes: Vec::new() });
+    }
+    if let Err(told) = clock::check(now) {
+        return Ok(Next { verdict: Verdict::Refused(told), notes: Vec::new() });
+    }
+    let keeping = Keeping { history_days, archive_days, earliest: clock::EARLIEST, now };
+    let plan = store::plan_unattended(&config.data, &keeping)?;
+    let mut notes: Vec<String> = undatable(&plan, &config.data, now).into_iter().collect();
+    let verdict = judge(config, plan, reads, &mut notes)?;
+    Ok(Next { verdict, notes })
+}
+
+fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>) -> anyhow::Result<Verdict> {
+    if plan.removals.is_empty() {
+        return Ok(Verdict::Nothing);
+    }
+    let much = too_much(plan.days, "days of the archive", "archive")
+        .or_else(|| too_much(plan.months, "months of the history", "history"));
+    if let Some(why) = much {
+        return Ok(Verdict::Refused(why));
+    }
+    let folder = &config.backup.folder;
+    if folder.as_os_str().is_empty() || !folder.exists() {
+        let which = if folder.as_os_str().is_empty() {
+            "backup.folder is empty".to_owned()
+        } else {
+            format!("backup.folder {} is not there", folder.display())
+        };
+        return Ok(Verdict::Refused(format!(
+            "nothing goes without a backup, and {which}: mount a second disk, name a folder on it by backup.folder, and run \
+             `lutra-server backup`"
+        )));
+    }
+    let held = Held::read(folder)?;
+    for removal in &plan.removals {
+        let path = removal.path.strip_prefix(&config.data).unwrap_or(&removal.path);
+        let lacks = held.lacks(&config.data, path, reads).context("cannot ask the backup")?;
+        if let Some(why) = lacks {
+            return Ok(Verdict::Refused(format!(
+                "the backup in {}, made {}, does not hold all that would go: {why}. Run `lutra-server backup`, and look at both \
+                 disks if it says so again",
+                folder.display(),
+                clock::written(held.made())
+            )));
+        }
+    }
+    if held.is_on_disk_of(&config.data) {
+        notes.push(format!(
+            "the backup in {} is on the disk of the data: what goes frees no room, and the loss of that disk takes both",
+            folder.display()
+        ));
+    }
+    Ok(Verdict::Goes(plan.removals))
+}
+
+fn too_much(share: Share, what: &str, which: &str) -> Option<String> {
+    let Share { there, going, before: Some(before), most } = share else { return None };
+    let before = before.civil();
+    let date = format!("{:04}-{:02}-{:02}", before.year, before.month, before.day);
+    share.is_much().then(|| {
+        format!(
+            "{going} of {there} {what} would go, and no more than {most} go with nobody looking: see whether [retention] and the dates \
+             in the data folder are right, then do it by hand, with the server stopped: lutra-server prune --{which}-before {date} \
+             (it says what would go; --yes does it)"
+        )
+    })
+}
+
+fn undatable(plan: &Unattended, data: &Path, now: UtcTime) -> Option<String> {
+    let name = |path: &std::path::PathBuf| path.strip_prefix(data).unwrap_or(path).display().to_string();
+    let names: Vec<String> = plan.undatable.iter().take(5).map(name).collect();
+    let more = plan.undatable.len().saturating_sub(names.len());
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!names.is_empty()).then(|| {
+        format!(
+            "recorded by a wrong clock, or it is wrong at present ({}); they stay and do not count: {}{more}",
+            clock::written(now),
+            names.join(", ")
+        )
+    })
+}
+
+/// For the doctor.
+pub(crate) fn check(config: &Config, now: UtcTime) -> Check {
+    let name = "retention";
+    let Next { verdict, notes } = match next(config, now, false) {
+        Ok(next) => next,
+        Err(error) => {
+            let remedy = "look whether data folder and backup can be read".to_owned();
+            return Check { name, health: Health::Problem, found: format!("{error:#}"), remedy };
+        }
+    };
+    let (health, found) = match verdict {
+        Verdict::Off => (Health::Good, "all recordings are kept".to_owned()),
+        Verdict::Nothing => (Health::Good, "nothing is old enough to go".to_owned()),
+        Verdict::Goes(removals) => (Health::Good, told(&removals, &config.data)),
+        Verdict::Refused(why) => (Health::Warning, format!("nothing goes until a person has looked: {why}")),
+    };
+    let health = if notes.is_empty() { health } else { Health::Warning };
+    let found = std::iter::once(found).chain(notes).collect::<Vec<_>>().join("; ");
+    Check { name, health, found, remedy: String::new() }
+}
+
+fn told(removals: &[Removal], data: &Path) -> String {
+    let mib = removals.iter().map(|removal| removal.bytes).sum::<u64>() >> 20;
+    let name =
+        |removal: &Removal| removal.path.strip_prefix(data).unwrap_or(&removal.path).display().to_string();
+    let (first, last) =
+        (removals.first().map(name).unwrap_or_default(), removals.last().map(name).unwrap_or_default());
+    format!("the next `prune --as-configured` takes {} items, {mib} MiB: {first} to {last}", removals.len())
+}

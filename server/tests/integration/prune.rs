@@ -1,0 +1,198 @@
+//! Old recordings go with nobody looking: only what the backup holds, and no season by a wrong clock. Each of the hundred days and more of a
+//! shore is synced by itself as it is recorded, which takes some seconds.
+
+use crate::support::program::{SERVER, Server, run};
+use imc::messages::Temperature;
+use imc::{Address, Header};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use store::{Accepted, LinkSeq, Store, Transport};
+use units::UtcTime;
+
+const DAY_US: i64 = 86_400_000_000;
+/// 1970-01-02, in days before 2026-11-21; and a clock that is five years ahead.
+const AT_1970: i64 = 20_777;
+const FIVE_YEARS_AHEAD: i64 = -5 * 365;
+
+/// A shore with a day of recordings for each of these, and where its configuration names a backup.
+struct Shore {
+    scratch: tempfile::TempDir,
+}
+
+impl Shore {
+    fn with_days_ago(days_ago: impl IntoIterator<Item = i64>) -> Self {
+        let shore = Self { scratch: tempfile::tempdir().unwrap() };
+        let mut store = Store::open(&shore.data()).unwrap();
+        let now = shore::clock::now().micros();
+        for (seq, days_ago) in (0..).zip(days_ago) {
+            let received = UtcTime::from_micros(now - days_ago * DAY_US);
+            let header = Header {
+                timestamp: received.seconds(),
+                src: Address(0x2810),
+                src_ent: 5,
+                ..Header::default()
+            };
+            let mut packet = Vec::new();
+            imc::encode_into(&mut packet, &header, &Temperature { value: seq as f32 }).unwrap();
+            let link = Some(LinkSeq { stream: 7, seq });
+            store.accept(&Accepted { packet: &packet, received, transport: Transport::Link, link }).unwrap();
+        }
+        store.close().unwrap();
+        shore.configure("archive_days = 100");
+        shore
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.scratch.path().join(name)
+    }
+
+    fn data(&self) -> PathBuf {
+        self.at("data")
+    }
+
+    fn configure(&self, keep: &str) {
+        let text = format!("[backup]\nfolder = '{}'\n[retention]\n{keep}\n", self.at("backup").display());
+        fs::write(self.at("server.toml"), text).unwrap();
+    }
+
+    fn back_up(&self) {
+        run(&self.data(), &["backup", "--config", self.at("server.toml").to_str().unwrap()]);
+    }
+
+    fn prune(&self, more: &str) -> Output {
+        let mut command = Command::new(SERVER);
+        command.args(["prune", "--as-configured", more, "--config"]).arg(self.at("server.toml"));
+        command.arg("--data").arg(self.data()).output().unwrap()
+    }
+
+    /// What a timer sees, and what it says.
+    fn pruned(&self, more: &str) -> (Option<i32>, String) {
+        let output = self.prune(more);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+
+    fn days(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.data().join("archive/0x2810")).unwrap();
+        let mut days: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        days.sort();
+        days
+    }
+}
+
+#[test]
+fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
+    let shore = Shore::with_days_ago((0..60).chain(300..360));
+    shore.configure("");
+    let (code, told) = shore.pruned("--check");
+    assert!(code == Some(1) && told.contains("[retention]"), "{code:?} {told}");
+    shore.configure("archive_days = 120");
+    let (code, told) = shore.pruned("--check");
+    assert!(code == Some(1) && told.contains("nothing is old enough"), "{code:?} {told}");
+    // A configuration that cannot be used is no "nothing to do".
+    shore.configure("archive_days = 36");
+    let (code, told) = shore.pruned("--check");
+    assert!(code == Some(255) && told.contains("90 and more"), "{code:?} {told}");
+    shore.configure("archive_days = 100");
+    for more in ["--check", "--yes"] {
+        let (code, told) = shore.pruned(more);
+        assert!(code == Some(255) && told.contains("nothing goes without a backup"), "{code:?} {told}");
+    }
+    shore.back_up();
+    let mut server = Server::start(&shore.data());
+    assert_eq!(shore.pruned("--check").0, Some(0));
+    let (code, told) = shore.pruned("--yes");
+    assert!(code == Some(255) && shore.days().len() == 120, "beside a running server: {told}");
+    server.process.terminate();
+
+    // Of one day the backup has something else.
+    let file = shore.at("backup/archive/0x2810").join(&shore.days()[3]).join("Data.lsf");
+    let whole = fs::read(&file).unwrap();
+    fs::remove_file(&file).unwrap();
+    fs::write(&file, vec![0; whole.len()]).unwrap();
+    for more in ["--check", "--yes"] {
+        let (code, told) = shore.pruned(more);
+        assert!(code == Some(255) && told.contains("Data.lsf is damaged in it"), "{code:?} {told}");
+    }
+    fs::write(&file, whole).unwrap();
+    let stay = shore.days().split_off(20);
+    assert_eq!(shore.pruned("--yes").0, Some(0));
+    assert_eq!(shore.days(), stay);
+    assert_eq!((shore.pruned("--check").0, shore.pruned("--yes").0), (Some(1), Some(0)));
+    // It comes back.
+    let back = shore.at("back");
+    shore.back_up();
+    run(&back, &["restore", shore.at("backup").to_str().unwrap()]);
+    assert_eq!(fs::read_dir(back.join("archive/0x2810")).unwrap().count(), 120);
+}
+
+#[test]
+fn no_wrong_clock_takes_a_season() {
+    let shore = Shore::with_days_ago((0..110).chain([FIVE_YEARS_AHEAD, AT_1970]));
+    shore.back_up();
+    let (code, told) = shore.pruned("--yes");
+    assert_eq!(code, Some(0), "{told}");
+    let days = shore.days();
+    assert_eq!(days.len(), 102, "a hundred and the two that cannot be");
+    let (first, last) = (&days[0], &days[101]);
+    assert!(first.starts_with("1970") && told.contains(first) && told.contains(last), "{told}");
+    assert!(told.contains("recorded by a wrong clock"), "{told}");
+}
+
+#[test]
+fn more_than_waiting_explains_needs_a_person_whom_the_doctor_tells_before() {
+    let shore = Shore::with_days_ago((0..140).map(|ago| ago * 2));
+    shore.back_up();
+    shore.configure("archive_days = 90");
+    let (code, told) = shore.pruned("--yes");
+    assert!(code == Some(255) && told.contains("50 of 140 days of the archive would go"), "{code:?} {told}");
+    assert!(told.contains("no more than 46") && told.contains("--archive-before 20"), "{told}");
+    assert_eq!(shore.days().len(), 140);
+    let config = shore.at("server.toml");
+    let doctor = |data: &Path| {
+        let output =
+            Command::new(SERVER).args(["doctor", "--config"]).arg(&config).arg("--data").arg(data).output();
+        let text = String::from_utf8_lossy(&output.unwrap().stdout).into_owned();
+        text.lines().find(|line| line.contains("retention")).unwrap().to_owned()
+    };
+    let told = doctor(&shore.data());
+    assert!(told.starts_with("WARN") && told.contains("50 of 140"), "{told}");
+    // By hand, with the date that it said.
+    let date = told.split("--archive-before ").nth(1).unwrap().split(' ').next().unwrap().to_owned();
+    run(&shore.data(), &["prune", "--archive-before", &date, "--yes"]);
+    assert_eq!(shore.days().len(), 90);
+    shore.configure("archive_days = 0");
+    assert!(doctor(&shore.data()).contains("all recordings are kept"));
+    shore.configure("archive_days = 90");
+    assert!(doctor(&shore.data()).contains("nothing is old enough"));
+}
+
+#[test]
+fn months_of_the_history_go_likewise_and_come_back_from_the_archive() {
+    let shore = Shore::with_days_ago((0..160).step_by(4));
+    shore.back_up();
+    let months = || {
+        let entries = fs::read_dir(shore.data().join("history")).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.retain(|name| name.starts_with("20") && name.ends_with(".sqlite"));
+        names.sort();
+        names
+    };
+    let before = months();
+    // All but the oldest; the newest is not a whole one and does not count.
+    shore.configure(&format!("history_days = {}", (before.len() - 2) * 31));
+    // What was written within two seconds before a backup may have changed unseen.
+    let settled = fs::read_dir(shore.data().join("history")).unwrap().map(|entry| entry.unwrap().path());
+    for path in settled {
+        let file = fs::File::options().append(true).open(&path).unwrap();
+        file.set_modified(std::time::SystemTime::now() - std::time::Duration::from_mins(1)).unwrap();
+    }
+    shore.back_up();
+    let (code, told) = shore.pruned("--yes");
+    assert_eq!(code, Some(0), "{told}");
+    assert_eq!(months(), before[1..]);
+    run(&shore.data(), &["reindex"]);
+    assert_eq!(months(), before);
+}

@@ -1,0 +1,96 @@
+//! What a backup holds, asked before something goes for ever.
+
+use super::manifest::{Entry, MANIFEST, Manifest, Stamp, hash_prefix};
+use anyhow::{Context as _, ensure};
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use units::UtcTime;
+
+/// A backup that is asked what it holds.
+#[derive(Debug)]
+pub struct Held {
+    folder: PathBuf,
+    files: BTreeMap<PathBuf, Entry>,
+    made: UtcTime,
+}
+
+impl Held {
+    /// The backup in a folder.
+    ///
+    /// # Errors
+    /// There is none, or none that this program understands.
+    pub fn read(folder: &Path) -> anyhow::Result<Self> {
+        ensure!(
+            folder.join(MANIFEST).exists(),
+            "there is no whole backup in {}: run `lutra-server backup` to its end",
+            folder.display()
+        );
+        let manifest = Manifest::read(folder)?;
+        let made = UtcTime::from_micros(manifest.made_us);
+        let files = manifest.files.into_iter().map(|entry| (entry.path.clone(), entry)).collect();
+        Ok(Self { folder: folder.to_owned(), files, made })
+    }
+
+    /// When it was made.
+    pub const fn made(&self) -> UtcTime {
+        self.made
+    }
+
+    /// Why it does not hold a file of a data folder, or all of a folder there, byte by byte as it is; `None` if it does.
+    /// Databases are held if they did not change since they were copied. Unless it `reads`, only lengths are compared.
+    ///
+    /// # Errors
+    /// Something cannot be read.
+    pub fn lacks(&self, data: &Path, path: &Path, reads: bool) -> anyhow::Result<Option<String>> {
+        let full = data.join(path);
+        let mut files = Vec::new();
+        if full.is_dir() {
+            for entry in fs::read_dir(&full).with_context(|| full.display().to_string())? {
+                files.push(path.join(entry?.file_name()));
+            }
+            files.sort();
+        } else {
+            files.push(path.to_owned());
+        }
+        for path in files {
+            let why = self.lacks_file(data, &path, reads);
+            if let Some(why) = why.with_context(|| format!("cannot compare {}", path.display()))? {
+                return Ok(Some(format!("{} {why}", path.display())));
+            }
+        }
+        Ok(None)
+    }
+
+    fn lacks_file(&self, data: &Path, path: &Path, reads: bool) -> std::io::Result<Option<String>> {
+        let Some(entry) = self.files.get(path) else { return Ok(Some("is not in it".to_owned())) };
+        let (from, copy) = (data.join(path), self.folder.join(entry.at()));
+        let Ok(there) = fs::metadata(&copy) else {
+            return Ok(Some("is named in it and not there".to_owned()));
+        };
+        if there.len() < entry.bytes || reads && hash_prefix(&copy, entry.bytes)? != entry.sha256 {
+            return Ok(Some("is damaged in it".to_owned()));
+        }
+        // A database is copied by what it says, not by its bytes.
+        let same = if path.starts_with("history") {
+            entry.source.is_some() && entry.source == Stamp::of(&from, SystemTime::now())?
+        } else {
+            fs::metadata(&from)?.len() == entry.bytes
+                && (!reads || hash_prefix(&from, entry.bytes)? == entry.sha256)
+        };
+        Ok((!same).then(|| "is another one in it".to_owned()))
+    }
+
+    /// Whether it lies on the disk of the data folder, where it protects from little.
+    pub fn is_on_disk_of(&self, data: &Path) -> bool {
+        on_one_disk(&self.folder, data)
+    }
+}
+
+/// Whether two folders lie in one file system.
+pub fn on_one_disk(one: &Path, other: &Path) -> bool {
+    let disk = |path: &Path| fs::metadata(path).map(|about| about.dev()).ok();
+    disk(one).is_some() && disk(one) == disk(other)
+}
