@@ -63,6 +63,7 @@ pub(crate) async fn size(
         tag: query.tag,
         project: query.project,
         area: query.area,
+        whole_axis: None,
     };
     // It is as much work as a small export.
     let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {

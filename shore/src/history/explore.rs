@@ -236,6 +236,7 @@ pub fn question(
         from_us: query.from_us.unwrap_or(0).max(0),
         to_us: query.to_us.unwrap_or(i64::MAX),
         tags: export::tags(query.tag.as_deref())?,
+        whole_axis: query.whole_axis.unwrap_or(false),
         narrowed: narrowed(query.project.as_deref(), query.area.as_deref(), study)?,
     })
 }

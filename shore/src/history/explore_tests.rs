@@ -53,6 +53,7 @@ fn all() -> Question {
         to_us: i64::MAX,
         tags: Vec::new(),
         narrowed: Narrowed::default(),
+        whole_axis: false,
     }
 }
 

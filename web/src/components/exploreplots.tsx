@@ -4,7 +4,7 @@ import type { DetectionsSummary } from "../api/types.gen";
 import { abacusNumbers, barNumbers, lengthText } from "../state/explore";
 import { tagSeries } from "../state/tags";
 import { utc } from "../ui/format";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 import { PlotFile } from "./plotfile";
 
 interface Part {
@@ -59,7 +59,7 @@ function BarPlot({ found, title, file, value, unit }: Part & { readonly title: s
   const { x } = spanOf(found);
   const most = found.bars.reduce((all, bar) => Math.max(all, value(bar)), 0) || 1;
   const y = (of: number): number => BARS - (of / most) * (BARS - 12);
-  const mostText = `${Number(most.toPrecision(3)).toLocaleString("en")} ${unit}`.trim();
+  const mostText = `${count(Number(most.toPrecision(3)))} ${unit}`.trim();
   return (
     <PlotFile title={title} file={file} numbers={() => barNumbers(found)}>
       <svg class="explore-plot" viewBox={`0 0 ${WIDTH} ${BARS + 28}`} role="img" aria-label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>

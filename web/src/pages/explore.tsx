@@ -12,7 +12,7 @@ import { FORMATS } from "../state/register";
 import { bytesText } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
-import { t, tn } from "../words/words";
+import { count, t, tn } from "../words/words";
 
 /** While the server still reads it is asked again after this, ms. */
 const AGAIN_MS = 400;
@@ -121,13 +121,13 @@ function Form({ page }: Part) {
 function Told({ page }: Part) {
   const { summary } = page;
   const [found, trouble] = [summary.value.value, summary.trouble.value];
-  const count = found ? tn(found.detections, "1 detection.", "{n} detections.").replace(/\d{4,}/, (digits) => Number(digits).toLocaleString("en")) : "";
+  const count = found ? tn(found.detections, "1 detection.", "{n} detections.").replace(/\d{4,}/, (digits) => count(Number(digits))) : "";
   return (
     <>
       {trouble && !/^tag: /.test(trouble) && <p class="bad-text" role="alert">{trouble} <button type="button" onClick={page.show}>{t("Try again")}</button></p>}
       <p role="status">{!found && summary.busy.value ? t("Fetching …") : count}{found && found.read_from_us !== null ? ` ${t("The server still reads: from {time} on so far.", { time: utc(found.read_from_us) })}` : ""}</p>
       {found && found.left_out_before_us !== null && <p class="note warn">{t("Detections before {time} are left out: there are too many to show at once. Choose a shorter time.", { time: utc(found.left_out_before_us) })}</p>}
-      {found && found.flags.length > 0 && <p>{t("Look twice at:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${detections.toLocaleString("en")}`).join(" · ")}</p>}
+      {found && found.flags.length > 0 && <p>{t("Look twice at:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${count(detections)}`).join(" · ")}</p>}
       {found?.detections === 0 && found.read_from_us === null && <p>{t("No tag was heard here in this time. Choose a longer time, another area, or all tags.")}</p>}
     </>
   );
@@ -136,7 +136,7 @@ function Told({ page }: Part) {
 function Download({ page }: Part) {
   const { size, format, asked } = page;
   const known = size.value.value;
-  const told = size.busy.value ? t("Looking how large it will be …") : size.trouble.value || (known ? t("{n} rows, about {size}.", { n: known.rows.toLocaleString("en"), size: bytesText(known.bytes) }) : "");
+  const told = size.busy.value ? t("Looking how large it will be …") : size.trouble.value || (known ? t("{n} rows, about {size}.", { n: count(known.rows), size: bytesText(known.bytes) }) : "");
   return (
     <section aria-label={t("Download")} key={asked.value}>
       <h2>{t("Download")}</h2>

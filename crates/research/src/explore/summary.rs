@@ -14,6 +14,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Tags with a row of their own.
 const TAGS: usize = 100;
+/// Of so many times and more a few can be seen to be far from the others.
+const ENOUGH: usize = 20;
+/// One of so many is few, at each end.
+const FEW: usize = 1_000;
+/// They stay outside where a plot without them is so many times shorter.
+const FAR: i64 = 10;
 
 /// Which detections are counted.
 #[derive(Debug, Clone)]
@@ -28,6 +34,8 @@ pub struct Question {
     pub tags: Vec<TagFilter>,
     /// Projects and area.
     pub narrowed: Narrowed,
+    /// Whether plots reach to all of them, also to a few whose times are far from all others'.
+    pub whole_axis: bool,
 }
 
 /// Counts the detections that are wanted among those of `pieces`; of each vessel they follow each other, the newest first. Those of a
@@ -48,8 +56,9 @@ pub fn summary(
     let series: Vec<Series<'_>> =
         pieces.names.iter().map(|name| Series::new(name, study, question)).collect();
     let lags = AllLags::new(&pieces, |row| question.vessels.contains(&row.vessel));
-    let (wanted, bounds, heard) = wanted(&pieces, &series, question);
-    let Some((first_us, last_us)) = both(heard, listened_span(&pieces, question)) else { return nothing() };
+    let (wanted, bounds) = wanted(&pieces, &series, question);
+    let Some(span) = Span::of(&pieces, &wanted, question) else { return nothing() };
+    let Span { first_us, last_us, outside } = span;
     let confirmed_from_us = whole_from_us.map(|whole_us| whole_us.saturating_add(HORIZON_S * 1_000_000));
     let mut counts = Counts {
         names: &pieces.names,
@@ -71,7 +80,7 @@ pub fn summary(
     counts.listen(&pieces, question);
     let steps = Steps::fine(first_us, last_us);
     let listed = counts.listed(&series, study, steps, &wanted, &counted);
-    counts.told(wanted.len() as u64, steps, listed)
+    DetectionsSummary { outside, ..counts.told(wanted.len() as u64, steps, listed) }
 }
 
 /// A row that is wanted.
@@ -84,13 +93,13 @@ struct Wanted<'s> {
     row: &'s Sighting,
 }
 
-/// Those that are wanted, within which bounds they are, and from when to when (µs).
+/// Those that are wanted, and within which bounds they are.
 fn wanted<'s>(
     pieces: &Pieces<'s>,
     all_series: &[Series<'_>],
     question: &Question,
-) -> (Vec<Wanted<'s>>, Bounds, Option<(i64, i64)>) {
-    let (mut all, mut bounds, mut span) = (Vec::new(), Bounds::new(), None);
+) -> (Vec<Wanted<'s>>, Bounds) {
+    let (mut all, mut bounds) = (Vec::new(), Bounds::new());
     for (at, (series, row)) in pieces.rows().enumerate() {
         let is_wanted = (question.from_us..question.to_us).contains(&row.reported_us)
             && question.vessels.contains(&row.vessel)
@@ -102,19 +111,46 @@ fn wanted<'s>(
         if let Some(place) = row.place() {
             bounds.add(place);
         }
-        let time_us = row.plotted_us();
-        let (first_us, last_us) = span.unwrap_or((time_us, time_us));
-        span = Some((time_us.min(first_us), time_us.max(last_us)));
         all.push(Wanted { at, series, row });
     }
-    (all, bounds, span)
+    (all, bounds)
 }
 
-/// From when to when anybody told of listening (µs); plots show that nothing was heard meanwhile.
-fn listened_span(pieces: &Pieces<'_>, question: &Question) -> Option<(i64, i64)> {
-    let mut span = None;
-    each_stretch(pieces, question, |_, from_us, to_us| span = both(span, Some((from_us, to_us))));
-    span
+/// From when to when plots reach (µs).
+struct Span {
+    first_us: i64,
+    last_us: i64,
+    /// Detections whose times lie outside.
+    outside: u64,
+}
+
+impl Span {
+    /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
+    /// A few whose times are far from all others', by a clock that was wrong, stay outside, lest nothing else be seen.
+    fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
+        let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
+        each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));
+        let (first_us, last_us) = (*times.iter().min()?, *times.iter().max()?);
+        let all = Self { first_us, last_us, outside: 0 };
+        if question.whole_axis || times.len() < ENOUGH {
+            return Some(all);
+        }
+        let few = (times.len() / FEW).max(1);
+        let low_us = *times.select_nth_unstable(few).1;
+        let high = times.len() - 1 - few;
+        let high_us = *times.select_nth_unstable(high).1;
+        let beside_us = high_us.saturating_sub(low_us);
+        let near = low_us.saturating_sub(beside_us)..=high_us.saturating_add(beside_us);
+        let (mut first_us, mut last_us) = (i64::MAX, i64::MIN);
+        for time_us in times.into_iter().filter(|time_us| near.contains(time_us)) {
+            (first_us, last_us) = (first_us.min(time_us), last_us.max(time_us));
+        }
+        if last_us.saturating_sub(first_us) > all.last_us.saturating_sub(all.first_us) / FAR {
+            return Some(all);
+        }
+        let is_outside = |one: &&Wanted<'_>| !(first_us..=last_us).contains(&one.row.plotted_us());
+        Some(Self { first_us, last_us, outside: wanted.iter().filter(is_outside).count() as u64 })
+    }
 }
 
 /// Stretches in which receivers listened, of the vessels and the time asked for. Nobody knows how long was listened within an
@@ -133,11 +169,6 @@ fn each_stretch(pieces: &Pieces<'_>, question: &Question, mut give: impl FnMut(u
             }
         },
     );
-}
-
-fn both(one: Option<(i64, i64)>, other: Option<(i64, i64)>) -> Option<(i64, i64)> {
-    let (Some(one), Some(other)) = (one, other) else { return one.or(other) };
-    Some((one.0.min(other.0), one.1.max(other.1)))
 }
 
 /// A tag by a receiver, with what the register knows of it.
@@ -314,6 +345,7 @@ impl<'s> Counts<'s> {
             square_m,
             vessels: vessels.map(vessel).collect(),
             flags: self.flags.told(),
+            outside: 0,
             left_out_before_us: None,
             read_from_us: None,
         }
@@ -335,6 +367,7 @@ fn nothing() -> DetectionsSummary {
         square_m: 0.0,
         vessels: Vec::new(),
         flags: Vec::new(),
+        outside: 0,
         left_out_before_us: None,
         read_from_us: None,
     }

@@ -63,6 +63,7 @@ fn all(vessels: impl IntoIterator<Item = u16>) -> Question {
         to_us: i64::MAX,
         tags: Vec::new(),
         narrowed: Narrowed::default(),
+        whole_axis: false,
     }
 }
 
@@ -294,6 +295,26 @@ fn squares_of_both_sides_of_the_date_line_lie_together() {
     }
     let greenwich = counted(&[at(0, 51.0, -0.5), at(30, 51.0, 0.5)], &all([1]));
     assert!(greenwich.square_m < 1_200.0, "{} m", greenwich.square_m);
+}
+
+#[test]
+fn one_wrong_clock_does_not_stretch_the_plots() {
+    let mut told: Vec<Detection> = (0..30).map(|at| heard(101, at * 60, 1)).collect();
+    let mut lost = heard(101, 0, 1);
+    // A vessel that thinks it is 1970, and one detection half an hour after the others, which is not far.
+    (lost.clock.state, lost.origin.reported) = (ClockState::NotSet, UtcTime::from_micros(1_000_000));
+    told.push(lost);
+    told.push(heard(101, 3_000, 1));
+    let found = counted(&told, &all([1]));
+    assert_eq!((found.detections, found.outside), (32, 1));
+    assert_eq!(found.bar_us, 3_600_000_000);
+    assert_eq!(found.from_us, Some(i64::from(START_S) * 1_000_000));
+    assert_eq!(found.tags[0].marks.iter().map(|[_, count, _]| count).sum::<u32>(), 31);
+    let stretched = counted(&told, &Question { whole_axis: true, ..all([1]) });
+    assert_eq!((stretched.detections, stretched.outside), (32, 0));
+    assert!(stretched.bar_us > 7 * 86_400_000_000, "over 56 years");
+    // Of a few nobody knows which are far.
+    assert_eq!(counted(&told[25..], &all([1])).outside, 0);
 }
 
 #[test]
