@@ -100,12 +100,12 @@ await inBrowser(async (open) => {
   let last = () => undefined;
   const waits = new Promise((resolve) => { last = resolve; });
   await page.route(/api\/v1\/detections\?/, async (route) => {
-    if (pages++ === 0) return route.fulfill({ json: { detections: [], next: { from_us: 0, to_us: 1_795_248_000_000_000, skip: 0 } } });
+    if (pages++ === 0) return route.fulfill({ json: { detections: [], next: { from_us: 0, to_us: 1_795_305_600_000_000, skip: 0 } } });
     await waits;
     return route.continue();
   });
   await page.getByRole("button", { name: "Show", exact: true }).press("Enter");
-  await page.getByText("Still looking: 0 found, back to 2026-11-21 08:00:00Z so far.").waitFor();
+  await page.getByText("Still looking: 0 found, back to 2026-11-22 00:00:00Z so far.").waitFor();
   last();
   await page.getByRole("heading", { name: "200 newest detections." }).waitFor();
   await page.unroute(/api\/v1\/detections\?/);

@@ -99,10 +99,9 @@ class Explore {
     else this.timer = window.setTimeout(() => void this.count(), AGAIN_MS);
   }
 
-  /** Fills the table from there on. */
-  readonly list = async (query: string): Promise<void> => {
-    const [asked, before] = [this.asked.value, this.listed.value];
-    const known = before?.asked === asked ? before.rows : [];
+  /** Fills the table from there on, below what is known. */
+  readonly list = async (query: string, known: Looked["rows"] = []): Promise<void> => {
+    const asked = this.asked.value;
     const tell = ({ rows, rest }: Looked, looking: boolean): void => { this.listed.value = { asked, rows: [...known, ...rows], rest, looking }; };
     tell({ rows: [], rest: query }, true);
     const looked = await look(this.rows, query, ROWS - known.length, (far) => tell(far, true));
@@ -195,7 +194,7 @@ function Table({ page }: Part) {
     <section aria-label={t("Newest detections")}>
       <h2>{tn(all.length, "1 newest detection.", "{n} newest detections.")}</h2>
       {listed.looking && <p role="status">{t("Still looking: {n} found, back to {time} so far.", how)}</p>}
-      {!listed.looking && listed.rest && all.length < ROWS && <p class="note">{t("Looked back to {time}: {n} found.", how)} <button type="button" onClick={() => void page.list(listed.rest)}>{t("Look further back")}</button></p>}
+      {!listed.looking && listed.rest && all.length < ROWS && <p class="note">{t("Looked back to {time}: {n} found.", how)} <button type="button" onClick={() => void page.list(listed.rest, all)}>{t("Look further back")}</button></p>}
       {all.length > 0 && <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
         <table class="compact">
           <thead><tr>{[t("Heard (UTC)"), t("Tag"), t("Vessel"), t("SNR (dB)"), t("Place of the vessel"), t("Nearest other (s)"), t("Look twice")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
