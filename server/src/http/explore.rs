@@ -76,7 +76,7 @@ pub(crate) async fn size(
         let question = explore::question(&asked, &systems, &study)?;
         let names = named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
         let file = HeardFile { narrowed: question.narrowed.clone(), ..file };
-        measured(&history, reader, &question, systems, &names, &study, file)
+        measured(&history, reader, &question, systems, &names, &study, &file)
     };
     match state.shore.history.ask(ask).await? {
         Some(size) => Ok(Json(size)),
@@ -93,7 +93,7 @@ fn measured(
     systems: Vec<imc::Address>,
     names: &BTreeMap<u16, String>,
     study: &Study,
-    file: HeardFile,
+    file: &HeardFile,
 ) -> store::Result<Option<ExportSize>> {
     let counted = history.explorer.summary_within(reader, question, study, PATIENCE)?;
     if counted.left_out_before_us.is_some() {
@@ -112,13 +112,13 @@ fn measured(
         let bounds = SampleBounds { detections: SAMPLE_READ, bytes: SAMPLE_BYTES, until };
         heard::sample(history.data(), wanted, names, study, file, bounds)
     };
-    let mut found = sample(&wanted, &file)?;
+    let mut found = sample(&wanted, file)?;
     if found.is_whole {
         return Ok(Some(ExportSize { rows: found.begin.rows, bytes: found.begin.bytes }));
     }
     if found.wanted == 0 {
         // The first ones are not among those that are wanted; rows of others are about as long.
-        let all = HeardFile { narrowed: Narrowed::default(), ..file };
+        let all = HeardFile { narrowed: Narrowed::default(), ..file.clone() };
         found = sample(&DetectionsWanted { tags: Vec::new(), ..wanted }, &all)?;
     }
     let of_wanted = |part: u64| (counted.detections as f64 * part as f64 / found.wanted.max(1) as f64) as u64;
