@@ -93,6 +93,16 @@ fn the_newest_month_takes_room_from_the_older_ones_of_the_question() {
 }
 
 #[test]
+fn a_cut_month_is_no_shorter_when_it_is_read_again() {
+    let mut shelf = Shelf::new(7, NO_REST);
+    let mut one = wanted(&[0], &[1]);
+    let cut = (7, Some(month(0).to_us - 7 * DAY_US));
+    assert_eq!(ask(&mut shelf, &one, 10), cut);
+    one.months[0].1 = 2;
+    assert_eq!(ask(&mut shelf, &one, 11), cut);
+}
+
+#[test]
 fn vessels_of_a_question_reach_back_equally_far() {
     let mut shelf = Shelf::new(6, NO_REST);
     assert_eq!(ask(&mut shelf, &wanted(&[0], &[1]), 5), (5, None));
