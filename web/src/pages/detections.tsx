@@ -9,7 +9,7 @@ import { HeardMap } from "../components/heardmap";
 import { Spans, TimeSpan } from "../components/timespan";
 import { keptHiddenTags, TagLegend } from "../components/taglegend";
 import { Times, timesOf } from "../components/times";
-import { flagReason } from "../state/explore";
+import { flagReason } from "../state/flags";
 import { completed } from "../state/newest";
 import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";

@@ -1,6 +1,6 @@
 // What the explorer asks for, as it stands in the page's address, and the numbers of its plots. Pure.
 
-import type { DetectionFlag, DetectionsSummary, FlagCode, PlanPlace } from "../api/types.gen";
+import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
 import { t } from "../words/words";
 import { pickedUs } from "./takeout";
 
@@ -63,33 +63,6 @@ export function cornersOfText(area: string): readonly PlanPlace[] {
 
 export function textOfCorners(corners: readonly PlanPlace[]): string {
   return corners.map(({ lat_deg, lon_deg }) => `${lat_deg.toFixed(6)},${lon_deg.toFixed(6)}`).join(";");
-}
-
-/** What a flag is called. */
-export function flagWord(code: FlagCode): string {
-  switch (code) {
-    case "unconfirmed": return t("unconfirmed");
-    case "clock_not_set": return t("clock not set");
-    case "clock_lost": return t("clock lost");
-    case "clock_off": return t("clock off");
-    case "no_place": return t("no place");
-    case "old_place": return t("old place");
-    case "lines_lost": return t("lines lost before");
-  }
-}
-
-/** Why a detection has it. */
-export function flagReason({ code, figure }: DetectionFlag): string {
-  const n = Math.round(figure ?? 0);
-  switch (code) {
-    case "unconfirmed": return t("No other detection of this tag by this receiver within {n} s, 30 ping intervals: perhaps a false one.", { n });
-    case "clock_not_set": return t("The receiver's clock was never set: the time is the vessel's.");
-    case "clock_lost": return t("The receiver's clock was lost: the time is the vessel's.");
-    case "clock_off": return t("The receiver's clock is {n} s off the vessel's.", { n });
-    case "no_place": return t("The vessel did not know where it was.");
-    case "old_place": return t("The nearest measured position is {n} s away.", { n });
-    case "lines_lost": return t("{n} lines of the receiver were lost right before.", { n });
-  }
 }
 
 /** How long a bar or a step is, as people say it. */
