@@ -20,6 +20,9 @@ pub struct DetectionsSummaryQuery {
     /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
     /// then. Everywhere when left out or empty.
     pub area: Option<String>,
+    /// Whether the plots reach to all detections, also to a few whose times are far from all others'; no when left out. `outside`
+    /// tells how many those are.
+    pub whole_axis: Option<bool>,
 }
 
 /// Why somebody should look twice at a detection.
@@ -88,6 +91,10 @@ pub struct DetectionsSummary {
     pub vessels: Vec<SummaryVessel>,
     /// How many have which flag; flags that none has are left out.
     pub flags: Vec<SummaryFlag>,
+    /// Detections whose times lie outside the plots, as they are few and far from all others': a clock was wrong. They are counted in
+    /// everything else; `whole_axis=true` shows them.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub outside: u64,
     /// Detections reported before this are left out, as more than the server holds in memory are asked for, µs since 1970 UTC;
     /// null where none are.
     #[cfg_attr(test, ts(type = "number | null"))]
@@ -98,7 +105,8 @@ pub struct DetectionsSummary {
     pub read_from_us: Option<i64>,
 }
 
-/// A tag that was heard.
+/// A tag that was heard. A code that was given to several tags in turn is one for each, and one more for the time that no animal carried
+/// it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SummaryTag {
@@ -109,7 +117,7 @@ pub struct SummaryTag {
     pub tag_id: u32,
     /// What the register calls it; empty where it does not know it.
     pub name: String,
-    /// The animal that carried it when it was heard last; empty where the register does not say.
+    /// The animal that carried it; empty where the register does not say.
     pub animal: String,
     /// The project; likewise.
     pub project: String,

@@ -8,7 +8,7 @@ use units::LatLon;
 const CORNERS: std::ops::RangeInclusive<usize> = 3..=100;
 
 /// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles, which at the reach of a
-/// hydrophone no one tells from geodesics. It does not cross the 180th meridian.
+/// hydrophone no one tells from geodesics. No side crosses another, and none the 180th meridian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
     /// Latitude and longitude of each corner (deg, north and east positive), in order; the last joins the first.
@@ -22,6 +22,10 @@ pub enum NoArea {
     Corners(usize),
     /// A corner is no place.
     Corner(usize),
+    /// The side from this corner to the next one spans more than 180 degrees of longitude.
+    Side(usize),
+    /// The sides from these two corners to the next ones cross or touch.
+    Crossing(usize, usize),
 }
 
 impl fmt::Display for NoArea {
@@ -38,6 +42,14 @@ impl fmt::Display for NoArea {
                     "corner {at} is no place; write it as latitude,longitude in degrees, like 63.44,10.35"
                 )
             }
+            Self::Side(at) => write!(
+                out,
+                "the side from corner {at} to the next spans more than 180 degrees of longitude; an area cannot cross the 180th meridian: ask for the part on each side of it by itself"
+            ),
+            Self::Crossing(one, other) => write!(
+                out,
+                "the sides from corner {one} and from corner {other} to their next corners cross or touch; give the corners in the order in which one sails around the area"
+            ),
         }
     }
 }
@@ -58,8 +70,55 @@ impl FromStr for Area {
             let place = text.split_once(',').and_then(|(lat, lon)| Some((degrees(lat)?, degrees(lon)?)));
             place.filter(|(lat, lon)| LatLon::from_deg(*lat, *lon).is_ok()).ok_or(NoArea::Corner(at + 1))
         };
-        Ok(Self { corners: texts.iter().enumerate().map(corner).collect::<Result<_, _>>()? })
+        let corners: Vec<(f64, f64)> = texts.iter().enumerate().map(corner).collect::<Result<_, _>>()?;
+        // Whoever clicks twice, or closes the ring by its first corner, means one corner.
+        let is_new = |at: &usize| corners[*at] != corners[(at + corners.len() - 1) % corners.len()];
+        let ring: Vec<usize> = (0..corners.len()).filter(is_new).collect();
+        if !CORNERS.contains(&ring.len()) {
+            return Err(NoArea::Corners(ring.len()));
+        }
+        let side = |at: usize| (corners[ring[at]], corners[ring[(at + 1) % ring.len()]]);
+        let is_long = |at: &usize| {
+            let ((_, west), (_, east)) = side(*at);
+            (east - west).abs() > 180.0
+        };
+        if let Some(at) = (0..ring.len()).find(is_long) {
+            return Err(NoArea::Side(ring[at] + 1));
+        }
+        // The neighbours of a side share a corner with it.
+        let others = |at: usize| (at + 2..ring.len()).map(move |other| (at, other));
+        let is_beside = |(at, other): &(usize, usize)| (other + 1) % ring.len() == *at;
+        let mut pairs = (0..ring.len()).flat_map(others).filter(|pair| !is_beside(pair));
+        match pairs.find(|(one, other)| do_meet(side(*one), side(*other))) {
+            Some((one, other)) => Err(NoArea::Crossing(ring[one] + 1, ring[other] + 1)),
+            None => Ok(Self { corners }),
+        }
     }
+}
+
+type Corner = (f64, f64);
+
+/// Whether two straight lines have a point in common.
+fn do_meet((a, b): (Corner, Corner), (c, d): (Corner, Corner)) -> bool {
+    let (abc, abd) = (turn(a, b, c), turn(a, b, d));
+    let (cda, cdb) = (turn(c, d, a), turn(c, d, b));
+    if abc != abd && cda != cdb {
+        return true;
+    }
+    let on = |turn: i8, (from, to): (Corner, Corner), point: Corner| {
+        turn == 0 && is_between(from.0, to.0, point.0) && is_between(from.1, to.1, point.1)
+    };
+    on(abc, (a, b), c) || on(abd, (a, b), d) || on(cda, (c, d), a) || on(cdb, (c, d), b)
+}
+
+fn is_between(one: f64, other: f64, value: f64) -> bool {
+    (one.min(other)..=one.max(other)).contains(&value)
+}
+
+/// To which side one turns at `b` on the way from `a` to `c`: 1, -1, or 0 where it goes straight.
+fn turn(a: Corner, b: Corner, c: Corner) -> i8 {
+    let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    i8::from(area > 0.0) - i8::from(area < 0.0)
 }
 
 impl Area {
@@ -103,5 +162,20 @@ mod tests {
         assert_eq!("63,10;64 10;63,11".parse::<Area>(), Err(NoArea::Corner(2)));
         assert_eq!("63,10;64,NaN;63,11".parse::<Area>(), Err(NoArea::Corner(2)));
         assert!("63,10;".repeat(101).parse::<Area>().is_err());
+    }
+
+    #[test]
+    fn an_area_across_the_date_line_or_itself_is_refused_with_the_remedy() {
+        let no = |text: &str| text.parse::<Area>().unwrap_err();
+        assert_eq!(no("-17,179;-17,-179;-18,-179;-18,179"), NoArea::Side(1));
+        assert!(no("-17,179;-17,-179;-18,-179").to_string().contains("on each side of it"));
+        // A bow tie, a corner on a side, and the same corner twice.
+        assert_eq!(no("63,10;64,11;64,10;63,11"), NoArea::Crossing(1, 3));
+        assert_eq!(no("63,10;63,12;64,11;63,11"), NoArea::Crossing(1, 3));
+        assert_eq!(no("63,10;64,10;63,11;64,10;63,9").to_string().split(' ').next(), Some("the"));
+        assert!("63,10;64,10;64,11;63,11".parse::<Area>().is_ok());
+        assert!("63,10;63,10;64,10;64,11;63,11;63,10".parse::<Area>().is_ok(), "twice is once");
+        assert_eq!(no("63,10;63,10;64,10;63,10"), NoArea::Corners(2));
+        assert!("-60,-170;-60,5;60,5;60,-170".parse::<Area>().is_ok(), "175 degrees wide");
     }
 }

@@ -121,6 +121,12 @@ async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
     let size = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
     let size: api::ExportSize = serde_json::from_str(&size.body).unwrap();
     assert_eq!((size.rows, size.bytes), (2, file.body.len() as u64));
+    // To measure takes the place of an export, and gives it back.
+    let exports = &shore.state.shore.history.exports;
+    let taken = exports.acquire_many(exports.available_permits() as u32).await.unwrap();
+    let busy = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
+    assert_eq!(busy.status, StatusCode::SERVICE_UNAVAILABLE);
+    drop(taken);
     let path = format!("/api/v1/detections?from_us=0&to_us={}&flags=true&{area}", START_US * 2);
     let list: api::Detections = serde_json::from_str(&shore.get(&path, &token).await.body).unwrap();
     assert_eq!(list.detections.len(), 2);
@@ -128,8 +134,10 @@ async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
     assert_eq!(list.detections[0].flags, Some(Vec::new()));
     for (query, named) in [
         ("tag=fish", "tag:"),
+        (&*format!("tag={}", vec!["101"; 201].join(",")), "tag: 201 tags are more than 200"),
         ("project=Trout", "project:"),
         ("area=1,2", "area:"),
+        ("area=63,10;64,11;64,10;63,11", "area: the sides from corner 1"),
         ("from_us=9&to_us=1", "to_us:"),
     ] {
         let answer = shore.get(&format!("/api/v1/detections/summary?{query}"), &token).await;

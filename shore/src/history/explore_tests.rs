@@ -12,6 +12,10 @@ const LONG: Duration = Duration::from_mins(1);
 
 /// Fills a store with so many detections, one every so many seconds.
 fn fill(data: &Path, from: u32, count: u32, every_s: u32) {
+    fill_of(BOAT, data, from, count, every_s);
+}
+
+fn fill_of(vessel: u16, data: &Path, from: u32, count: u32, every_s: u32) {
     let mut store = Store::open(data).unwrap();
     for at in from..from + count {
         let seconds = START_S + at * every_s;
@@ -27,7 +31,7 @@ fn fill(data: &Path, from: u32, count: u32, every_s: u32) {
         let received = UtcTime::from_micros(i64::from(seconds) * 1_000_000);
         let header = Header {
             timestamp: received.seconds(),
-            src: Address(BOAT),
+            src: Address(vessel),
             src_ent: 2,
             dst: Address(0xFFFF),
             dst_ent: 255,
@@ -49,42 +53,129 @@ fn all() -> Question {
         to_us: i64::MAX,
         tags: Vec::new(),
         narrowed: Narrowed::default(),
+        whole_axis: false,
     }
 }
 
 #[test]
-fn what_comes_later_is_counted_too() {
+fn what_comes_later_is_counted_too_but_not_before_a_rest() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path(), 0, 50, 60);
-    let explorer = Explorer::new(folder.path());
-    let count = || {
+    let (at_once, rested) =
+        (Explorer::holding(folder.path(), MOST, 0), Explorer::holding(folder.path(), MOST, u32::MAX));
+    let count = |explorer: &Explorer| {
         let mut reader = Reader::open(folder.path()).unwrap();
         explorer.summary_within(&mut reader, &all(), &Study::default(), LONG).unwrap().detections
     };
-    assert_eq!(count(), 50);
+    assert_eq!((count(&at_once), count(&rested)), (50, 50));
     fill(folder.path(), 50, 10, 60);
-    assert_eq!(count(), 60);
+    assert_eq!((count(&at_once), count(&rested)), (60, 50));
+}
+
+/// Half of 25 days (s).
+const HALF_S: u32 = 25 * 86_400 / 2;
+
+fn begin_us(at: u32) -> i64 {
+    i64::from(START_S + at * HALF_S) * 1_000_000
+}
+
+/// Room for so many detections that are read one by one: each with its name.
+fn holding(data: &Path, detections: usize, rest: u32) -> Explorer {
+    Explorer::holding(data, detections * 5, rest)
+}
+
+fn ask(explorer: &Explorer, question: &Question) -> DetectionsSummary {
+    let mut reader = Reader::open(&explorer.data).unwrap();
+    explorer.summary_within(&mut reader, question, &Study::default(), LONG).unwrap()
 }
 
 #[test]
 fn more_than_there_is_room_for_is_left_out_the_oldest_first_and_said_so() {
     let folder = tempfile::tempdir().unwrap();
     // Two months: 25 days apart, so that the second begins in December.
-    fill(folder.path(), 0, 4, 25 * 86_400 / 2);
-    let begin = |at: u32| i64::from(START_S + at * 25 * 86_400 / 2) * 1_000_000;
-    let explorer = Explorer::holding(folder.path(), 3);
-    let mut reader = Reader::open(folder.path()).unwrap();
-    let mut ask = |question: &Question| {
-        explorer.summary_within(&mut reader, question, &Study::default(), LONG).unwrap()
-    };
-    let found = ask(&all());
-    assert!(found.detections < 4 && found.detections > 0, "{}", found.detections);
-    let before_us = found.left_out_before_us.unwrap();
-    assert!(before_us > begin(0) && before_us <= begin(3) + 1, "{before_us}");
-    assert_eq!(found.read_from_us, None);
+    fill(folder.path(), 0, 4, HALF_S);
+    let explorer = holding(folder.path(), 3, REST);
+    let found = ask(&explorer, &all());
+    assert_eq!((found.detections, found.read_from_us), (3, None));
+    assert_eq!(found.left_out_before_us, Some(1_796_083_200_000_000), "before December");
     // A shorter time has room again, whatever was asked before.
-    let old = ask(&Question { to_us: begin(0) + 1, ..all() });
+    let old = ask(&explorer, &Question { to_us: begin_us(0) + 1, ..all() });
     assert_eq!((old.detections, old.left_out_before_us), (1, None));
+}
+
+#[test]
+fn the_same_question_gets_the_same_answer_where_there_is_no_room_for_all() {
+    let folder = tempfile::tempdir().unwrap();
+    // Weeks from November to January.
+    fill(folder.path(), 0, 40, 2 * 86_400);
+    for rest in [0, REST] {
+        let explorer = holding(folder.path(), 25, rest);
+        let first = ask(&explorer, &all());
+        assert_eq!(first.detections, 25, "there is room for so many");
+        for _ in 0..3 {
+            assert_eq!(ask(&explorer, &all()), first);
+        }
+        // An older time pushes that out, and the other way round.
+        let older = Question { to_us: begin_us(1), ..all() };
+        assert_eq!(ask(&explorer, &older).detections, 7);
+        assert_eq!(ask(&explorer, &all()), first);
+    }
+}
+
+#[test]
+fn what_comes_to_a_cut_month_is_the_newest_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path(), 0, 40, 2 * 86_400);
+    let explorer = holding(folder.path(), 25, 0);
+    ask(&explorer, &all());
+    fill(folder.path(), 40, 5, 2 * 86_400);
+    let found = ask(&explorer, &all());
+    assert_eq!(found.detections, 25);
+    let newest_us = i64::from(START_S + 44 * 2 * 86_400) * 1_000_000;
+    assert_eq!(found.tags.iter().map(|tag| tag.last_us).max(), Some(newest_us));
+}
+
+#[test]
+fn what_others_heard_cuts_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    fill_of(BOAT + 1, folder.path(), 0, 3, 60);
+    fill(folder.path(), 3, 40, 60);
+    let explorer = holding(folder.path(), 10, REST);
+    let few = Question { vessels: [BOAT + 1].into(), ..all() };
+    assert_eq!(ask(&explorer, &all()).detections, 10);
+    let found = ask(&explorer, &few);
+    assert_eq!((found.detections, found.left_out_before_us), (3, None));
+    // Of both, the newest of both: a moment before which neither is shown.
+    let both = ask(&explorer, &Question { vessels: [BOAT, BOAT + 1].into(), ..all() });
+    assert_eq!(both.detections, 10);
+    let before_us = both.left_out_before_us.unwrap();
+    assert!(both.tags.iter().all(|tag| tag.first_us >= before_us), "{before_us}");
+}
+
+#[test]
+fn the_begin_of_a_file_is_read_within_bounds() {
+    use crate::history::heard::{self, HeardFile, SampleBounds};
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path(), 0, 300, 60);
+    let sample = |tags: &str, format: &str, detections: u64, bytes: u64| {
+        let range = TimeRange { from_us: 0, to_us: i64::MAX };
+        let tags = export::tags(Some(tags)).unwrap();
+        let wanted = store::DetectionsWanted { systems: None, range, came_from: None, tags };
+        let bounds = SampleBounds { detections, bytes, until: Instant::now() + LONG };
+        let file = HeardFile::new(Some(format), None).unwrap();
+        heard::sample(folder.path(), &wanted, &BTreeMap::new(), &Study::default(), &file, bounds).unwrap()
+    };
+    let whole = sample("", "lutra", 1_000, 1 << 20);
+    assert_eq!((whole.wanted, whole.begin.rows, whole.is_whole), (300, 300, true));
+    let part = sample("", "lutra", 100, 1 << 20);
+    assert_eq!((part.wanted, part.begin.rows, part.is_whole), (100, 100, false));
+    let (row, in_part) = (whole.begin.bytes / 300, part.begin.bytes / 100);
+    assert!(row.abs_diff(in_part) * 20 < row, "{row} bytes a row, {in_part} in the sample");
+    // A tag that is heard later than that is looked for no longer.
+    let none = sample("99999", "lutra", 100, 1 << 20);
+    assert_eq!((none.wanted, none.is_whole), (0, false));
+    let short = sample("", "vue", 1_000, 2_000);
+    assert!(!short.is_whole && short.begin.rows > 0 && short.begin.rows < 300, "{short:?}");
 }
 
 /// `cargo nextest run --release --workspace --run-ignored all --no-capture -E 'test(a_million_detections)'`.

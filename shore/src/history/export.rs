@@ -11,6 +11,8 @@ use store::{Angles, CsvOptions, RAW, Reader, Selection, Shape, StoreError, TimeR
 use tables::Dialect;
 use units::UtcTime;
 
+/// Tags in one question: each detection is compared with each.
+const TAGS: usize = 200;
 /// Seconds from a row to the next.
 const EVERY_S: std::ops::RangeInclusive<f64> = 0.001..=86_400.0;
 
@@ -252,10 +254,15 @@ pub fn vessels(text: Option<&str>, named: &[Vessel]) -> Result<Vec<u16>, Wrong> 
 /// Tags by protocol and number, or by number; empty for all.
 ///
 /// # Errors
-/// One is no tag.
+/// One is no tag, or there are more than 200.
 pub fn tags(text: Option<&str>) -> Result<Vec<detections::TagFilter>, Wrong> {
+    let names = list(text);
+    if names.len() > TAGS {
+        let text = format_args!("{} tags are more than {TAGS}; ask for fewer, or by project", names.len());
+        return Err(wrong("tag", text));
+    }
     let tag = |text: &String| {
         text.parse().map_err(|error| wrong("tag", format_args!("`{}`: {error}", shown(text))))
     };
-    list(text).iter().map(tag).collect()
+    names.iter().map(tag).collect()
 }

@@ -10,6 +10,7 @@ use research::{Format, HORIZON_S, LUTRA, Lag, Lags, Narrowed, Study, Writer, for
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::Path;
+use std::time::Instant;
 use store::{DetectionsWanted, Exported, Order, Page, Reader, StoreError, TimeRange};
 use tables::Dialect;
 
@@ -88,18 +89,7 @@ pub fn write(
     file: &HeardFile,
     out: &mut dyn Write,
 ) -> store::Result<Exported> {
-    let writer = Writer::new(file.format, file.dialect);
-    let mut rows = Rows {
-        writer,
-        study,
-        names,
-        range: wanted.range,
-        narrowed: &file.narrowed,
-        announced: BTreeMap::new(),
-        buffer: Vec::new(),
-        out,
-        done: Exported::default(),
-    };
+    let mut rows = Rows::new(wanted, names, study, file, out);
     let read = DetectionsWanted { range: file.read_range(wanted.range), ..wanted.clone() };
     let written = rows.write(data, &read, file.format);
     if let Err(error) = written {
@@ -108,6 +98,52 @@ pub fn write(
         return Err(error);
     }
     Ok(rows.done)
+}
+
+/// How much is read of a file to learn how long its rows are.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleBounds {
+    /// Detections that are read.
+    pub detections: u64,
+    /// Bytes of rows.
+    pub bytes: u64,
+    /// No longer than until then.
+    pub until: Instant,
+}
+
+/// The begin of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sample {
+    /// Detections that are wanted; formats leave out those that they have no row for.
+    pub wanted: u64,
+    /// Rows and bytes.
+    pub begin: Exported,
+    /// Whether that is all of it.
+    pub is_whole: bool,
+}
+
+/// Writes the begin of a file to nowhere. Tags are looked for among what is read, so that the bounds hold for rare ones too.
+///
+/// # Errors
+/// When the history cannot be read.
+pub fn sample(
+    data: &Path,
+    wanted: &DetectionsWanted,
+    names: &BTreeMap<u16, String>,
+    study: &Study,
+    file: &HeardFile,
+    bounds: SampleBounds,
+) -> store::Result<Sample> {
+    let out = &mut std::io::sink();
+    let mut rows = Rows::new(wanted, names, study, file, out);
+    rows.bounds = Some(bounds);
+    let read = DetectionsWanted { range: file.read_range(wanted.range), tags: Vec::new(), ..wanted.clone() };
+    let is_whole = match rows.write(data, &read, file.format) {
+        Err(StoreError::Cancelled) => false,
+        written => written.map(|()| true)?,
+    };
+    rows.flush()?;
+    Ok(Sample { wanted: rows.wanted, begin: rows.done, is_whole })
 }
 
 /// Detections that are read to tell the neighbours of a page.
@@ -193,43 +229,91 @@ struct Rows<'r> {
     names: &'r BTreeMap<u16, String>,
     /// Of which detections there are rows, by when they were reported.
     range: TimeRange,
+    tags: &'r [TagFilter],
     narrowed: &'r Narrowed,
     /// What vessels without a name by people announced.
     announced: BTreeMap<u16, String>,
     buffer: Vec<u8>,
     out: &'r mut dyn Write,
     done: Exported,
+    /// Detections that are wanted, whether the format has a row for them or not.
+    wanted: u64,
+    /// Detections that were read.
+    read: u64,
+    /// Where to end; at the end where absent.
+    bounds: Option<SampleBounds>,
 }
 
-impl Rows<'_> {
+impl<'r> Rows<'r> {
+    fn new(
+        wanted: &'r DetectionsWanted,
+        names: &'r BTreeMap<u16, String>,
+        study: &'r Study,
+        file: &'r HeardFile,
+        out: &'r mut dyn Write,
+    ) -> Self {
+        Self {
+            writer: Writer::new(file.format, file.dialect),
+            study,
+            names,
+            range: wanted.range,
+            tags: &wanted.tags,
+            narrowed: &file.narrowed,
+            announced: BTreeMap::new(),
+            buffer: Vec::new(),
+            out,
+            done: Exported::default(),
+            wanted: 0,
+            read: 0,
+            bounds: None,
+        }
+    }
+
     fn write(&mut self, data: &Path, wanted: &DetectionsWanted, format: Format) -> store::Result<()> {
         self.writer.header(&mut self.buffer);
         if format.is_of_detections() {
             let mut lags = format.has_lag.then(Lags::default);
-            store::each_detection(data, wanted, &mut |one, announced| {
+            let read = store::each_detection(data, wanted, &mut |one, announced| {
                 let vessel = one.origin.system.0;
                 if !self.names.contains_key(&vessel) && !self.announced.contains_key(&vessel) {
                     self.announced.insert(vessel, announced.to_owned());
                 }
+                self.is_within_bounds()?;
                 let Some(lags) = &mut lags else { return self.row(&one, Lag::Unknown) };
                 lags.push(one);
                 while let Some((one, lag)) = lags.pop() {
                     self.row(&one, lag)?;
                 }
                 Ok(())
-            })?;
+            });
+            if !matches!(read, Ok(()) | Err(StoreError::Cancelled)) {
+                return read;
+            }
+            // A sample has what waits for its neighbours too: they hardly change how long a row is.
             while let Some((one, lag)) = lags.as_mut().and_then(Lags::take) {
                 self.row(&one, lag)?;
             }
+            read?;
         }
         self.done.rows += self.writer.rows_of(&mut self.buffer, self.study);
         self.flush()?;
         self.out.flush().map_err(unwritable)
     }
 
+    /// Ends a sample where it is long enough.
+    fn is_within_bounds(&mut self) -> store::Result<()> {
+        let Some(bounds) = self.bounds else { return Ok(()) };
+        self.read += 1;
+        let bytes = self.done.bytes + self.buffer.len() as u64;
+        let is_late = self.read.is_multiple_of(100) && Instant::now() >= bounds.until;
+        let is_beyond = self.read > bounds.detections || bytes >= bounds.bytes || is_late;
+        if is_beyond { Err(StoreError::Cancelled) } else { Ok(()) }
+    }
+
     fn row(&mut self, one: &Detection, lag: Lag) -> store::Result<()> {
         let reported_us = one.origin.reported.micros();
-        if reported_us < self.range.from_us || reported_us >= self.range.to_us {
+        let is_asked = self.tags.is_empty() || self.tags.iter().any(|tag| tag.admits(one));
+        if reported_us < self.range.from_us || reported_us >= self.range.to_us || !is_asked {
             return Ok(());
         }
         let vessel = one.origin.system.0;
@@ -238,6 +322,7 @@ impl Rows<'_> {
         if !self.narrowed.admits(&heard) {
             return Ok(());
         }
+        self.wanted += 1;
         self.done.rows += u64::from(self.writer.row(&mut self.buffer, &heard));
         if self.buffer.len() >= CHUNK { self.flush() } else { Ok(()) }
     }

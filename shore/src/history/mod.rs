@@ -7,6 +7,7 @@ pub mod explore;
 pub mod export;
 pub mod heard;
 pub mod imports;
+mod shelf;
 
 pub use imports::Imports;
 

@@ -5,6 +5,8 @@ import { getJson, reason } from "./http";
 
 export interface Resource<T> {
   readonly value: Signal<T | undefined>;
+  /** What `value` answers; another question has been asked since where that differs. */
+  readonly path: Signal<string>;
   readonly trouble: Signal<string>;
   readonly busy: Signal<boolean>;
   /** Asks; the answer is undefined where a newer question ended this one or it failed. */
@@ -13,11 +15,13 @@ export interface Resource<T> {
 
 export function resource<T>(patienceMs = 20_000): Resource<T> {
   const value = signal<T | undefined>(undefined);
+  const answered = signal("");
   const trouble = signal("");
   const busy = signal(false);
   let now = new AbortController();
   return {
     value,
+    path: answered,
     trouble,
     busy,
     async ask(path) {
@@ -27,7 +31,7 @@ export function resource<T>(patienceMs = 20_000): Resource<T> {
       try {
         const answer = await getJson<T>(path, AbortSignal.any([mine.signal, AbortSignal.timeout(patienceMs)]));
         if (mine !== now) return undefined;
-        [value.value, trouble.value, busy.value] = [answer, "", false];
+        [value.value, answered.value, trouble.value, busy.value] = [answer, path, "", false];
         return answer;
       } catch (error) {
         if (mine !== now) return undefined;

@@ -909,6 +909,11 @@ vessels: Array<SummaryVessel>,
  */
 flags: Array<SummaryFlag>, 
 /**
+ * Detections whose times lie outside the plots, as they are few and far from all others': a clock was wrong. They are counted in
+ * everything else; `whole_axis=true` shows them.
+ */
+outside: number, 
+/**
  * Detections reported before this are left out, as more than the server holds in memory are asked for, µs since 1970 UTC;
  * null where none are.
  */
@@ -977,7 +982,7 @@ tag_id: number,
  */
 name: string, 
 /**
- * The animal that carried it when it was heard last; empty where the register does not say.
+ * The animal that carried it; empty where the register does not say.
  */
 animal: string, 
 /**

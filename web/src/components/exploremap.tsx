@@ -2,14 +2,17 @@
 
 import { toLonLat } from "ol/proj";
 import type { Signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
 import { createMap } from "../map/map";
+import { pictureOf } from "../map/picture";
 import { createSeaRoute } from "../map/searoute";
 import { createSquares } from "../map/squares";
 import { cornersOfText, squareNumbers, textOfCorners } from "../state/explore";
 import { csv, save } from "../ui/csv";
+import { position } from "../ui/format";
 import { t } from "../words/words";
+import { saveCanvas } from "./plotfile";
 
 /** Corners of an area at most, as the server has it. */
 const MOST = 100;
@@ -25,13 +28,19 @@ interface Needs {
 interface Made {
   show(found: DetectionsSummary | undefined): void;
   draw(corners: readonly PlanPlace[]): void;
-  centre(): PlanPlace;
+  picture(): Promise<HTMLCanvasElement>;
   dispose(): void;
 }
 
 export function ExploreMap({ found, area, done, drawing }: Needs) {
   const [box, made] = [useRef<HTMLDivElement>(null), useRef<Made | undefined>(undefined)];
+  const [middle, move] = useState<PlanPlace | undefined>(undefined);
+  const [wrong, say] = useState("");
   const corners = cornersOfText(area.value);
+  const picture = (): void => {
+    say("");
+    void made.current?.picture().then((canvas) => saveCanvas(canvas, "detections-by-place.png")).catch(() => say(t("This browser could not draw the picture.")));
+  };
   const add = (corner: PlanPlace): void => {
     const now = cornersOfText(area.value);
     if (now.length < MOST) area.value = textOfCorners([...now, corner]);
@@ -42,7 +51,7 @@ export function ExploreMap({ found, area, done, drawing }: Needs) {
       if (!drawing.value) return false;
       add(corner);
       return true;
-    });
+    }, move);
     return () => made.current?.dispose();
   }, []);
   useEffect(() => made.current?.show(found), [found]);
@@ -53,22 +62,26 @@ export function ExploreMap({ found, area, done, drawing }: Needs) {
       <div class="map-box explore-map"><div ref={box} class="map" tabIndex={0} role="application" aria-label={t("Map of detections. Arrow keys move it, plus and minus zoom; the CSV has the same.")} /></div>
       <p class="row no-print">
         {!drawing.value && <button type="button" onClick={() => { [area.value, drawing.value] = ["", true]; }}>{t("Draw an area")}</button>}
-        {drawing.value && <button type="button" onClick={() => { if (made.current) add(made.current.centre()); }}>{t("Corner in the middle of the map")}</button>}
+        {drawing.value && <button type="button" disabled={!middle} onClick={() => { if (middle) add(middle); }}>{t("Corner in the middle of the map")}</button>}
         {drawing.value && <button type="button" class="main" disabled={corners.length < 3} onClick={() => { drawing.value = false; done(); }}>{t("Use this area")}</button>}
         {area.value && <button type="button" onClick={() => { [area.value, drawing.value] = ["", false]; done(); }}>{t("Remove the area")}</button>}
         {found && found.squares.length > 0 && <button type="button" onClick={() => { const { head, rows } = squareNumbers(found); save("detections-by-place.csv", csv(head, rows)); }}>CSV</button>}
+        <button type="button" onClick={picture}>PNG</button>
       </p>
       <p role="status">{drawing.value ? t("Click the corners on the map, in order: {n} so far.", { n: corners.length }) : ""}</p>
+      {drawing.value && middle && <p class="dim" data-middle>{t("The middle of the map is {place}.", { place: position(middle) })}</p>}
+      <p class="bad-text" role="alert">{wrong}</p>
     </section>
   );
 }
 
-function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean): Made {
+function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean, moved: (middle: PlanPlace) => void): Made {
   let squares: ReturnType<typeof createSquares> | undefined;
   const map = createMap(box, { showAll: () => squares?.fit() });
   const [shown, ring] = [createSquares(map.ol), createSeaRoute(map)];
   squares = shown;
   map.clicks.claim("edit", ({ coordinate }) => clicked(placeOf(coordinate)));
+  map.ol.on("moveend", () => moved(placeOf(map.ol.getView().getCenter() ?? [0, 0])));
   let fits = true;
   return {
     show(found) {
@@ -79,7 +92,7 @@ function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean): Made {
       }
     },
     draw: (corners) => ring.update([], [], { areas: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
-    centre: () => placeOf(map.ol.getView().getCenter() ?? [0, 0]),
+    picture: () => pictureOf(map.ol),
     dispose: () => { shown.dispose(); map.dispose(); },
   };
 }

@@ -1,54 +1,84 @@
-// The plots of the explorer: tags by time, detections by time, effort. Drawn from counts that the server made.
+// The plots of the explorer: tags by time, detections by time, effort. Drawn from counts that the server made, as wide as the page.
 
-import type { DetectionsSummary } from "../api/types.gen";
-import { abacusNumbers, barNumbers, lengthText } from "../state/explore";
+import type { DetectionsSummary, SummaryTag } from "../api/types.gen";
+import { abacusNumbers, barNumbers, barsTitle, lengthText, ticks } from "../state/explore";
 import { tagSeries } from "../state/tags";
 import { utc } from "../ui/format";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 import { PlotFile } from "./plotfile";
 
 interface Part {
   readonly found: DetectionsSummary;
 }
 
-const [WIDTH, LEFT, RIGHT, ROW, BARS] = [1_200, 150, 12, 22, 150] as const;
+/** Heights and margins of plots, px; on a narrow page there is less room for names. */
+const [RIGHT, ROW, BARS, AXIS, LEFT, LEFT_NARROW, NARROW] = [12, 22, 150, 40, 150, 92, 640] as const;
+/** Room for a letter of a name, and for a mark of the time, px. */
+const [LETTER, TICK] = [7, 84] as const;
 
-function spanOf({ from_us, to_us }: DetectionsSummary): { readonly x: (us: number) => number; readonly from: number; readonly to: number } {
-  const [from, to] = [from_us ?? 0, to_us ?? 1];
-  return { from, to, x: (us) => LEFT + (Math.max(0, us - from) / Math.max(1, to - from)) * (WIDTH - LEFT - RIGHT) };
+/** Where on a plot a time is. */
+interface Frame {
+  readonly width: number;
+  readonly left: number;
+  readonly from: number;
+  readonly to: number;
+  x(us: number): number;
 }
 
-/** Begin and end below a plot. */
-function TimeAxis({ found, y }: Part & { readonly y: number }) {
-  const { from, to } = spanOf(found);
+function frameOf({ from_us, to_us }: DetectionsSummary, width: number): Frame {
+  const [from, to, left] = [from_us ?? 0, to_us ?? 1, width < NARROW ? LEFT_NARROW : LEFT];
+  const right = width - RIGHT;
+  return { width, left, from, to, x: (us) => Math.min(right, left + (Math.max(0, us - from) / Math.max(1, to - from)) * (right - left)) };
+}
+
+/** Marks of the time below a plot, and between which days it lies. */
+function TimeAxis({ frame: { width, left, from, to, x }, y }: { readonly frame: Frame; readonly y: number }) {
+  const most = Math.max(2, Math.floor((width - left - RIGHT) / TICK));
+  const [first, last] = [utc(from).slice(0, 10), utc(to).slice(0, 10)];
   return (
     <g class="axis">
-      <line x1={LEFT} x2={WIDTH - RIGHT} y1={y} y2={y} />
-      <text x={LEFT} y={y + 18}>{utc(from)}</text>
-      <text x={WIDTH - RIGHT} y={y + 18} class="end">{utc(to)}</text>
+      <line x1={left} x2={width - RIGHT} y1={y} y2={y} />
+      {ticks(from, to, most).map(({ us, text }) => {
+        // A mark near an edge stands within it.
+        const at = x(us);
+        const side = at > width - RIGHT - TICK / 2 ? "end" : at < left + TICK / 2 ? "" : "middle";
+        return <g key={us}><line x1={at} x2={at} y1={y} y2={y + 5} /><text x={at} y={y + 18} class={side}>{text}</text></g>;
+      })}
+      <text x={left} y={y + 34} class="dim">{first} UTC</text>
+      {first !== last && <text x={width - RIGHT} y={y + 34} class="end dim">{last} UTC</text>}
+    </g>
+  );
+}
+
+/** A tag's marks: filled where something confirms them, hollow where nothing does. */
+function TagRow({ of: { tag, tag_id, animal, marks }, row, step_us, frame: { width, left, from, x } }: { readonly of: SummaryTag; readonly row: number; readonly step_us: number; readonly frame: Frame }) {
+  const wide = Math.max(2, x(from + step_us) - left);
+  const [name, letters] = [animal || tag, Math.floor((left - 12) / LETTER)];
+  const box = (at: number, top: number, least: number, less: number): string => `M${x(from + at * step_us).toFixed(1)} ${row * ROW + top}h${Math.max(least, wide).toFixed(1)}v${ROW - less}h-${Math.max(least, wide).toFixed(1)}z`;
+  return (
+    <g>
+      <text x={left - 8} y={row * ROW + 15} class="end"><title>{animal ? `${animal}, ${tag}` : tag}</title>{name.length > letters ? `${name.slice(0, letters - 1)}…` : name}</text>
+      <line class="grid" x1={left} x2={width - RIGHT} y1={row * ROW + ROW - 1} y2={row * ROW + ROW - 1} />
+      <path class={`series-${tagSeries(tag_id)}`} d={marks.filter(([, all, unconfirmed]) => all > unconfirmed).map(([at]) => box(at, 3, 2, 7)).join("")} />
+      <path class="doubted" d={marks.filter(([, all, unconfirmed]) => all === unconfirmed).map(([at]) => box(at, 4, 4, 9)).join("")} />
     </g>
   );
 }
 
 export function Abacus({ found }: Part) {
-  const { from, x } = spanOf(found);
   const { tags, tags_all, step_us } = found;
-  const height = tags.length * ROW + 30;
-  const wide = Math.max(2, x(from + step_us) - LEFT);
-  return (
-    <PlotFile title={t("Tags by time")} file="tags-by-time" numbers={() => abacusNumbers(found)}>
-      <svg class="explore-plot" viewBox={`0 0 ${WIDTH} ${height}`} role="img" aria-label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
-        {tags.map(({ tag, tag_id, animal, marks }, row) => (
-          <g key={tag}>
-            <text x={LEFT - 8} y={row * ROW + 15} class="end">{animal || tag}</text>
-            <line class="grid" x1={LEFT} x2={WIDTH - RIGHT} y1={row * ROW + ROW - 1} y2={row * ROW + ROW - 1} />
-            <path class={`series-${tagSeries(tag_id)}`} d={marks.filter(([, count, unconfirmed]) => count > unconfirmed).map(([at]) => `M${x(from + at * step_us).toFixed(1)} ${row * ROW + 3}h${wide.toFixed(1)}v${ROW - 7}h-${wide.toFixed(1)}z`).join("")} />
-            <path class="doubted" d={marks.filter(([, count, unconfirmed]) => count === unconfirmed).map(([at]) => `M${x(from + at * step_us).toFixed(1)} ${row * ROW + 4}h${Math.max(4, wide).toFixed(1)}v${ROW - 9}h-${Math.max(4, wide).toFixed(1)}z`).join("")} />
-          </g>
-        ))}
-        <TimeAxis found={found} y={tags.length * ROW + 4} />
+  const draw = (width: number) => {
+    const frame = frameOf(found, width);
+    return (
+      <svg class="explore-plot" viewBox={`0 0 ${width} ${tags.length * ROW + AXIS}`} role="img" aria-label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
+        {tags.map((tag, row) => <TagRow key={`${tag.tag}/${tag.name}/${tag.animal}`} of={tag} row={row} step_us={step_us} frame={frame} />)}
+        <TimeAxis frame={frame} y={tags.length * ROW + 4} />
       </svg>
-      {tags_all > tags.length && <p class="dim">{t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: tags_all })}</p>}
+    );
+  };
+  return (
+    <PlotFile title={t("Tags by time")} file="tags-by-time" numbers={() => abacusNumbers(found)} draw={draw}>
+      {tags_all > tags.length && <p class="dim">{t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: count(tags_all) })}</p>}
       {tags.some(({ unconfirmed }) => unconfirmed > 0) && <p class="dim">{t("Hollow marks: nothing confirms these detections.")}</p>}
     </PlotFile>
   );
@@ -56,26 +86,29 @@ export function Abacus({ found }: Part) {
 
 /** Bars of a number for each stretch of time. */
 function BarPlot({ found, title, file, value, unit }: Part & { readonly title: string; readonly file: string; readonly value: (bar: DetectionsSummary["bars"][number]) => number; readonly unit: string }) {
-  const { x } = spanOf(found);
   const most = found.bars.reduce((all, bar) => Math.max(all, value(bar)), 0) || 1;
   const y = (of: number): number => BARS - (of / most) * (BARS - 12);
-  const mostText = `${Number(most.toPrecision(3)).toLocaleString("en")} ${unit}`.trim();
-  return (
-    <PlotFile title={title} file={file} numbers={() => barNumbers(found)}>
-      <svg class="explore-plot" viewBox={`0 0 ${WIDTH} ${BARS + 28}`} role="img" aria-label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
-        <text x={LEFT - 8} y={18} class="end">{mostText}</text>
-        <text x={LEFT - 8} y={BARS} class="end">0</text>
-        <path class="series-0" d={found.bars.filter((bar) => value(bar) > 0).map((bar) => { const [left, right] = [x(bar.from_us), x(bar.from_us + found.bar_us)]; return `M${left.toFixed(1)} ${BARS}V${y(value(bar)).toFixed(1)}H${Math.max(left + 1, Math.min(WIDTH - RIGHT, right) - 1).toFixed(1)}V${BARS}z`; }).join("")} />
-        <TimeAxis found={found} y={BARS} />
+  const mostText = `${count(Number(most.toPrecision(3)))} ${unit}`.trim();
+  const draw = (width: number) => {
+    const frame = frameOf(found, width);
+    const bars = found.bars.filter((bar) => value(bar) > 0).map((bar) => {
+      const [left, right] = [frame.x(bar.from_us), frame.x(bar.from_us + found.bar_us)];
+      return `M${left.toFixed(1)} ${BARS}V${y(value(bar)).toFixed(1)}H${Math.max(left + 1, right - 1).toFixed(1)}V${BARS}z`;
+    });
+    return (
+      <svg class="explore-plot" viewBox={`0 0 ${width} ${BARS + AXIS}`} role="img" aria-label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
+        <text x={frame.left - 8} y={18} class="end">{mostText}</text>
+        <text x={frame.left - 8} y={BARS} class="end">0</text>
+        <path class="series-0" d={bars.join("")} />
+        <TimeAxis frame={frame} y={BARS} />
       </svg>
-    </PlotFile>
-  );
+    );
+  };
+  return <PlotFile title={title} file={file} numbers={() => barNumbers(found)} draw={draw} />;
 }
 
 export function Bars({ found }: Part) {
-  const length = lengthText(found.bar_us);
-  const title = found.bar_us === 3_600_000_000 ? t("Detections per hour") : t("Detections per {length}", { length });
-  return <BarPlot found={found} title={title} file="detections-by-time" value={({ detections }) => detections} unit="" />;
+  return <BarPlot found={found} title={barsTitle(found.bar_us)} file="detections-by-time" value={({ detections }) => detections} unit="" />;
 }
 
 /** Hours listened; said plainly where nobody told. */

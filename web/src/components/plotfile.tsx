@@ -1,26 +1,38 @@
 // A plot with its title, and the ways to take it away: picture, drawing, numbers.
 
 import type { ComponentChildren } from "preact";
-import { useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Numbers } from "../state/explore";
 import { csv, save } from "../ui/csv";
 import { t } from "../words/words";
 
 /** What a drawing takes over from the page, for it has no style sheet of its own. */
 const KEPT = ["fill", "stroke", "stroke-width", "font-family", "font-size", "text-anchor", "opacity"];
-/** A picture has so many pixels for each of the drawing's. */
-const SHARP = 2;
+/** A picture has so many pixels for each of the drawing's, and at least so many along. */
+const [SHARP, PICTURE_PX] = [2, 2_400];
+/** A drawing is no narrower, and that wide before it is known how much room there is, px. */
+const [LEAST_PX, FIRST_PX] = [260, 1_200];
 
 interface Needs {
   readonly title: string;
   /** What its files are called, without their endings. */
   readonly file: string;
   readonly numbers: () => Numbers;
-  readonly children: ComponentChildren;
+  /** The drawing, of a width that fits the page, px. */
+  readonly draw: (width: number) => ComponentChildren;
+  /** What stands below it. */
+  readonly children?: ComponentChildren;
 }
 
-export function PlotFile({ title, file, numbers, children }: Needs) {
+export function PlotFile({ title, file, numbers, draw, children }: Needs) {
   const box = useRef<HTMLDivElement>(null);
+  const [width, fit] = useState(FIRST_PX);
+  useEffect(() => {
+    if (!box.current) return undefined;
+    const seen = new ResizeObserver(([entry]) => { if (entry) fit(Math.max(LEAST_PX, Math.floor(entry.contentRect.width))); });
+    seen.observe(box.current);
+    return () => seen.disconnect();
+  }, []);
   const [wrong, say] = useState("");
   const drawing = (): SVGSVGElement | null => box.current?.querySelector("svg") ?? null;
   const picture = (): void => {
@@ -31,7 +43,8 @@ export function PlotFile({ title, file, numbers, children }: Needs) {
   return (
     <section class="plot-file" aria-label={title}>
       <h2>{title}</h2>
-      <div class="plot-scroll" tabIndex={0} role="group" aria-label={t("{title}, scrolls sideways", { title })} ref={box}>{children}</div>
+      <div class="plot-box" ref={box}>{draw(width)}</div>
+      {children}
       <p class="row no-print">
         <button type="button" onClick={picture}>PNG</button>
         <button type="button" onClick={() => { const node = drawing(); if (node) save(`${file}.svg`, styled(node)); }}>SVG</button>
@@ -64,8 +77,14 @@ async function png(node: SVGSVGElement, name: string): Promise<void> {
   await image.decode();
   const canvas = document.createElement("canvas");
   const { width, height } = node.viewBox.baseVal;
-  [canvas.width, canvas.height] = [width * SHARP, height * SHARP];
+  const sharp = Math.max(SHARP, PICTURE_PX / width);
+  [canvas.width, canvas.height] = [Math.round(width * sharp), Math.round(height * sharp)];
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  saveCanvas(canvas, name);
+}
+
+/** Saves what was drawn as a PNG. */
+export function saveCanvas(canvas: HTMLCanvasElement, name: string): void {
   const link = document.createElement("a");
   [link.href, link.download] = [canvas.toDataURL("image/png"), name];
   link.click();

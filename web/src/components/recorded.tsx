@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import type { RecordedDay } from "../api/types.gen";
 import { bytesText } from "../state/takeout";
 import { utc } from "../ui/format";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 
 /** Rows that are shown at first, and more with each asking. */
 const PAGE = 40;
@@ -31,7 +31,7 @@ export function Recorded({ days, called, may, choose }: Needs) {
                 <th scope="row">{called(day)}</th>
                 <td class="num">{utc(day.first_us)}</td>
                 <td class="num">{utc(day.last_us)}</td>
-                <td class="num right">{day.packets.toLocaleString("en")}</td>
+                <td class="num right">{count(day.packets)}</td>
                 <td class="num right">{bytesText(day.bytes)}</td>
                 <td>
                   <span class="row">

@@ -10,7 +10,7 @@ import { bytesText, fieldOf, fileOf, type Kind, KINDS, logBytes, picked, sizeOf,
 import { createChrome } from "../ui/chrome";
 import { utc } from "../ui/format";
 import { IMPORT_STATES } from "../state/imports";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 
 /** After the last change of the form the size is asked for, ms. */
 const REST_MS = 350;
@@ -75,7 +75,7 @@ function Size({ out: { wrong, kind, days, wanted, size, gzip } }: Part) {
   if (size.busy.value || !size.value.value) return <p role="status">{t("Looking how large it will be …")}</p>;
   const { rows, bytes } = size.value.value;
   if (rows === 0) return <p role="status">{t("No rows in this time: the file will have its header only.")}</p>;
-  const about = { n: rows.toLocaleString("en"), size: bytesText(bytes) };
+  const about = { n: count(rows), size: bytesText(bytes) };
   return <p role="status">{gzip.value ? t("{n} rows, about {size} before it is packed.", about) : t("{n} rows, about {size}.", about)}</p>;
 }
 
@@ -162,7 +162,7 @@ function Imports({ imports }: { readonly imports: Resource<Import[]> }) {
     <section>
       <h2>{t("Brought in")}</h2>
       {all?.length ? (
-        <ul class="imports">{all.map((one) => <li key={one.id}><strong>{one.name}</strong> {t("by {person}, {time}: {n} packets, {state}", { person: one.person, time: utc(one.since_us), n: one.packets.toLocaleString("en"), state: IMPORT_STATES[one.state] })}</li>)}</ul>
+        <ul class="imports">{all.map((one) => <li key={one.id}><strong>{one.name}</strong> {t("by {person}, {time}: {n} packets, {state}", { person: one.person, time: utc(one.since_us), n: count(one.packets), state: IMPORT_STATES[one.state] })}</li>)}</ul>
       ) : <p>{imports.trouble.value || t("No log was imported since the server started.")}</p>}
       <p><a href="/admin/import">{t("Bring a log in")}</a></p>
     </section>

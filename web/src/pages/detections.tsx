@@ -3,11 +3,13 @@
 import { computed, signal } from "@preact/signals";
 import { render } from "preact";
 import type { Detection, Detections, Recorded, RegisterAnswer } from "../api/types.gen";
+import { look, lookedBackTo } from "../api/looking";
 import { resource } from "../api/resource";
 import { HeardMap } from "../components/heardmap";
 import { Spans, TimeSpan } from "../components/timespan";
 import { keptHiddenTags, TagLegend } from "../components/taglegend";
 import { Times, timesOf } from "../components/times";
+import { flagReason } from "../state/flags";
 import { completed } from "../state/newest";
 import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";
@@ -60,17 +62,24 @@ class Heard {
     if (this.wrong.value) return;
     const wanted = this.query();
     this.before.value = wanted !== this.asked.value;
-    const found = await this.answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
+    const found = await look(this.answer, `${wanted}&order=newest&limit=${PAGE}&flags=true`, 1, this.far);
+    this.lookedTo.value = 0;
     if (!found) return;
-    [this.rows.value, this.asked.value, this.picked.value, this.before.value] = [found.detections, wanted, undefined, false];
-    this.more.value = olderOf(found, wanted);
+    [this.rows.value, this.asked.value, this.picked.value, this.before.value] = [found.rows, wanted, undefined, false];
+    this.more.value = found.rest;
   };
 
+  /** How far back has been looked without finding any, µs; 0 where that is not told. */
+  readonly lookedTo = signal(0);
+
+  private readonly far = ({ rest }: { readonly rest: string }): void => { this.lookedTo.value = lookedBackTo(rest); };
+
   readonly older = async (): Promise<void> => {
-    const found = await this.answer.ask(`/api/v1/detections?${this.more.value}`);
+    const found = await look(this.answer, this.more.value, 1, this.far);
+    this.lookedTo.value = 0;
     if (!found) return;
-    this.rows.value = joined(this.rows.value, found.detections);
-    this.more.value = olderOf(found, this.asked.value);
+    this.rows.value = joined(this.rows.value, found.rows);
+    this.more.value = found.rest;
   };
 
   /** What came by itself. */
@@ -118,7 +127,7 @@ function Found({ heard, called }: { readonly heard: Heard; readonly called: Call
 }
 
 /** How many were found, and the way to take them away for who `may`. */
-function Count({ heard: { answer, before, more, rows, asked, tagWrong, format }, may }: { readonly heard: Heard; readonly may: boolean }) {
+function Count({ heard: { answer, before, more, rows, asked, tagWrong, format, lookedTo }, may }: { readonly heard: Heard; readonly may: boolean }) {
   const n = rows.value.length;
   const [busy, trouble] = [answer.busy.value, answer.trouble.value];
   // What failed says nothing of how many there are: what was found before stays, and is said to be that.
@@ -128,9 +137,10 @@ function Count({ heard: { answer, before, more, rows, asked, tagWrong, format },
   return (
     <>
       {trouble && !tagWrong.value && <p class="bad-text" role="alert">{trouble}</p>}
-      <p role="status">{busy ? t("Fetching …") : told}</p>
+      <p role="status">{lookedTo.value > 0 ? t("Still looking: back to {time} so far.", { time: utc(lookedTo.value) }) : busy ? t("Fetching …") : told}</p>
       {may && asked.value && n > 0 && <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => (format.value = event.currentTarget.value)}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${asked.value}${format.value === "lutra" ? "" : `&format=${format.value}`}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
-      {n === 0 && !busy && !trouble && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
+      {n === 0 && !busy && !trouble && more.value && <p>{t("No tag was found back to {time}. Look at older detections, or choose a time.", { time: utc(lookedBackTo(more.value)) })}</p>}
+      {n === 0 && !busy && !trouble && !more.value && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
     </>
   );
 }
@@ -165,7 +175,7 @@ export function startDetections(root: HTMLElement): void {
 }
 
 function Table({ rows, called, registered }: { readonly rows: readonly Detection[]; readonly called: Called; registered(one: Detection): string }) {
-  const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock")];
+  const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock"), t("Look twice")];
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
       <table class="compact">
@@ -177,6 +187,7 @@ function Table({ rows, called, registered }: { readonly rows: readonly Detection
               <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
               <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{clockWord(one.clock)}</td>
+              <td>{(one.flags ?? []).map((flag) => flagReason(flag)).join(" ")}</td>
             </tr>
           ))}
         </tbody>
@@ -198,13 +209,6 @@ function clockWord(clock: Detection["clock"]): string {
 /** What tells detections apart. */
 function keyOf({ system, id }: Detection): string {
   return `${system}/${id}`;
-}
-
-function olderOf({ next }: Detections, asked: string): string {
-  if (!next) return "";
-  const query = new URLSearchParams(asked);
-  for (const [name, value] of Object.entries({ ...next, limit: PAGE, order: "newest" })) query.set(name, String(value));
-  return query.toString();
 }
 
 /** Each once, with all that its reports tell, the newest report first. */

@@ -11,7 +11,7 @@ import { hoursText, type MissionDraft, missionAsk, missionDraft, missionFile, no
 import { fieldOf, type Wrong } from "../state/notes";
 import { createChrome } from "../ui/chrome";
 import { distance, hexAddress, utc } from "../ui/format";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 import { choosable } from "./missions";
 
 const PATIENCE_MS = 15_000;
@@ -218,8 +218,8 @@ function VesselTable({ vessels, called }: { readonly vessels: readonly MissionVe
               <td class="num">{one.first_us === null ? "—" : distance(one.distance_m)}</td>
               <td class="num">{one.first_us === null ? "—" : hoursText(one.recorded_s)}</td>
               <td class="num">{one.battery_first_percent === null ? "—" : t("{from} to {to}", { from: percent(one.battery_first_percent), to: percent(one.battery_last_percent) })}</td>
-              <td class="num">{one.detections.toLocaleString("en")}</td>
-              <td class="num">{one.tags.toLocaleString("en")}</td>
+              <td class="num">{count(one.detections)}</td>
+              <td class="num">{count(one.tags)}</td>
             </tr>
           ))}
         </tbody>

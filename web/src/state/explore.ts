@@ -1,6 +1,6 @@
 // What the explorer asks for, as it stands in the page's address, and the numbers of its plots. Pure.
 
-import type { DetectionFlag, DetectionsSummary, FlagCode, PlanPlace } from "../api/types.gen";
+import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
 import { t } from "../words/words";
 import { pickedUs } from "./takeout";
 
@@ -9,20 +9,23 @@ export interface Asked {
   /** Of a date picker, UTC. */
   readonly from: string;
   readonly to: string;
-  /** Address. */
+  /** Addresses, with commas between them. */
   readonly vessel: string;
   readonly tag: string;
+  /** Names, with `;` between them. */
   readonly project: string;
   /** Corners as `lat,lon;lat,lon`. */
   readonly area: string;
+  /** `whole` where plots reach to times that are far from all others. */
+  readonly axis: string;
 }
 
-const PARTS = ["from", "to", "vessel", "tag", "project", "area"] as const;
+const PARTS = ["from", "to", "vessel", "tag", "project", "area", "axis"] as const;
 
 export function askedOf(search: string): Asked {
   const query = new URLSearchParams(search);
   const part = (name: string): string => query.get(name) ?? "";
-  return { from: part("from"), to: part("to"), vessel: part("vessel"), tag: part("tag"), project: part("project"), area: part("area") };
+  return { from: part("from"), to: part("to"), vessel: part("vessel"), tag: part("tag"), project: part("project"), area: part("area"), axis: part("axis") };
 }
 
 /** What stands behind the `?` of the page's address. */
@@ -32,7 +35,7 @@ export function searchOf(asked: Asked): string {
   return query.toString();
 }
 
-/** The question to the server. */
+/** Which detections, as the server is asked. */
 export function apiOf({ from, to, vessel, tag, project, area }: Asked): string {
   const query = new URLSearchParams();
   if (from) query.set("from_us", String(pickedUs(from)));
@@ -40,6 +43,11 @@ export function apiOf({ from, to, vessel, tag, project, area }: Asked): string {
   const tags = tag.split(/[\s,]+/).filter(Boolean).join(",");
   for (const [name, value] of [["vessel", vessel], ["tag", tags], ["project", project], ["area", area]] as const) if (value) query.set(name, value);
   return query.toString();
+}
+
+/** Which numbers of them. */
+export function summaryOf(asked: Asked): string {
+  return [apiOf(asked), asked.axis === "whole" ? "whole_axis=true" : ""].filter(Boolean).join("&");
 }
 
 /** What is wrong with it, before anything is asked. */
@@ -57,39 +65,62 @@ export function textOfCorners(corners: readonly PlanPlace[]): string {
   return corners.map(({ lat_deg, lon_deg }) => `${lat_deg.toFixed(6)},${lon_deg.toFixed(6)}`).join(";");
 }
 
-/** What a flag is called. */
-export function flagWord(code: FlagCode): string {
-  switch (code) {
-    case "unconfirmed": return t("unconfirmed");
-    case "clock_not_set": return t("clock not set");
-    case "clock_lost": return t("clock lost");
-    case "clock_off": return t("clock off");
-    case "no_place": return t("no place");
-    case "old_place": return t("old place");
-    case "lines_lost": return t("lines lost before");
-  }
-}
-
-/** Why a detection has it. */
-export function flagReason({ code, figure }: DetectionFlag): string {
-  const n = Math.round(figure ?? 0);
-  switch (code) {
-    case "unconfirmed": return t("No other detection of this tag by this receiver within {n} s, 30 ping intervals: perhaps a false one.", { n });
-    case "clock_not_set": return t("The receiver's clock was never set: the time is the vessel's.");
-    case "clock_lost": return t("The receiver's clock was lost: the time is the vessel's.");
-    case "clock_off": return t("The receiver's clock is {n} s off the vessel's.", { n });
-    case "no_place": return t("The vessel did not know where it was.");
-    case "old_place": return t("The nearest measured position is {n} s away.", { n });
-    case "lines_lost": return t("{n} lines of the receiver were lost right before.", { n });
-  }
-}
-
 /** How long a bar or a step is, as people say it. */
 export function lengthText(us: number): string {
   const s = us / 1e6;
   if (s < 60) return t("{n} s", { n: s });
   if (s < 3_600) return t("{n} min", { n: s / 60 });
   return s < 86_400 ? t("{n} h", { n: s / 3_600 }) : t("{n} d", { n: s / 86_400 });
+}
+
+/** What the bars of a length are called. */
+export function barsTitle(us: number): string {
+  if (us === HOUR_US) return t("Detections per hour");
+  if (us === DAY_US) return t("Detections per day");
+  return us === 7 * DAY_US ? t("Detections per week") : t("Detections by time, {length} a bar", { length: lengthText(us) });
+}
+
+const [HOUR_US, DAY_US] = [3_600_000_000, 86_400_000_000];
+/** 1970-01-05, a Monday. */
+const MONDAY_US = 4 * DAY_US;
+/** Lengths between marks of an axis, µs, up to two weeks; then months, then years. */
+const TICKS_US = [1, 5, 15, 30, 60, 300, 900, 1_800, 3_600, 7_200, 10_800, 21_600, 43_200].map((s) => s * 1e6).concat([DAY_US, 2 * DAY_US, 7 * DAY_US, 14 * DAY_US]);
+const TICK_MONTHS = [1, 2, 3, 6, 12, 24, 60, 120, 240, 600, 1_200];
+const MONTH_US = 30.4 * DAY_US;
+
+/** A mark of an axis. */
+export interface Tick {
+  readonly us: number;
+  readonly text: string;
+}
+
+/** At most so many marks within a time, at whole hours, days, Mondays, months or years, UTC. */
+export function ticks(from: number, to: number, most: number): readonly Tick[] {
+  const span = Math.max(1, to - from);
+  const length = TICKS_US.find((us) => span / us < most);
+  if (length !== undefined) return evenTicks(from, to, length);
+  const months = TICK_MONTHS.find((n) => span / (n * MONTH_US) < most) ?? 12 * Math.ceil(span / (most * 12 * MONTH_US));
+  const first = new Date(from / 1_000);
+  const all: Tick[] = [];
+  for (let at = Math.floor((first.getUTCFullYear() * 12 + first.getUTCMonth()) / months) * months; ; at += months) {
+    const us = Date.UTC(Math.floor(at / 12), at % 12) * 1_000;
+    if (us > to) return all;
+    if (us >= from) all.push({ us, text: dateText(us, months % 12 === 0 ? { year: "numeric" } : { month: "short", year: "numeric" }) });
+  }
+}
+
+function evenTicks(from: number, to: number, length: number): readonly Tick[] {
+  const begin = length % (7 * DAY_US) === 0 ? MONDAY_US : 0;
+  const all: Tick[] = [];
+  for (let us = Math.ceil((from - begin) / length) * length + begin; us <= to; us += length) {
+    const clock = new Date(us / 1_000).toISOString().slice(11, length < 60e6 ? 19 : 16);
+    all.push({ us, text: us % DAY_US === 0 ? dateText(us, { day: "numeric", month: "short" }) : clock });
+  }
+  return all;
+}
+
+function dateText(us: number, parts: Intl.DateTimeFormatOptions): string {
+  return new Intl.DateTimeFormat(globalThis.lutraWords ? "nb" : "en-GB", { ...parts, timeZone: "UTC" }).format(us / 1_000);
 }
 
 /** What a file of a plot's numbers has. */

@@ -1,6 +1,7 @@
 // The log book and the tags that were heard, for the stretch of time that the page looks at.
 
 import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
+import { flagReason } from "../state/flags";
 import { completed, type Part, type Stretch } from "../state/newest";
 import { NOTE, NOTE_BY } from "../state/notes";
 import { tagSeries } from "../state/tags";
@@ -107,7 +108,7 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
   const kind: Kind<Detection> = {
     label: t("Tags heard"),
     fileLabel: "tags heard",
-    names: [t("Time, UTC"), t("Tag"), t("Data"), t("SNR, dB"), "kHz", t("Receiver"), t("Place of the vessel")],
+    names: [t("Time, UTC"), t("Tag"), t("Data"), t("SNR, dB"), "kHz", t("Receiver"), t("Place of the vessel"), t("Look twice")],
     file,
     page: TAGS,
     ask,
@@ -121,6 +122,7 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
       String(one.frequency_khz),
       String(one.serial_no),
       placeOf(one),
+      (one.flags ?? []).map((flag) => flagReason(flag)).join(" "),
     ],
     marks: () => ({}),
     tag: (one) => String(tagSeries(one.tag_id)),

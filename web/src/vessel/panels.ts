@@ -70,7 +70,7 @@ export function createPanels(needs: PanelNeeds) {
   }, entity, events, rights.operator ? () => wayToWrite(address, time.atUs, placeNow(needs)) : undefined);
   const tagsOnMap = new TagsOnMap(map, () => tags.draw());
   const tags: TagTable = createDetections(boxes.panels.Tags, async (query, signal) => {
-    const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
+    const { detections, next } = await getJson<Detections>(`/api/v1/detections?vessel=${address}&flags=true&${query}`, signal);
     return { items: detections, next };
   }, ({ fromUs, toUs, open }) => `/api/v1/detections.csv?vessel=${address}&from_us=${fromUs}${open ? "" : `&to_us=${toUs}`}`, events, {
     shows: (one) => tagsOnMap.shows(one),

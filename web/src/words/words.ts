@@ -23,6 +23,12 @@ export function tn<const One extends string, const More extends string>(n: numbe
   return filled(said(n === 1 ? one : more), { ...values, n });
 }
 
+/** How many, with the language's mark between thousands: `5,200`, in Bokmål `5 200` with a space that does not break. */
+export function count(n: number): string {
+  const english = n.toLocaleString("en");
+  return globalThis.lutraWords ? english.replaceAll(",", "\u00a0") : english;
+}
+
 /** A fixed text that the server sent, which the catalogue has too. */
 export function fromServer(english: string): string {
   return said(english);

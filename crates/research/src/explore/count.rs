@@ -3,16 +3,20 @@
 use super::sighting::{Name, Sighting};
 use crate::quality::MARKS;
 use api::{FlagCode, SummaryBar, SummaryFlag};
+use detections::Protocol;
 use std::collections::BTreeMap;
 
 const SECOND_US: i64 = 1_000_000;
 const HOUR_US: i64 = 3_600 * SECOND_US;
 const DAY_US: i64 = 24 * HOUR_US;
+const WEEK_US: i64 = 7 * DAY_US;
+/// 1970-01-05, a Monday (µs since 1970-01-01).
+const MONDAY_US: i64 = 4 * DAY_US;
 /// Steps of time that a plot of tags has at most.
 const STEPS: i64 = 600;
 /// Bars at most.
 const BARS: i64 = 400;
-/// How long a step or a bar can be: what people count in. Beyond, whole years.
+/// How long a step or a bar can be: what people count in. Beyond, 52 weeks or a multiple.
 const LENGTHS_US: [i64; 17] = [
     SECOND_US,
     5 * SECOND_US,
@@ -27,16 +31,16 @@ const LENGTHS_US: [i64; 17] = [
     12 * HOUR_US,
     DAY_US,
     2 * DAY_US,
-    7 * DAY_US,
-    14 * DAY_US,
-    28 * DAY_US,
-    91 * DAY_US,
+    WEEK_US,
+    2 * WEEK_US,
+    4 * WEEK_US,
+    13 * WEEK_US,
 ];
 
 /// The shortest length of which a span has at most so many, from a least one on.
 fn length_us(span_us: i64, most: i64, least_us: i64) -> i64 {
     let fits = |length_us: &i64| *length_us >= least_us && span_us / length_us < most;
-    LENGTHS_US.into_iter().find(fits).unwrap_or_else(|| (span_us / most / DAY_US / 364 + 1) * DAY_US * 364)
+    LENGTHS_US.into_iter().find(fits).unwrap_or_else(|| (span_us / most / WEEK_US / 52 + 1) * WEEK_US * 52)
 }
 
 /// Begin and length of steps over a span.
@@ -61,7 +65,9 @@ impl Steps {
     fn new(from_us: i64, last_us: i64, most: i64, least_us: i64) -> Self {
         // One of them is lost by beginning at a whole one.
         let length_us = length_us(last_us.saturating_sub(from_us), most - 1, least_us);
-        let from_us = from_us.div_euclid(length_us) * length_us;
+        // Weeks begin on Monday.
+        let begin_us = if length_us % WEEK_US == 0 { MONDAY_US } else { 0 };
+        let from_us = from_us.saturating_sub(begin_us).div_euclid(length_us) * length_us + begin_us;
         let count = usize::try_from(last_us.saturating_sub(from_us) / length_us + 1).unwrap_or(1);
         Self { from_us, length_us, count }
     }
@@ -128,59 +134,75 @@ impl Bars {
     }
 }
 
-/// A tag of a protocol and number, by whichever receivers and carriers.
+/// Detections of one tag, by whichever receivers: a code that was given to several tags in turn is several of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tally {
     pub(super) count: Pair,
     pub(super) first_us: i64,
     pub(super) last_us: i64,
-    /// The receiver that heard it last.
-    pub(super) last_series: u32,
+    /// The tag by a receiver of one of its detections, and what the register knows of that.
+    pub(super) example: (usize, Slot),
 }
 
 impl Tally {
-    const NONE: Self = Self { count: (0, 0), first_us: i64::MAX, last_us: i64::MIN, last_series: 0 };
-
     fn add(&mut self, row: &Sighting, is_doubted: bool) {
         add(&mut self.count, is_doubted);
         let time_us = row.plotted_us();
-        self.first_us = self.first_us.min(time_us);
-        if time_us >= self.last_us {
-            (self.last_us, self.last_series) = (time_us, row.series);
-        }
+        (self.first_us, self.last_us) = (self.first_us.min(time_us), self.last_us.max(time_us));
     }
 }
 
+/// What the register knows of a detection: the place of its tag among those of its code, and whether an animal carried it.
+pub(super) type Slot = Option<(usize, bool)>;
+
+/// What tells tags apart: protocol and number, the register's tag, and whether an animal carried it.
+type Key<'s> = (&'s Protocol, u32, Option<(&'s str, bool)>);
+
 /// All tags that were heard.
-pub(super) struct Tallies {
-    /// By series the place of its tag.
-    pub(super) tags: Vec<usize>,
+pub(super) struct Tallies<'s> {
+    places: BTreeMap<Key<'s>, usize>,
+    /// By tag and receiver the place that was asked for last; most detections ask for the same again.
+    last: Vec<Option<(Slot, usize)>>,
     pub(super) all: Vec<Tally>,
 }
 
-impl Tallies {
-    pub(super) fn new(names: &[Name]) -> Self {
-        let mut places = BTreeMap::new();
-        let mut tag = |name: &Name| {
-            let next = places.len();
-            *places.entry((name.protocol.clone(), name.tag_id)).or_insert(next)
-        };
-        let tags: Vec<usize> = names.iter().map(&mut tag).collect();
-        Self { tags, all: vec![Tally::NONE; places.len()] }
+impl<'s> Tallies<'s> {
+    /// For so many tags by receivers.
+    pub(super) fn new(series: usize) -> Self {
+        Self { places: BTreeMap::new(), last: vec![None; series], all: Vec::new() }
     }
 
-    pub(super) fn add(&mut self, row: &Sighting, is_doubted: bool) {
-        if let Some(tally) = self.tags.get(row.series as usize).and_then(|tag| self.all.get_mut(*tag)) {
-            tally.add(row, is_doubted);
+    /// Counts a detection; the place of its tag. `called` is the name of the register's tag.
+    pub(super) fn add(
+        &mut self,
+        (series, row): (usize, &Sighting),
+        name: &'s Name,
+        slot: Slot,
+        called: impl Fn() -> Option<&'s str>,
+        is_doubted: bool,
+    ) -> usize {
+        let known = self.last[series].filter(|(last, _)| *last == slot).map(|(_, at)| at);
+        let at = known.unwrap_or_else(|| {
+            let of_register = slot.and_then(|(_, is_carried)| Some((called()?, is_carried)));
+            let next = self.all.len();
+            *self.places.entry((&name.protocol, name.tag_id, of_register)).or_insert(next)
+        });
+        self.last[series] = Some((slot, at));
+        if at == self.all.len() {
+            let (first_us, last_us) = (i64::MAX, i64::MIN);
+            self.all.push(Tally { count: (0, 0), first_us, last_us, example: (series, slot) });
         }
+        self.all[at].add(row, is_doubted);
+        at
     }
 
-    /// Those that were heard, by place, the one that was heard most first; of equals the one of the lower number.
-    pub(super) fn heard(&self, names: &[Name]) -> Vec<usize> {
-        let mut heard: Vec<usize> = (0..self.all.len()).filter(|at| self.all[*at].count.0 > 0).collect();
+    /// Their places, the one that was heard most first; of equals by protocol and number, and of a code the earlier one.
+    pub(super) fn heard(&self, names: &[&Name]) -> Vec<usize> {
+        let mut heard: Vec<usize> = (0..self.all.len()).collect();
         let key = |at: &usize| {
             let tally = &self.all[*at];
-            (std::cmp::Reverse(tally.count.0), names[tally.last_series as usize].clone())
+            let name = names[tally.example.0];
+            (std::cmp::Reverse(tally.count.0), name.protocol.clone(), name.tag_id, tally.first_us)
         };
         heard.sort_by_cached_key(key);
         heard

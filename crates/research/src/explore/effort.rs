@@ -1,6 +1,6 @@
 //! How long receivers listened, by what vessels told.
 
-use super::sighting::{Listened, Sightings};
+use super::sighting::{Listened, Pieces};
 use std::collections::BTreeMap;
 
 /// What is told of listening holds so long without being told again (µs): vessels tell it every 30 s, and two may be lost.
@@ -9,13 +9,13 @@ const HOLDS_US: i64 = 90_000_000;
 /// Gives each stretch in which a receiver listened and its vessel: from, to (µs). A vessel that told anything is given at least
 /// once, with an empty stretch where it did not listen.
 pub(super) fn each_listened(
-    chunks: &[&Sightings],
+    pieces: &Pieces<'_>,
     counts: impl Fn(&Listened) -> bool,
     mut give: impl FnMut(u16, i64, i64),
 ) {
     // The newest come first: of each receiver the one after.
     let mut after: BTreeMap<(u16, u8), i64> = BTreeMap::new();
-    for told in chunks.iter().flat_map(|chunk| &chunk.listened).filter(|told| counts(told)) {
+    for told in pieces.listened().filter(|told| counts(told)) {
         let from_us = told.reported_us;
         let next_us = after.insert((told.vessel, told.entity), from_us).unwrap_or(i64::MAX);
         let to_us = if told.on { next_us.min(from_us.saturating_add(HOLDS_US)) } else { from_us };

@@ -10,7 +10,7 @@ mod sighting;
 mod squares;
 mod summary;
 
-pub use sighting::{Names, Sightings};
+pub use sighting::{Sightings, SightingsBuilder};
 pub use summary::{Question, summary};
 
 #[cfg(test)]

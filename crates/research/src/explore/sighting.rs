@@ -1,11 +1,13 @@
 //! A detection in 32 bytes.
+//!
+//! Detections are gathered in pieces that know the names of their own tags: a piece that is forgotten takes its names with it.
 
 use crate::quality::{CLOCK_OFF, marks};
 use detections::{Detection, Listening, Origin, Protocol, TagFilter};
 use std::collections::BTreeMap;
 
-/// Tags by receivers that have names; those beyond are not taken in.
-const SERIES: usize = 100_000;
+/// As much memory as a name takes, in detections.
+const NAME_WEIGHT: usize = 4;
 /// Latitude or longitude where nobody knows it.
 pub(super) const NOWHERE: i32 = i32::MIN;
 
@@ -18,8 +20,8 @@ pub(super) struct Sighting {
     /// 1e-7 degrees, which is a centimetre.
     pub(super) lat_e7: i32,
     pub(super) lon_e7: i32,
-    /// Which tag by which receiver: its place in [`Names`].
-    pub(super) series: u32,
+    /// Which tag by which receiver: its place among the names of its piece.
+    pub(super) name: u32,
     pub(super) vessel: u16,
     /// Bits of [`crate::quality::MARKS`].
     pub(super) marks: u8,
@@ -43,62 +45,43 @@ pub(super) struct Name {
     pub(super) receiver: u32,
 }
 
-/// Names of tags by receivers, for the numbers that stand for them. It only grows, up to 100,000.
-#[derive(Debug, Clone, Default)]
-pub struct Names {
-    pub(super) all: Vec<Name>,
-    places: BTreeMap<Name, u32>,
-}
-
-/// Detections, and how receivers listened, the newest report first.
+/// A piece of the detections of a time, and how receivers listened, the newest report first. It does not change.
 #[derive(Debug, Clone, Default)]
 pub struct Sightings {
+    pub(super) names: Vec<Name>,
     pub(super) rows: Vec<Sighting>,
     pub(super) listened: Vec<Listened>,
 }
 
-impl Names {
-    /// The number of a detection's tag by its receiver; `None` where there is no room for one more.
-    fn of(&mut self, one: &Detection) -> Option<u32> {
-        let name = Name {
-            protocol: one.protocol.clone(),
-            tag_id: one.tag_id,
-            khz: one.frequency_khz,
-            receiver: one.receiver,
-        };
-        if let Some(place) = self.places.get(&name) {
-            return Some(*place);
-        }
-        let place = u32::try_from(self.all.len()).ok().filter(|_| self.all.len() < SERIES)?;
-        self.all.push(name.clone());
-        self.places.insert(name, place);
-        Some(place)
-    }
+/// Gathers [`Sightings`].
+#[derive(Debug, Default)]
+pub struct SightingsBuilder {
+    places: BTreeMap<Name, u32>,
+    kept: Sightings,
 }
 
-impl Sightings {
-    /// Takes a detection, the next older one; `false` where `names` has no room for its tag.
-    pub fn push(&mut self, names: &mut Names, one: &Detection) -> bool {
-        let Some(series) = names.of(one) else { return false };
+impl SightingsBuilder {
+    /// Takes a detection, the next older one.
+    pub fn push(&mut self, one: &Detection) {
+        let name = self.name(one);
         let e7 = |deg: f64| (deg * 1e7).round() as i32;
         let place = one.pose.map(|pose| (e7(pose.place.lat_deg()), e7(pose.place.lon_deg())));
         let (lat_e7, lon_e7) = place.unwrap_or((NOWHERE, NOWHERE));
-        self.rows.push(Sighting {
+        self.kept.rows.push(Sighting {
             time_us: one.clock.utc().unwrap_or(one.origin.reported).micros(),
             reported_us: one.origin.reported.micros(),
             lat_e7,
             lon_e7,
-            series,
+            name,
             vessel: one.origin.system.0,
             marks: marks(one),
         });
-        true
     }
 
     /// Takes what a receiver told of how it listens, the next older one.
     pub fn listen(&mut self, origin: Origin, told: Listening) {
         let Origin { system, entity, reported, .. } = origin;
-        self.listened.push(Listened {
+        self.kept.listened.push(Listened {
             reported_us: reported.micros(),
             vessel: system.0,
             entity,
@@ -106,14 +89,68 @@ impl Sightings {
         });
     }
 
-    /// How many there are of both.
-    pub fn len(&self) -> usize {
-        self.rows.len() + self.listened.len()
+    /// What was gathered, in no more memory than it needs.
+    pub fn finish(mut self) -> Sightings {
+        self.kept.names.shrink_to_fit();
+        self.kept.rows.shrink_to_fit();
+        self.kept.listened.shrink_to_fit();
+        self.kept
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
+    /// The number of a detection's tag by its receiver.
+    fn name(&mut self, one: &Detection) -> u32 {
+        let name = Name {
+            protocol: one.protocol.clone(),
+            tag_id: one.tag_id,
+            khz: one.frequency_khz,
+            receiver: one.receiver,
+        };
+        let names = &mut self.kept.names;
+        *self.places.entry(name).or_insert_with_key(|name| {
+            names.push(name.clone());
+            (names.len() - 1) as u32
+        })
+    }
+}
+
+impl Sightings {
+    /// How much memory they take, in detections of 32 bytes: names count as four.
+    pub fn weight(&self) -> usize {
+        self.rows.len() + self.listened.len() + NAME_WEIGHT * self.names.len()
+    }
+}
+
+/// Pieces looked at together: what is the same tag by the same receiver in all of them has one number.
+pub(super) struct Pieces<'s> {
+    pub(super) names: Vec<&'s Name>,
+    pieces: Vec<(&'s Sightings, Vec<usize>)>,
+}
+
+impl<'s> Pieces<'s> {
+    pub(super) fn new(all: &[&'s Sightings]) -> Self {
+        let (mut names, mut places) = (Vec::new(), BTreeMap::new());
+        let mut number = |name: &'s Name| {
+            *places.entry(name).or_insert_with(|| {
+                names.push(name);
+                names.len() - 1
+            })
+        };
+        let pieces =
+            all.iter().map(|piece| (*piece, piece.names.iter().map(&mut number).collect())).collect();
+        Self { names, pieces }
+    }
+
+    /// Every detection with the number of its tag by its receiver, piece by piece.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (usize, &'s Sighting)> {
+        self.pieces.iter().flat_map(|(piece, series)| {
+            // A row's name is one of its piece.
+            piece.rows.iter().filter_map(|row| Some((*series.get(row.name as usize)?, row)))
+        })
+    }
+
+    /// How receivers listened; the reports of each, the newest first.
+    pub(super) fn listened(&self) -> impl Iterator<Item = &'s Listened> {
+        self.pieces.iter().flat_map(|(piece, _)| &piece.listened)
     }
 }
 

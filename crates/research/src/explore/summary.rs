@@ -1,10 +1,11 @@
 //! What many detections are together.
 
-use super::count::{Bars, Flags, Pair, Steps, Tallies, add};
+use super::count::{Bars, Flags, Pair, Slot, Steps, Tallies, add};
 use super::effort::each_listened;
 use super::lags::AllLags;
-use super::sighting::{Name, Names, Sighting, Sightings};
+use super::sighting::{Name, Pieces, Sighting, Sightings};
 use super::squares::{Bounds, Squares};
+use crate::lag::{HORIZON_S, Lag};
 use crate::narrowed::Narrowed;
 use crate::study::{Study, confirming_s, is_doubted, is_of_time};
 use api::{DetectionsSummary, RegisterTag, SummaryTag, SummaryVessel};
@@ -13,6 +14,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Tags with a row of their own.
 const TAGS: usize = 100;
+/// Of so many times and more a few can be seen to be far from the others.
+const ENOUGH: usize = 20;
+/// One of so many is few, at each end.
+const FEW: usize = 1_000;
+/// They stay outside where a plot without them is so many times shorter.
+const FAR: i64 = 10;
 
 /// Which detections are counted.
 #[derive(Debug, Clone)]
@@ -27,56 +34,76 @@ pub struct Question {
     pub tags: Vec<TagFilter>,
     /// Projects and area.
     pub narrowed: Narrowed,
+    /// Whether plots reach to all of them, also to a few whose times are far from all others'.
+    pub whole_axis: bool,
 }
 
-/// Counts the detections that are wanted among those of `chunks`, which follow each other, the newest first. Those of a day beside
-/// the time asked for tell what confirms the first and last ones.
+/// Counts the detections that are wanted among those of `pieces`; of each vessel they follow each other, the newest first. Those of a
+/// day beside the time asked for tell what confirms the first and last ones. Where not all is there, `whole_from_us` tells since
+/// when it is (µs, by report): what was reported before is left out, and nothing is called unconfirmed that what is not there may
+/// confirm.
 pub fn summary(
-    names: &Names,
-    chunks: &[&Sightings],
+    pieces: &[&Sightings],
     study: &Study,
     question: &Question,
+    whole_from_us: Option<i64>,
 ) -> DetectionsSummary {
-    let series: Vec<Series<'_>> = names.all.iter().map(|name| Series::new(name, study, question)).collect();
-    let lags = AllLags::new(chunks, series.len(), |row| question.vessels.contains(&row.vessel));
-    let (wanted, bounds, heard) = wanted(chunks, &series, question);
-    let Some((first_us, last_us)) = both(heard, listened_span(chunks, question)) else { return nothing() };
+    let pieces = Pieces::new(pieces);
+    let question = &Question {
+        from_us: whole_from_us.map_or(question.from_us, |whole_us| whole_us.max(question.from_us)),
+        ..question.clone()
+    };
+    let series: Vec<Series<'_>> =
+        pieces.names.iter().map(|name| Series::new(name, study, question)).collect();
+    let lags = AllLags::new(&pieces, |row| question.vessels.contains(&row.vessel));
+    let (wanted, bounds) = wanted(&pieces, &series, question);
+    let Some(span) = Span::of(&pieces, &wanted, question) else { return nothing() };
+    let Span { first_us, last_us, outside } = span;
+    let confirmed_from_us = whole_from_us.map(|whole_us| whole_us.saturating_add(HORIZON_S * 1_000_000));
     let mut counts = Counts {
-        names: &names.all,
-        tallies: Tallies::new(&names.all),
+        names: &pieces.names,
+        tallies: Tallies::new(series.len()),
         bars: Bars::new(Steps::bars(first_us, last_us)),
-        squares: Squares::new(bounds),
+        squares: Squares::new(&bounds),
         flags: Flags::default(),
         vessels: question.vessels.iter().map(|vessel| (*vessel, (0, None))).collect(),
     };
-    let doubted: Vec<bool> = wanted
+    let counted: Vec<(usize, bool)> = wanted
         .iter()
-        .map(|(at, row)| {
-            let is_doubted = series[row.series as usize].is_doubted(row.time_us, &lags, *at);
-            counts.add(row, is_doubted);
-            is_doubted
+        .map(|one| {
+            let is_near_edge = confirmed_from_us.is_some_and(|from_us| one.row.reported_us < from_us);
+            let of = &series[one.series];
+            let is_doubted = !is_near_edge && of.is_doubted(one.row.time_us, lags.lag(one.at));
+            (counts.add(one, of, is_doubted), is_doubted)
         })
         .collect();
-    counts.listen(chunks, question);
+    counts.listen(&pieces, question);
     let steps = Steps::fine(first_us, last_us);
-    let listed = counts.listed(&series, study, steps, &wanted, &doubted);
-    counts.told(wanted.len() as u64, steps, listed)
+    let listed = counts.listed(&series, study, steps, &wanted, &counted);
+    DetectionsSummary { outside, ..counts.told(wanted.len() as u64, steps, listed) }
 }
 
-/// Rows that are wanted, with their places among all.
-type Wanted<'s> = Vec<(usize, &'s Sighting)>;
+/// A row that is wanted.
+#[derive(Clone, Copy)]
+struct Wanted<'s> {
+    /// Its number among all rows.
+    at: usize,
+    /// Which tag by which receiver.
+    series: usize,
+    row: &'s Sighting,
+}
 
-/// Those that are wanted, within which bounds they are, and from when to when (µs).
+/// Those that are wanted, and within which bounds they are.
 fn wanted<'s>(
-    chunks: &[&'s Sightings],
-    series: &[Series<'_>],
+    pieces: &Pieces<'s>,
+    all_series: &[Series<'_>],
     question: &Question,
-) -> (Wanted<'s>, Bounds, Option<(i64, i64)>) {
-    let (mut all, mut bounds, mut span) = (Vec::new(), Bounds::NONE, None);
-    for (at, row) in chunks.iter().flat_map(|chunk| &chunk.rows).enumerate() {
+) -> (Vec<Wanted<'s>>, Bounds) {
+    let (mut all, mut bounds) = (Vec::new(), Bounds::new());
+    for (at, (series, row)) in pieces.rows().enumerate() {
         let is_wanted = (question.from_us..question.to_us).contains(&row.reported_us)
             && question.vessels.contains(&row.vessel)
-            && series.get(row.series as usize).is_some_and(|series| series.is_wanted(row.time_us))
+            && all_series[series].is_wanted(row.time_us)
             && (!question.narrowed.has_area() || question.narrowed.admits_place(row.place()));
         if !is_wanted {
             continue;
@@ -84,29 +111,56 @@ fn wanted<'s>(
         if let Some(place) = row.place() {
             bounds.add(place);
         }
-        let time_us = row.plotted_us();
-        let (first_us, last_us) = span.unwrap_or((time_us, time_us));
-        span = Some((time_us.min(first_us), time_us.max(last_us)));
-        all.push((at, row));
+        all.push(Wanted { at, series, row });
     }
-    (all, bounds, span)
+    (all, bounds)
 }
 
-/// From when to when anybody told of listening (µs); plots show that nothing was heard meanwhile.
-fn listened_span(chunks: &[&Sightings], question: &Question) -> Option<(i64, i64)> {
-    let mut span = None;
-    each_stretch(chunks, question, |_, from_us, to_us| span = both(span, Some((from_us, to_us))));
-    span
+/// From when to when plots reach (µs).
+struct Span {
+    first_us: i64,
+    last_us: i64,
+    /// Detections whose times lie outside.
+    outside: u64,
+}
+
+impl Span {
+    /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
+    /// A few whose times are far from all others', by a clock that was wrong, stay outside, lest nothing else be seen.
+    fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
+        let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
+        each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));
+        let (first_us, last_us) = (*times.iter().min()?, *times.iter().max()?);
+        let all = Self { first_us, last_us, outside: 0 };
+        if question.whole_axis || times.len() < ENOUGH {
+            return Some(all);
+        }
+        let few = (times.len() / FEW).max(1);
+        let low_us = *times.select_nth_unstable(few).1;
+        let high = times.len() - 1 - few;
+        let high_us = *times.select_nth_unstable(high).1;
+        let beside_us = high_us.saturating_sub(low_us);
+        let near = low_us.saturating_sub(beside_us)..=high_us.saturating_add(beside_us);
+        let (mut first_us, mut last_us) = (i64::MAX, i64::MIN);
+        for time_us in times.into_iter().filter(|time_us| near.contains(time_us)) {
+            (first_us, last_us) = (first_us.min(time_us), last_us.max(time_us));
+        }
+        if last_us.saturating_sub(first_us) > all.last_us.saturating_sub(all.first_us) / FAR {
+            return Some(all);
+        }
+        let is_outside = |one: &&Wanted<'_>| !(first_us..=last_us).contains(&one.row.plotted_us());
+        Some(Self { first_us, last_us, outside: wanted.iter().filter(is_outside).count() as u64 })
+    }
 }
 
 /// Stretches in which receivers listened, of the vessels and the time asked for. Nobody knows how long was listened within an
 /// area, for what tells it has no place.
-fn each_stretch(chunks: &[&Sightings], question: &Question, mut give: impl FnMut(u16, i64, i64)) {
+fn each_stretch(pieces: &Pieces<'_>, question: &Question, mut give: impl FnMut(u16, i64, i64)) {
     if question.narrowed.has_area() {
         return;
     }
     each_listened(
-        chunks,
+        pieces,
         |told| question.vessels.contains(&told.vessel),
         |vessel, from_us, to_us| {
             let (from_us, to_us) = (from_us.max(question.from_us), to_us.min(question.to_us));
@@ -115,11 +169,6 @@ fn each_stretch(chunks: &[&Sightings], question: &Question, mut give: impl FnMut
             }
         },
     );
-}
-
-fn both(one: Option<(i64, i64)>, other: Option<(i64, i64)>) -> Option<(i64, i64)> {
-    let (Some(one), Some(other)) = (one, other) else { return one.or(other) };
-    Some((one.0.min(other.0), one.1.max(other.1)))
 }
 
 /// A tag by a receiver, with what the register knows of it.
@@ -162,28 +211,31 @@ impl<'s> Series<'s> {
         Self { is_asked: name.is_admitted(&question.tags), any_project: narrowed.admits_project(None), known }
     }
 
-    fn known(&self, time_us: i64) -> Option<&Known<'s>> {
-        self.known.iter().find(|known| is_of_time(known.tag, time_us))
+    /// Which tag of the register it is at a time, and whether an animal carries it then.
+    fn slot(&self, time_us: i64) -> Slot {
+        let at = self.known.iter().position(|known| is_of_time(known.tag, time_us))?;
+        Some((at, self.known[at].carried_us <= time_us))
     }
 
     /// Whether detections of a time are wanted.
     fn is_wanted(&self, time_us: i64) -> bool {
-        let of_project = |known: &Known<'_>| {
-            if known.carried_us <= time_us { known.is_wanted } else { known.is_wanted_before }
+        let of_project = |(at, is_carried): (usize, bool)| {
+            let known = &self.known[at];
+            if is_carried { known.is_wanted } else { known.is_wanted_before }
         };
-        self.is_asked && (self.any_project || self.known(time_us).is_some_and(of_project))
+        self.is_asked && (self.any_project || self.slot(time_us).is_some_and(of_project))
     }
 
-    fn is_doubted(&self, time_us: i64, lags: &AllLags, at: usize) -> bool {
-        let within_s = self.known(time_us).and_then(|known| known.within_s);
-        within_s.is_some_and(|within_s| is_doubted(within_s, lags.lag(at)))
+    fn is_doubted(&self, time_us: i64, lag: Lag) -> bool {
+        let within_s = self.slot(time_us).and_then(|(at, _)| self.known[at].within_s);
+        within_s.is_some_and(|within_s| is_doubted(within_s, lag))
     }
 }
 
 /// What is counted.
 struct Counts<'s> {
-    names: &'s [Name],
-    tallies: Tallies,
+    names: &'s [&'s Name],
+    tallies: Tallies<'s>,
     bars: Bars,
     squares: Squares,
     flags: Flags,
@@ -191,9 +243,10 @@ struct Counts<'s> {
     vessels: BTreeMap<u16, (u64, Option<f64>)>,
 }
 
-impl Counts<'_> {
-    fn add(&mut self, row: &Sighting, is_doubted: bool) {
-        self.tallies.add(row, is_doubted);
+impl<'s> Counts<'s> {
+    /// Counts a detection; the place of its tag among those that were heard.
+    fn add(&mut self, one: &Wanted<'_>, series: &Series<'s>, is_doubted: bool) -> usize {
+        let row = one.row;
         self.flags.add(row.marks, is_doubted);
         if let Some(at) = self.bars.steps.at(row.plotted_us()) {
             add(&mut self.bars.counts[at], is_doubted);
@@ -204,11 +257,14 @@ impl Counts<'_> {
         if let Some((count, _)) = self.vessels.get_mut(&row.vessel) {
             *count += 1;
         }
+        let slot = series.slot(row.time_us);
+        let called = || slot.map(|(at, _)| &*series.known[at].tag.name);
+        self.tallies.add((one.series, row), self.names[one.series], slot, called, is_doubted)
     }
 
-    fn listen(&mut self, chunks: &[&Sightings], question: &Question) {
+    fn listen(&mut self, pieces: &Pieces<'_>, question: &Question) {
         let (bars, vessels) = (&mut self.bars, &mut self.vessels);
-        each_stretch(chunks, question, |vessel, from_us, to_us| {
+        each_stretch(pieces, question, |vessel, from_us, to_us| {
             bars.listen(from_us, to_us);
             if let Some((_, listened_s)) = vessels.get_mut(&vessel) {
                 *listened_s.get_or_insert(0.0) += (to_us - from_us) as f64 / 1e6;
@@ -222,16 +278,15 @@ impl Counts<'_> {
         series: &[Series<'_>],
         study: &Study,
         steps: Steps,
-        wanted: &Wanted<'_>,
-        doubted: &[bool],
+        wanted: &[Wanted<'_>],
+        counted: &[(usize, bool)],
     ) -> (Vec<SummaryTag>, usize) {
         let heard = self.tallies.heard(self.names);
         let mut rows: Vec<Option<usize>> = vec![None; self.tallies.all.len()];
         heard.iter().take(TAGS).enumerate().for_each(|(row, tag)| rows[*tag] = Some(row));
         let mut marks: Vec<Vec<Pair>> = vec![vec![(0, 0); steps.count]; heard.len().min(TAGS)];
-        for ((_, row), is_doubted) in wanted.iter().zip(doubted) {
-            let line = rows[self.tallies.tags[row.series as usize]];
-            if let (Some(line), Some(at)) = (line, steps.at(row.plotted_us())) {
+        for (one, (tag, is_doubted)) in wanted.iter().zip(counted) {
+            if let (Some(line), Some(at)) = (rows[*tag], steps.at(one.row.plotted_us())) {
                 add(&mut marks[line][at], *is_doubted);
             }
         }
@@ -241,9 +296,11 @@ impl Counts<'_> {
 
     fn tag(&self, at: usize, marks: &[Pair], series: &[Series<'_>], study: &Study) -> SummaryTag {
         let tally = self.tallies.all[at];
-        let name = &self.names[tally.last_series as usize];
-        let tag = series[tally.last_series as usize].known(tally.last_us).map(|known| known.tag);
-        let animal = tag.and_then(|tag| study.animal(tag, tally.last_us));
+        let (at, slot) = tally.example;
+        let (name, known) = (self.names[at], slot.map(|(tag, carried)| (series[at].known[tag].tag, carried)));
+        let tag = known.map(|(tag, _)| tag);
+        let animal = known.filter(|(_, is_carried)| *is_carried).and_then(|(tag, _)| study.carrier(tag));
+        let animal = animal.map(|(animal, _)| animal);
         let project = tag.and_then(|tag| study.project(tag, animal));
         let small = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
         let mark = |(at, pair): (usize, &Pair)| [small(at as u64), small(pair.0), small(pair.1)];
@@ -288,6 +345,7 @@ impl Counts<'_> {
             square_m,
             vessels: vessels.map(vessel).collect(),
             flags: self.flags.told(),
+            outside: 0,
             left_out_before_us: None,
             read_from_us: None,
         }
@@ -309,6 +367,7 @@ fn nothing() -> DetectionsSummary {
         square_m: 0.0,
         vessels: Vec::new(),
         flags: Vec::new(),
+        outside: 0,
         left_out_before_us: None,
         read_from_us: None,
     }

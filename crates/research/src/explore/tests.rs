@@ -1,6 +1,6 @@
-use super::{Names, Question, Sightings, summary};
+use super::{Question, Sightings, SightingsBuilder, summary};
 use crate::{Lag, Lags, Narrowed, Study};
-use api::{DetectionsSummary, FlagCode, RegisterProject, RegisterRecord, RegisterTag};
+use api::{DetectionsSummary, FlagCode, RegisterAnimal, RegisterProject, RegisterRecord, RegisterTag};
 use detections::{ClockState, Detection, Effort, Listening, Origin, Pose, Protocol, ReceiverClock, fused};
 use imc::Address;
 use std::collections::BTreeSet;
@@ -47,12 +47,13 @@ fn study() -> Study {
     Study::new([RegisterRecord::Tag(tag), RegisterRecord::Project(project)])
 }
 
-fn kept(names: &mut Names, all: &[Detection]) -> Sightings {
-    let mut kept = Sightings::default();
+/// Pieces as they are read: of each vessel by itself, the newest first.
+fn kept(all: &[Detection]) -> Vec<Sightings> {
+    let mut kept = std::collections::BTreeMap::<u16, SightingsBuilder>::new();
     for one in fused(all.to_vec()).iter().rev() {
-        assert!(kept.push(names, one));
+        kept.entry(one.origin.system.0).or_default().push(one);
     }
-    kept
+    kept.into_values().map(SightingsBuilder::finish).collect()
 }
 
 fn all(vessels: impl IntoIterator<Item = u16>) -> Question {
@@ -62,13 +63,22 @@ fn all(vessels: impl IntoIterator<Item = u16>) -> Question {
         to_us: i64::MAX,
         tags: Vec::new(),
         narrowed: Narrowed::default(),
+        whole_axis: false,
     }
 }
 
 fn counted(detections: &[Detection], question: &Question) -> DetectionsSummary {
-    let mut names = Names::default();
-    let kept = kept(&mut names, detections);
-    summary(&names, &[&kept], &study(), question)
+    counted_since(None, detections, &study(), question)
+}
+
+fn counted_since(
+    whole_from_us: Option<i64>,
+    detections: &[Detection],
+    study: &Study,
+    question: &Question,
+) -> DetectionsSummary {
+    let kept = kept(detections);
+    summary(&kept.iter().collect::<Vec<_>>(), study, question, whole_from_us)
 }
 
 #[test]
@@ -117,8 +127,8 @@ fn what_was_not_asked_for_is_not_counted_and_tells_nothing() {
 
 #[test]
 fn listening_is_counted_as_it_was_told_and_no_longer() {
-    let mut names = Names::default();
-    let mut kept = kept(&mut names, &[heard(101, 30, 1)]);
+    let mut kept = SightingsBuilder::default();
+    kept.push(&heard(101, 30, 1));
     let on = |after_s: u32, on: bool| {
         let reported = UtcTime::from_micros(i64::from(START_S + after_s) * 1_000_000);
         (
@@ -130,11 +140,12 @@ fn listening_is_counted_as_it_was_told_and_no_longer() {
     for (origin, told) in [on(600, false), on(60, true), on(30, true), on(0, true)] {
         kept.listen(origin, told);
     }
-    let found = summary(&names, &[&kept], &study(), &all([1]));
+    let kept = kept.finish();
+    let found = summary(&[&kept], &study(), &all([1]), None);
     assert_eq!(found.vessels[0].listened_s, Some(150.0));
     assert_eq!(found.bars[0].listened_s, Some(150.0));
     let area = Narrowed::new(None, Some("63,10;64,10;64,11"), &study()).unwrap();
-    let within = summary(&names, &[&kept], &study(), &Question { narrowed: area, ..all([1]) });
+    let within = summary(&[&kept], &study(), &Question { narrowed: area, ..all([1]) }, None);
     assert_eq!(within.vessels.first().and_then(|vessel| vessel.listened_s), None, "nobody knows where");
 }
 
@@ -159,20 +170,180 @@ fn neighbours_are_those_that_files_tell() {
     assert_eq!(counted(&told, &all([1])).tags.iter().map(|tag| tag.unconfirmed).sum::<u64>(), unconfirmed);
 }
 
+/// A receiver that was taken from one boat to another and back: its detections come as two lists.
+#[test]
+fn neighbours_are_found_across_vessels_as_files_do() {
+    // 100 to 1,300 s apart, by turns: on one boat alone hardly any is within 900 s of the next.
+    let told: Vec<Detection> = (0..600_u32)
+        .map(|at| heard(101, at * 700 + at.wrapping_mul(2_654_435_761) % 600, u16::from(at % 2 == 1)))
+        .collect();
+    let (mut lags, study, mut unconfirmed) = (Lags::default(), study(), 0);
+    told.iter().cloned().for_each(|one| lags.push(one));
+    while let Some((one, lag)) = lags.take() {
+        unconfirmed += u64::from(study.heard(&one, "", lag).doubt().is_some());
+    }
+    assert!(unconfirmed > 0 && unconfirmed < 300, "{unconfirmed}");
+    assert_eq!(counted(&told, &all([0, 1])).tags.iter().map(|tag| tag.unconfirmed).sum::<u64>(), unconfirmed);
+}
+
+#[test]
+fn a_code_that_is_used_again_is_another_fish() {
+    let at_us = |after_s: u32| Some(i64::from(START_S + after_s) * 1_000_000);
+    let animal = |name: &str, project: &str| {
+        RegisterRecord::Animal(RegisterAnimal {
+            name: name.into(),
+            project: project.into(),
+            ..RegisterAnimal::default()
+        })
+    };
+    let tag = |name: &str, animal: &str, from_us, to_us| {
+        RegisterRecord::Tag(RegisterTag {
+            name: name.into(),
+            protocol: "S256".into(),
+            tag_id: Some(101),
+            animal: animal.into(),
+            from_us,
+            to_us,
+            ..RegisterTag::default()
+        })
+    };
+    let projects = ["Salmon", "Trout"].map(|name| {
+        RegisterRecord::Project(RegisterProject { name: name.into(), ..RegisterProject::default() })
+    });
+    let study = Study::new(projects.into_iter().chain([
+        animal("Olga", "Salmon"),
+        animal("Kari", "Trout"),
+        tag("first", "Olga", at_us(0), at_us(1_000)),
+        tag("second", "Kari", at_us(2_000), None),
+    ]));
+    // Three of Olga, one while nobody had the code, two of Kari by another receiver.
+    let late = |after_s| Detection { receiver: 1_025, ..heard(101, after_s, 1) };
+    let told = [
+        heard(101, 1, 1),
+        heard(101, 2, 1),
+        heard(101, 3, 1),
+        heard(101, 1_500, 1),
+        late(2_001),
+        late(2_002),
+    ];
+    let found = counted_since(None, &told, &study, &all([1]));
+    let tags: Vec<_> =
+        found.tags.iter().map(|tag| (&*tag.name, &*tag.animal, &*tag.project, tag.detections)).collect();
+    assert_eq!(
+        tags,
+        [("first", "Olga", "Salmon", 3), ("second", "Kari", "Trout", 2), ("", "", "", 1)],
+        "each by itself"
+    );
+    assert_eq!(found.tags_all, 3);
+    assert_eq!(found.tags[0].last_us, heard(101, 3, 1).clock.utc().unwrap().micros());
+}
+
+#[test]
+fn before_an_animal_carries_it_a_tag_is_a_tag_alone() {
+    let released = RegisterAnimal {
+        name: "Olga".into(),
+        project: "Salmon".into(),
+        release_us: Some(i64::from(START_S + 100) * 1_000_000),
+        ..RegisterAnimal::default()
+    };
+    let tag = RegisterTag {
+        name: "tag".into(),
+        protocol: "S256".into(),
+        tag_id: Some(101),
+        animal: "Olga".into(),
+        ..RegisterTag::default()
+    };
+    let project = RegisterProject { name: "Salmon".into(), ..RegisterProject::default() };
+    let study = Study::new([
+        RegisterRecord::Animal(released),
+        RegisterRecord::Tag(tag),
+        RegisterRecord::Project(project),
+    ]);
+    let told = [heard(101, 1, 1), heard(101, 200, 1), heard(101, 201, 1)];
+    let found = counted_since(None, &told, &study, &all([1]));
+    let tags: Vec<_> = found.tags.iter().map(|tag| (&*tag.animal, &*tag.project, tag.detections)).collect();
+    assert_eq!(tags, [("Olga", "Salmon", 2), ("", "", 1)]);
+}
+
+#[test]
+fn what_is_not_read_yet_may_confirm() {
+    // Alone within 900 s: in doubt, but not where the neighbours of a day are not all there.
+    let told = [heard(101, 100, 1), heard(101, 90_000, 1)];
+    let since = |whole_s: Option<u32>| {
+        let whole_us = whole_s.map(|after_s| i64::from(START_S + after_s) * 1_000_000);
+        let found = counted_since(whole_us, &told, &study(), &all([1]));
+        (found.detections, found.flags.iter().map(|flag| flag.detections).sum::<u64>())
+    };
+    assert_eq!(since(None), (2, 2));
+    assert_eq!(since(Some(50)), (2, 1), "the first is within a day of what is not there");
+    assert_eq!(since(Some(10_000)), (1, 0), "the first is left out, and a day is not over at the second");
+}
+
+#[test]
+fn squares_of_both_sides_of_the_date_line_lie_together() {
+    let at = |after_s, lat, lon| Detection {
+        pose: Some(Pose { place: LatLon::from_deg(lat, lon).unwrap(), age_s: Some(0.1), sigma_m: None }),
+        ..heard(101, after_s, 1)
+    };
+    // Some 440 m apart, at the equator where a degree is longest.
+    let told = [at(0, 0.0, 179.998), at(30, 0.0, -179.998), at(60, 0.001, 179.999)];
+    let found = counted(&told, &all([1]));
+    assert!(found.square_m < 10.0, "{} m", found.square_m);
+    let mut places: Vec<f64> = found.squares.iter().map(|square| square.lon_deg).collect();
+    places.sort_by(f64::total_cmp);
+    for (place, wanted) in places.iter().zip([-179.998, 179.998, 179.999]) {
+        assert!((place - wanted).abs() < 1e-6, "{places:?}");
+    }
+    let greenwich = counted(&[at(0, 51.0, -0.5), at(30, 51.0, 0.5)], &all([1]));
+    assert!(greenwich.square_m < 1_200.0, "{} m", greenwich.square_m);
+}
+
+#[test]
+fn one_wrong_clock_does_not_stretch_the_plots() {
+    let mut told: Vec<Detection> = (0..30).map(|at| heard(101, at * 60, 1)).collect();
+    let mut lost = heard(101, 0, 1);
+    // A vessel that thinks it is 1970, and one detection half an hour after the others, which is not far.
+    (lost.clock.state, lost.origin.reported) = (ClockState::NotSet, UtcTime::from_micros(1_000_000));
+    told.push(lost);
+    told.push(heard(101, 3_000, 1));
+    let found = counted(&told, &all([1]));
+    assert_eq!((found.detections, found.outside), (32, 1));
+    assert_eq!(found.bar_us, 3_600_000_000);
+    assert_eq!(found.from_us, Some(i64::from(START_S) * 1_000_000));
+    assert_eq!(found.tags[0].marks.iter().map(|[_, count, _]| count).sum::<u32>(), 31);
+    let stretched = counted(&told, &Question { whole_axis: true, ..all([1]) });
+    assert_eq!((stretched.detections, stretched.outside), (32, 0));
+    assert!(stretched.bar_us > 7 * 86_400_000_000, "over 56 years");
+    // Of a few nobody knows which are far.
+    assert_eq!(counted(&told[25..], &all([1])).outside, 0);
+}
+
+#[test]
+fn weeks_begin_on_monday() {
+    let mut late = heard(101, 0, 1);
+    late.clock.seconds += 4 * 365 * 86_400;
+    late.origin.reported = UtcTime::from_micros(i64::from(late.clock.seconds) * 1_000_000);
+    let told = [heard(101, 0, 1), late];
+    let found = counted(&told, &all([1]));
+    assert_eq!(found.bar_us % (7 * 86_400_000_000), 0);
+    // 2026-11-16 is the Monday before 2026-11-21.
+    assert_eq!(found.bars[0].from_us, i64::from(START_S - 5 * 86_400 - 8 * 3_600) * 1_000_000);
+}
+
 /// A million detections: `cargo nextest run --release --workspace --run-ignored all --no-capture -E 'test(a_million_detections)'`.
 #[test]
 #[ignore = "a measurement: it prints its figures"]
 #[expect(clippy::disallowed_methods, reason = "a measurement reads the clock")]
 fn a_million_detections_are_counted_at_once() {
-    let mut names = Names::default();
-    let mut kept = Sightings::default();
+    let mut kept = SightingsBuilder::default();
     for at in (0..1_000_000_u32).rev() {
-        kept.push(&mut names, &heard(101 + at.wrapping_mul(2_654_435_761) % 300, at * 5, 1));
+        kept.push(&heard(101 + at.wrapping_mul(2_654_435_761) % 300, at * 5, 1));
     }
+    let kept = kept.finish();
     let study = study();
     for _ in 0..3 {
         let begun = Instant::now();
-        let found = summary(&names, &[&kept], &study, &all([1]));
+        let found = summary(&[&kept], &study, &all([1]), None);
         let took = begun.elapsed();
         let bytes = serde_json::to_vec(&found).unwrap().len();
         println!("{} detections counted in {took:?}, an answer of {bytes} bytes", found.detections);

@@ -77,12 +77,18 @@ impl Reader {
         })
     }
 
-    /// A page of what receivers told in a range, the newest first: tags that were heard, and how they listened; of all vessels.
+    /// A page of what receivers of vessels told in a range, the newest first: tags that were heard, and how they listened.
     ///
     /// # Errors
     /// When the history cannot be read.
-    pub fn acoustics(&mut self, range: TimeRange, page: Page) -> Result<Paged<Acoustic>> {
-        self.events(&Question { systems: None, range, order: Order::Newest }, page, |_: &Acoustic| true)
+    pub fn acoustics(
+        &mut self,
+        systems: &[Address],
+        range: TimeRange,
+        page: Page,
+    ) -> Result<Paged<Acoustic>> {
+        let question = Question { systems: Some(systems), range, order: Order::Newest };
+        self.events(&question, page, |_: &Acoustic| true)
     }
 }
 

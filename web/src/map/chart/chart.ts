@@ -6,7 +6,7 @@ import { getJson, reason } from "../../api/http";
 import type { ChartSet } from "../../api/types.gen";
 import { isOverscale, shownScale } from "../../state/chart";
 import { make, setAttribute, setText } from "../../ui/dom";
-import { t } from "../../words/words";
+import { count, t } from "../../words/words";
 import type { Clicks } from "../clicks";
 import { over } from "../layers";
 import type { MapTools } from "../tools";
@@ -145,7 +145,7 @@ class Chart implements ChartOnMap {
     const [, lat = 0] = toLonLat(center);
     const shown = shownScale(map.getView().getResolution() ?? 1, lat);
     const none = this.waiting === undefined ? t("No chart here") : t("The chart does not come from the server; trying again …");
-    const coarse = scale !== undefined && isOverscale(scale, shown) ? t("Overscale × {times}: chart 1 : {scale}", { times: (scale / shown).toFixed(0), scale: scale.toLocaleString("en") }) : "";
+    const coarse = scale !== undefined && isOverscale(scale, shown) ? t("Overscale × {times}: chart 1 : {scale}", { times: (scale / shown).toFixed(0), scale: count(scale) }) : "";
     show(this.note, scale === undefined ? none : coarse);
   }
 

@@ -3,7 +3,7 @@
 import type { ChartSet } from "../../api/types.gen";
 import { type DepthLimits, drawnLimits, guarded, keptSwitches, MOST_SAFETY_M, type Switch, SWITCHES } from "../../state/chart";
 import { make } from "../../ui/dom";
-import { t } from "../../words/words";
+import { count, t } from "../../words/words";
 import type { MapTools } from "../tools";
 import type { ChartColours } from "./colours";
 
@@ -62,7 +62,7 @@ export class ChartOptions {
     this.safety.value = String(this.limits(of).autonomous_m);
     this.drawLegend(of, colours);
     const more = of.cells.length > MOST_CELLS ? [make("li", {}, t("and {n} more", { n: of.cells.length - MOST_CELLS }))] : [];
-    this.cells.replaceChildren(...of.cells.slice(0, MOST_CELLS).map((cell) => make("li", {}, t("{name} ed. {edition}.{update}, issued {issued}, 1 : {scale}. {comment}", { name: cell.name, edition: cell.edition, update: cell.update, issued: cell.issued, scale: cell.scale.toLocaleString("en"), comment: cell.comment }))), ...more);
+    this.cells.replaceChildren(...of.cells.slice(0, MOST_CELLS).map((cell) => make("li", {}, t("{name} ed. {edition}.{update}, issued {issued}, 1 : {scale}. {comment}", { name: cell.name, edition: cell.edition, update: cell.update, issued: cell.issued, scale: count(cell.scale), comment: cell.comment }))), ...more);
   }
 
   drawLegend(of: ChartSet, colours: ChartColours): void {

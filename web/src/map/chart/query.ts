@@ -3,7 +3,7 @@
 import type { ChartNear, ChartObject } from "../../api/types.gen";
 import { make } from "../../ui/dom";
 import { position } from "../../ui/format";
-import { t } from "../../words/words";
+import { count, t } from "../../words/words";
 import { depthWords, zoneText } from "./api";
 
 export interface QueryPanel {
@@ -73,5 +73,5 @@ function list(facts: readonly (readonly [string, string])[]): HTMLElement {
 }
 
 function source(cell: string, edition: string, update: string, scale: number): string {
-  return `${t("{cell} edition {edition} update {update}", { cell, edition, update })}${scale ? `, 1 : ${scale.toLocaleString("en")}` : ""}`;
+  return `${t("{cell} edition {edition} update {update}", { cell, edition, update })}${scale ? `, 1 : ${count(scale)}` : ""}`;
 }

@@ -1,0 +1,334 @@
+//! Detections of vessels by month, kept in memory as long as there is room.
+//!
+//! Each vessel's month stands by itself, so that what others heard takes no room from somebody who may not see them. Months that
+//! were asked for the longest ago make room first. Within one question newer months come before older ones, and all its vessels
+//! reach back equally far. Names of tags are part of what is kept and go with it.
+//!
+//! It reads nothing itself and knows no clock: a reader [`Shelf::begin`]s a month and gives it page by page to [`Shelf::take`].
+
+use research::Sightings;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use store::TimeRange;
+
+/// A vessel's month: when the month begins (µs), and the vessel.
+type Key = (i64, u16);
+
+/// What a question is about.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted {
+    /// Months, the newest first, with the version of the history.
+    pub(super) months: Vec<(TimeRange, u64)>,
+    /// By address.
+    pub(super) vessels: BTreeSet<u16>,
+}
+
+/// Vessels of a month that are to be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Unread {
+    pub(super) month: TimeRange,
+    version: u64,
+    vessels: BTreeSet<u16>,
+    /// All that the question is about.
+    asked_for: BTreeSet<u16>,
+}
+
+/// What was found of the months of a question.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// Of each vessel the newest first.
+    pub(super) pieces: Vec<Arc<Sightings>>,
+    /// From then on it is whole so far; the rest is being read.
+    pub(super) read_from_us: Option<i64>,
+    /// From then on it is whole; there is no room for the rest.
+    pub(super) left_out_before_us: Option<i64>,
+}
+
+/// What became of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kept {
+    /// It is kept.
+    All,
+    /// There is no room for it: the month is cut before it.
+    NoRoom,
+    /// There is no room for it beside other vessels of the question: read the month again from its end, with all of them, so
+    /// that they reach back equally far.
+    Again,
+}
+
+/// A vessel's month, as far as it is read.
+#[derive(Debug, Clone)]
+struct Month {
+    /// Of the history that was read.
+    version: u64,
+    /// The newest first.
+    pieces: Vec<Arc<Sightings>>,
+    reach: Reach,
+    /// The last question that was about it.
+    asked: u64,
+    /// The question for which it was read.
+    read_for: u64,
+    /// When it was read, and how long that took.
+    read: Option<(Instant, Duration)>,
+}
+
+/// How far a month is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// All of it.
+    Whole,
+    /// From this time on (µs); a reader is at it.
+    From(i64),
+    /// From this time on (µs), for there was no room for more.
+    Cut(i64),
+}
+
+/// A month on its way to the shelf.
+#[derive(Debug)]
+pub(super) struct Reading {
+    of: Unread,
+    asked: u64,
+    begun: Instant,
+    fresh: BTreeMap<u16, Month>,
+}
+
+/// Vessels' months.
+#[derive(Debug)]
+pub(super) struct Shelf {
+    /// How much it holds (`Sightings::weight`).
+    most: usize,
+    /// A month is read again at the earliest after so many times what that takes.
+    rest: u32,
+    months: BTreeMap<Key, Month>,
+    /// Counts questions.
+    asked: u64,
+}
+
+impl Month {
+    fn weight(&self) -> usize {
+        self.pieces.iter().map(|piece| piece.weight()).sum()
+    }
+}
+
+impl Reading {
+    pub(super) fn month(&self) -> TimeRange {
+        self.of.month
+    }
+
+    pub(super) fn vessels(&self) -> impl Iterator<Item = u16> {
+        self.of.vessels.iter().copied()
+    }
+}
+
+impl Shelf {
+    pub(super) fn new(most: usize, rest: u32) -> Self {
+        Self { most, rest, months: BTreeMap::new(), asked: 0 }
+    }
+
+    /// Notes that a question is about months; its number.
+    pub(super) fn ask(&mut self, wanted: &Wanted) -> u64 {
+        self.asked += 1;
+        for key in wanted.keys() {
+            if let Some(month) = self.months.get_mut(&key) {
+                month.asked = self.asked;
+            }
+        }
+        self.asked
+    }
+
+    /// What of a question's months is to be read, the newest first.
+    pub(super) fn unread(&self, wanted: &Wanted, asked: u64, now: Instant) -> Vec<Unread> {
+        let own: BTreeSet<Key> = wanted.keys().collect();
+        let others: Vec<&Month> =
+            self.months.iter().filter(|(key, _)| !own.contains(key)).map(|(_, month)| month).collect();
+        let mut all = Vec::new();
+        for (month, version) in &wanted.months {
+            let is_read = |vessel: &u16| {
+                let Some(known) = self.months.get(&(month.from_us, *vessel)) else { return false };
+                let is_new = known.version == *version;
+                match known.reach {
+                    Reach::From(_) => false,
+                    Reach::Cut(_) => known.read_for == asked || !self.may_grow(known, is_new, &others, now),
+                    Reach::Whole => is_new || !self.is_rested(known, now),
+                }
+            };
+            let mut vessels: BTreeSet<u16> =
+                wanted.vessels.iter().copied().filter(|vessel| !is_read(vessel)).collect();
+            let is_cut = self.is_cut(*month, &wanted.vessels);
+            if vessels.is_empty() && is_cut {
+                break;
+            }
+            if is_cut {
+                vessels.clone_from(&wanted.vessels);
+            }
+            if !vessels.is_empty() {
+                let asked_for = wanted.vessels.clone();
+                all.push(Unread { month: *month, version: *version, vessels, asked_for });
+            }
+        }
+        all
+    }
+
+    /// Whether a month that was cut may be longer when it is read again: there is room that nobody asked for since. What others
+    /// asked for since waits, lest two questions that have no room together take it from each other without end.
+    fn may_grow(&self, known: &Month, is_new: bool, others: &[&Month], now: Instant) -> bool {
+        let is_idle = |other: &&Month| other.asked <= known.read_for;
+        others.iter().any(is_idle) || (self.is_rested(known, now) && (!is_new || !others.is_empty()))
+    }
+
+    fn is_rested(&self, known: &Month, now: Instant) -> bool {
+        known.read.is_none_or(|(at, took)| now.saturating_duration_since(at) >= took * self.rest)
+    }
+
+    fn is_cut(&self, month: TimeRange, vessels: &BTreeSet<u16>) -> bool {
+        let known = |vessel: &u16| self.months.get(&(month.from_us, *vessel));
+        vessels.iter().filter_map(known).any(|known| matches!(known.reach, Reach::Cut(_)))
+    }
+
+    /// What is there for a question.
+    pub(super) fn found(&self, wanted: &Wanted) -> Found {
+        let mut found = Found { pieces: Vec::new(), read_from_us: None, left_out_before_us: None };
+        for (month, _) in &wanted.months {
+            let (mut read_from_us, mut left_out_before_us) = (None, None);
+            for vessel in &wanted.vessels {
+                let known = self.months.get(&(month.from_us, *vessel));
+                found.pieces.extend(known.into_iter().flat_map(|known| known.pieces.iter().cloned()));
+                match known.map_or(Reach::From(month.to_us), |known| known.reach) {
+                    Reach::Whole => {}
+                    Reach::From(from_us) => read_from_us = read_from_us.max(Some(from_us)),
+                    Reach::Cut(from_us) => left_out_before_us = left_out_before_us.max(Some(from_us)),
+                }
+            }
+            if read_from_us.is_some() || left_out_before_us.is_some() {
+                (found.read_from_us, found.left_out_before_us) = (read_from_us, left_out_before_us);
+                break;
+            }
+        }
+        found
+    }
+
+    /// Begins to read vessels of a month. What is there of them stays until they are read where it is whole, and goes else.
+    pub(super) fn begin(&mut self, of: Unread, asked: u64, now: Instant) -> Reading {
+        let month = of.month;
+        self.months.retain(|(from_us, vessel), known| {
+            *from_us != month.from_us || !of.vessels.contains(vessel) || known.reach == Reach::Whole
+        });
+        let fresh = |vessel: &u16| {
+            let (pieces, reach) = (Vec::new(), Reach::From(month.to_us));
+            (*vessel, Month { version: of.version, pieces, reach, asked, read_for: asked, read: None })
+        };
+        let fresh = of.vessels.iter().map(fresh).collect();
+        Reading { of, asked, begun: now, fresh }
+    }
+
+    /// Takes the next older page of a month, by vessel; with it the month is whole from `whole_from_us` on, and wholly where that
+    /// is absent.
+    pub(super) fn take(
+        &mut self,
+        reading: &mut Reading,
+        pieces: BTreeMap<u16, Arc<Sightings>>,
+        whole_from_us: Option<i64>,
+        now: Instant,
+    ) -> Kept {
+        let weight = pieces.values().map(|piece| piece.weight()).sum();
+        if !self.has_room_beside(reading, weight) {
+            if reading.of.vessels != reading.of.asked_for {
+                self.begin_again(reading, now);
+                return Kept::Again;
+            }
+            for month in reading.fresh.values_mut() {
+                if let Reach::From(from_us) = month.reach {
+                    month.reach = Reach::Cut(from_us);
+                }
+            }
+            self.keep(reading, now);
+            return Kept::NoRoom;
+        }
+        for (vessel, piece) in pieces {
+            if let Some(month) = reading.fresh.get_mut(&vessel) {
+                month.pieces.push(piece);
+            }
+        }
+        for month in reading.fresh.values_mut() {
+            month.reach = whole_from_us.map_or(Reach::Whole, Reach::From);
+        }
+        self.keep(reading, now);
+        Kept::All
+    }
+
+    /// Begins again, with all vessels of the question.
+    fn begin_again(&mut self, reading: &mut Reading, now: Instant) {
+        let of = Unread { vessels: reading.of.asked_for.clone(), ..reading.of.clone() };
+        self.months
+            .retain(|(from_us, vessel), _| *from_us != of.month.from_us || !of.vessels.contains(vessel));
+        *reading = self.begin(of, reading.asked, now);
+    }
+
+    /// Keeps what was read of a month, in place of what was read of it before where that is no more.
+    fn keep(&mut self, reading: &mut Reading, now: Instant) {
+        for (vessel, fresh) in &mut reading.fresh {
+            let key = (reading.of.month.from_us, *vessel);
+            let before = self.months.get(&key);
+            let is_done = !matches!(fresh.reach, Reach::From(_));
+            if is_done {
+                fresh.read = Some((now, now.saturating_duration_since(reading.begun)));
+            }
+            if is_done || before.is_none_or(|before| before.reach != Reach::Whole) {
+                let asked = before.map_or(fresh.asked, |before| before.asked.max(fresh.asked));
+                self.months.insert(key, Month { asked, ..fresh.clone() });
+            }
+        }
+    }
+
+    /// Whether there is room for so much more of a month that is read, beside what was read of it before, or in place of that.
+    fn has_room_beside(&mut self, reading: &Reading, weight: usize) -> bool {
+        let month_us = reading.of.month.from_us;
+        let is_stale = |shelf: &Self, vessel: &u16| {
+            shelf.months.get(&(month_us, *vessel)).is_some_and(|known| known.reach == Reach::Whole)
+        };
+        let stale: Vec<u16> = reading.vessels().filter(|vessel| is_stale(self, vessel)).collect();
+        // What is read in place of that is not on the shelf yet.
+        let beside: usize = stale.iter().map(|vessel| reading.fresh[vessel].weight()).sum();
+        if self.has_room(beside + weight, reading) {
+            return true;
+        }
+        for vessel in stale {
+            self.months.remove(&(month_us, vessel));
+        }
+        self.has_room(beside + weight, reading)
+    }
+
+    /// Makes room for so much, by what this question is not about, and by its older months; whether there is room then.
+    fn has_room(&mut self, weight: usize, reading: &Reading) -> bool {
+        let mut there: usize = self.months.values().map(Month::weight).sum();
+        while there + weight > self.most {
+            let is_less = |(key, month): &(&Key, &Month)| {
+                month.asked < reading.asked
+                    || (month.asked == reading.asked && key.0 < reading.of.month.from_us)
+            };
+            let others = self.months.iter().filter(is_less);
+            let Some(key) = others.min_by_key(|(key, month)| (month.asked, key.0)).map(|(key, _)| *key)
+            else {
+                return false;
+            };
+            there -= self.months.remove(&key).map_or(0, |month| month.weight());
+        }
+        true
+    }
+}
+
+impl Wanted {
+    /// All its vessels' months.
+    fn keys(&self) -> impl Iterator<Item = Key> {
+        let of = |(month, _): &(TimeRange, u64)| {
+            let from_us = month.from_us;
+            self.vessels.iter().map(move |vessel| (from_us, *vessel))
+        };
+        self.months.iter().flat_map(of)
+    }
+}
+
+#[cfg(test)]
+#[path = "shelf_tests.rs"]
+mod tests;

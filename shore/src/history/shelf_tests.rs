@@ -1,0 +1,145 @@
+use super::*;
+use research::SightingsBuilder;
+
+const DAY_US: i64 = 86_400_000_000;
+const NO_REST: u32 = 0;
+
+fn month(at: i64) -> TimeRange {
+    TimeRange { from_us: at * 30 * DAY_US, to_us: (at + 1) * 30 * DAY_US }
+}
+
+fn wanted(months: &[i64], vessels: &[u16]) -> Wanted {
+    Wanted {
+        months: months.iter().map(|at| (month(*at), 1)).collect(),
+        vessels: vessels.iter().copied().collect(),
+    }
+}
+
+/// A report of listening, which weighs one.
+fn piece(count: usize) -> Arc<Sightings> {
+    let mut piece = SightingsBuilder::default();
+    let reported = units::UtcTime::from_micros(0);
+    for _ in 0..count {
+        let origin = detections::Origin { system: imc::Address(1), entity: 1, reported, received: None };
+        piece.listen(origin, detections::Listening::default());
+    }
+    Arc::new(piece.finish())
+}
+
+/// Reads what a question lacks from months of so many pages, each with one report of each vessel.
+fn read(shelf: &mut Shelf, wanted: &Wanted, asked: u64, pages: usize) {
+    let now = Instant::now();
+    for _ in 0..10 {
+        let unread = shelf.unread(wanted, asked, now);
+        if unread.is_empty() {
+            return;
+        }
+        for one in unread {
+            if !read_month(shelf, one, asked, pages) {
+                break;
+            }
+        }
+    }
+    panic!("it is read again without end");
+}
+
+fn read_month(shelf: &mut Shelf, unread: Unread, asked: u64, pages: usize) -> bool {
+    let now = Instant::now();
+    let mut reading = shelf.begin(unread, asked, now);
+    let mut page = 0;
+    loop {
+        page += 1;
+        let whole_us = (page < pages).then(|| reading.month().to_us - page as i64 * DAY_US);
+        let pieces = reading.vessels().map(|vessel| (vessel, piece(1))).collect();
+        match shelf.take(&mut reading, pieces, whole_us, now) {
+            Kept::All if whole_us.is_none() => return true,
+            Kept::All => {}
+            Kept::Again => page = 0,
+            Kept::NoRoom => return false,
+        }
+    }
+}
+
+fn ask(shelf: &mut Shelf, wanted: &Wanted, pages: usize) -> (usize, Option<i64>) {
+    let asked = shelf.ask(wanted);
+    read(shelf, wanted, asked, pages);
+    let found = shelf.found(wanted);
+    assert_eq!(found.read_from_us, None);
+    assert!(shelf.months.values().map(Month::weight).sum::<usize>() <= shelf.most);
+    (found.pieces.len(), found.left_out_before_us)
+}
+
+#[test]
+fn a_question_that_is_asked_again_gets_the_same() {
+    let mut shelf = Shelf::new(7, NO_REST);
+    let all = wanted(&[2, 1, 0], &[1]);
+    let first = ask(&mut shelf, &all, 5);
+    assert_eq!(first, (7, Some(month(1).to_us - 2 * DAY_US)));
+    for _ in 0..3 {
+        assert_eq!(ask(&mut shelf, &all, 5), first);
+    }
+    assert_eq!(ask(&mut shelf, &wanted(&[0], &[1]), 5), (5, None), "others make room");
+    assert_eq!(ask(&mut shelf, &all, 5), first, "and back");
+}
+
+#[test]
+fn the_newest_month_takes_room_from_the_older_ones_of_the_question() {
+    let mut shelf = Shelf::new(7, NO_REST);
+    let mut all = wanted(&[1, 0], &[1]);
+    assert_eq!(ask(&mut shelf, &all, 3), (6, None));
+    // Something came to the newest one.
+    all.months[0].1 = 2;
+    assert_eq!(ask(&mut shelf, &all, 6), (7, Some(month(0).to_us - DAY_US)));
+}
+
+#[test]
+fn a_cut_month_is_no_shorter_when_it_is_read_again() {
+    let mut shelf = Shelf::new(7, NO_REST);
+    let mut one = wanted(&[0], &[1]);
+    let cut = (7, Some(month(0).to_us - 7 * DAY_US));
+    assert_eq!(ask(&mut shelf, &one, 10), cut);
+    one.months[0].1 = 2;
+    assert_eq!(ask(&mut shelf, &one, 11), cut);
+}
+
+#[test]
+fn vessels_of_a_question_reach_back_equally_far() {
+    let mut shelf = Shelf::new(6, NO_REST);
+    assert_eq!(ask(&mut shelf, &wanted(&[0], &[1]), 5), (5, None));
+    // The first alone leaves room for one page of the second.
+    let both = wanted(&[0], &[1, 2]);
+    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(month(0).to_us - 3 * DAY_US)));
+    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(month(0).to_us - 3 * DAY_US)));
+    assert_eq!(ask(&mut shelf, &wanted(&[0], &[2]), 5), (5, None));
+}
+
+#[test]
+fn questions_without_room_together_do_not_push_each_other_out_without_end() {
+    let (mut shelf, now) = (Shelf::new(5, u32::MAX), Instant::now());
+    let (one, other) = (wanted(&[0], &[1]), wanted(&[0], &[2]));
+    let asked = shelf.ask(&one);
+    let mut reading = shelf.begin(shelf.unread(&one, asked, now).remove(0), asked, now);
+    // Meanwhile the other has something there, newer than this question.
+    let newer = shelf.ask(&other);
+    shelf.months.insert(
+        (0, 2),
+        Month {
+            version: 1,
+            pieces: vec![piece(3)],
+            reach: Reach::Whole,
+            asked: newer,
+            read_for: newer,
+            read: None,
+        },
+    );
+    let at = |shelf: &mut Shelf, reading: &mut Reading, page: i64, later_s: u64| {
+        let pieces = BTreeMap::from([(1, piece(1))]);
+        let whole_us = Some(month(0).to_us - page * DAY_US);
+        shelf.take(reading, pieces, whole_us, now + Duration::from_secs(later_s))
+    };
+    assert_eq!([1, 2].map(|page| at(&mut shelf, &mut reading, page, 0)), [Kept::All; 2]);
+    assert_eq!(at(&mut shelf, &mut reading, 3, 1), Kept::NoRoom);
+    let again = shelf.ask(&one);
+    assert_eq!(shelf.unread(&one, again, now + Duration::from_secs(2)), [], "the other was asked since");
+    assert_eq!(shelf.found(&one).left_out_before_us, Some(month(0).to_us - 2 * DAY_US));
+}

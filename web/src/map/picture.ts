@@ -1,0 +1,38 @@
+// What a map shows, as one picture.
+
+import type OlMap from "ol/Map";
+
+/** Draws the map once more and puts its layers on top of each other, in the pixels of this screen. Rejected where the browser may not
+ * read a layer, as pictures of other servers. */
+export function pictureOf(map: OlMap): Promise<HTMLCanvasElement> {
+  return new Promise((resolve, reject) => {
+    map.once("rendercomplete", () => {
+      try {
+        resolve(drawn(map));
+      } catch (error) {
+        reject(error instanceof Error ? error : new Error(String(error)));
+      }
+    });
+    map.render();
+  });
+}
+
+function drawn(map: OlMap): HTMLCanvasElement {
+  const picture = document.createElement("canvas");
+  const [wide = 0, high = 0] = map.getSize() ?? [];
+  const sharp = window.devicePixelRatio;
+  [picture.width, picture.height] = [Math.round(wide * sharp), Math.round(high * sharp)];
+  const [pen, view] = [picture.getContext("2d"), map.getTargetElement()];
+  if (!pen || !view) throw new Error("the map has no place to be drawn");
+  pen.fillStyle = getComputedStyle(view).backgroundColor;
+  pen.fillRect(0, 0, picture.width, picture.height);
+  for (const layer of view.querySelectorAll<HTMLCanvasElement>(".ol-layer canvas, canvas.ol-layer")) {
+    if (!layer.width || !layer.height) continue;
+    const parent = layer.parentElement;
+    pen.globalAlpha = Number((parent?.style.opacity || layer.style.opacity) || 1);
+    // Layers are drawn sharper than the page, or moved while they wait to be drawn.
+    pen.setTransform(new DOMMatrix().scale(sharp).multiply(new DOMMatrix(getComputedStyle(layer).transform)));
+    pen.drawImage(layer, 0, 0);
+  }
+  return picture;
+}

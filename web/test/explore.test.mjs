@@ -1,0 +1,72 @@
+// The explorer's plots and its table, without a page: `npm test` runs this.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { mkdtemp } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const web = dirname(dirname(fileURLToPath(import.meta.url)));
+const outdir = await mkdtemp(join(tmpdir(), "lutra-explore-"));
+await build({ entryPoints: ["src/state/explore.ts", "src/api/looking.ts", "src/words/words.ts"].map((one) => join(web, one)), outdir, bundle: true, format: "esm", logLevel: "error", outExtension: { ".js": ".mjs" } });
+const { barsTitle, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
+const { look, restOf } = await import(join(outdir, "api/looking.mjs"));
+const { count } = await import(join(outdir, "words/words.mjs"));
+
+const us = (text) => Date.parse(text) * 1_000;
+const texts = (from, to, most) => ticks(us(from), us(to), most).map(({ text }) => text);
+
+test("marks of an axis stand at whole times and are few enough", () => {
+  assert.deepEqual(texts("2026-11-21T08:10:00Z", "2026-11-21T11:10:00Z", 4), ["09:00", "10:00", "11:00"]);
+  assert.deepEqual(texts("2026-11-21T20:00:00Z", "2026-11-22T04:00:00Z", 5), ["20:00", "22:00", "22 Nov", "02:00", "04:00"]);
+  assert.deepEqual(texts("2026-11-21T08:00:00Z", "2026-11-21T08:00:20Z", 5), ["08:00:00", "08:00:05", "08:00:10", "08:00:15", "08:00:20"]);
+  // Weeks begin on Monday, months on the first.
+  assert.deepEqual(texts("2026-11-14T08:00:00Z", "2026-12-05T08:00:00Z", 4), ["16 Nov", "23 Nov", "30 Nov"]);
+  assert.deepEqual(texts("2026-11-14T00:00:00Z", "2027-03-05T00:00:00Z", 5), ["Dec 2026", "Jan 2027", "Feb 2027", "Mar 2027"]);
+  assert.deepEqual(texts("1970-01-01T00:00:01Z", "2026-11-21T00:00:00Z", 6), ["1980", "1990", "2000", "2010", "2020"]);
+  for (const days of [0.001, 0.1, 1, 3, 10, 40, 100, 365, 4_000, 30_000]) {
+    for (const most of [2, 4, 12]) {
+      const found = ticks(us("2026-01-01T00:00:00Z") + 12_345, us("2026-01-01T00:00:00Z") + days * 86_400e6, most);
+      assert.ok(found.length <= most + 1, `${found.length} marks over ${days} days`);
+    }
+  }
+});
+
+test("bars are called by what they are long", () => {
+  assert.equal(barsTitle(3_600e6), "Detections per hour");
+  assert.equal(barsTitle(86_400e6), "Detections per day");
+  assert.equal(barsTitle(7 * 86_400e6), "Detections per week");
+  assert.equal(barsTitle(6 * 3_600e6), "Detections by time, 6 h a bar");
+});
+
+test("thousands stand apart as the language has it", () => {
+  assert.equal(count(1_234_567), "1,234,567");
+  globalThis.lutraWords = {};
+  assert.equal(count(1_234_567), "1\u00a0234\u00a0567");
+  globalThis.lutraWords = undefined;
+});
+
+test("the whole axis is asked for with the numbers", () => {
+  const asked = { from: "", to: "", vessel: "1,2", tag: "", project: "", area: "", axis: "whole" };
+  assert.equal(summaryOf(asked), "vessel=1%2C2&whole_axis=true");
+  assert.equal(summaryOf({ ...asked, vessel: "", axis: "" }), "");
+});
+
+test("detections are looked for through pages without any, within bounds", async () => {
+  const one = (n) => ({ system: 1, id: String(n) });
+  const next = (to_us) => ({ from_us: 0, to_us, skip: 2 });
+  const asked = [];
+  const of = (pages) => ({ ask: async (path) => { asked.push(path); return pages(asked.length); } });
+  const far = [];
+  const found = await look(of((page) => (page < 4 ? { detections: [], next: next(100 - page) } : { detections: [one(1), one(2)], next: null })), "tag=1&limit=9", 9, ({ rest }) => far.push(rest));
+  assert.deepEqual([found.rows.length, found.rest, asked.length, far.length], [2, "", 4, 3]);
+  assert.equal(asked[1], "/api/v1/detections?tag=1&limit=9&from_us=0&to_us=99&skip=2");
+  asked.length = 0;
+  const never = await look(of(() => ({ detections: [], next: next(5) })), "tag=1", 1, () => undefined);
+  assert.equal(never.rows.length, 0);
+  assert.equal(never.rest, restOf({ next: next(5) }, "tag=1"));
+  assert.ok(asked.length > 5 && asked.length < 100, `${asked.length} pages`);
+  assert.equal(await look({ ask: async () => undefined }, "tag=1", 1, () => undefined), undefined);
+});
