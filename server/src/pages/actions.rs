@@ -3,7 +3,7 @@
 use super::words::word;
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 57] = [
+pub(super) const ACTIONS: [(&str, &str); 63] = [
     ("vessel.abort", word("STOP")),
     ("plan.start", word("Start plan")),
     ("plan.stop", word("Stop plan")),
@@ -61,9 +61,60 @@ pub(super) const ACTIONS: [(&str, &str); 57] = [
     ("session.end", word("End session")),
     ("token.make", word("Make token")),
     ("token.revoke", word("Revoke token")),
+    ("token.expire", word("End token")),
+    ("fleet.apply", word("Set up fleet")),
+    ("fleet.bundle", word("Make bundle for vessel")),
+    ("fleet.rotate", word("Change keys of vessel")),
+    ("fleet.revoke", word("Revoke access of vessel")),
+    ("fleet.vpn", word("Make VPN key")),
 ];
 
 /// An action in words; the code itself where there are none.
 pub(super) fn words(code: &str) -> &str {
     ACTIONS.iter().find(|(known, _)| *known == code).map_or(code, |(_, words)| words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ACTIONS;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// What looks like an action and is none: kinds of messages, and a setting.
+    const OTHERS: [&str; 3] = ["alarm.over", "alarm.raised", "log.level"];
+    /// Endings of files.
+    const FILES: [&str; 3] = [".html", ".ini", ".toml"];
+
+    /// All texts in quotation marks that begin with the family of a known action, as `token.` is one.
+    fn said(folder: &Path, families: &BTreeSet<&str>, all: &mut BTreeSet<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy();
+            if path.is_dir() {
+                said(&path, families, all);
+            } else if name.ends_with(".rs") && !name.contains("tests") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let pieces = text.split('"').filter(|piece| {
+                    let mut letters = piece.chars();
+                    letters.all(|letter| letter.is_ascii_lowercase() || letter == '.')
+                        && piece.split_once('.').is_some_and(|(family, _)| families.contains(family))
+                        && !FILES.iter().any(|ending| piece.ends_with(ending))
+                });
+                all.extend(pieces.map(str::to_owned));
+            }
+        }
+    }
+
+    #[test]
+    fn each_action_that_comes_into_the_audit_log_has_words() {
+        let families = ACTIONS.iter().filter_map(|(code, _)| Some(code.split_once('.')?.0)).collect();
+        let server = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let mut all = BTreeSet::new();
+        said(&server.join("src"), &families, &mut all);
+        said(&server.join("../shore/src"), &families, &mut all);
+        let known: BTreeSet<_> = ACTIONS.iter().map(|(code, _)| *code).chain(OTHERS).collect();
+        let without: Vec<_> = all.iter().filter(|code| !known.contains(code.as_str())).collect();
+        assert!(without.is_empty(), "no words for {without:?}");
+        assert!(all.len() > 50, "only {} were found", all.len());
+    }
 }
