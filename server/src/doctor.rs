@@ -115,6 +115,13 @@ fn encryption(config: &Config, now: UtcTime) -> Check {
     let renew = "`lutra-server tls renew` renews one that `tls init` made; one from elsewhere is renewed there, and the \
                  server takes the new files by itself"
         .to_owned();
+    if facts.from > now {
+        let found = format!(
+            "{file} begins on {} only, made by a clock that led, or this one is behind: browsers and boats refuse it until then",
+            clock::written(facts.from)
+        );
+        return Check { name, health: Health::Problem, found, remedy: renew };
+    }
     if facts.until <= now {
         let found = format!("{file} ended on {until}: browsers and boats refuse it");
         return Check { name, health: Health::Problem, found, remedy: renew };

@@ -7,6 +7,8 @@ use crate::config::{Config, Keep};
 use anyhow::Context as _;
 use shore::backup::Held;
 use shore::clock;
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use store::{Check, Health, Keeping, Removal, Share, Unattended};
 use units::UtcTime;
@@ -69,8 +71,16 @@ fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>
             format!("backup.folder {} is not there", folder.display())
         };
         return Ok(Verdict::Refused(format!(
-            "nothing goes without a backup, and {which}: mount a second disk, name a folder on it by backup.folder, and run \
+            "no recordings are deleted without a backup, and {which}: mount a second disk, name a folder on it by backup.folder, and run \
              `lutra-server backup`"
+        )));
+    }
+    if is_one_folder(folder, &config.data)? {
+        return Ok(Verdict::Refused(format!(
+            "backup.folder {} and the data folder {} are one, or one lies in the other: that is no second copy. Name a folder on \
+             another disk",
+            folder.display(),
+            config.data.display()
         )));
     }
     let held = Held::read(folder)?;
@@ -88,11 +98,19 @@ fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>
     }
     if held.is_on_disk_of(&config.data) {
         notes.push(format!(
-            "the backup in {} is on the disk of the data: what goes frees no room, and the loss of that disk takes both",
+            "the backup in {} is on the disk of the data: deleting recordings frees no room, and the loss of that disk takes both",
             folder.display()
         ));
     }
     Ok(Verdict::Goes(plan.removals))
+}
+
+/// Whether one of two folders is the other or lies in it, by whatever names.
+fn is_one_folder(one: &Path, other: &Path) -> anyhow::Result<bool> {
+    let whole = |path: &Path| path.canonicalize().with_context(|| format!("cannot find {}", path.display()));
+    let (one, other) = (whole(one)?, whole(other)?);
+    let inode = |path: &Path| fs::metadata(path).map(|about| (about.dev(), about.ino()));
+    Ok(one.starts_with(&other) || other.starts_with(&one) || inode(&one)? == inode(&other)?)
 }
 
 fn too_much(share: Share, what: &str, which: &str) -> Option<String> {
@@ -115,7 +133,8 @@ fn undatable(plan: &Unattended, data: &Path, now: UtcTime) -> Option<String> {
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     (!names.is_empty()).then(|| {
         format!(
-            "recorded by a wrong clock, or it is wrong at present ({}); they stay and do not count: {}{more}",
+            "these dates cannot be right: the clock was wrong then, or this computer's clock is wrong now ({}). They are kept, and \
+             do not count: {}{more}",
             clock::written(now),
             names.join(", ")
         )
@@ -134,9 +153,11 @@ pub(crate) fn check(config: &Config, now: UtcTime) -> Check {
     };
     let (health, found) = match verdict {
         Verdict::Off => (Health::Good, "all recordings are kept".to_owned()),
-        Verdict::Nothing => (Health::Good, "nothing is old enough to go".to_owned()),
+        Verdict::Nothing => (Health::Good, "no recordings are old enough to be deleted".to_owned()),
         Verdict::Goes(removals) => (Health::Good, told(&removals, &config.data)),
-        Verdict::Refused(why) => (Health::Warning, format!("nothing goes until a person has looked: {why}")),
+        Verdict::Refused(why) => {
+            (Health::Warning, format!("nothing is deleted until a person has looked: {why}"))
+        }
     };
     let health = if notes.is_empty() { health } else { Health::Warning };
     let found = std::iter::once(found).chain(notes).collect::<Vec<_>>().join("; ");

@@ -100,7 +100,13 @@ impl Store {
         for removal in removals {
             let path = &removal.path;
             if path.is_dir() {
-                fs::remove_dir_all(path).named(path)?;
+                // First what makes it a day: half of one, left by a power cut, is no day that lost its arrivals.
+                match fs::remove_file(path.join(DATA)) {
+                    Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                        return Err(error).named(path);
+                    }
+                    _ => fs::remove_dir_all(path).named(path)?,
+                }
             } else {
                 fs::remove_file(path).named(path)?;
                 for end in ["-wal", "-shm"] {

@@ -401,11 +401,27 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
         data.display(),
         to.display()
     );
-    tell_aside(&done.aside, to)
+    tell_aside(&done.aside, to);
+    for path in &done.lost {
+        complain!(
+            "{} is gone from the backup, and the server has it no more: look at the backup's disk, and for another copy",
+            path.display()
+        );
+    }
+    let asides = shore::backup::asides(to)?;
+    ensure!(
+        asides.is_empty() && done.lost.is_empty(),
+        "the backup is made, and a person must look{}",
+        asides
+            .iter()
+            .map(|aside| format!("; at {}, and remove it then", aside.display()))
+            .collect::<String>()
+    );
+    Ok(())
 }
 
-/// The backup is whole, and yet a person must look.
-fn tell_aside(aside: &[Aside], to: &Path) -> anyhow::Result<()> {
+/// Tells what was set aside this time.
+fn tell_aside(aside: &[Aside], to: &Path) {
     for Aside { path, at, good } in aside {
         let (path, at) = (path.display(), to.join(at));
         let at = at.display();
@@ -421,13 +437,6 @@ fn tell_aside(aside: &[Aside], to: &Path) -> anyhow::Result<()> {
             );
         }
     }
-    let s = if aside.len() == 1 { "y was" } else { "ies were" };
-    ensure!(
-        aside.is_empty(),
-        "the backup is made, and {} cop{s} set aside that a person must look at",
-        aside.len()
-    );
-    Ok(())
 }
 
 /// `lutra-server restore`.

@@ -82,7 +82,7 @@ fn unattended(common: &Common, arguments: &PruneArguments) -> anyhow::Result<boo
             return Ok(false);
         }
         Verdict::Nothing => {
-            complain!("nothing is old enough");
+            complain!("no recordings are old enough to be deleted");
             return Ok(false);
         }
         Verdict::Refused(why) => bail!("nothing was removed: {why}"),

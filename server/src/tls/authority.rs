@@ -130,7 +130,13 @@ pub(crate) fn is_due(folder: &Path, tls: &Tls, within_days: u32, now: UtcTime) -
     let (der, facts) = first_in(&tls.certificate)?;
     let (trusted, _) = first_in(&authority)?;
     let is_ours = made_by(&trusted, &der, &facts).is_ok();
-    Ok(is_ours && (days_left(facts.until, now) < i64::from(within_days) || pair::is_unfinished(tls)))
+    Ok(is_ours && (is_out(&facts, within_days, now) || pair::is_unfinished(tls)))
+}
+
+/// Whether a certificate ends within so many days, or begins later than now: a clock that led made it, and until then browsers
+/// and boats refuse it.
+fn is_out(facts: &Facts, within_days: u32, now: UtcTime) -> bool {
+    days_left(facts.until, now) < i64::from(within_days) || facts.from > now
 }
 
 /// Makes the certificate of `tls` anew with its key and by the authority in `folder` that made it; for its own names, unless
@@ -149,7 +155,7 @@ pub(crate) fn renew(
     refuse_clock(now)?;
     pair::finish(tls)?;
     let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
-    if within_days.is_some_and(|days| days_left(facts.until, now) >= i64::from(days)) {
+    if within_days.is_some_and(|days| !is_out(&facts, days, now)) {
         return Ok(Renewal::NotDue { until: facts.until });
     }
     let (authority, authority_key) = (folder.join("ca.pem"), folder.join("ca-key.pem"));
@@ -372,6 +378,21 @@ mod tests {
         assert!(why.contains("without its key") && why.contains("bring the key back"), "{why}");
         assert!(fs::read(at("ca.pem")).unwrap() == authority && !at("ca-key.pem").exists());
     }
+
+    #[test]
+    fn a_certificate_of_a_clock_that_led_is_renewed_once_the_clock_is_right() {
+        let folder = tempfile::tempdir().unwrap();
+        let tls = configured(&make(folder.path(), &names(&["localhost"]), false, clock::now()).unwrap());
+        let ahead = UtcTime::from_micros(clock::now().micros() + 400 * DAY_US);
+        renew(folder.path(), &tls, Vec::new(), Some(900), ahead).unwrap();
+        assert!(first_in(&tls.certificate).unwrap().1.from > clock::now());
+        assert!(is_due(folder.path(), &tls, 32, clock::now()).unwrap());
+        let renewed = renew(folder.path(), &tls, Vec::new(), Some(32), clock::now()).unwrap();
+        assert!(matches!(renewed, Renewal::Renewed { .. }));
+        assert!(first_in(&tls.certificate).unwrap().1.from <= clock::now());
+        assert!(!is_due(folder.path(), &tls, 32, clock::now()).unwrap());
+    }
+
     #[test]
     fn a_new_key_that_was_broken_off_anywhere_leaves_a_pair_that_fits() {
         let folder = tempfile::tempdir().unwrap();

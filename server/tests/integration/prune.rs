@@ -89,7 +89,7 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
     assert!(code == Some(1) && told.contains("[retention]"), "{code:?} {told}");
     shore.configure("archive_days = 120");
     let (code, told) = shore.pruned("--check");
-    assert!(code == Some(1) && told.contains("nothing is old enough"), "{code:?} {told}");
+    assert!(code == Some(1) && told.contains("no recordings are old enough"), "{code:?} {told}");
     // A configuration that cannot be used is no "nothing to do".
     shore.configure("archive_days = 36");
     let (code, told) = shore.pruned("--check");
@@ -97,7 +97,10 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
     shore.configure("archive_days = 100");
     for more in ["--check", "--yes"] {
         let (code, told) = shore.pruned(more);
-        assert!(code == Some(255) && told.contains("nothing goes without a backup"), "{code:?} {told}");
+        assert!(
+            code == Some(255) && told.contains("no recordings are deleted without a backup"),
+            "{code:?} {told}"
+        );
     }
     shore.back_up();
     let mut server = Server::start(&shore.data());
@@ -128,6 +131,19 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
 }
 
 #[test]
+fn a_folder_is_no_backup_of_itself() {
+    let shore = Shore::with_days_ago(0..110);
+    shore.back_up();
+    // As if the backup had become the data in need: each file is held, by itself.
+    fs::copy(shore.at("backup/backup.json"), shore.data().join("backup.json")).unwrap();
+    fs::remove_dir_all(shore.at("backup")).unwrap();
+    std::os::unix::fs::symlink(shore.data(), shore.at("backup")).unwrap();
+    let (code, told) = shore.pruned("--yes");
+    assert!(code == Some(255) && told.contains("no second copy"), "{code:?} {told}");
+    assert_eq!(shore.days().len(), 110);
+}
+
+#[test]
 fn no_wrong_clock_takes_a_season() {
     let shore = Shore::with_days_ago((0..110).chain([FIVE_YEARS_AHEAD, AT_1970]));
     shore.back_up();
@@ -137,7 +153,7 @@ fn no_wrong_clock_takes_a_season() {
     assert_eq!(days.len(), 102, "a hundred and the two that cannot be");
     let (first, last) = (&days[0], &days[101]);
     assert!(first.starts_with("1970") && told.contains(first) && told.contains(last), "{told}");
-    assert!(told.contains("recorded by a wrong clock"), "{told}");
+    assert!(told.contains("these dates cannot be right"), "{told}");
 }
 
 #[test]
@@ -165,7 +181,7 @@ fn more_than_waiting_explains_needs_a_person_whom_the_doctor_tells_before() {
     shore.configure("archive_days = 0");
     assert!(doctor(&shore.data()).contains("all recordings are kept"));
     shore.configure("archive_days = 90");
-    assert!(doctor(&shore.data()).contains("nothing is old enough"));
+    assert!(doctor(&shore.data()).contains("no recordings are old enough"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a backup holds, asked before something goes for ever.
 
-use super::manifest::{Entry, MANIFEST, Manifest, Stamp, hash_prefix};
+use super::manifest::{ASIDE, Entry, MANIFEST, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,6 +15,8 @@ pub struct Held {
     folder: PathBuf,
     files: BTreeMap<PathBuf, Entry>,
     made: UtcTime,
+    /// The folders of what was set aside.
+    aside: Vec<PathBuf>,
 }
 
 impl Held {
@@ -31,7 +33,7 @@ impl Held {
         let manifest = Manifest::read(folder)?;
         let made = UtcTime::from_micros(manifest.made_us);
         let files = manifest.files.into_iter().map(|entry| (entry.path.clone(), entry)).collect();
-        Ok(Self { folder: folder.to_owned(), files, made })
+        Ok(Self { folder: folder.to_owned(), files, made, aside: asides(folder)? })
     }
 
     /// When it was made.
@@ -65,7 +67,15 @@ impl Held {
     }
 
     fn lacks_file(&self, data: &Path, path: &Path, reads: bool) -> std::io::Result<Option<String>> {
-        let Some(entry) = self.files.get(path) else { return Ok(Some("is not in it".to_owned())) };
+        // Which of the two is the good one is for a person to say.
+        if let Some(aside) = self.aside.iter().find(|aside| aside.join(path).exists()) {
+            return Ok(Some(format!("has another copy in {}, which a person must look at", aside.display())));
+        }
+        let Some(entry) = self.files.get(path) else {
+            return Ok(Some(
+                "is not in it, and is no file of Lutra's if a new backup lacks it, too".to_owned(),
+            ));
+        };
         let (from, copy) = (data.join(path), self.folder.join(entry.at()));
         let Ok(there) = fs::metadata(&copy) else {
             return Ok(Some("is named in it and not there".to_owned()));
@@ -80,13 +90,30 @@ impl Held {
             fs::metadata(&from)?.len() == entry.bytes
                 && (!reads || hash_prefix(&from, entry.bytes)? == entry.sha256)
         };
-        Ok((!same).then(|| "is another one in it".to_owned()))
+        Ok((!same).then(|| "differs from the copy in it".to_owned()))
     }
 
     /// Whether it lies on the disk of the data folder, where it protects from little.
     pub fn is_on_disk_of(&self, data: &Path) -> bool {
         on_one_disk(&self.folder, data)
     }
+}
+
+/// The folders below a backup in which copies that a person must look at are kept.
+///
+/// # Errors
+/// They cannot be read.
+pub fn asides(backup: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let root = backup.join(ASIDE);
+    let read = || -> std::io::Result<Vec<PathBuf>> {
+        match fs::read_dir(&root) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+            entries => entries?.map(|entry| Ok(entry?.path())).collect(),
+        }
+    };
+    let mut all = read().with_context(|| format!("cannot read {}", root.display()))?;
+    all.sort();
+    Ok(all)
 }
 
 /// Whether two folders lie in one file system.

@@ -18,6 +18,9 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
+/// "Input/output error", as the system numbers it.
+const EIO: i32 = 5;
+
 /// What a backup did.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BackedUp {
@@ -35,6 +38,8 @@ pub struct BackedUp {
     pub damaged: Vec<PathBuf>,
     /// Copies that a person must look at.
     pub aside: Vec<Aside>,
+    /// Files that only the earlier backup had, and that are gone from it.
+    pub lost: Vec<PathBuf>,
 }
 
 /// A copy that is kept apart.
@@ -230,7 +235,10 @@ impl<'a> Keeping<'a> {
             let fits = length == entry.bytes || length > entry.bytes && entry.path.starts_with("archive");
             Ok(fits && (!self.verifies || hash_prefix(&path, entry.bytes)? == entry.sha256))
         };
-        look().with_context(|| format!("cannot read {}", path.display()))
+        // A sector that cannot be read is damage like any other: it must not end all later backups.
+        look()
+            .or_else(|error| if error.raw_os_error() == Some(EIO) { Ok(false) } else { Err(error) })
+            .with_context(|| format!("cannot read {}", path.display()))
     }
 
     /// Keeps what the earlier backup has and the server has no more, such as days that were removed there; not what lay
@@ -257,7 +265,8 @@ impl<'a> Keeping<'a> {
         let at = self.aside.join(&entry.path);
         let (from, to) = (self.to.join(entry.at()), self.to.join(&at));
         if !from.exists() {
-            self.done.damaged.push(entry.path.clone());
+            let lost = !self.data.join(&entry.path).exists();
+            if lost { &mut self.done.lost } else { &mut self.done.damaged }.push(entry.path.clone());
             return Ok(());
         }
         make_folder_of(&to)?;

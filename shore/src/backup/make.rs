@@ -1,7 +1,7 @@
 //! Making a backup.
 
 use super::keeping::{self, BackedUp, Keeping};
-use super::manifest::{ALTERNATE, MANIFEST, Manifest};
+use super::manifest::{ALTERNATE, ASIDE, MANIFEST, Manifest};
 use crate::{clock, folder, identity};
 use anyhow::{Context as _, ensure};
 use std::fs;
@@ -25,8 +25,6 @@ const LEFT_OUT: [&str; 11] = [
 ];
 /// Ends of names of what is under way, or rebuilt by itself.
 const UNDER_WAY: [&str; 7] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm", "-journal"];
-/// Where copies come to that a person must look at.
-pub(super) const ASIDE: &str = "aside";
 /// Where files that lie outside of the data folder come to.
 const OUTSIDE: &str = "outside";
 

@@ -15,6 +15,8 @@ pub(crate) const MANIFEST: &str = "backup.json";
 const VERSION: u32 = 2;
 /// The folder with the second place of each file that is written anew.
 pub(super) const ALTERNATE: &str = "alternate";
+/// Where copies come to that a person must look at.
+pub(super) const ASIDE: &str = "aside";
 /// A file that was changed so shortly before a backup may change again without another time of change.
 const SETTLED: Duration = Duration::from_secs(2);
 

@@ -1,6 +1,6 @@
 //! A backup that is broken off anywhere leaves the earlier one as it was.
 
-use super::{Aside, Held, make, restore};
+use super::{Aside, Held, asides, make, restore};
 use crate::{folder, identity};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -329,6 +329,48 @@ fn what_only_the_backup_has_is_kept_although_it_is_damaged() {
     // A restore is not stopped by it, and later backups leave it where it is.
     restored(&to, &back);
     assert!(back_up(&data, &to).aside.is_empty() && to.join(at).exists());
+    assert_eq!(
+        asides(&to).unwrap(),
+        [to.join(at.iter().take(2).collect::<PathBuf>())],
+        "for a person, each time"
+    );
+}
+
+#[test]
+fn a_day_that_only_the_backup_had_and_that_is_gone_is_called_lost() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    let archive = Path::new("archive/0x2810/20261121/Data.lsf");
+    back_up(&data, &to);
+    fs::remove_file(to.join(archive)).unwrap();
+    let done = back_up(&data, &to);
+    assert_eq!(
+        (&done.damaged[..], &done.lost[..]),
+        (&[archive.to_owned()][..], &[][..]),
+        "the server has it"
+    );
+    fs::remove_dir_all(data.join("archive/0x2810/20261121")).unwrap();
+    let again = to.join("alternate").join(archive);
+    for path in [to.join(archive), again] {
+        fs::remove_file(path).ok();
+    }
+    let done = back_up(&data, &to);
+    assert_eq!((&done.damaged[..], &done.lost[..]), (&[][..], &[archive.to_owned()][..]));
+}
+
+#[test]
+fn what_has_a_copy_aside_is_not_held() {
+    let scratch = tempfile::tempdir().unwrap();
+    let (data, to) = (data_in(scratch.path()), scratch.path().join("backup"));
+    let day = Path::new("archive/0x2810/20261121");
+    back_up(&data, &to);
+    turn_a_bit(&data.join(day).join("Data.lsf"));
+    let done = back_up(&data, &to);
+    assert_eq!(done.aside.len(), 1, "{done:?}");
+    let lacks = || Held::read(&to).unwrap().lacks(&data, day, true).unwrap();
+    assert!(lacks().unwrap().contains("a person must look at"));
+    fs::remove_dir_all(to.join("aside")).unwrap();
+    assert_eq!(lacks(), None);
 }
 
 #[test]
@@ -349,13 +391,17 @@ fn a_backup_says_whether_it_holds_something_as_it_is() {
     for at in [&data, &to] {
         turn_a_bit(&at.join(&file));
         assert_eq!(lacks(day, false), None);
-        assert!(lacks(day, true).unwrap().contains("Data.lsf is "), "{at:?}");
+        let why = lacks(day, true).unwrap();
+        assert!(
+            why.contains("Data.lsf is damaged in it") || why.contains("Data.lsf differs from"),
+            "{at:?} {why}"
+        );
         turn_a_bit(&at.join(&file));
         assert_eq!(lacks(day, true), None);
     }
     fill(&data, 600..610, 1);
-    assert!(lacks(month, true).unwrap().contains("is another one"), "the month went on");
-    assert!(lacks("archive/0x2810/20261122", false).unwrap().contains("is another one"));
+    assert!(lacks(month, true).unwrap().contains("differs from the copy in it"), "the month went on");
+    assert!(lacks("archive/0x2810/20261122", false).unwrap().contains("differs from the copy in it"));
     fs::write(data.join(day).join("note.txt"), "x").unwrap();
     assert!(lacks(day, false).unwrap().contains("note.txt is not in it"));
     fs::remove_file(to.join(&file)).unwrap();
