@@ -1,7 +1,7 @@
 //! Charts at the scale of a coast: `cargo bench -p shore --bench coast`.
 //!
 //! Writes 1,500 cells (`LUTRA_COAST_CELLS` says how many) into a temporary folder, or into `LUTRA_COAST_KEEP`, where they
-//! and the set stay for the next run: the shared cells and those of the
+//! and the set stay for the next run; `LUTRA_COAST_STEPS` names the steps that run, with commas between them: the shared cells and those of the
 //! archipelago, moved side by side in blocks and renamed; the two largest are in each fourth block only. Each step is
 //! a process of its own, so that the memory it took can be told. Needs about 6 GB of disk while it runs.
 
@@ -54,7 +54,9 @@ fn main() {
         write_more(folder).unwrap();
         println!("{count} cells, {} MB", bytes / 1_000_000);
     }
-    for step in STEPS {
+    let only = std::env::var("LUTRA_COAST_STEPS").ok();
+    let wanted = |step: &&str| only.as_deref().is_none_or(|only| only.split(',').any(|one| one == *step));
+    for step in STEPS.into_iter().filter(wanted) {
         let mut child = Command::new(std::env::current_exe().unwrap());
         assert!(child.env(STEP, step).env(FOLDER, folder).status().unwrap().success());
     }
