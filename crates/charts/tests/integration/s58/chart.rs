@@ -190,7 +190,9 @@ pub(crate) fn indices(cell: &Cell) -> [(&'static str, DepthIndex); 2] {
     };
     let index = |cells: &[&Cell]| {
         let mut builder = IndexBuilder::new();
-        cells.iter().for_each(|cell| builder.add_cell(cell).unwrap());
+        for cell in cells {
+            builder.add_cell(cell).unwrap();
+        }
         builder.build().unwrap()
     };
     [("alone", index(&[cell])), ("over a coarse chart", index(&[cell, &coarse]))]

@@ -291,7 +291,7 @@ pub(super) const ROWS: &[Row] = &[
         },
         BLOCKS_EAST,
     ),
-    ("a hole with nothing in it", || hole(ISLAND, |edge| edge.interior()), BLOCKS),
+    ("a hole with nothing in it", || hole(ISLAND, VectorUse::interior), BLOCKS),
     ("an island that is a second exterior", || hole(ISLAND, |edge| edge), BLOCKS),
     (
         "a hole beyond its area",

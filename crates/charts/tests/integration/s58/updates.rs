@@ -203,7 +203,9 @@ pub(super) const ROWS: &[Row] = &[
         "an update that deletes all edges of a danger",
         || {
             bar(|update, edges, _| {
-                edges.into_iter().for_each(|edge| update.records.delete_vector(edge));
+                for edge in edges {
+                    update.records.delete_vector(edge);
+                }
             })
         },
         Must::Block(&[MIDDLE, WEST, EAST]),
