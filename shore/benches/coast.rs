@@ -1,7 +1,7 @@
 //! Charts at the scale of a coast: `cargo bench -p shore --bench coast`.
 //!
 //! Writes 1,500 cells (`LUTRA_COAST_CELLS` says how many) into a temporary folder, or into `LUTRA_COAST_KEEP`, where they
-//! and the set stay for the next run: the shared cells and those of the
+//! and the set stay for the next run; `LUTRA_COAST_STEPS` names the steps that run, with commas between them: the shared cells and those of the
 //! archipelago, moved side by side in blocks and renamed; the two largest are in each fourth block only. Each step is
 //! a process of its own, so that the memory it took can be told. Needs about 6 GB of disk while it runs.
 
@@ -9,6 +9,7 @@
 
 use chartdb::{ImportOptions, import, load_index};
 use charts::depth_index::{Demand, Leg};
+use planner::{Cancel, Needs, Request};
 use shore::charts::{ChartPackage, Set};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ const STEP: &str = "LUTRA_COAST_STEP";
 const FOLDER: &str = "LUTRA_COAST_FOLDER";
 
 /// In this order.
-const STEPS: [&str; 15] = [
+const STEPS: [&str; 19] = [
     "whole import",
     "one small cell",
     "one small cell taken out",
@@ -38,6 +39,10 @@ const STEPS: [&str; 15] = [
     "first tiles of zoom 0 to 16",
     "forty harbours and their tiles",
     "what vessels are offered",
+    "routes of 1 km",
+    "routes of 18 km",
+    "routes of 90 km",
+    "routes of 180 km",
     "one small cell",
 ];
 
@@ -54,7 +59,9 @@ fn main() {
         write_more(folder).unwrap();
         println!("{count} cells, {} MB", bytes / 1_000_000);
     }
-    for step in STEPS {
+    let only = std::env::var("LUTRA_COAST_STEPS").ok();
+    let wanted = |step: &&str| only.as_deref().is_none_or(|only| only.split(',').any(|one| one == *step));
+    for step in STEPS.into_iter().filter(wanted) {
         let mut child = Command::new(std::env::current_exe().unwrap());
         assert!(child.env(STEP, step).env(FOLDER, folder).status().unwrap().success());
     }
@@ -109,6 +116,13 @@ fn run(step: &str, folder: &Path) {
                 (10..=16).for_each(|zoom| assert!(tile(&set, zoom, place(block)) > 0));
             }
         }
+        // Between places 1 km apart, harbours 18 km apart, and such five blocks apart.
+        "routes of 1 km" => {
+            routes(&served(&db), at, LatLon::from_deg(at.lat_deg() - 0.004, at.lon_deg() - 0.01).unwrap())
+        }
+        "routes of 18 km" => routes(&served(&db), at, place(1)),
+        "routes of 90 km" => routes(&served(&db), at, place(5)),
+        "routes of 180 km" => routes(&served(&db), at, place(10)),
         // A server reads its index once from end to end, after the set is in force.
         _ => assert!(ChartPackage::open(&db, &load_index(&db).unwrap()).unwrap().offer().bytes > 0),
     }
@@ -129,6 +143,20 @@ fn take_out(db: &Path, input: &Path) {
     };
     let names: Vec<String> = fs::read_dir(input).unwrap().map(name).collect();
     chartdb::remove(db, &names, UtcTime::from_micros(0)).unwrap();
+}
+
+/// Asks for a route for the first time and again, and for ends of which none lies in water that leads to the other.
+fn routes(set: &Set, from: LatLon, to: LatLon) {
+    let needs = Needs::depth_and_clearance(2.0, 25.0);
+    for turn in ["first", "again"] {
+        let start = Instant::now();
+        let answer = set.router.route(&Request::new(from, to), &needs, &Cancel::never());
+        let told = answer
+            .map_or_else(|refusal| refusal.to_string(), |route| format!("{:.1} km", route.length_m / 1e3));
+        let (rooms, bytes) = set.router.kept();
+        let took_ms = start.elapsed().as_secs_f64() * 1e3;
+        println!("  {turn}: {took_ms:.1} ms, {rooms} waters of {} MiB are kept: {told}", bytes >> 20);
+    }
 }
 
 /// Within a harbour of a block.

@@ -118,7 +118,7 @@ impl Opened {
         let areas = NoGoAreas::new(people.clone(), clock.clone(), charts.clone());
         areas.tell().await?;
         let first_look = charts.clone();
-        tokio::task::spawn_blocking(move || first_look.look()).await?;
+        tokio::task::spawn_blocking(move || first_look.take()).await?;
         let known = (charts.clone(), ChartsAboard::open(&settings.data));
         let links = Links::new(router.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
         let fleet = Fleet::new(router.clone());

@@ -7,7 +7,7 @@ use crate::read::Chart;
 use crate::report::{ImportOptions, Imported, Outcome, outcome, unchanged};
 use crate::stage::Stage;
 use crate::write::{self, Entry, NewSource, Writer};
-use charts::depth_index::lies_nowhere;
+use charts::depth_index::unsafe_to_use;
 use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 /// Part of what names a cell's contents, changed when cells are read by other rules: one that was imported by older rules
 /// may lack a danger, so it is read again when it is imported again.
-const READING: &[u8] = b"lutra cell 2";
+const READING: &[u8] = b"lutra cell 3";
 
 pub(crate) fn import(
     stage: &mut Stage,
@@ -96,9 +96,6 @@ fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {
         return Err(fail(S57Problem::NoBase));
     }
     let cell = Cell::read(all[0], &all[1..])?;
-    if let Some(feature) = lies_nowhere(&cell.features) {
-        return Err(fail(S57Problem::Nowhere { class: feature.class, record: feature.record }));
-    }
     let said = cell.id.name.split('.').next().unwrap_or_default();
     if said.eq_ignore_ascii_case(name) {
         Ok(cell)
@@ -108,15 +105,11 @@ fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {
     }
 }
 
-/// A cell that does not say how deep it is must not be used for navigation.
-fn accept(cell: &Cell, file: &str) -> Result<SkinCheck> {
+/// A cell that does not say how deep it is, or where a danger lies, must not be used for navigation.
+fn accept(cell: &Cell, file: &str) -> Result<SkinCheck, S57Error> {
     let skin = cell.skin_check();
-    if skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0 {
-        let problem = "the cell has no depth areas or does not say where it has data (M_COVR); \
-                       fetch it again, or ask the producer for an ENC";
-        return Err(ChartDbError::file(file, problem));
-    }
-    Ok(skin)
+    let refused = |problem| S57Error { file: file.to_owned(), place: None, problem };
+    unsafe_to_use(cell, &skin).map_or(Ok(skin), |problem| Err(refused(problem)))
 }
 
 fn refuse_older(chart: &Chart, cell: &Cell, file: &str) -> Result<()> {

@@ -24,11 +24,14 @@ fn main() {
         println!("the shared charts are absent: nothing is measured");
         return;
     };
-    println!("needs: 5 m deep, 25 m clear; times on one core; lengths on WGS 84\n");
+    println!("needs: 5 m deep, 25 m clear unless told; times on one core; lengths on WGS 84\n");
     for cells in
         [&["GB4X0000", "GB5X01NE", "GB5X01NW", "GB5X01SE", "GB5X02SE"][..], &["US5WA22M"], &["US4MD81M"]]
     {
-        chart(&cells.join("+"), &of_cells(&folder, cells), 5.0);
+        let index = of_cells(&folder, cells);
+        for clearance_m in [25.0, 0.0, 10.0, 60.0, 190.0, 500.0] {
+            chart(&cells.join("+"), &index, 5.0, clearance_m);
+        }
     }
     for (name, index, depth_m, clearance_m) in [
         ("archipelago", archipelago(), 5.0, 190.0),
@@ -40,20 +43,21 @@ fn main() {
         what_would_do(name, &index, &needs, 5_000.0);
     }
     let coast = coast(&folder);
-    chart("land of Trøndelag", &coast, 0.0);
+    chart("land of Trøndelag", &coast, 0.0, 25.0);
     across_trondelag(&coast);
 }
 
 /// Random pairs in open water.
-fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64) {
-    let needs = Needs::depth_and_clearance(depth_m, 25.0);
+fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
+    let needs = Needs::depth_and_clearance(depth_m, clearance_m);
     let begun = Instant::now();
     let room = SeaRoom::of_chart(index, &needs, &Arc::default(), &Cancel::never()).unwrap();
     println!(
-        "{name}: {} vertices, prepared in {:.0} ms, {} triangles",
+        "{name}, {clearance_m} m clear: {} vertices, prepared in {:.0} ms, {} triangles, {:.1} MiB",
         index.vertex_count(),
         begun.elapsed().as_secs_f64() * 1e3,
-        room.triangles()
+        room.triangles(),
+        room.bytes() as f64 / (1 << 20) as f64
     );
     drop(room);
     let router = Router::new(Arc::clone(index));
@@ -73,6 +77,9 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64) {
         if let Ok(route) = router.route(&request, &needs, &Cancel::never()) {
             asked.push((begun.elapsed(), route));
         }
+    }
+    if asked.len() < 2 {
+        return println!("  {} routes were found: nothing to tell", asked.len());
     }
     // The first one prepared the water.
     asked.remove(0);

@@ -58,6 +58,11 @@ pub(crate) struct Boxes {
 type Waiting = Reverse<(u64, usize, usize)>;
 
 impl Boxes {
+    /// About how much memory it takes (bytes).
+    pub(crate) fn bytes(&self) -> usize {
+        self.items.len() * size_of::<u32>() + self.bounds.len() * size_of::<Bounds>()
+    }
+
     pub(crate) fn new(all: &[Bounds]) -> Self {
         let whole = all.iter().fold(Bounds::EMPTY, |whole, one| whole.with(*one));
         let key = |one: &Bounds| {

@@ -5,6 +5,7 @@ use crate::obstacles::{GridPoint, Pieces, metres};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
+use std::collections::BTreeSet;
 
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -77,6 +78,22 @@ impl Mesh {
             (0..mesh.corners.len() as u32).map(|triangle| Bounds::of(&mesh.triangle(triangle))).collect();
         mesh.tree = Boxes::new(&bounds);
         Ok(mesh)
+    }
+
+    /// About how much memory it takes (bytes).
+    pub(crate) fn bytes(&self) -> usize {
+        let each = size_of::<[u32; 3]>() * 2 + size_of::<u32>() * 2 + size_of::<bool>();
+        self.corners.len() * each
+            + self.points.len() * (size_of::<Point>() + size_of::<bool>())
+            + self.tree.bytes()
+    }
+
+    /// Pieces of water, by number, of which a corner lies where `is_border` says.
+    pub(crate) fn pieces_at(&self, is_border: impl Fn(Point) -> bool) -> BTreeSet<u32> {
+        let there: Vec<bool> = self.points.iter().map(|point| is_border(*point)).collect();
+        let touches = |corners: &[u32; 3]| corners.iter().any(|corner| there[*corner as usize]);
+        let all = self.corners.iter().zip(&self.piece);
+        all.filter(|(corners, _)| touches(corners)).map(|(_, piece)| *piece).collect()
     }
 
     pub(crate) fn triangle(&self, triangle: u32) -> [Point; 3] {

@@ -60,6 +60,13 @@ impl Region {
         }
     }
 
+    /// Whether a corner of what was cut out of it lies on its border.
+    pub(crate) fn is_at_border(&self, at: Point) -> bool {
+        let off_m = [at.x - self.min.x, self.max.x - at.x, at.y - self.min.y, self.max.y - at.y];
+        // Of the grid's rounding.
+        off_m.into_iter().any(|off_m| off_m < 2.0 / PER_METRE)
+    }
+
     /// Its border, closed.
     pub(crate) fn ring(&self) -> [Point; 5] {
         let Self { min, max } = *self;

@@ -9,6 +9,7 @@ use crate::plane::{Plane, Point, sides};
 use crate::walls::Walls;
 use crate::zones::Zones;
 use charts::depth_index::{ClosingLine, DepthIndex, GeoBox};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use units::LatLon;
 
@@ -47,6 +48,8 @@ pub struct SeaRoom {
     tree: Boxes,
     /// How far from every barrier it keeps, without what is allowed for rounding and bowing (m).
     cut_m: f64,
+    /// Pieces of water that reach the border of the region: these alone may go on beyond it.
+    leading_out: BTreeSet<u32>,
 }
 
 impl SeaRoom {
@@ -105,12 +108,14 @@ impl SeaRoom {
             zones.allow(place) && index.shallowest_within(place, needs.clearance_m, &needs.demand).navigable
         };
         let mesh = Mesh::new(pieces, is_open, cancel)?;
+        let leading_out = mesh.pieces_at(|at| region.is_at_border(at));
         let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
         let tree = Boxes::new(&bounds);
         let borders = borders.iter().flat_map(|border| sides(border)).collect();
         let zones = Arc::clone(zones);
-        Ok(Self { needs: *needs, zones, borders, plane, region, mesh, barriers, tree, cut_m: clearance_m })
+        let cut_m = clearance_m;
+        Ok(Self { needs: *needs, zones, borders, plane, region, mesh, barriers, tree, cut_m, leading_out })
     }
 
     /// What it was made for.
@@ -126,6 +131,23 @@ impl SeaRoom {
     /// Number of its triangles.
     pub fn triangles(&self) -> usize {
         self.mesh.corners.len()
+    }
+
+    /// About how much memory it takes (bytes).
+    pub fn bytes(&self) -> usize {
+        self.mesh.bytes() + self.tree.bytes() + self.barriers.len() * size_of::<[Point; 2]>()
+    }
+
+    /// Whether a piece of water may go on beyond the region.
+    pub(crate) fn leads_out(&self, piece: u32) -> bool {
+        self.leading_out.contains(&piece)
+    }
+
+    /// Vertices of the charts that a region around a place is cut out of, or more: told without reading any.
+    pub(crate) fn vertices(index: &DepthIndex, needs: &Needs, middle: LatLon, half_m: f64) -> usize {
+        let corner = Point { x: half_m, y: half_m };
+        let region = Region { min: Point { x: -half_m, y: -half_m }, max: corner };
+        index.vertices_of_charts_in(&box_of(region, &Plane::new(middle), 2.0 * needs.reach_m() + MARGIN_M))
     }
 
     pub(crate) fn plane(&self) -> &Plane {

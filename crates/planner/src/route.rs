@@ -342,6 +342,14 @@ impl Question<'_> {
         Some(few(starts).flat_map(|start| goals.iter().map(move |goal| [start.at, goal.at])).collect())
     }
 
+    /// Whether one end lies in water that ends within the region, wherever it may stand: more of the chart gives no way.
+    pub(crate) fn is_enclosed(&self) -> bool {
+        let ends = [(End::Start, self.request.from), (End::Goal, self.request.to)];
+        let leads_out = |stand: &Stand| self.room.leads_out(self.room.mesh.piece[stand.triangle as usize]);
+        ends.into_iter()
+            .any(|(end, place)| self.stand(end, place).is_ok_and(|stands| !stands.iter().any(leads_out)))
+    }
+
     /// Both ends in open water, in the same piece of it if there is a choice.
     fn stands(&self) -> Result<(Stand, Stand), Refusal> {
         let starts = self.stand(End::Start, self.request.from)?;

@@ -16,6 +16,10 @@ const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
 /// Rooms that are kept where nothing else is said; the one not asked for longest goes first.
 const MOST_ROOMS: usize = 8;
+/// More memory than this they do not take together, but for the one that was asked for last (bytes).
+const MOST_BYTES: usize = 96 << 20;
+/// Regions over charts of more vertices are not prepared, but for the smallest: so many take some 10 s and 200 MiB.
+const MOST_VERTICES: usize = 12_000_000;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
 
@@ -30,6 +34,7 @@ pub struct Router {
     index: Arc<DepthIndex>,
     whole: bool,
     most_rooms: usize,
+    most_vertices: usize,
     zones: Arc<Zones>,
     rooms: Arc<Mutex<Vec<Kept>>>,
 }
@@ -63,7 +68,8 @@ impl Router {
                 && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
-        Self { index, whole, most_rooms: MOST_ROOMS, zones: Arc::default(), rooms: Arc::default() }
+        let (most_rooms, most_vertices) = (MOST_ROOMS, MOST_VERTICES);
+        Self { index, whole, most_rooms, most_vertices, zones: Arc::default(), rooms: Arc::default() }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
@@ -75,6 +81,12 @@ impl Router {
     #[must_use]
     pub fn keeping(self, most_rooms: usize) -> Self {
         Self { most_rooms: most_rooms.max(1), ..self }
+    }
+
+    /// With regions, but for the smallest, over charts of so many vertices at most.
+    #[must_use]
+    pub fn preparing(self, most_vertices: usize) -> Self {
+        Self { most_vertices, ..self }
     }
 
     /// For ways that keep to zones; it shares the water that is kept with this one.
@@ -117,13 +129,22 @@ impl Router {
             return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
         }
         let mut answer = Err(PlanError::Geometry("no region holds both ends".to_owned()).into());
-        for square in squares(request, straight_m) {
+        for (turn, square) in squares(request, straight_m).enumerate() {
+            if self.is_too_much(&square, needs) {
+                // What a smaller region said holds, if there was one.
+                return if turn > 0 { answer } else { Err(self.too_far(straight_m, &square, needs)) };
+            }
             answer = match self.ask(Some(square), request, needs, cancel) {
                 // No way that leaves the region can be shorter.
                 Ok((route, least_out_m)) if route.length_m <= least_out_m => return Ok(route),
                 Ok((route, _)) => Ok(route),
-                // There may be a way around, by water outside.
-                Err(refusal @ Refusal::NoWay { .. }) => answer.or(Err(refusal)),
+                // There may be a way around, by water outside, unless an end lies in water that does not lead there.
+                Err(refusal @ Refusal::NoWay { .. }) => {
+                    if self.is_enclosed(square, request, needs, cancel)? {
+                        return answer.or(Err(refusal));
+                    }
+                    answer.or(Err(refusal))
+                }
                 Err(other) => return Err(other),
             };
             // A way stays within half its length of the middle between its ends, and the region's middle lies near that.
@@ -182,6 +203,38 @@ impl Router {
             .map_or_else(|| Ok(Passable::default()), Search::answer)
     }
 
+    /// Whether a region larger than the smallest ones is of charts that are too much for it.
+    fn is_too_much(&self, square: &Square, needs: &Needs) -> bool {
+        square.half_m > HALVES_M[0]
+            && SeaRoom::vertices(&self.index, needs, square.middle, square.half_m) > self.most_vertices
+    }
+
+    /// How far apart ends may lie around the middle of a region that is too much.
+    fn too_far(&self, straight_m: f64, square: &Square, needs: &Needs) -> Refusal {
+        let enough = |half_m: &f64| {
+            *half_m == HALVES_M[0] || !self.is_too_much(&Square { half_m: *half_m, ..*square }, needs)
+        };
+        let half_m = HALVES_M.into_iter().rev().find(enough).unwrap_or(HALVES_M[0]);
+        Refusal::TooFar { straight_km: straight_m / 1e3, most_km: apart_m(half_m) / 1e3 }
+    }
+
+    fn is_enclosed(
+        &self,
+        square: Square,
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<bool, PlanError> {
+        let room = self.room(self.key(needs, Some(square)), cancel)?;
+        Ok(Question { room: &room, index: &self.index, request, cancel }.is_enclosed())
+    }
+
+    /// How many rooms are kept, and about how much memory they take (bytes).
+    pub fn kept(&self) -> (usize, usize) {
+        let rooms = self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        (rooms.len(), rooms.iter().map(|kept| kept.room.bytes()).sum())
+    }
+
     fn key(&self, needs: &Needs, region: Option<Square>) -> Key {
         Key { needs: *needs, zones: Arc::clone(&self.zones), region }
     }
@@ -218,7 +271,9 @@ impl Router {
         let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
         // Only now: a preparation that is called off takes nobody's place.
-        if rooms.len() >= self.most_rooms {
+        let held = |rooms: &[Kept]| rooms.iter().map(|kept| kept.room.bytes()).sum::<usize>();
+        while rooms.len() >= self.most_rooms || !rooms.is_empty() && held(&rooms) + room.bytes() > MOST_BYTES
+        {
             rooms.remove(0);
         }
         rooms.push(Kept { key, room: Arc::clone(&room) });
@@ -235,16 +290,22 @@ impl Router {
     }
 }
 
+/// How far apart ends may lie in a region, so that there is room around them (m).
+fn apart_m(half_m: f64) -> f64 {
+    (half_m - 5_000.0) / 0.75
+}
+
 /// The regions that hold both ends with room around them, the smallest first.
 fn squares(request: &Request, straight_m: f64) -> impl Iterator<Item = Square> + use<'_> {
     let plane = Plane::new(request.from);
     let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
-    let fits = move |half_m: &f64| *half_m >= 0.75 * straight_m + 5_000.0;
+    let fits = move |half_m: &f64| apart_m(*half_m) >= straight_m;
     let least = HALVES_M.iter().position(fits).unwrap_or(HALVES_M.len() - 1);
     HALVES_M[least..].iter().map(move |half_m| {
         let step_deg = half_m / 8.0 / 111_000.0;
-        let lon_step_deg = step_deg / middle.lat_rad().cos().max(0.05);
         let lat_deg = ((middle.lat_deg() / step_deg).round() * step_deg).clamp(-90.0, 90.0);
+        // Of the grid's latitude: by that of the middle each request would have a grid of its own.
+        let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
         let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
         Square { middle: LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle), half_m: *half_m }
     })

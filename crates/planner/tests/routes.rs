@@ -568,6 +568,55 @@ fn a_route_that_is_longer_than_is_of_use_is_refused_with_its_length() {
     ));
 }
 
+#[test]
+fn a_pond_is_not_looked_out_of_in_ever_larger_regions() {
+    // A ring of land around the goal, in water that reaches beyond the smallest region.
+    let ring = (0..16).map(|n| (f64::from(n) / 16.0 * std::f64::consts::TAU).sin_cos());
+    let sea = ring.fold(Sea::new(middle(), 30_000.0, 20.0), |sea, (sin, cos)| {
+        sea.with(Ground::Land, at(600.0 * sin, 600.0 * cos), 200.0, 12)
+    });
+    let router = Router::by_regions(Arc::new(sea.index()));
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    for (from, to) in [(at(-3_000.0, 0.0), at(0.0, 0.0)), (at(0.0, 0.0), at(-3_000.0, 0.0))] {
+        assert!(matches!(ask(&router, from, to, &needs), Err(Refusal::NoWay { .. })));
+        assert_eq!(router.kept().0, 1, "only the smallest region was prepared");
+    }
+    // Out of it, a way that is there is found as before.
+    assert!(ask(&router, at(-3_000.0, 0.0), at(3_000.0, 0.0), &needs).is_ok());
+}
+
+#[test]
+fn requests_near_each_other_share_the_water_that_is_prepared() {
+    let sea = Sea::new(middle(), 30_000.0, 20.0).with(Ground::Land, at(0.0, 0.0), 500.0, 16);
+    let router = Router::by_regions(Arc::new(sea.index()));
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    // As a place is dragged: the middle between the ends moves by some metres.
+    for step in 0..20 {
+        let to = at(1_000.0 + 3.0 * f64::from(step), 700.0);
+        assert!(ask(&router, at(-1_000.0, 300.0), to, &needs).is_ok());
+    }
+    assert!(router.kept().0 <= 2, "{:?}", router.kept());
+}
+
+#[test]
+fn regions_of_too_much_chart_are_not_prepared() {
+    let sea = Sea::new(middle(), 60_000.0, 20.0).with(Ground::Land, at(0.0, 0.0), 500.0, 16);
+    let router = Router::by_regions(Arc::new(sea.index())).preparing(10);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let far = ask(&router, at(-30_000.0, 0.0), at(30_000.0, 0.0), &needs);
+    assert!(
+        matches!(far, Err(Refusal::TooFar { straight_km, most_km }) if straight_km > 59.0 && (most_km - 20.0).abs() < 1e-9),
+        "{far:?}"
+    );
+    // The smallest region is prepared whatever it holds, and a way by way of places that lie near each other is found.
+    assert!(ask(&router, at(-5_000.0, 0.0), at(5_000.0, 0.0), &needs).is_ok());
+    let places = [-30_000.0, -15_000.0, 0.0, 15_000.0, 30_000.0].map(|north_m| place(at(north_m, 900.0)));
+    let request = exact(at(0.0, 0.0), at(0.0, 0.0));
+    let by = router.route_by(&places, &request, &needs, &Cancel::never()).unwrap();
+    assert!((by.length_m - 60_000.0).abs() < 200.0, "{}", by.length_m);
+    assert!(router.kept().1 > 0);
+}
+
 /// How often a question looks whether it is still wanted: many times while water is prepared, seldom where it is kept.
 fn looks(router: &Router, needs: &Needs) -> u32 {
     let looks = std::cell::Cell::new(0);

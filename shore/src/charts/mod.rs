@@ -84,6 +84,8 @@ struct Seen {
     stamp: Option<Stamp>,
     /// Whether vessels do not get that set, as it lacks something that is closed.
     withheld: bool,
+    /// What vessels are to be offered, once it was read: of a set, or of none.
+    to_offer: Option<Option<LoadedIndex>>,
 }
 
 impl Stamp {
@@ -176,6 +178,13 @@ impl Charts {
     /// Takes the set on the disk, if it is another one than before, or if parts of it turned out to be damaged. The set
     /// is in force at once; what vessels are offered follows when the file was read once to its end.
     pub fn look(&self) {
+        self.take();
+        self.offer();
+    }
+
+    /// Takes the set on the disk, and leaves what vessels are offered to the next look: a server that starts answers
+    /// before the file, which may be of gigabytes, was read.
+    pub(crate) fn take(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let before = self.now();
         let held = before.set.as_ref().map_or(&[][..], |set| &set.charts);
@@ -222,10 +231,14 @@ impl Charts {
         let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
         let kept = now.set.is_some() && fresh.is_none() || withheld;
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
-        *seen = Seen { stamp, withheld };
-        if kept {
-            return;
-        }
+        let to_offer = if kept { seen.to_offer.take() } else { Some(fresh) };
+        *seen = Seen { stamp, withheld, to_offer };
+    }
+
+    /// Offers vessels what was taken last, if they are not offered it yet.
+    fn offer(&self) {
+        let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(fresh) = seen.to_offer.take() else { return };
         let package = fresh.and_then(|loaded| package(&self.0.path, &loaded));
         self.0.offered.send_if_modified(|offered| {
             let digest =

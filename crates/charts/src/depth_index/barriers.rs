@@ -97,6 +97,15 @@ impl DepthIndex {
         })
     }
 
+    /// Vertices of all charts that come into a box, whether these do or not: how much a box may ask for, told without
+    /// reading any of it.
+    pub fn vertices_of_charts_in(&self, within: &GeoBox) -> usize {
+        let within = within.bounds();
+        let meets = |bounds: &Bounds| within.iter().any(|part| part.overlaps(bounds));
+        let charts = self.charts_in(|node| meets(&node.bounds));
+        charts.into_iter().map(|chart| self.directory.entries[chart].vertices as usize).sum()
+    }
+
     /// All that a vessel of this demand must keep clear of and that comes into a box. Borders between two areas that
     /// are both closed to it are left out.
     pub fn barriers(&self, demand: &Demand, within: &GeoBox) -> Barriers {

@@ -6,11 +6,12 @@ use super::object::{ChartObject, Role, Stored, millimetres};
 use super::piece::{Line, Piece};
 use super::places::{AreaEntry, Areas, Places};
 use super::ring::Ring;
-use super::seams::Around;
+use super::seams::{Around, twice_area};
 use crate::coverage::{ChartCoverage, Source};
 use crate::grid::{Bounds, Vertex, vertex};
 use crate::s57::{
-    Area, AttributeCode, Cell, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path, Sounding,
+    Area, AttributeCode, Cell, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path, SKIN_CLASSES,
+    Sounding,
 };
 use std::sync::Arc;
 
@@ -202,10 +203,9 @@ impl PendingSource {
         piece.own_objects = piece.objects.len() as u32;
         piece.own_vertices = piece.areas.vertices.len() as u32;
         let (objects, areas) = (&piece.objects, &piece.areas);
-        piece.places = Places::build(areas, |area| {
-            let object = &objects[areas.list[area as usize].object as usize];
-            (object.role, object.stored.least_mm())
-        });
+        let object = |area: u32| &objects[areas.list[area as usize].object as usize];
+        let key = |area| (object(area).role, object(area).stored.least_mm());
+        piece.places = Places::build(areas, key, |area| object(area).hold());
         Ok(piece)
     }
 }
@@ -287,8 +287,14 @@ fn shapes(geometry: &Geometry) -> Option<Vec<Shape>> {
             paths.iter().map(|path| line(path).map(Shape::Line)).collect::<Option<Vec<_>>>()?
         }
         Geometry::Area(area) => {
-            let rings = area.rings().map(line).collect::<Option<Vec<Vec<Vertex>>>>()?;
-            vec![Shape::Area(rings)]
+            let turned = |paths: &[Path], onward: bool| -> Option<Vec<Vec<Vertex>>> {
+                let mut rings = paths.iter().map(line).collect::<Option<Vec<_>>>()?;
+                let wrong = |ring: &&mut Vec<Vertex>| (twice_area(ring) > 0) == onward;
+                rings.iter_mut().filter(wrong).for_each(|ring| ring.reverse());
+                Some(rings)
+            };
+            let (exteriors, holes) = (turned(&area.exteriors, true)?, turned(&area.holes, false)?);
+            vec![Shape::Area([exteriors, holes].concat())]
         }
         Geometry::Unreadable { paths, .. } => {
             let vertices = paths.iter().map(line).collect::<Option<Vec<Vec<Vertex>>>>()?.concat();
@@ -323,7 +329,8 @@ fn cover_by_skin(piece: &mut Piece) {
     for at in 0..piece.areas.list.len() {
         let area = piece.areas.list[at];
         let object = &piece.objects[area.object as usize];
-        if object.role != Role::Skin {
+        // A depth area that cannot be read is a danger, but of the skin all the same.
+        if !SKIN_CLASSES.contains(&object.class) {
             continue;
         }
         let coverage = ChartObject { role: Role::Coverage, stored: Stored::NoData, ..object.clone() };

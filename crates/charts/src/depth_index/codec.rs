@@ -18,7 +18,7 @@ use std::sync::Arc;
 const MAGIC: &[u8; 8] = b"LUTRADIX";
 /// Raised whenever the layout changes, or the rules by which an index is made of charts: one by older rules may call
 /// safe what is not, so it is made again.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const HEAD_BYTES: usize = 12;
 /// What follows the directory.
 const END_BYTES: usize = 8;

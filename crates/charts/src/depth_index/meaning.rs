@@ -2,13 +2,16 @@
 //!
 //! S-57 appendix A, chapters 1 and 2; what is not known to be deep is not
 //! deep. A danger without a depth blocks, unless the chart says that its depth lies within
-//! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms, structures and fish farms block
+//! that of the area around it (EXPSOU 1). What contradicts itself, is there twice or can be no depth counts as the worst
+//! that it may mean, as does [`unsafe_to_use`] with what has no whole shape. Piles, buoys, beacons, platforms, structures and fish farms block
 //! always. Areas that may not be entered are no danger and stand beside the depth.
 
 use super::object::{Role, Stored, millimetres};
 use super::restricted::{Restriction, restriction};
 use crate::coverage::{is_coverage, is_skin};
-use crate::s57::{AttributeCode as Attr, Feature, ObjectClass as Class};
+use crate::s57::{
+    AttributeCode as Attr, Cell, Feature, Geometry, ObjectClass as Class, S57Problem, SkinCheck,
+};
 
 /// Role and meaning of a feature; `None` for what has none for a vessel's way.
 pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
@@ -32,8 +35,7 @@ pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
         // Each sounding has its own depth; this is the meaning of one that cannot be read.
         Class::SOUNDG => Some((Role::Danger, Stored::Unknown)),
         Class::BRIDGE | Class::CBLOHD | Class::PIPOHD | Class::CONVYR => {
-            let clearance_m = clearance_m(|code| feature.number(code));
-            Some((Role::Overhead, Stored::Overhead(clearance_m.map(millimetres))))
+            Some((Role::Overhead, Stored::Overhead(overhead_m(feature).map(millimetres))))
         }
         class if is_obstacle(class) => Some((Role::Danger, Stored::Obstacle)),
         class if class == Class::LIGHTS || class == Class::DAYMAR => Some((Role::Interest, Stored::NoData)),
@@ -90,9 +92,29 @@ pub fn is_in_the_way(feature: &Feature) -> bool {
     meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Skin | Role::Danger | Role::Overhead))
 }
 
+/// Why a cell must not be used, if it must not: it does not say how deep it is or where it has data, or it has an
+/// object that vessels must keep clear of, and nobody knows where that is or how far it reaches.
+pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
+    if let Some(feature) = lies_nowhere(&cell.features) {
+        return Some(S57Problem::Nowhere { class: feature.class, record: feature.record });
+    }
+    let water = |class: Class| matches!(class, Class::DEPARE | Class::DRGARE | Class::UNSARE);
+    let broken = |feature: &&Feature| {
+        // Where a depth area is missing there are no data, which is never safe.
+        let counts =
+            is_in_the_way(feature) && !water(feature.class) && cell.incomplete.contains(&feature.record);
+        // What a chart covers without telling, a coarser one answers for.
+        let unreadable = matches!(feature.geometry, Geometry::Unreadable { .. });
+        counts || unreadable && is_coverage(feature)
+    };
+    if let Some(feature) = cell.features.iter().find(broken) {
+        return Some(S57Problem::Incomplete { class: feature.class, record: feature.record });
+    }
+    (skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0).then_some(S57Problem::NoWater)
+}
+
 /// An object that vessels must keep clear of and that lies nowhere: neither a place that can be read nor one that it had.
-/// A cell with such an object may call safe what is not.
-pub fn lies_nowhere(features: &[Feature]) -> Option<&Feature> {
+fn lies_nowhere(features: &[Feature]) -> Option<&Feature> {
     let nowhere = |feature: &&Feature| {
         let must = meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Danger | Role::Overhead));
         must && feature.geometry.points().next().is_none()
@@ -117,29 +139,62 @@ pub(super) fn is_of_interest(class: Class) -> bool {
     OBSTACLES.contains(&class) || dangers.contains(&class)
 }
 
-/// A missing DRVAL1 is unknown, not 0.
+/// QUASOU: depth unknown.
+const DEPTH_UNKNOWN: u32 = 2;
+/// No sea is deeper (m).
+const DEEPEST_M: f64 = 12_000.0;
+
+/// The least of all values that an attribute has (m); `None` where it has none, or one of them is none.
+fn least_m(feature: &Feature, code: Attr) -> Option<f64> {
+    let value = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
+    let all: Option<Vec<f64>> = feature.texts(code).map(value).collect();
+    all?.into_iter().min_by(f64::total_cmp)
+}
+
+/// The same for a depth, which is nothing where no sea is as deep or no land as high.
+fn depth_m(feature: &Feature, code: Attr) -> Option<f64> {
+    least_m(feature, code).filter(|depth_m| depth_m.abs() <= DEEPEST_M)
+}
+
+fn is_depth_unknown(feature: &Feature) -> bool {
+    feature.list(Attr::QUASOU).any(|code| code == DEPTH_UNKNOWN)
+}
+
+/// A missing DRVAL1 is unknown, not 0. Where it is beyond DRVAL2 nobody knows which of them is right: the lesser counts.
 fn depth_area(feature: &Feature) -> Stored {
-    let greatest = feature.number(Attr::DRVAL2).map(millimetres);
-    feature.number(Attr::DRVAL1).map_or(Stored::Unknown, |least| Stored::Depth(millimetres(least), greatest))
+    let [first_m, second_m] = [Attr::DRVAL1, Attr::DRVAL2].map(|code| depth_m(feature, code));
+    let Some(first_m) = first_m.filter(|_| !is_depth_unknown(feature)) else { return Stored::Unknown };
+    let ends = second_m.map(|second_m| (first_m.min(second_m), first_m.max(second_m)));
+    let least_m = ends.map_or(first_m, |(least_m, _)| least_m);
+    Stored::Depth(millimetres(least_m), ends.map(|(_, greatest_m)| millimetres(greatest_m)))
 }
 
 fn danger(feature: &Feature) -> Option<Stored> {
-    /// QUASOU: depth unknown.
-    const DEPTH_UNKNOWN: u32 = 2;
     /// WATLEV: always under water.
     const ALWAYS_UNDER_WATER: u32 = 3;
     /// EXPSOU: within the range of depth of the surrounding area.
     const WITHIN_AREA: u32 = 1;
-    let unknown = feature.list(Attr::QUASOU).any(|code| code == DEPTH_UNKNOWN);
-    match feature.number(Attr::VALSOU).filter(|_| !unknown) {
+    let only = |code: Attr, wanted: u32| {
+        let mut all = feature.list(code).peekable();
+        all.peek().is_some() && all.all(|code| code == wanted)
+    };
+    // What dries, floats or is awash is not deep down, whatever VALSOU says.
+    let under_water = feature.list(Attr::WATLEV).all(|code| code == ALWAYS_UNDER_WATER);
+    let possible = |depth_m: &f64| !is_depth_unknown(feature) && (under_water || *depth_m <= 0.0);
+    let given = feature.texts(Attr::VALSOU).any(|value| !value.is_empty());
+    match depth_m(feature, Attr::VALSOU).filter(possible) {
         Some(depth_m) => Some(Stored::Depth(millimetres(depth_m), None)),
-        None if feature.code(Attr::WATLEV) == Some(ALWAYS_UNDER_WATER)
-            && feature.code(Attr::EXPSOU) == Some(WITHIN_AREA) =>
-        {
-            None
-        }
+        None if !given && only(Attr::WATLEV, ALWAYS_UNDER_WATER) && only(Attr::EXPSOU, WITHIN_AREA) => None,
         None => Some(Stored::Unknown),
     }
+}
+
+/// How high something hangs (m); `None` where the chart does not tell, or one of its values is none.
+fn overhead_m(feature: &Feature) -> Option<f64> {
+    let codes = [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA];
+    let readable = |code: &Attr| least_m(feature, *code).is_some();
+    let mut given = codes.into_iter().filter(|code| feature.texts(*code).any(|value| !value.is_empty()));
+    given.all(|code| readable(&code)).then(|| clearance_m(|code| least_m(feature, code))).flatten()
 }
 
 /// The least of all clearances that are given (m).

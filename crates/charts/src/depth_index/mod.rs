@@ -59,7 +59,7 @@ pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
-pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure, lies_nowhere};
+pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure, unsafe_to_use};
 pub use nearest::Nearby;
 pub use object::{ChartObject, Water};
 pub use packed::PackedIndex;

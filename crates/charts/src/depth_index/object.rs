@@ -1,5 +1,6 @@
 //! What an index knows of a chart object, and of the chart that it is from.
 
+use super::places::Hold;
 use super::restricted::Restriction;
 use crate::s57::{ObjectClass, ObjectId};
 
@@ -196,5 +197,11 @@ impl ChartObject {
     /// What it says about entry, if it does.
     pub fn restriction(&self) -> Option<Restriction> {
         self.role.restriction()
+    }
+
+    /// When its area holds a point: water only where there is no doubt.
+    pub(super) fn hold(&self) -> Hold {
+        let water = self.role == Role::Skin && matches!(self.stored, Stored::Depth(..));
+        if water { Hold::Plainly } else { Hold::AtAll }
     }
 }

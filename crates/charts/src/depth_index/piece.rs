@@ -95,17 +95,26 @@ impl Piece {
             let id = self.areas.list[area as usize].object;
             let object = &self.objects[id as usize];
             let coverage = object.role == Role::Coverage;
-            // Areas of coverage stand first in the leaf.
-            let idle = if self.supplement { coverage } else { answers == coverage };
+            // Areas of coverage stand first in the leaf. Where they do not hold the point, what the chart has there all the
+            // same can only make it worse.
+            let beyond = !self.supplement && !answers && !coverage;
+            let told = matches!(object.role, Role::Quality | Role::Interest);
+            let idle = if beyond { told } else { coverage && (self.supplement || answers) };
             // A skin does not overlap itself; should it, the shallower area stands first in the leaf.
             if idle || !self.supplement && skinned && object.role == Role::Skin {
                 continue;
             }
-            if entry & WHOLE == 0 && !self.areas.contains(area, at) {
+            if entry & WHOLE == 0 && !self.areas.contains(area, object.hold(), at) {
                 continue;
             }
             skinned |= object.role == Role::Skin;
-            if coverage { answers = true } else { visit(id, object) }
+            if coverage {
+                answers = true;
+            } else if beyond && object.role == Role::Skin {
+                visit(id, &ChartObject { role: Role::Danger, ..object.clone() });
+            } else {
+                visit(id, object);
+            }
         }
         answers
     }

@@ -8,7 +8,7 @@ use super::codec::{self, IndexError, Span};
 use super::index::Directory;
 use super::object::{ChartObject, Role, Stored};
 use super::piece::{Kind, Piece};
-use super::places::{AreaEntry, Places};
+use super::places::{AreaEntry, Hold, Places};
 use super::ring::Ring;
 use super::tree::{Tree, cut};
 use crate::grid::Bounds;
@@ -148,7 +148,7 @@ fn closed(name: &str, bounds: Bounds) -> Piece {
     Ring::push_boxes(&piece.areas.vertices, &mut piece.areas.boxes);
     piece.areas.rings = vec![Ring { first: 0, count: 5, boxes: 0 }];
     piece.areas.list = vec![AreaEntry { object: 0, first_ring: 0, rings: 1 }];
-    piece.places = Places::build(&piece.areas, |_| 0);
+    piece.places = Places::build(&piece.areas, |_| 0, |_| Hold::AtAll);
     (piece.own_objects, piece.own_vertices) = (1, 5);
     piece.trees[Kind::Danger as usize] =
         Tree::build(cut(0, 0, 5).collect(), &piece.areas.vertices, |_| Stored::Unknown.least_mm());

@@ -28,6 +28,16 @@ pub(super) struct AreaEntry {
     pub(super) rings: u32,
 }
 
+/// When an area holds a point. Of an area whose rings cross neither themselves nor each other both say the same; of a
+/// damaged one nobody knows where it is, and each says what errs towards the danger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Hold {
+    /// Where it lies round the point once, as an exterior does: for water that is deep.
+    Plainly,
+    /// Where it lies round the point in any way: for all else.
+    AtAll,
+}
+
 /// The geometry that areas share.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Areas {
@@ -47,10 +57,14 @@ impl Areas {
         Border { area, vertex, count, bounds }
     }
 
-    /// Whether an area holds a point, by the even-odd rule over its rings.
-    pub(super) fn contains(&self, area: u32, at: Spot) -> bool {
+    /// Whether an area holds a point. Exteriors run clockwise and holes anticlockwise ([`Hold`]).
+    pub(super) fn contains(&self, area: u32, hold: Hold, at: Spot) -> bool {
         let rings = self.rings_of(self.list[area as usize]);
-        rings.iter().fold(false, |odd, ring| odd ^ ring.odd(&self.vertices, &self.boxes, at))
+        let turns: i32 = rings.iter().map(|ring| ring.turns(&self.vertices, &self.boxes, at)).sum();
+        match hold {
+            Hold::Plainly => turns < 0 && turns & 1 == 1,
+            Hold::AtAll => turns != 0,
+        }
     }
 }
 
@@ -90,8 +104,10 @@ struct Border {
     bounds: Bounds,
 }
 
-struct Build<'a, K> {
+struct Build<'a, K, H> {
     areas: &'a Areas,
+    /// When an area holds a point.
+    hold: H,
     /// The order of entries within a leaf.
     key: K,
     places: Places,
@@ -100,8 +116,8 @@ struct Build<'a, K> {
 }
 
 impl Places {
-    /// Builds the tree; `key` gives the order in which areas of a leaf are looked at.
-    pub(super) fn build<O: Ord>(areas: &Areas, key: impl Fn(u32) -> O) -> Self {
+    /// Builds the tree; `key` gives the order in which areas of a leaf are looked at, `hold` when an area holds a point.
+    pub(super) fn build<O: Ord>(areas: &Areas, key: impl Fn(u32) -> O, hold: impl Fn(u32) -> Hold) -> Self {
         let mut borders = Vec::with_capacity(areas.vertices.len() / TOGETHER as usize + areas.rings.len());
         let mut whole = Bounds::EMPTY;
         for (area, entry) in areas.list.iter().enumerate() {
@@ -122,7 +138,7 @@ impl Places {
         let places =
             Self { corner: whole.min, side, nodes: vec![Quad { first: 0, count: 0 }], entries: Vec::new() };
         let budget = areas.vertices.len() * 2 + 1000;
-        let mut build = Build { areas, key, places, budget };
+        let mut build = Build { areas, hold, key, places, budget };
         let corner = [i64::from(whole.min[0]), i64::from(whole.min[1])];
         build.fill(0, corner, side, &borders, Vec::new());
         build.places
@@ -152,7 +168,7 @@ impl Places {
     }
 }
 
-impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
+impl<O: Ord, K: Fn(u32) -> O, H: Fn(u32) -> Hold> Build<'_, K, H> {
     fn fill(&mut self, node: usize, corner: [i64; 2], side: i64, borders: &[Border], whole: Vec<u32>) {
         let few = borders.len() <= SPLIT_AT;
         let present = areas_of(borders);
@@ -204,7 +220,7 @@ impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
         // Off the grid of vertices; no border that is gone crosses the square, so any point of it will do.
         let middle = Spot { x: (low[0] + side / 2) as f64 + 0.5, y: (low[1] + side / 2) as f64 + 0.5 };
         let gone = present.iter().copied().filter(|area| here.binary_search(area).is_err());
-        whole.extend(gone.filter(|area| self.areas.contains(*area, middle)));
+        whole.extend(gone.filter(|area| self.areas.contains(*area, (self.hold)(*area), middle)));
         whole
     }
 

@@ -2,10 +2,10 @@
 //! logarithmic time.
 //!
 //! A ray towards growing longitude counts crossings under the half-open rule (a segment is crossed where
-//! exactly one end lies above). Every segment is looked at from its lower end, so that both areas of a shared
-//! border decide alike: a point belongs to exactly one of them. Boxes over runs of segments, and boxes over
-//! boxes, answer for everything that lies wholly to one side: to the right of the point the parity of a run is
-//! that of its two ends.
+//! exactly one end lies above), upward ones as 1 and downward ones as -1: how often the ring runs round the point. Every
+//! segment is looked at from its lower end, so that both areas of a shared border decide alike: a point belongs to
+//! exactly one of them. Boxes over runs of segments, and boxes over boxes, answer for everything that lies wholly to one
+//! side: to the right of the point a run counts as the straight line between its two ends.
 
 use super::coords::Spot;
 use crate::grid::{Bounds, Vertex};
@@ -64,8 +64,8 @@ impl Ring {
         }
     }
 
-    /// Whether the ray from a point crosses the ring an odd number of times.
-    pub(super) fn odd(self, all: &[Vertex], boxes: &[Bounds], at: Spot) -> bool {
+    /// How often the ring runs round a point, anticlockwise being positive.
+    pub(super) fn turns(self, all: &[Vertex], boxes: &[Bounds], at: Spot) -> i32 {
         let vertices = self.vertices(all);
         let boxes = &boxes[self.boxes as usize..];
         // Starts and sizes of the levels, lowest first: eight levels hold 8^9 segments.
@@ -77,7 +77,7 @@ impl Ring {
             top += 1;
         }
         let walk = Walk { vertices, boxes, starts, at };
-        walk.odd(top, 0)
+        walk.turns(top, 0)
     }
 }
 
@@ -89,36 +89,35 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn odd(&self, level: usize, index: usize) -> bool {
+    fn turns(&self, level: usize, index: usize) -> i32 {
         let bounds = &self.boxes[self.starts[level] + index];
         let Spot { x, y } = self.at;
         if f64::from(bounds.min[1]) > y || f64::from(bounds.max[1]) <= y || f64::from(bounds.max[0]) < x {
-            return false;
+            return 0;
         }
         let span = FAN.pow(level as u32 + 1);
         let from = index * span;
         let to = (from + span).min(self.vertices.len() - 1);
         if f64::from(bounds.min[0]) > x {
-            return (f64::from(self.vertices[from][1]) > y) != (f64::from(self.vertices[to][1]) > y);
+            let above = |vertex: usize| i32::from(f64::from(self.vertices[vertex][1]) > y);
+            return above(to) - above(from);
         }
         if level == 0 {
-            return self.vertices[from..=to]
-                .windows(2)
-                .fold(false, |odd, pair| odd ^ crosses(pair[0], pair[1], self.at));
+            return self.vertices[from..=to].windows(2).map(|pair| crossing(pair[0], pair[1], self.at)).sum();
         }
         let below = (self.starts[level] - self.starts[level - 1]).min(index * FAN + FAN);
-        (index * FAN..below).fold(false, |odd, child| odd ^ self.odd(level - 1, child))
+        (index * FAN..below).map(|child| self.turns(level - 1, child)).sum()
     }
 }
 
-/// Whether the ray from `at` towards growing longitude crosses a segment.
-fn crosses(a: Vertex, b: Vertex, at: Spot) -> bool {
-    let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+/// 1 where a segment crosses the ray from `at` towards growing longitude upward, -1 where downward, else 0.
+fn crossing(a: Vertex, b: Vertex, at: Spot) -> i32 {
+    let (low, high, sign) = if a[1] <= b[1] { (a, b, 1) } else { (b, a, -1) };
     if f64::from(low[1]) > at.y || f64::from(high[1]) <= at.y {
-        return false;
+        return 0;
     }
     let (dx, dy) = (f64::from(high[0]) - f64::from(low[0]), f64::from(high[1]) - f64::from(low[1]));
-    dx * (at.y - f64::from(low[1])) - dy * (at.x - f64::from(low[0])) > 0.0
+    if dx * (at.y - f64::from(low[1])) - dy * (at.x - f64::from(low[0])) > 0.0 { sign } else { 0 }
 }
 
 #[cfg(test)]
@@ -126,11 +125,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn odd(vertices: &[Vertex], at: Spot) -> bool {
+    fn turns(vertices: &[Vertex], at: Spot) -> i32 {
         let mut boxes = Vec::new();
         Ring::push_boxes(vertices, &mut boxes);
         assert_eq!(boxes.len(), Ring::box_count(vertices.len() - 1));
-        Ring { first: 0, count: vertices.len() as u32, boxes: 0 }.odd(vertices, &boxes, at)
+        Ring { first: 0, count: vertices.len() as u32, boxes: 0 }.turns(vertices, &boxes, at)
     }
 
     proptest! {
@@ -141,8 +140,8 @@ mod tests {
         ) {
             vertices.push(vertices[0]);
             let at = if whole { Spot { x: x.round(), y: y.round() } } else { Spot { x, y } };
-            let plain = vertices.windows(2).fold(false, |odd, pair| odd ^ crosses(pair[0], pair[1], at));
-            prop_assert_eq!(odd(&vertices, at), plain);
+            let plain: i32 = vertices.windows(2).map(|pair| crossing(pair[0], pair[1], at)).sum();
+            prop_assert_eq!(turns(&vertices, at), plain);
         }
     }
 }

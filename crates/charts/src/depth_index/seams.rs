@@ -433,7 +433,7 @@ fn beside(a: Vertex, b: Vertex) -> Option<[Spot; 2]> {
 }
 
 /// Twice the area of a ring, positive anticlockwise (square units).
-fn twice_area(ring: &[Vertex]) -> i128 {
+pub(super) fn twice_area(ring: &[Vertex]) -> i128 {
     let Some(first) = ring.first() else { return 0 };
     let relative = |at: &Vertex, axis: usize| i128::from(at[axis]) - i128::from(first[axis]);
     ring.windows(2)

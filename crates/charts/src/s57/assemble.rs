@@ -4,13 +4,16 @@
 //! nodes, not by coordinates. The order of an area's pointers is usually that of its boundary; where it is
 //! not, the remaining edges of the same usage are searched.
 
+use super::codes::ObjectClass;
 use super::error::S57Problem;
 use super::geometry::{Area, EdgeUse, GeoPoint, Geometry, Path, Sounding};
 use super::records::{CONNECTED_NODE, Coordinate, EDGE, ISOLATED_NODE, Name, Pointer};
+use super::skin::SKIN_CLASSES;
 use super::store::{Store, StoredFeature, StoredVector};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const REVERSE: u8 = 2;
+const EXTERIOR: u8 = 1;
 const INTERIOR: u8 = 2;
 const DATA_LIMIT: u8 = 3;
 const MASKED: u8 = 1;
@@ -48,7 +51,10 @@ impl<'a> Assembler<'a> {
         let read = match feature.primitive {
             _ if feature.pointers.is_empty() => unreadable("an update took its place away".to_owned()),
             1 => self.points(feature)?,
-            2 => self.lines(feature)?,
+            2 => match self.area_of_line(feature)? {
+                Some(area) => area,
+                None => self.lines(feature)?,
+            },
             3 => self.area(feature)?,
             _ => Geometry::None,
         };
@@ -62,11 +68,12 @@ impl<'a> Assembler<'a> {
     fn last_known(&mut self, feature: &StoredFeature) -> Result<Option<Path>, S57Problem> {
         let mut points = Vec::new();
         for pointer in feature.pointers.iter().chain(&feature.last_pointers) {
-            let Some(vector) = self.known(pointer.name) else { continue };
-            let nodes = vector.pointers.iter().filter_map(|node| self.known(node.name));
-            let coordinates = nodes.chain([vector]).flat_map(|one| &one.coordinates);
-            points.extend(coordinates.map(|one| self.degrees(*one)));
-            self.spend(vector.coordinates.len() + vector.pointers.len())?;
+            for vector in self.known(pointer.name) {
+                let nodes = vector.pointers.iter().flat_map(|node| self.known(node.name));
+                let coordinates = nodes.chain([vector]).flat_map(|one| &one.coordinates);
+                points.extend(coordinates.map(|one| self.degrees(*one)));
+                self.spend(vector.coordinates.len() + vector.pointers.len())?;
+            }
         }
         if points.is_empty() {
             return Ok(None);
@@ -75,11 +82,38 @@ impl<'a> Assembler<'a> {
         Ok(Some(Path { points, edges: Vec::new() }))
     }
 
-    /// A node or edge as it is, or as it was last.
-    fn known(&self, name: Name) -> Option<&'a StoredVector> {
-        let whole =
-            self.store.vectors.get(&name).filter(|one| !one.coordinates.is_empty() || name.kind == EDGE);
-        whole.or_else(|| self.store.lost.get(&name))
+    /// Whether all that an object without readable geometry consists of is known, as it is or as it was last: then it
+    /// lies within what there is of it.
+    pub(super) fn is_whole(&self, feature: &StoredFeature) -> bool {
+        let has_position = |name: Name| self.known(name).any(|one| !one.coordinates.is_empty());
+        let end = |edge: Name, topology: u8| {
+            let all = self.known(edge).flat_map(|one| &one.pointers);
+            all.filter(|one| one.topology == topology).map(|one| one.name).find(|node| has_position(*node))
+        };
+        let former = !feature.last_pointers.is_empty();
+        let pointers = if former { &feature.last_pointers } else { &feature.pointers };
+        // Ends at which nothing else of the boundary begins or ends.
+        let mut open = BTreeSet::new();
+        for pointer in pointers.iter().filter(|one| one.name.kind == EDGE) {
+            let (Some(begin), Some(end)) = (end(pointer.name, BEGIN), end(pointer.name, END)) else {
+                return false;
+            };
+            for node in [begin, end] {
+                if !open.remove(&node) {
+                    open.insert(node);
+                }
+            }
+        }
+        let mut nodes = pointers.iter().chain(&feature.pointers).filter(|one| one.name.kind != EDGE);
+        let mut edges = feature.pointers.iter().filter(|one| one.name.kind == EDGE);
+        nodes.all(|one| has_position(one.name))
+            && edges.all(|one| self.known(one.name).next().is_some())
+            && (feature.primitive != 3 || open.is_empty())
+    }
+
+    /// A node or edge as it is and, where updates took something of it away, as it was last.
+    fn known(&self, name: Name) -> impl Iterator<Item = &'a StoredVector> + use<'a> {
+        self.store.vectors.get(&name).into_iter().chain(self.store.lost.get(&name))
     }
 
     fn spend(&mut self, vertices: usize) -> Result<(), S57Problem> {
@@ -90,6 +124,7 @@ impl<'a> Assembler<'a> {
     fn points(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
         let mut soundings = Vec::new();
         let mut single = None;
+        let mut plain = 0;
         for pointer in &feature.pointers {
             let name = pointer.name;
             let Some(node) = self.store.vectors.get(&name).filter(|_| is_node(name)) else {
@@ -104,9 +139,13 @@ impl<'a> Assembler<'a> {
                 }));
             } else if let Some(coordinate) = node.coordinates.first() {
                 single = single.or(Some(self.degrees(*coordinate)));
+                plain += node.coordinates.len();
             }
         }
         Ok(match single {
+            Some(_) if plain > 1 || !soundings.is_empty() => {
+                unreadable("it is one point at several positions".to_owned())
+            }
             _ if !soundings.is_empty() => Geometry::Soundings(soundings),
             Some(point) => Geometry::Point(point),
             None => unreadable("its node has no position".to_owned()),
@@ -136,6 +175,18 @@ impl<'a> Assembler<'a> {
             return Ok(Geometry::Unreadable { paths, reason });
         }
         Ok(Geometry::Lines(paths))
+    }
+
+    /// The area of what says that it is a line, but whose edges are told to bound something and do. Not of the skin of
+    /// the Earth: nothing becomes water by a guess.
+    fn area_of_line(&mut self, feature: &StoredFeature) -> Result<Option<Geometry>, S57Problem> {
+        let bounds = |one: &Pointer| matches!(one.usage, EXTERIOR | INTERIOR | DATA_LIMIT);
+        let skin = SKIN_CLASSES.contains(&ObjectClass(feature.class));
+        if skin || !feature.pointers.iter().all(bounds) {
+            return Ok(None);
+        }
+        let read = self.area(feature)?;
+        Ok(matches!(read, Geometry::Area(_)).then_some(read))
     }
 
     fn area(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
@@ -170,6 +221,10 @@ impl<'a> Assembler<'a> {
         }
         if area.exteriors.is_empty() {
             return Ok(unreadable("it has no exterior boundary".to_owned()));
+        }
+        // Of water nothing is left then, and no data is never safe.
+        if !is_water(feature.class) && !area.holes.is_empty() && area.area_deg2() <= 0.0 {
+            return Ok(unreadable("its holes are as large as itself".to_owned()));
         }
         Ok(Geometry::Area(area))
     }
@@ -271,6 +326,10 @@ fn free_from(by_start: &mut BTreeMap<Name, Vec<usize>>, node: Name, taken: &[boo
         }
     }
     None
+}
+
+fn is_water(class: u16) -> bool {
+    [ObjectClass::DEPARE, ObjectClass::DRGARE, ObjectClass::UNSARE].contains(&ObjectClass(class))
 }
 
 fn is_node(name: Name) -> bool {

@@ -8,6 +8,7 @@ use super::geometry::{Geometry, Path};
 use super::named_bytes::NamedBytes;
 use super::records::{DatasetId, DatasetParameters, DatasetStructure};
 use super::store::{Notice, Store, StoredFeature};
+use std::collections::BTreeSet;
 
 /// A cell with all given updates applied.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,9 @@ pub struct Cell {
     pub features: Vec<Feature>,
     /// What was read but is not as it should be: to be shown at import.
     pub notices: Vec<Notice>,
+    /// Record numbers of features without readable geometry of which a part is in no file: nobody knows how far they
+    /// reach.
+    pub incomplete: BTreeSet<u32>,
 }
 
 impl Cell {
@@ -50,8 +54,12 @@ impl Cell {
         let stored = std::mem::take(&mut store.features);
         let fail = |problem| S57Error { file: file.to_owned(), place: None, problem };
         let mut assembler = Assembler::new(&store);
+        let mut incomplete = BTreeSet::new();
         for (record, stored) in stored {
             let geometry = assembler.geometry(&stored).map_err(fail)?;
+            if matches!(geometry, Geometry::Unreadable { .. }) && !assembler.is_whole(&stored) {
+                incomplete.insert(record);
+            }
             let feature = stored.into_feature(record, geometry);
             if let Geometry::Unreadable { reason, .. } = &feature.geometry {
                 let text = format!("{} {record} has no readable geometry: {reason}", feature.class);
@@ -74,7 +82,7 @@ impl Cell {
             features.push(feature);
         }
         let Store { id, structure, parameters, .. } = store;
-        Ok(Self { id, structure, parameters, features, notices })
+        Ok(Self { id, structure, parameters, features, notices, incomplete })
     }
 
     /// Features of a class.

@@ -161,6 +161,25 @@ pub enum S57Problem {
         /// Its record number.
         record: u32,
     },
+    /// Something that vessels must keep off, or the coverage, has a place of which a part is in no file.
+    #[error(
+        "{class} {record} has a boundary or line of which a part is missing, so that nobody knows how far it reaches"
+    )]
+    Incomplete {
+        /// The object's class.
+        class: ObjectClass,
+        /// Its record number.
+        record: u32,
+    },
+    /// A cell without what makes it a chart of the sea.
+    #[error("the cell has no depth areas or does not say where it has data (M_COVR)")]
+    NoWater,
+    /// What a file has once is there again.
+    #[error("the {what} is there twice")]
+    Twice {
+        /// What, and its field.
+        what: &'static str,
+    },
     /// Updates without a base.
     #[error("there are updates but no base cell (.000)")]
     NoBase,
@@ -196,7 +215,11 @@ impl S57Problem {
                 "the file was changed or damaged on its way: fetch the exchange set again"
             }
             Self::Span { .. } => "ask the producer for a cell that is divided at 180 degrees east",
-            Self::Nowhere { .. } => "ask the producer for a cell and updates that fit together",
+            Self::Nowhere { .. } | Self::Incomplete { .. } => {
+                "ask the producer for a cell and updates that fit together"
+            }
+            Self::NoWater => "fetch it again, or ask the producer for an ENC",
+            Self::Twice { .. } => "the file is damaged: fetch it again from the producer",
             Self::NoBase => "add the base cell to the folder of its updates",
         })
     }

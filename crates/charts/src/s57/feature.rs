@@ -81,10 +81,15 @@ pub struct Feature {
 }
 
 impl Feature {
+    /// All values of an attribute, empty ones too. A sound cell has at most one.
+    pub fn texts(&self, code: AttributeCode) -> impl Iterator<Item = &str> + '_ {
+        let all = self.attributes.iter().chain(&self.national);
+        all.filter(move |one| one.code == code).map(|one| one.value.trim())
+    }
+
     /// The value of an attribute; `None` where it is absent or empty.
     pub fn text(&self, code: AttributeCode) -> Option<&str> {
-        let all = self.attributes.iter().chain(&self.national);
-        all.filter(|one| one.code == code).map(|one| one.value.trim()).find(|value| !value.is_empty())
+        self.texts(code).find(|value| !value.is_empty())
     }
 
     /// The value of an attribute as a number; `None` where it is absent, empty or no finite number.
@@ -97,8 +102,8 @@ impl Feature {
         self.text(code)?.parse().ok()
     }
 
-    /// The values of a list attribute.
+    /// The values of a list attribute; of all its lists, should there be several.
     pub fn list(&self, code: AttributeCode) -> impl Iterator<Item = u32> + '_ {
-        self.text(code).unwrap_or_default().split(',').filter_map(|value| value.trim().parse().ok())
+        self.texts(code).flat_map(|list| list.split(',')).filter_map(|value| value.trim().parse().ok())
     }
 }

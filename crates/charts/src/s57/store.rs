@@ -31,7 +31,7 @@ pub(super) struct StoredFeature {
     pub(super) national: Vec<Attribute>,
     pub(super) links: Vec<Link>,
     pub(super) pointers: Vec<Pointer>,
-    /// Where it lay before an update took its last pointer away.
+    /// Where it lay before an update took some of its pointers away.
     pub(super) last_pointers: Vec<Pointer>,
 }
 
@@ -76,9 +76,12 @@ impl Store {
                     if found.purpose == 2 {
                         return Err(fail(S57Problem::NotABase));
                     }
-                    (id, structure) = (Some(found), found_structure);
+                    once(&mut id, found, "data set identification (field DSID)").map_err(fail)?;
+                    structure = found_structure;
                 }
-                DataRecord::Parameters(found) => parameters = Some(found),
+                DataRecord::Parameters(found) => {
+                    once(&mut parameters, found, "set of parameters (field DSPM)").map_err(fail)?;
+                }
                 DataRecord::Feature(record) => {
                     let key = record.id;
                     if features.insert(key, StoredFeature::from_record(record).map_err(fail)?).is_some() {
@@ -163,6 +166,10 @@ impl Tally {
         }
         Ok(texts)
     }
+}
+
+fn once<T>(held: &mut Option<T>, found: T, what: &'static str) -> Result<(), S57Problem> {
+    held.replace(found).map_or(Ok(()), |_| Err(S57Problem::Twice { what }))
 }
 
 fn repeated(kind: &'static str, id: u32) -> S57Problem {

@@ -6,7 +6,9 @@
 use super::error::{S57Error, S57Problem};
 use super::feature::Attribute;
 use super::fields::FileReader;
-use super::records::{Control, DataRecord, DatasetId, Edits, FeatureRecord, Instruction, VectorRecord};
+use super::records::{
+    Control, DataRecord, DatasetId, Edits, FeatureRecord, Instruction, Pointer, VectorRecord,
+};
 use super::store::{Notice, Store, StoredFeature, StoredVector, Tally, at};
 
 /// Deletes an attribute when it stands alone as its value (S-57 part 3, 8.4.2.2.b and 8.4.2.3).
@@ -64,9 +66,10 @@ impl Store {
         }
         let number = |text: &str| {
             let range = S57Problem::Range { what: "the update number (UPDN)" };
-            if text.is_empty() { Ok(0) } else { text.parse::<u32>().map_err(|_| range) }
+            text.parse::<u32>().map_err(|_| range)
         };
-        let (applied, found) = (number(&self.id.update)?, number(&id.update)?);
+        let applied = if self.id.update.is_empty() { 0 } else { number(&self.id.update)? };
+        let found = number(&id.update)?;
         if found <= self.reissue {
             return Ok(false);
         }
@@ -102,7 +105,8 @@ impl Store {
         edit(&mut target.links, record.links).map_err(fail)?;
         let before = target.pointers.clone();
         edit(&mut target.pointers, record.pointers).map_err(fail)?;
-        if target.pointers.is_empty() && !before.is_empty() {
+        let held = |one: &Pointer| target.pointers.iter().any(|now| now.name == one.name);
+        if !before.iter().all(held) {
             target.last_pointers = before;
         }
         Ok(())
@@ -148,7 +152,8 @@ impl Store {
         }
         target.has_depths |= record.has_depths;
         edit(&mut target.coordinates, record.coordinates).map_err(fail)?;
-        if target.coordinates.is_empty() && !before.coordinates.is_empty() {
+        let emptied = target.coordinates.is_empty() && !before.coordinates.is_empty();
+        if emptied || target.pointers.len() < before.pointers.len() {
             self.lost.insert(name, before);
         }
         Ok(())

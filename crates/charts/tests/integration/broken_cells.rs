@@ -1,7 +1,7 @@
 //! Cells that are whole as files and wrong as charts, of the kinds that validation by IHO S-58 looks for: a danger whose
 //! node or edge an update deletes, objects without a place, edges round the globe. None may make a danger vanish.
 
-use charts::depth_index::{Demand, IndexBuilder, Leg, lies_nowhere};
+use charts::depth_index::{Demand, IndexBuilder, Leg, unsafe_to_use};
 use charts::s57::write::{
     CellDraft, FeatureChange, FeatureDraft, ListEdit, UpdateDraft, VectorChange, VectorRef,
 };
@@ -69,7 +69,7 @@ fn a_danger_whose_node_is_deleted_stays_where_it_was() {
     assert!(!is_safe_past(&gone, (ROCK.0 + 0.0007, ROCK.1)), "80 m beside");
     assert!(is_safe_past(&gone, (ROCK.0 + 0.002, ROCK.1)), "220 m beside");
     assert!(gone.notices.iter().any(|one| one.text.contains("has no readable geometry")));
-    assert_eq!(lies_nowhere(&gone.features), None);
+    assert_eq!(unsafe_to_use(&gone, &gone.skin_check()), None);
 
     let emptied = after(&cell, |update| {
         update
@@ -127,7 +127,8 @@ fn a_danger_that_never_had_a_place_is_named() {
     let (mut cell, _) = water();
     cell.records.feature(FeatureDraft::collection(ObjectClass::WRECKS));
     let read = read(&cell, &[]).unwrap();
-    assert_eq!(lies_nowhere(&read.features).map(|feature| feature.class), Some(ObjectClass::WRECKS));
+    let problem = unsafe_to_use(&read, &read.skin_check());
+    assert_eq!(problem, Some(S57Problem::Nowhere { class: ObjectClass::WRECKS, record: 3 }));
 }
 
 #[test]

@@ -11,5 +11,6 @@ mod made_up_updates;
 mod masks_and_soundings;
 mod regional;
 mod restricted;
+mod s58;
 mod writer;
 mod written;
