@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-newest-"));
 const outfile = join(folder, "newest.mjs");
 await build({ entryPoints: ["src/state/newest.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { completed, joined, lengthened, question, refreshed, within } = await import(outfile);
+const { completed, detectionCompleted, joined, lengthened, question, refreshed, within } = await import(outfile);
 
 /** What a server knows, the oldest first: several at one time. */
 const server = (count, first = 0) => Array.from({ length: count }, (_, at) => ({ time_us: 10 * Math.floor((first + at) / 3), name: `${first + at}` }));
@@ -171,4 +171,10 @@ test("a stretch that ends with the present has what a clock ahead of it tells", 
   assert.deepEqual(names(live(NOTHING, [ahead], open)), ["ahead"]);
   assert.equal(new URLSearchParams(question(open, 4, null)).get("to_us"), "61000000");
   assert.deepEqual(within([ahead], open), [ahead]);
+});
+
+test("a detection that others confirmed since is no longer called unconfirmed", () => {
+  const [alone, confirmed, live] = [{ snr_db: 5, flags: ["unconfirmed"], min_lag_s: null }, { snr_db: 5, flags: [], min_lag_s: 61 }, { snr_db: null, flags: null, min_lag_s: null }];
+  assert.deepEqual(detectionCompleted(alone, confirmed), confirmed);
+  assert.deepEqual(detectionCompleted(confirmed, live), confirmed, "what comes live says nothing of it");
 });

@@ -412,10 +412,9 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     ensure!(
         asides.is_empty() && done.lost.is_empty(),
         "the backup is made, and a person must look{}",
-        asides
-            .iter()
-            .map(|aside| format!("; at {}, and remove it then", aside.display()))
-            .collect::<String>()
+        asides.first().map_or_else(String::new, |aside| {
+            format!(" at {}, and then remove what is in {}", aside.display(), to.join("aside").display())
+        })
     );
     Ok(())
 }

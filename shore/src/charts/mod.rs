@@ -84,8 +84,19 @@ struct Seen {
     stamp: Option<Stamp>,
     /// Whether vessels do not get that set, as it lacks something that is closed.
     withheld: bool,
-    /// What vessels are to be offered, once it was read: of a set, or of none.
-    to_offer: Option<Option<LoadedIndex>>,
+    offer: Offer,
+}
+
+/// What vessels are to be offered.
+#[derive(Debug, Default)]
+enum Offer {
+    /// What they are offered already.
+    #[default]
+    AsBefore,
+    /// Nothing: there is no set.
+    Nothing,
+    /// The set of this index, once it was read.
+    Set(LoadedIndex),
 }
 
 impl Stamp {
@@ -200,15 +211,16 @@ impl Charts {
         for what in &damage {
             tracing::error!(what, "a chart cannot be read; all charts are made ready again");
         }
-        let mut fresh = None;
+        let mut fresh = Offer::Nothing;
         let now = match (stamp, load(&self.0.path, self.0.cache_bytes, damage.is_empty())) {
             (None, _) => Now::default(),
             (_, Ok((set, loaded))) => match before.set {
                 Some(old) if old.digest == set.digest && damage.is_empty() && !released => {
+                    fresh = std::mem::take(&mut seen.offer);
                     Now { set: Some(old), trouble: None }
                 }
                 _ => {
-                    fresh = Some(loaded);
+                    fresh = Offer::Set(loaded);
                     tracing::info!(
                         charts = set.charts.len(),
                         digest = set.digest,
@@ -229,17 +241,18 @@ impl Charts {
         };
         // Vessels keep the chart that they have rather than one that lacks what people closed.
         let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
-        let kept = now.set.is_some() && fresh.is_none() || withheld;
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
-        let to_offer = if kept { seen.to_offer.take() } else { Some(fresh) };
-        *seen = Seen { stamp, withheld, to_offer };
+        *seen = Seen { stamp, withheld, offer: if withheld { Offer::AsBefore } else { fresh } };
     }
 
     /// Offers vessels what was taken last, if they are not offered it yet.
     fn offer(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(fresh) = seen.to_offer.take() else { return };
-        let package = fresh.and_then(|loaded| package(&self.0.path, &loaded));
+        let package = match std::mem::take(&mut seen.offer) {
+            Offer::AsBefore => return,
+            Offer::Nothing => None,
+            Offer::Set(loaded) => package(&self.0.path, &loaded),
+        };
         self.0.offered.send_if_modified(|offered| {
             let digest =
                 |package: &Option<Arc<ChartPackage>>| package.as_ref().map(|package| package.digest());

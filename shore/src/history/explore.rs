@@ -2,7 +2,7 @@
 //!
 //! To read a million from the history takes seconds; to count a million that are in memory takes some tens of milliseconds. So
 //! months that somebody asks about are read by a thread of its own, the newest detections first, and kept as long as there is room
-//! ([`Shelf`]). What one question asks beyond that is left out, the oldest first, and the answer says from when on it is whole.
+//! (`shelf`). What one question asks beyond that is left out, the oldest first, and the answer says from when on it is whole.
 //!
 //! A question waits for `PATIENCE`; then it is answered with what is read by then, and the answer says so. A month to which
 //! something came since is read again, but not before ten times as long has gone by as that takes.

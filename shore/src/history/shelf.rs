@@ -302,10 +302,14 @@ impl Shelf {
     /// Makes room for so much, by what this question is not about, and by its older months; whether there is room then.
     fn has_room(&mut self, weight: usize, reading: &Reading) -> bool {
         let mut there: usize = self.months.values().map(Month::weight).sum();
+        let from_us = reading.of.month.from_us;
+        // Whoever asks the same again meanwhile gives all months of the question a newer number.
+        let own = reading.vessels().filter_map(|vessel| self.months.get(&(from_us, vessel)));
+        let newest = own.map(|month| month.asked).fold(reading.asked, u64::max);
         while there + weight > self.most {
             let is_less = |(key, month): &(&Key, &Month)| {
                 month.asked < reading.asked
-                    || (month.asked == reading.asked && key.0 < reading.of.month.from_us)
+                    || ([reading.asked, newest].contains(&month.asked) && key.0 < from_us)
             };
             let others = self.months.iter().filter(is_less);
             let Some(key) = others.min_by_key(|(key, month)| (month.asked, key.0)).map(|(key, _)| *key)

@@ -143,3 +143,24 @@ fn questions_without_room_together_do_not_push_each_other_out_without_end() {
     assert_eq!(shelf.unread(&one, again, now + Duration::from_secs(2)), [], "the other was asked since");
     assert_eq!(shelf.found(&one).left_out_before_us, Some(month(0).to_us - 2 * DAY_US));
 }
+
+#[test]
+fn who_asks_again_while_it_is_read_gets_no_less() {
+    let mut shelf = Shelf::new(20, NO_REST);
+    assert_eq!(ask(&mut shelf, &wanted(&[0], &[1]), 15), (15, None));
+    let all = wanted(&[1, 0], &[1]);
+    let asked = shelf.ask(&all);
+    let now = Instant::now();
+    let newest = shelf.unread(&all, asked, now).remove(0);
+    let mut reading = shelf.begin(newest, asked, now);
+    for page in 1..=18 {
+        let whole_us = (page < 18).then(|| reading.month().to_us - page * DAY_US);
+        let kept = shelf.take(&mut reading, BTreeMap::from([(1, piece(1))]), whole_us, now);
+        assert!(matches!(kept, Kept::All), "page {page}");
+        if page == 3 {
+            shelf.ask(&all);
+        }
+    }
+    let found = shelf.found(&all);
+    assert_eq!(found.pieces.len(), 18, "the newest month is whole");
+}

@@ -51,13 +51,13 @@ function TimeAxis({ frame: { width, left, from, to, x }, y }: { readonly frame: 
 }
 
 /** A tag's marks: filled where something confirms them, hollow where nothing does. */
-function TagRow({ of: { tag, tag_id, animal, marks }, row, step_us, frame: { width, left, from, x } }: { readonly of: SummaryTag; readonly row: number; readonly step_us: number; readonly frame: Frame }) {
+function TagRow({ of: { tag, tag_id, animal, name: called, marks }, row, step_us, frame: { width, left, from, x } }: { readonly of: SummaryTag; readonly row: number; readonly step_us: number; readonly frame: Frame }) {
   const wide = Math.max(2, x(from + step_us) - left);
-  const [name, letters] = [animal || tag, Math.floor((left - 12) / LETTER)];
+  const [name, letters] = [animal || called || tag, Math.floor((left - 12) / LETTER)];
   const box = (at: number, top: number, least: number, less: number): string => `M${x(from + at * step_us).toFixed(1)} ${row * ROW + top}h${Math.max(least, wide).toFixed(1)}v${ROW - less}h-${Math.max(least, wide).toFixed(1)}z`;
   return (
     <g>
-      <text x={left - 8} y={row * ROW + 15} class="end"><title>{animal ? `${animal}, ${tag}` : tag}</title>{name.length > letters ? `${name.slice(0, letters - 1)}…` : name}</text>
+      <text x={left - 8} y={row * ROW + 15} class="end"><title>{[...new Set([animal, called, tag])].filter(Boolean).join(", ")}</title>{name.length > letters ? `${name.slice(0, letters - 1)}…` : name}</text>
       <line class="grid" x1={left} x2={width - RIGHT} y1={row * ROW + ROW - 1} y2={row * ROW + ROW - 1} />
       <path class={`series-${tagSeries(tag_id)}`} d={marks.filter(([, all, unconfirmed]) => all > unconfirmed).map(([at]) => box(at, 3, 2, 7)).join("")} />
       <path class="doubted" d={marks.filter(([, all, unconfirmed]) => all === unconfirmed).map(([at]) => box(at, 4, 4, 9)).join("")} />

@@ -10,7 +10,7 @@ import { Spans, TimeSpan } from "../components/timespan";
 import { keptHiddenTags, TagLegend } from "../components/taglegend";
 import { Times, timesOf } from "../components/times";
 import { flagReason } from "../state/flags";
-import { completed } from "../state/newest";
+import { detectionCompleted } from "../state/newest";
 import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";
 import { pickedUs } from "../state/takeout";
@@ -187,7 +187,7 @@ function Table({ rows, called, registered }: { readonly rows: readonly Detection
               <td data-tag={tagSeries(one.tag_id)}>{tagName(one)}</td><td>{registered(one)}</td><td class="whole">{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
               <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{clockWord(one.clock)}</td>
-              <td>{(one.flags ?? []).map((flag) => flagReason(flag)).join(" ")}</td>
+              <td>{one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known")}</td>
             </tr>
           ))}
         </tbody>
@@ -217,7 +217,7 @@ function joined(before: readonly Detection[], next: readonly Detection[]): reado
   for (const one of next) {
     const key = keyOf(one);
     const known = all.get(key);
-    all.set(key, known ? completed(known, one) : one);
+    all.set(key, known ? detectionCompleted(known, one) : one);
   }
   return [...all.values()].sort((one, other) => other.time_us - one.time_us);
 }

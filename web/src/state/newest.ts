@@ -1,7 +1,7 @@
 // Events of a stretch of time: as they are read, the newest first and older ones when somebody asks for them, and as they
 // come by themselves. Pure.
 
-import type { Next } from "../api/types.gen";
+import type { Detection, Next } from "../api/types.gen";
 
 /** From a time on and before another, µs since 1970 UTC. */
 export interface Stretch {
@@ -91,6 +91,12 @@ function mergedWith<T>(before: T | undefined, next: T, merged: (before: T, next:
 export function completed<T extends object>(before: T, next: T): T {
   const lacks = (Object.keys(next) as (keyof T)[]).filter((name) => before[name] === null && next[name] !== null);
   return lacks.length ? { ...before, ...Object.fromEntries(lacks.map((name) => [name, next[name]])) } : before;
+}
+
+/** The same of detections: whether others confirm one changes with what comes, and the newer answer counts. */
+export function detectionCompleted(before: Detection, next: Detection): Detection {
+  const whole = completed(before, next);
+  return next.flags === null ? whole : { ...whole, flags: next.flags, min_lag_s: next.min_lag_s };
 }
 
 /** Of what is known, what lies in another stretch: the rest of that is not known. */

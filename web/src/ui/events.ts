@@ -2,7 +2,7 @@
 
 import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
 import { flagReason } from "../state/flags";
-import { completed, type Part, type Stretch } from "../state/newest";
+import { detectionCompleted, type Part, type Stretch } from "../state/newest";
 import { NOTE, NOTE_BY } from "../state/notes";
 import { tagSeries } from "../state/tags";
 import { t } from "../words/words";
@@ -113,7 +113,7 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
     page: TAGS,
     ask,
     key,
-    merged: completed,
+    merged: detectionCompleted,
     cells: (one) => [
       one.heard_us === null ? t("{time}, time of arrival: the receiver's clock is not set or was lost", { time: utc(one.time_us) }) : utc(one.heard_us),
       tagName(one),
@@ -122,7 +122,7 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
       String(one.frequency_khz),
       String(one.serial_no),
       placeOf(one),
-      (one.flags ?? []).map((flag) => flagReason(flag)).join(" "),
+      one.flags?.map((flag) => flagReason(flag)).join(" ") ?? t("not known"),
     ],
     marks: () => ({}),
     tag: (one) => String(tagSeries(one.tag_id)),

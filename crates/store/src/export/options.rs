@@ -31,7 +31,7 @@ pub struct CsvOptions {
     pub shape: Shape,
     /// In which unit angles are written.
     pub angles: Angles,
-    /// Whether a wide table's header gives units, as in `psi [rad]`; else they are in [`describe_csv`] only.
+    /// Whether a wide table's header gives units, as in `psi [rad]`; else they are in [`describe_csv`](crate::describe_csv) only.
     pub units: bool,
     /// Whether numbers that have names are written as those: `R64K` for 4. Numbers without a name stay.
     pub labels: bool,
