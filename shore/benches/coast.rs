@@ -118,7 +118,8 @@ fn run(step: &str, folder: &Path) {
         }
         // Between places 1 km apart, harbours 18 km apart, and such five blocks apart.
         "routes of 1 km" => {
-            routes(&served(&db), at, LatLon::from_deg(at.lat_deg() - 0.004, at.lon_deg() - 0.01).unwrap())
+            let near = LatLon::from_deg(at.lat_deg() - 0.004, at.lon_deg() - 0.01).unwrap();
+            routes(&served(&db), at, near);
         }
         "routes of 18 km" => routes(&served(&db), at, place(1)),
         "routes of 90 km" => routes(&served(&db), at, place(5)),

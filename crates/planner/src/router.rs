@@ -18,7 +18,7 @@ const WHOLE_DEG: f64 = 8.0;
 const MOST_ROOMS: usize = 8;
 /// More memory than this they do not take together, but for the one that was asked for last (bytes).
 const MOST_BYTES: usize = 96 << 20;
-/// Regions over charts of more vertices are not prepared, but for the smallest: so many take some 10 s and 150 MiB.
+/// Regions over charts of more vertices are not prepared, but for the smallest: so many take some 10 s and 200 MiB.
 const MOST_VERTICES: usize = 12_000_000;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];

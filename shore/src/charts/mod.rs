@@ -84,8 +84,20 @@ struct Seen {
     stamp: Option<Stamp>,
     /// Whether vessels do not get that set, as it lacks something that is closed.
     withheld: bool,
-    /// What vessels are to be offered, once it was read: of a set, or of none.
-    to_offer: Option<Option<LoadedIndex>>,
+    /// What vessels are to be offered.
+    to_offer: ToOffer,
+}
+
+/// What the next look offers vessels.
+#[derive(Debug, Default)]
+enum ToOffer {
+    /// What they are offered stays.
+    #[default]
+    Same,
+    /// There is no chart any more.
+    None,
+    /// That of a set, once it was read to its end.
+    Of(Box<LoadedIndex>),
 }
 
 impl Stamp {
@@ -231,15 +243,19 @@ impl Charts {
         let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
         let kept = now.set.is_some() && fresh.is_none() || withheld;
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
-        let to_offer = if kept { seen.to_offer.take() } else { Some(fresh) };
+        let newest = fresh.map_or(ToOffer::None, |loaded| ToOffer::Of(Box::new(loaded)));
+        let to_offer = if kept { std::mem::take(&mut seen.to_offer) } else { newest };
         *seen = Seen { stamp, withheld, to_offer };
     }
 
     /// Offers vessels what was taken last, if they are not offered it yet.
     fn offer(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(fresh) = seen.to_offer.take() else { return };
-        let package = fresh.and_then(|loaded| package(&self.0.path, &loaded));
+        let package = match std::mem::take(&mut seen.to_offer) {
+            ToOffer::Same => return,
+            ToOffer::None => None,
+            ToOffer::Of(loaded) => package(&self.0.path, &loaded),
+        };
         self.0.offered.send_if_modified(|offered| {
             let digest =
                 |package: &Option<Arc<ChartPackage>>| package.as_ref().map(|package| package.digest());
