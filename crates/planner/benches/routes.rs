@@ -57,7 +57,7 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
         index.vertex_count(),
         begun.elapsed().as_secs_f64() * 1e3,
         room.triangles(),
-        room.bytes() as f64 / (1 << 20) as f64
+        room.bytes() as f64 / f64::from(1 << 20)
     );
     drop(room);
     let router = Router::new(Arc::clone(index));
