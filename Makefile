@@ -143,6 +143,7 @@ bench: setup web chromium
 	cargo bench --locked --package server --bench relay
 	cargo bench --locked --package server --bench stop
 	cargo bench --locked --package server --bench tiles
+	@sh scripts/bench-coast
 	@sh scripts/bench-agent
 	cargo test --release --locked --package onboard --test integration drives -- --ignored --nocapture
 	@sh scripts/bench-live

@@ -4,11 +4,10 @@
 //! nodes, not by coordinates. The order of an area's pointers is usually that of its boundary; where it is
 //! not, the remaining edges of the same usage are searched.
 
-use super::codes::ObjectClass;
+use super::codes::{ObjectClass, SKIN_CLASSES};
 use super::error::S57Problem;
 use super::geometry::{Area, EdgeUse, GeoPoint, Geometry, Path, Sounding};
 use super::records::{CONNECTED_NODE, Coordinate, EDGE, ISOLATED_NODE, Name, Pointer};
-use super::skin::SKIN_CLASSES;
 use super::store::{Store, StoredFeature, StoredVector};
 use std::collections::{BTreeMap, BTreeSet};
 

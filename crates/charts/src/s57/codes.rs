@@ -303,6 +303,17 @@ const ATTRIBUTES: &[(u16, &str)] = &[
     (401, "POSACC"), (402, "QUAPOS"),
 ];
 
+/// The classes of group 1.
+pub const SKIN_CLASSES: [ObjectClass; 7] = [
+    ObjectClass::DEPARE,
+    ObjectClass::DRGARE,
+    ObjectClass::LNDARE,
+    ObjectClass::UNSARE,
+    ObjectClass::PONTON,
+    ObjectClass::HULKES,
+    ObjectClass::FLODOC,
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

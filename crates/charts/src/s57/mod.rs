@@ -27,13 +27,13 @@ pub mod write;
 
 pub use catalogue::{Catalogue, CatalogueEntry};
 pub use cell::Cell;
-pub use codes::{AttributeCode, ObjectClass};
+pub use codes::{AttributeCode, ObjectClass, SKIN_CLASSES};
 pub use error::{Place, S57Error, S57Problem};
 pub use exchange::{CellFailure, ExchangeSet};
 pub use feature::{Attribute, Feature, FeatureLink, LinkRole, ObjectId};
 pub use geometry::{Area, EdgeUse, GeoPoint, Geometry, Path, Sounding};
 pub use named_bytes::NamedBytes;
 pub use records::{DatasetId, DatasetParameters, DatasetStructure};
-pub use skin::{SKIN_CLASSES, SkinCheck};
+pub use skin::SkinCheck;
 pub use store::Notice;
 pub use words::{attribute_words, class_words, value_words};

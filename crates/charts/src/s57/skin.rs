@@ -6,21 +6,10 @@
 //! sums alone would not tell a gap from an overlap as large. A cell that fails this was read wrongly or is damaged.
 
 use super::cell::Cell;
-use super::codes::{AttributeCode, ObjectClass};
+use super::codes::{AttributeCode, ObjectClass, SKIN_CLASSES};
 use super::feature::Feature;
 use super::geometry::{Area, GeoPoint, Geometry, Path};
 use std::collections::BTreeMap;
-
-/// The classes of group 1.
-pub const SKIN_CLASSES: [ObjectClass; 7] = [
-    ObjectClass::DEPARE,
-    ObjectClass::DRGARE,
-    ObjectClass::LNDARE,
-    ObjectClass::UNSARE,
-    ObjectClass::PONTON,
-    ObjectClass::HULKES,
-    ObjectClass::FLODOC,
-];
 
 /// The two sums that must agree, and where they do not.
 #[derive(Debug, Clone, Copy, PartialEq)]
