@@ -117,7 +117,7 @@ fn encryption(config: &Config, now: UtcTime) -> Check {
         .to_owned();
     if facts.from > now {
         let found = format!(
-            "{file} begins on {} only, made by a clock that led, or this one is behind: browsers and boats refuse it until then",
+            "{file} is valid only from {}: it was made while a clock was ahead, or this clock is behind. Browsers and boats refuse it until then",
             clock::written(facts.from)
         );
         return Check { name, health: Health::Problem, found, remedy: renew };

@@ -77,8 +77,8 @@ fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>
     }
     if is_one_folder(folder, &config.data)? {
         return Ok(Verdict::Refused(format!(
-            "backup.folder {} and the data folder {} are one, or one lies in the other: that is no second copy. Name a folder on \
-             another disk",
+            "backup.folder {} and the data folder {} are the same folder, or one is inside the other, so there is no second copy. \
+             Set backup.folder to a folder on another disk",
             folder.display(),
             config.data.display()
         )));
@@ -105,7 +105,7 @@ fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>
     Ok(Verdict::Goes(plan.removals))
 }
 
-/// Whether one of two folders is the other or lies in it, by whatever names.
+/// Whether two folders are the same or one is inside the other, also through links.
 fn is_one_folder(one: &Path, other: &Path) -> anyhow::Result<bool> {
     let whole = |path: &Path| path.canonicalize().with_context(|| format!("cannot find {}", path.display()));
     let (one, other) = (whole(one)?, whole(other)?);

@@ -404,7 +404,7 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     tell_aside(&done.aside, to);
     for path in &done.lost {
         complain!(
-            "{} is gone from the backup, and the server has it no more: look at the backup's disk, and for another copy",
+            "{} is gone from the backup and from the server: check the backup's disk, and look for another copy",
             path.display()
         );
     }

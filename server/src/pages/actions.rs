@@ -80,7 +80,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
-    /// What looks like an action and is none: kinds of messages, and a setting.
+    /// Texts of the same shape that are not actions: kinds of messages, and a setting.
     const OTHERS: [&str; 3] = ["alarm.over", "alarm.raised", "log.level"];
     /// Endings of files.
     const FILES: [&str; 3] = [".html", ".ini", ".toml"];

@@ -133,7 +133,7 @@ pub(crate) fn is_due(folder: &Path, tls: &Tls, within_days: u32, now: UtcTime) -
     Ok(is_ours && (is_out(&facts, within_days, now) || pair::is_unfinished(tls)))
 }
 
-/// Whether a certificate ends within so many days, or begins later than now: a clock that led made it, and until then browsers
+/// Whether a certificate ends within so many days, or is not valid yet: then it was made while the clock was ahead, and browsers
 /// and boats refuse it.
 fn is_out(facts: &Facts, within_days: u32, now: UtcTime) -> bool {
     days_left(facts.until, now) < i64::from(within_days) || facts.from > now

@@ -23,7 +23,7 @@ impl Held {
     /// The backup in a folder.
     ///
     /// # Errors
-    /// There is none, or none that this program understands.
+    /// The folder holds no backup, or one that this program cannot read.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         ensure!(
             folder.join(MANIFEST).exists(),
@@ -67,13 +67,14 @@ impl Held {
     }
 
     fn lacks_file(&self, data: &Path, path: &Path, reads: bool) -> std::io::Result<Option<String>> {
-        // Which of the two is the good one is for a person to say.
+        // A person must decide which of the two is good.
         if let Some(aside) = self.aside.iter().find(|aside| aside.join(path).exists()) {
             return Ok(Some(format!("has another copy in {}, which a person must look at", aside.display())));
         }
         let Some(entry) = self.files.get(path) else {
             return Ok(Some(
-                "is not in it, and is no file of Lutra's if a new backup lacks it, too".to_owned(),
+                "is not in it; if a new backup lacks it too, it is not a file of Lutra's: move it away"
+                    .to_owned(),
             ));
         };
         let (from, copy) = (data.join(path), self.folder.join(entry.at()));

@@ -97,7 +97,7 @@ impl Manifest {
     /// The manifest of a backup.
     ///
     /// # Errors
-    /// There is none, or none that this program understands.
+    /// The folder holds no backup, or one that this program cannot read.
     pub(crate) fn read(backup: &Path) -> anyhow::Result<Self> {
         let path = backup.join(MANIFEST);
         let text = fs::read(&path).with_context(|| {

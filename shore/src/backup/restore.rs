@@ -26,7 +26,7 @@ pub struct Restored {
 
 /// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all: what is under way lies
 /// in another folder, beside one that is absent and within one that is there, such as a mounted disk. While that folder is within,
-/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew. Who restores holds that
+/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew. A restore locks that
 /// folder; a second one at the same time is refused.
 ///
 /// # Errors

@@ -265,7 +265,7 @@ impl Shelf {
         *reading = self.begin(of, reading.asked, now);
     }
 
-    /// Keeps what was read of a month, in place of what was read of it before where that is no more.
+    /// Keeps what was read of a month. It replaces what was read before, unless that is the whole month and this not yet.
     fn keep(&mut self, reading: &mut Reading, now: Instant) {
         for (vessel, fresh) in &mut reading.fresh {
             let key = (reading.of.month.from_us, *vessel);

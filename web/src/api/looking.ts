@@ -9,7 +9,7 @@ const PAGES = 25;
 /** What was found so far. */
 export interface Looked {
   readonly rows: readonly Detection[];
-  /** The question for the rest; empty where there is none. */
+  /** The question for the rest; empty where nothing is left. */
   readonly rest: string;
 }
 

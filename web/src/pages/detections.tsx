@@ -69,7 +69,7 @@ class Heard {
     this.more.value = found.rest;
   };
 
-  /** How far back has been looked without finding any, µs; 0 where that is not told. */
+  /** How far back the search has come without finding any, µs; 0 before it is reported. */
   readonly lookedTo = signal(0);
 
   private readonly far = ({ rest }: { readonly rest: string }): void => { this.lookedTo.value = lookedBackTo(rest); };

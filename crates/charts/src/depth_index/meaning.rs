@@ -144,7 +144,7 @@ const DEPTH_UNKNOWN: u32 = 2;
 /// No sea is deeper (m).
 const DEEPEST_M: f64 = 12_000.0;
 
-/// The least of all values that an attribute has (m); `None` where it has none, or one of them is none.
+/// The least value of an attribute (m); `None` where the attribute is absent, or a value is not a number.
 fn least_m(feature: &Feature, code: Attr) -> Option<f64> {
     let value = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
     let all: Option<Vec<f64>> = feature.texts(code).map(value).collect();
@@ -189,7 +189,7 @@ fn danger(feature: &Feature) -> Option<Stored> {
     }
 }
 
-/// How high something hangs (m); `None` where the chart does not tell, or one of its values is none.
+/// The vertical clearance of something overhead (m); `None` where the chart does not give it, or a value is not a number.
 fn overhead_m(feature: &Feature) -> Option<f64> {
     let codes = [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA];
     let readable = |code: &Attr| least_m(feature, *code).is_some();

@@ -140,7 +140,7 @@ impl Chart {
         bytes
     }
 
-    /// What whoever imports the cell does with it: a refusal in words, or a chart.
+    /// Imports the cell: the refusal in words, or the chart.
     pub(crate) fn read(&self) -> Result<Cell, String> {
         let base = self.base();
         let stem = NAME.trim_end_matches("000");
