@@ -20,8 +20,8 @@ pub struct DetectionsSummaryQuery {
     /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
     /// then. Everywhere when left out or empty.
     pub area: Option<String>,
-    /// Whether the plots reach to all detections, also to a few whose times are far from all others'; no when left out. `outside`
-    /// tells how many those are.
+    /// Whether the plots reach to all times, also to a few by clocks that are wrong and far from all others; no when left out.
+    /// `outside` and `listened_outside_s` tell how many those are.
     pub whole_axis: Option<bool>,
 }
 
@@ -91,10 +91,12 @@ pub struct DetectionsSummary {
     pub vessels: Vec<SummaryVessel>,
     /// How many have which flag; flags that none has are left out.
     pub flags: Vec<SummaryFlag>,
-    /// Detections whose times lie outside the plots, as they are few and far from all others': a clock was wrong. They are counted in
-    /// everything else; `whole_axis=true` shows them.
+    /// Detections whose times lie outside the plots: few, far from all others, and of receivers whose clock was not set, lost, or far
+    /// from the vessel's. They are counted in everything else; `whole_axis=true` shows them.
     #[cfg_attr(test, ts(type = "number"))]
     pub outside: u64,
+    /// How long receivers listened outside the plots, all together, s: likewise.
+    pub listened_outside_s: f64,
     /// Detections reported before this are left out, as more than the server holds in memory are asked for, µs since 1970 UTC;
     /// null where none are.
     #[cfg_attr(test, ts(type = "number | null"))]

@@ -58,6 +58,8 @@ pub struct ExportSize {
     /// About so many bytes, not packed.
     #[cfg_attr(test, ts(type = "number"))]
     pub bytes: u64,
+    /// Whether that may be learnt from a sample; else it is counted.
+    pub estimated: bool,
 }
 
 /// Which part of a track.

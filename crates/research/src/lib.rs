@@ -27,7 +27,7 @@ mod template;
 pub use check::{Fault, check, check_all};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
-pub use explore::{Question, Sightings, SightingsBuilder, summary};
+pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
 pub use formats::{FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};
 pub use lag::{HORIZON_S, Lag, Lags};

@@ -21,6 +21,8 @@ pub(crate) const MARKS: [FlagCode; 6] = [
 
 /// The bit of [`FlagCode::ClockOff`].
 pub(crate) const CLOCK_OFF: u8 = 1 << 2;
+/// The bits of [`FlagCode::ClockNotSet`], [`FlagCode::ClockLost`] and [`FlagCode::ClockOff`].
+pub(crate) const CLOCK_WRONG: u8 = 1 | 1 << 1 | CLOCK_OFF;
 
 /// Whether a detection has a flag by itself. What takes its neighbours is [`Heard::doubt`].
 fn has(one: &Detection, code: FlagCode) -> bool {

@@ -1,26 +1,26 @@
 //! Detections counted, for plots.
+//!
+//! Counting takes memory for each detection, so that no more than `shore` has places for are counted at the same time. What comes
+//! beyond that waits its turn; where that takes too long it is answered with 503 and `Retry-After`. The page asks again by itself.
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
 use api::{DetectionsFileQuery, DetectionsSummary, DetectionsSummaryQuery, ExportSize};
 use axum::Json;
 use axum::extract::State;
-use research::{Narrowed, Question, Study};
-use shore::history::heard::{self, HeardFile, SampleBounds};
-use shore::history::{History, explore, export};
+use shore::history::explore::{self, FoundRanks, Prepared};
+use shore::history::heard::HeardFile;
+use shore::history::size::{self, Measured};
+use shore::history::{Places, export};
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use store::{DetectionsWanted, Reader, StoreError, TimeRange};
+use tokio::sync::OwnedSemaphorePermit;
 
-/// So much of a file is written to learn how long its rows are, bytes.
-const SAMPLE_BYTES: u64 = 1 << 17;
-/// So many detections are read for that at most.
-const SAMPLE_READ: u64 = 50_000;
-/// So long that may take.
-const SAMPLE_TIME: Duration = Duration::from_secs(1);
-/// So long may be waited for what is not read yet.
+/// So long may be waited for what is not read yet, before a size is asked for again.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// After so long it may be asked for again (s).
+const AGAIN_S: u64 = 2;
 
 /// `GET /api/v1/detections/summary`.
 pub(crate) async fn summary(
@@ -36,12 +36,33 @@ pub(crate) async fn summary(
     }
     let named = state.shore.people.vessels();
     let (_, study) = state.shore.register.study().await?;
-    let explorer = state.shore.history.explorer.clone();
-    let ask = move |reader: &mut Reader| {
+    let history = &state.shore.history;
+    let explorer = history.explorer.clone();
+    let prepare = move |reader: &mut Reader| {
         let systems = export::systems(reader, &vessels, &named, &may)?;
-        explorer.summary(reader, &explore::question(&query, &systems, &study)?, &study)
+        let question = explore::question(&query, &systems, &study)?;
+        Ok((explorer.prepare(reader, question, explore::PATIENCE)?, study))
     };
-    Ok(Json(state.shore.history.ask(ask).await?))
+    let (prepared, study) = history.ask(prepare).await?;
+    let explorer = history.explorer.clone();
+    counted(&history.counts, move || explorer.summary(&prepared, &study)).await.map(Json)
+}
+
+/// Counts where slow work may be done, in its turn.
+async fn counted<R: Send + 'static>(
+    counts: &Places,
+    count: impl FnOnce() -> R + Send + 'static,
+) -> Result<R, ApiError> {
+    let place = place(counts, "As many count detections as may; it is your turn in a moment, ask again then.").await?;
+    let count = move || {
+        let _place = place;
+        count()
+    };
+    Ok(tokio::task::spawn_blocking(count).await.map_err(|_| StoreError::Cancelled)?)
+}
+
+async fn place(places: &Places, busy: &str) -> Result<OwnedSemaphorePermit, ApiError> {
+    places.take().await.ok_or_else(|| ApiError::busy_for(AGAIN_S, busy))
 }
 
 /// `GET /api/v1/detections/size`.
@@ -54,9 +75,50 @@ pub(crate) async fn size(
     let vessels = export::list(query.vessel.as_deref());
     let may = super::export::may(who, &vessels)?;
     let named = state.shore.people.vessels();
+    let names: BTreeMap<u16, String> =
+        named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
     let (_, study) = state.shore.register.study().await?;
     let file = HeardFile::new(query.format.as_deref(), query.spreadsheet.as_deref())?;
-    let asked = DetectionsSummaryQuery {
+    let asked = summary_of(query);
+    let history = state.shore.history.clone();
+    let place = place(&history.sizes, "As many sizes as may are looked at; ask again in a moment.").await?;
+    let explorer = history.explorer.clone();
+    let prepare = move |reader: &mut Reader| {
+        let systems = export::systems(reader, &vessels, &named, &may)?;
+        let question = explore::question(&asked, &systems, &study)?;
+        Ok((explorer.prepare(reader, question, PATIENCE)?, systems, study))
+    };
+    let (prepared, systems, study) = history.ask(prepare).await?;
+    let explorer = history.explorer.clone();
+    let count = move || (explorer.ranks(&prepared, &study, size::PARTS), prepared, study);
+    let (found, Prepared { question, .. }, study) = counted(&history.counts, count).await?;
+    let ranks = match found {
+        FoundRanks::Whole(ranks) => ranks,
+        FoundRanks::Reading => return Err(still_reads()),
+        FoundRanks::TooMany => {
+            let text = "there are more detections than the server counts beforehand; choose a shorter time, or \
+                        download without knowing the size";
+            return Err(StoreError::Query(text.into()).into());
+        }
+    };
+    let range = TimeRange { from_us: question.from_us, to_us: question.to_us };
+    let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags: question.tags };
+    let file = HeardFile { narrowed: question.narrowed, ..file };
+    let data = history.data().to_owned();
+    let measure = move |_: &mut Reader| {
+        let _place = place;
+        Measured { wanted: &wanted, names: &names, study: &study, file: &file }.size(&data, &ranks)
+    };
+    history.ask(measure).await?.map(Json).ok_or_else(still_reads)
+}
+
+fn still_reads() -> ApiError {
+    ApiError::busy_for(AGAIN_S, "The server still reads these detections; try again in a moment.")
+}
+
+/// The detections of a file, as they are counted.
+fn summary_of(query: DetectionsFileQuery) -> DetectionsSummaryQuery {
+    DetectionsSummaryQuery {
         from_us: query.from_us,
         to_us: query.to_us,
         vessel: None,
@@ -64,63 +126,5 @@ pub(crate) async fn size(
         project: query.project,
         area: query.area,
         whole_axis: None,
-    };
-    // It is as much work as a small export.
-    let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
-        return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
-    };
-    let history = state.shore.history.clone();
-    let ask = move |reader: &mut Reader| {
-        let _place = place;
-        let systems = export::systems(reader, &vessels, &named, &may)?;
-        let question = explore::question(&asked, &systems, &study)?;
-        let names = named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
-        let file = HeardFile { narrowed: question.narrowed.clone(), ..file };
-        measured(&history, reader, &question, systems, &names, &study, &file)
-    };
-    match state.shore.history.ask(ask).await? {
-        Some(size) => Ok(Json(size)),
-        None => Err(ApiError::busy("The server still reads these detections; try again in a moment.")),
     }
-}
-
-/// How large a file will be; `None` where the server still counts. Its detections are counted by the explorer, and how long their
-/// rows are is learnt from the first ones.
-fn measured(
-    history: &History,
-    reader: &mut Reader,
-    question: &Question,
-    systems: Vec<imc::Address>,
-    names: &BTreeMap<u16, String>,
-    study: &Study,
-    file: &HeardFile,
-) -> store::Result<Option<ExportSize>> {
-    let counted = history.explorer.summary_within(reader, question, study, PATIENCE)?;
-    if counted.left_out_before_us.is_some() {
-        let text = "there are more detections than the server counts beforehand; choose a shorter time, or \
-                    download without knowing the size";
-        return Err(StoreError::Query(text.into()));
-    }
-    if counted.read_from_us.is_some() {
-        return Ok(None);
-    }
-    let range = TimeRange { from_us: question.from_us, to_us: question.to_us };
-    let wanted =
-        DetectionsWanted { systems: Some(systems), range, came_from: None, tags: question.tags.clone() };
-    let sample = |wanted: &DetectionsWanted, file: &HeardFile| {
-        let until = Instant::now() + SAMPLE_TIME;
-        let bounds = SampleBounds { detections: SAMPLE_READ, bytes: SAMPLE_BYTES, until };
-        heard::sample(history.data(), wanted, names, study, file, bounds)
-    };
-    let mut found = sample(&wanted, file)?;
-    if found.is_whole {
-        return Ok(Some(ExportSize { rows: found.begin.rows, bytes: found.begin.bytes }));
-    }
-    if found.wanted == 0 {
-        // The first ones are not among those that are wanted; rows of others are about as long.
-        let all = HeardFile { narrowed: Narrowed::default(), ..file.clone() };
-        found = sample(&DetectionsWanted { tags: Vec::new(), ..wanted }, &all)?;
-    }
-    let of_wanted = |part: u64| (counted.detections as f64 * part as f64 / found.wanted.max(1) as f64) as u64;
-    Ok(Some(ExportSize { rows: of_wanted(found.begin.rows), bytes: of_wanted(found.begin.bytes) }))
 }

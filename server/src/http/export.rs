@@ -128,7 +128,7 @@ pub(crate) async fn size(
         store::measure_csv(history.data(), &selection, &options)
     };
     let Exported { rows, bytes } = state.shore.history.ask(measure).await?;
-    Ok(Json(ExportSize { rows, bytes }))
+    Ok(Json(ExportSize { rows, bytes, estimated: true }))
 }
 
 /// Whose data the person may take out.

@@ -55,7 +55,12 @@ impl ApiError {
 
     /// Too many ask for the same.
     pub(crate) fn busy(text: &str) -> Self {
-        Self { wait_s: Some(10), ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text) }
+        Self::busy_for(10, text)
+    }
+
+    /// The same; it may be asked again after so long (s).
+    pub(crate) fn busy_for(wait_s: u64, text: &str) -> Self {
+        Self { wait_s: Some(wait_s), ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text) }
     }
 
     pub(crate) fn not_logged_in() -> Self {

@@ -1,17 +1,20 @@
 //! Many detections at once, for plots: read once from the history, kept small, and counted from there.
 //!
 //! To read a million from the history takes seconds; to count a million that are in memory takes some tens of milliseconds. So
-//! months that somebody asks about are read by a thread of its own, the newest detections first, and kept as long as there is room
-//! (`shelf`). What one question asks beyond that is left out, the oldest first, and the answer says from when on it is whole.
+//! what somebody asks about is read by a thread of its own, in stretches of some days, the newest detections first, and kept as long
+//! as there is room (`shelf`). What one question asks beyond that is left out, the oldest first, and the answer says from when on it
+//! is whole.
 //!
 //! A question waits for `PATIENCE`; then it is answered with what is read by then, and the answer says so. A month to which
 //! something came since is read again, but not before ten times as long has gone by as that takes.
+//!
+//! To count takes memory for each detection, some 70 bytes: so a question is [`Explorer::prepare`]d, and counted when it has its turn.
 
 use super::export;
-use super::shelf::{Found, Kept, Shelf, Unread, Wanted};
+use super::shelf::{Found, Kept, STRETCHES, Shelf, Unread, Wanted};
 use api::{DetectionsSummary, DetectionsSummaryQuery};
 use imc::Address;
-use research::{HORIZON_S, Narrowed, Question, Sightings, SightingsBuilder, Study};
+use research::{HORIZON_S, Narrowed, Question, Ranks, Sightings, SightingsBuilder, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -20,12 +23,12 @@ use store::{Acoustic, Page, Reader, StoreError, TimeRange};
 
 /// Detections and reports of listening that are kept.
 const MOST: usize = 2_000_000;
-/// So long a question waits for what is not read yet.
-const PATIENCE: Duration = Duration::from_millis(200);
+/// So long a question of a plot waits for what is not read yet.
+pub const PATIENCE: Duration = Duration::from_millis(200);
 /// Detections that are read at once, and the bytes of their texts.
 const PAGE: Page = Page { skip: 0, rows: 20_000, bytes: 16 << 20 };
-/// A month is read again at the earliest after so many times what that takes.
-const REST: u32 = 10;
+/// A stretch is read again at the earliest after so many times what that takes: a month after ten times.
+const REST: u32 = 10 * STRETCHES;
 
 /// Detections in memory; cheap to clone.
 #[derive(Debug, Clone)]
@@ -51,12 +54,31 @@ struct State {
     trouble: Option<String>,
 }
 
+/// A question of which is read what there is room for.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What is asked for.
+    pub question: Question,
+    wanted: Wanted,
+}
+
+/// Where the detections of a question lie.
+#[derive(Debug)]
+pub enum FoundRanks {
+    /// All of them are counted.
+    Whole(Ranks),
+    /// They are still being read.
+    Reading,
+    /// There is no room for all of them.
+    TooMany,
+}
+
 impl Explorer {
     pub(crate) fn new(data: &Path) -> Self {
         Self::holding(data, MOST, REST)
     }
 
-    /// Keeps so many detections, and reads a month again after so many times what that takes.
+    /// Keeps so many detections, and reads a stretch again after so many times what that takes.
     fn holding(data: &Path, most: usize, rest: u32) -> Self {
         let page = Page { rows: PAGE.rows.min(most / 100).max(1), ..PAGE };
         let state = State { shelf: Shelf::new(most, rest), is_reading: false, trouble: None };
@@ -64,30 +86,16 @@ impl Explorer {
         Self { data: data.to_owned(), shared: Arc::new(shared) }
     }
 
-    /// Counts what a question asks for.
+    /// Has read what a question asks for, and waits for that, no longer than `patience`: [`PATIENCE`] for plots.
     ///
     /// # Errors
     /// When the history cannot be read.
-    pub fn summary(
+    pub fn prepare(
         &self,
         reader: &mut Reader,
-        question: &Question,
-        study: &Study,
-    ) -> store::Result<DetectionsSummary> {
-        self.summary_within(reader, question, study, PATIENCE)
-    }
-
-    /// The same, with more patience or less.
-    ///
-    /// # Errors
-    /// When the history cannot be read.
-    pub fn summary_within(
-        &self,
-        reader: &mut Reader,
-        question: &Question,
-        study: &Study,
+        question: Question,
         patience: Duration,
-    ) -> store::Result<DetectionsSummary> {
+    ) -> store::Result<Prepared> {
         // What confirms the first and last detections lies beside them.
         let beside_us = HORIZON_S * 1_000_000;
         let range = TimeRange {
@@ -95,24 +103,46 @@ impl Explorer {
             to_us: question.to_us.saturating_add(beside_us),
         };
         let mut months = Vec::new();
-        for month in store::months(reader)?.into_iter().rev() {
+        for month in store::months(reader)? {
             if !month.within(range).is_empty() {
                 months.push((month, store::acoustic_version(reader, month)?));
             }
         }
-        let wanted = Wanted { months, vessels: question.vessels.clone() };
-        let found = self.find(&wanted, patience)?;
-        let pieces: Vec<&Sightings> = found.pieces.iter().map(Arc::as_ref).collect();
-        let whole_from_us = found.read_from_us.max(found.left_out_before_us);
-        let mut summary = research::summary(&pieces, study, question, whole_from_us);
-        summary.read_from_us = found.read_from_us;
-        summary.left_out_before_us =
-            found.left_out_before_us.filter(|before_us| *before_us > question.from_us);
-        Ok(summary)
+        let wanted = Wanted::new(months.into_iter(), range, question.vessels.clone());
+        self.wait(&wanted, patience)?;
+        Ok(Prepared { question, wanted })
     }
 
-    /// What is read of the months, after at most so long.
-    fn find(&self, wanted: &Wanted, patience: Duration) -> store::Result<Found> {
+    /// Counts what is read of a question.
+    pub fn summary(&self, prepared: &Prepared, study: &Study) -> DetectionsSummary {
+        let Prepared { question, wanted } = prepared;
+        let found = self.shared.lock().shelf.found(wanted);
+        let pieces: Vec<&Sightings> = found.pieces.iter().map(Arc::as_ref).collect();
+        let whole_from_us = found.read_from_us.max(found.left_out_before_us);
+        let summary = research::summary(&pieces, study, question, whole_from_us);
+        DetectionsSummary {
+            read_from_us: found.read_from_us,
+            left_out_before_us: left_out(&found, question),
+            ..summary
+        }
+    }
+
+    /// Where among the detections of a question equal parts of them begin, at most so many.
+    pub fn ranks(&self, prepared: &Prepared, study: &Study, parts: usize) -> FoundRanks {
+        let Prepared { question, wanted } = prepared;
+        let found = self.shared.lock().shelf.found(wanted);
+        if found.read_from_us.is_some() {
+            return FoundRanks::Reading;
+        }
+        if left_out(&found, question).is_some() {
+            return FoundRanks::TooMany;
+        }
+        let pieces: Vec<&Sightings> = found.pieces.iter().map(Arc::as_ref).collect();
+        FoundRanks::Whole(research::ranks(&pieces, study, question, parts))
+    }
+
+    /// Waits until all of it is read, at most so long.
+    fn wait(&self, wanted: &Wanted, patience: Duration) -> store::Result<()> {
         let until = Instant::now() + patience;
         let mut state = self.shared.lock();
         let asked = state.shelf.ask(wanted);
@@ -124,7 +154,7 @@ impl Explorer {
                 return Err(StoreError::Query(format!("detections cannot be read: {trouble}")));
             }
             if unread.is_empty() || now >= until {
-                return Ok(state.shelf.found(wanted));
+                return Ok(());
             }
             if !state.is_reading {
                 // Without a thread the next question tries again.
@@ -136,7 +166,7 @@ impl Explorer {
         }
     }
 
-    /// Reads months, in a thread that ends with the explorer.
+    /// Reads stretches, in a thread that ends with the explorer.
     fn read(&self, unread: Vec<Unread>, asked: u64) -> store::Result<()> {
         let (data, shared) = (self.data.clone(), Arc::downgrade(&self.shared));
         let work = move || {
@@ -149,6 +179,11 @@ impl Explorer {
         let started = std::thread::Builder::new().name("explorer".into()).spawn(work);
         started.map(drop).map_err(|source| StoreError::Io { path: "a thread".into(), source })
     }
+}
+
+/// From when on a question finds all, where there is no room for what it asks for before; not where what lies beside it is left out.
+fn left_out(found: &Found, question: &Question) -> Option<i64> {
+    found.left_out_before_us.filter(|before_us| *before_us > question.from_us)
 }
 
 /// Says that the reading ended, however it did.
@@ -173,17 +208,17 @@ impl Shared {
 fn read_all(data: &Path, shared: &Weak<Shared>, unread: Vec<Unread>, asked: u64) -> store::Result<()> {
     let mut reader = Reader::open(data)?;
     for unread in unread {
-        if !read_month(&mut reader, shared, unread, asked)? {
+        if !read_stretch(&mut reader, shared, unread, asked)? {
             break;
         }
     }
     Ok(())
 }
 
-/// Reads vessels of a month; whether there is room for more.
-fn read_month(reader: &mut Reader, shared: &Weak<Shared>, unread: Unread, asked: u64) -> store::Result<bool> {
+/// Reads vessels of a stretch; whether there is room for more.
+fn read_stretch(reader: &mut Reader, shared: &Weak<Shared>, unread: Unread, asked: u64) -> store::Result<bool> {
     let Some(first) = shared.upgrade() else { return Err(StoreError::Cancelled) };
-    let (mut rest, mut page) = (unread.month, first.page);
+    let (mut rest, mut page) = (unread.stretch, first.page);
     let mut reading = first.lock().shelf.begin(unread, asked, Instant::now());
     drop(first);
     loop {
@@ -200,7 +235,7 @@ fn read_month(reader: &mut Reader, shared: &Weak<Shared>, unread: Unread, asked:
         );
         shared.changed.notify_all();
         match (kept, next) {
-            (Kept::Again, _) => (rest, page.skip) = (reading.month(), 0),
+            (Kept::Again, _) => (rest, page.skip) = (reading.stretch(), 0),
             (Kept::All, Some((to_us, skip))) => (rest.to_us, page.skip) = (to_us, skip),
             (Kept::All, None) => return Ok(true),
             (Kept::NoRoom, _) => return Ok(false),

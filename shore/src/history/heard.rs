@@ -102,33 +102,37 @@ pub fn write(
 
 /// How much is read of a file to learn how long its rows are.
 #[derive(Debug, Clone, Copy)]
-pub struct SampleBounds {
+pub(super) struct SampleBounds {
     /// Detections that are read.
-    pub detections: u64,
-    /// Bytes of rows.
-    pub bytes: u64,
-    /// No longer than until then.
-    pub until: Instant,
+    pub(super) detections: u64,
+    /// No longer than until then, but for the first `LATE_EVERY` detections: each sample has some.
+    pub(super) until: Instant,
 }
 
-/// The begin of a file.
+/// Detections that are read before the time is looked at.
+const LATE_EVERY: u64 = 100;
+
+/// A part of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sample {
+pub(super) struct Sample {
     /// Detections that are wanted; formats leave out those that they have no row for.
-    pub wanted: u64,
-    /// Rows and bytes.
-    pub begin: Exported,
-    /// Whether that is all of it.
-    pub is_whole: bool,
+    pub(super) wanted: u64,
+    /// Their rows and bytes.
+    pub(super) of_detections: Exported,
+    /// What the file has whatever was heard: the header, and rows of the register.
+    pub(super) fixed: Exported,
+    /// Whether all that was wanted is there.
+    pub(super) is_whole: bool,
 }
 
-/// Writes the begin of a file to nowhere. Tags are looked for among what is read, so that the bounds hold for rare ones too.
+/// Writes the begin of a file to nowhere, of what was reported within `wanted` and with the neighbours within `read`. Tags are looked
+/// for among what is read, so that the bounds hold for rare ones too.
 ///
 /// # Errors
 /// When the history cannot be read.
-pub fn sample(
+pub(super) fn sample(
     data: &Path,
-    wanted: &DetectionsWanted,
+    (wanted, read): (&DetectionsWanted, TimeRange),
     names: &BTreeMap<u16, String>,
     study: &Study,
     file: &HeardFile,
@@ -137,13 +141,16 @@ pub fn sample(
     let out = &mut std::io::sink();
     let mut rows = Rows::new(wanted, names, study, file, out);
     rows.bounds = Some(bounds);
-    let read = DetectionsWanted { range: file.read_range(wanted.range), tags: Vec::new(), ..wanted.clone() };
+    let read = DetectionsWanted { range: read, tags: Vec::new(), ..wanted.clone() };
     let is_whole = match rows.write(data, &read, file.format) {
         Err(StoreError::Cancelled) => false,
         written => written.map(|()| true)?,
     };
     rows.flush()?;
-    Ok(Sample { wanted: rows.wanted, begin: rows.done, is_whole })
+    let fixed = rows.fixed;
+    let of_detections =
+        Exported { rows: rows.done.rows - fixed.rows, bytes: rows.done.bytes - fixed.bytes };
+    Ok(Sample { wanted: rows.wanted, of_detections, fixed, is_whole })
 }
 
 /// Detections that are read to tell the neighbours of a page.
@@ -236,6 +243,8 @@ struct Rows<'r> {
     buffer: Vec<u8>,
     out: &'r mut dyn Write,
     done: Exported,
+    /// Of those, what does not come of detections.
+    fixed: Exported,
     /// Detections that are wanted, whether the format has a row for them or not.
     wanted: u64,
     /// Detections that were read.
@@ -263,6 +272,7 @@ impl<'r> Rows<'r> {
             buffer: Vec::new(),
             out,
             done: Exported::default(),
+            fixed: Exported::default(),
             wanted: 0,
             read: 0,
             bounds: None,
@@ -271,6 +281,7 @@ impl<'r> Rows<'r> {
 
     fn write(&mut self, data: &Path, wanted: &DetectionsWanted, format: Format) -> store::Result<()> {
         self.writer.header(&mut self.buffer);
+        self.fixed.bytes += self.buffer.len() as u64;
         if format.is_of_detections() {
             let mut lags = format.has_lag.then(Lags::default);
             let read = store::each_detection(data, wanted, &mut |one, announced| {
@@ -295,7 +306,11 @@ impl<'r> Rows<'r> {
             }
             read?;
         }
-        self.done.rows += self.writer.rows_of(&mut self.buffer, self.study);
+        let before = self.buffer.len();
+        let rows = self.writer.rows_of(&mut self.buffer, self.study);
+        self.done.rows += rows;
+        self.fixed.rows += rows;
+        self.fixed.bytes += (self.buffer.len() - before) as u64;
         self.flush()?;
         self.out.flush().map_err(unwritable)
     }
@@ -304,10 +319,8 @@ impl<'r> Rows<'r> {
     fn is_within_bounds(&mut self) -> store::Result<()> {
         let Some(bounds) = self.bounds else { return Ok(()) };
         self.read += 1;
-        let bytes = self.done.bytes + self.buffer.len() as u64;
-        let is_late = self.read.is_multiple_of(100) && Instant::now() >= bounds.until;
-        let is_beyond = self.read > bounds.detections || bytes >= bounds.bytes || is_late;
-        if is_beyond { Err(StoreError::Cancelled) } else { Ok(()) }
+        let is_late = self.read.is_multiple_of(LATE_EVERY) && Instant::now() >= bounds.until;
+        if self.read > bounds.detections || is_late { Err(StoreError::Cancelled) } else { Ok(()) }
     }
 
     fn row(&mut self, one: &Detection, lag: Lag) -> store::Result<()> {

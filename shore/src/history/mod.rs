@@ -7,9 +7,12 @@ pub mod explore;
 pub mod export;
 pub mod heard;
 pub mod imports;
+mod places;
 mod shelf;
+pub mod size;
 
 pub use imports::Imports;
+pub use places::Places;
 
 use crate::decode;
 use api::{Recorded, RecordedDay, ValueKind};
@@ -19,6 +22,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, TimeRange};
 use tokio::sync::Semaphore;
 use units::UtcTime;
@@ -27,6 +31,13 @@ use units::UtcTime;
 const QUESTIONS: usize = 16;
 /// Most exports at the same time.
 const EXPORTS: usize = 4;
+/// Most summaries of detections that are counted at the same time: each takes up to some 140 MB, where all the explorer holds is asked
+/// for.
+const COUNTS: usize = 2;
+/// Most files of detections whose size is looked at at the same time.
+const SIZES: usize = 2;
+/// A place for either is waited for so long.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// What a vessel declares missing may begin and end so long beside the samples that it has (µs).
 const MOMENT_US: i64 = 1_000_000;
 /// Bytes of text and raw data in one answer.
@@ -41,6 +52,10 @@ pub struct History {
     questions: Arc<Semaphore>,
     /// Places for exports.
     pub exports: Arc<Semaphore>,
+    /// Places to count detections.
+    pub counts: Places,
+    /// Places to look how large a file of detections will be.
+    pub sizes: Places,
     /// Detections in memory, for plots.
     pub explorer: explore::Explorer,
 }
@@ -52,6 +67,8 @@ impl History {
             data: data.into(),
             questions: Arc::new(Semaphore::new(QUESTIONS)),
             exports: Arc::new(Semaphore::new(EXPORTS)),
+            counts: Places::new(COUNTS, PATIENCE),
+            sizes: Places::new(SIZES, PATIENCE),
             explorer: explore::Explorer::new(data),
         }
     }

@@ -1,10 +1,10 @@
-//! Detections of vessels by month, kept in memory as long as there is room.
+//! Detections of vessels by stretches of some days, kept in memory as long as there is room.
 //!
-//! Each vessel's month stands by itself, so that what others heard takes no room from somebody who may not see them. Months that
-//! were asked for the longest ago make room first. Within one question newer months come before older ones, and all its vessels
+//! Each vessel's stretch stands by itself, so that what others heard takes no room from somebody who may not see them. Stretches
+//! that were asked for the longest ago make room first. Within one question newer ones come before older ones, and all its vessels
 //! reach back equally far. Names of tags are part of what is kept and go with it.
 //!
-//! It reads nothing itself and knows no clock: a reader [`Shelf::begin`]s a month and gives it page by page to [`Shelf::take`].
+//! It reads nothing itself and knows no clock: a reader [`Shelf::begin`]s a stretch and gives it page by page to [`Shelf::take`].
 
 use research::Sightings;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,29 +12,35 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::TimeRange;
 
-/// A vessel's month: when the month begins (µs), and the vessel.
+/// A vessel's stretch: when the stretch begins (µs), and the vessel.
 type Key = (i64, u16);
+
+/// A stretch is no longer (µs), and ends with its month: whoever asks for some days of a month that has more than there is room for
+/// gets them whole.
+const STRETCH_US: i64 = 4 * 86_400_000_000;
+/// Stretches of a month at most. They have one version, so that a message more has all of them read again.
+pub(super) const STRETCHES: u32 = 8;
 
 /// What a question is about.
 #[derive(Debug, Clone)]
 pub(super) struct Wanted {
-    /// Months, the newest first, with the version of the history.
-    pub(super) months: Vec<(TimeRange, u64)>,
+    /// Stretches, the newest first, with the version of the history.
+    pub(super) stretches: Vec<(TimeRange, u64)>,
     /// By address.
     pub(super) vessels: BTreeSet<u16>,
 }
 
-/// Vessels of a month that are to be read.
+/// Vessels of a stretch that are to be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Unread {
-    pub(super) month: TimeRange,
+    pub(super) stretch: TimeRange,
     version: u64,
     vessels: BTreeSet<u16>,
     /// All that the question is about.
     asked_for: BTreeSet<u16>,
 }
 
-/// What was found of the months of a question.
+/// What was found of the stretches of a question.
 #[derive(Debug)]
 pub(super) struct Found {
     /// Of each vessel the newest first.
@@ -50,16 +56,16 @@ pub(super) struct Found {
 pub(super) enum Kept {
     /// It is kept.
     All,
-    /// There is no room for it: the month is cut before it.
+    /// There is no room for it: the stretch is cut before it.
     NoRoom,
-    /// There is no room for it beside other vessels of the question: read the month again from its end, with all of them, so
+    /// There is no room for it beside other vessels of the question: read the stretch again from its end, with all of them, so
     /// that they reach back equally far.
     Again,
 }
 
-/// A vessel's month, as far as it is read.
+/// A vessel's stretch, as far as it is read.
 #[derive(Debug, Clone)]
-struct Month {
+struct Stretch {
     /// Of the history that was read.
     version: u64,
     /// The newest first.
@@ -73,7 +79,7 @@ struct Month {
     read: Option<(Instant, Duration)>,
 }
 
-/// How far a month is read.
+/// How far a stretch is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reach {
     /// All of it.
@@ -84,36 +90,36 @@ enum Reach {
     Cut(i64),
 }
 
-/// A month on its way to the shelf.
+/// A stretch on its way to the shelf.
 #[derive(Debug)]
 pub(super) struct Reading {
     of: Unread,
     asked: u64,
     begun: Instant,
-    fresh: BTreeMap<u16, Month>,
+    fresh: BTreeMap<u16, Stretch>,
 }
 
-/// Vessels' months.
+/// Vessels' stretches.
 #[derive(Debug)]
 pub(super) struct Shelf {
     /// How much it holds (`Sightings::weight`).
     most: usize,
-    /// A month is read again at the earliest after so many times what that takes.
+    /// A stretch is read again at the earliest after so many times what that takes.
     rest: u32,
-    months: BTreeMap<Key, Month>,
+    stretches: BTreeMap<Key, Stretch>,
     /// Counts questions.
     asked: u64,
 }
 
-impl Month {
+impl Stretch {
     fn weight(&self) -> usize {
         self.pieces.iter().map(|piece| piece.weight()).sum()
     }
 }
 
 impl Reading {
-    pub(super) fn month(&self) -> TimeRange {
-        self.of.month
+    pub(super) fn stretch(&self) -> TimeRange {
+        self.of.stretch
     }
 
     pub(super) fn vessels(&self) -> impl Iterator<Item = u16> {
@@ -123,29 +129,29 @@ impl Reading {
 
 impl Shelf {
     pub(super) fn new(most: usize, rest: u32) -> Self {
-        Self { most, rest, months: BTreeMap::new(), asked: 0 }
+        Self { most, rest, stretches: BTreeMap::new(), asked: 0 }
     }
 
-    /// Notes that a question is about months; its number.
+    /// Notes that a question is about stretches; its number.
     pub(super) fn ask(&mut self, wanted: &Wanted) -> u64 {
         self.asked += 1;
         for key in wanted.keys() {
-            if let Some(month) = self.months.get_mut(&key) {
-                month.asked = self.asked;
+            if let Some(stretch) = self.stretches.get_mut(&key) {
+                stretch.asked = self.asked;
             }
         }
         self.asked
     }
 
-    /// What of a question's months is to be read, the newest first.
+    /// What of a question's stretches is to be read, the newest first.
     pub(super) fn unread(&self, wanted: &Wanted, asked: u64, now: Instant) -> Vec<Unread> {
         let own: BTreeSet<Key> = wanted.keys().collect();
-        let others: Vec<&Month> =
-            self.months.iter().filter(|(key, _)| !own.contains(key)).map(|(_, month)| month).collect();
+        let others: Vec<&Stretch> =
+            self.stretches.iter().filter(|(key, _)| !own.contains(key)).map(|(_, stretch)| stretch).collect();
         let mut all = Vec::new();
-        for (month, version) in &wanted.months {
+        for (stretch, version) in &wanted.stretches {
             let is_read = |vessel: &u16| {
-                let Some(known) = self.months.get(&(month.from_us, *vessel)) else { return false };
+                let Some(known) = self.stretches.get(&(stretch.from_us, *vessel)) else { return false };
                 let is_new = known.version == *version;
                 match known.reach {
                     Reach::From(_) => false,
@@ -155,7 +161,7 @@ impl Shelf {
             };
             let mut vessels: BTreeSet<u16> =
                 wanted.vessels.iter().copied().filter(|vessel| !is_read(vessel)).collect();
-            let is_cut = self.is_cut(*month, &wanted.vessels);
+            let is_cut = self.is_cut(*stretch, &wanted.vessels);
             if vessels.is_empty() && is_cut {
                 break;
             }
@@ -164,37 +170,37 @@ impl Shelf {
             }
             if !vessels.is_empty() {
                 let asked_for = wanted.vessels.clone();
-                all.push(Unread { month: *month, version: *version, vessels, asked_for });
+                all.push(Unread { stretch: *stretch, version: *version, vessels, asked_for });
             }
         }
         all
     }
 
-    /// Whether a month that was cut may be longer when it is read again: there is room that nobody asked for since. What others
+    /// Whether a stretch that was cut may be longer when it is read again: there is room that nobody asked for since. What others
     /// asked for since waits, lest two questions that have no room together take it from each other without end.
-    fn may_grow(&self, known: &Month, is_new: bool, others: &[&Month], now: Instant) -> bool {
-        let is_idle = |other: &&Month| other.asked <= known.read_for;
+    fn may_grow(&self, known: &Stretch, is_new: bool, others: &[&Stretch], now: Instant) -> bool {
+        let is_idle = |other: &&Stretch| other.asked <= known.read_for;
         others.iter().any(is_idle) || (self.is_rested(known, now) && (!is_new || !others.is_empty()))
     }
 
-    fn is_rested(&self, known: &Month, now: Instant) -> bool {
+    fn is_rested(&self, known: &Stretch, now: Instant) -> bool {
         known.read.is_none_or(|(at, took)| now.saturating_duration_since(at) >= took * self.rest)
     }
 
-    fn is_cut(&self, month: TimeRange, vessels: &BTreeSet<u16>) -> bool {
-        let known = |vessel: &u16| self.months.get(&(month.from_us, *vessel));
+    fn is_cut(&self, stretch: TimeRange, vessels: &BTreeSet<u16>) -> bool {
+        let known = |vessel: &u16| self.stretches.get(&(stretch.from_us, *vessel));
         vessels.iter().filter_map(known).any(|known| matches!(known.reach, Reach::Cut(_)))
     }
 
     /// What is there for a question.
     pub(super) fn found(&self, wanted: &Wanted) -> Found {
         let mut found = Found { pieces: Vec::new(), read_from_us: None, left_out_before_us: None };
-        for (month, _) in &wanted.months {
+        for (stretch, _) in &wanted.stretches {
             let (mut read_from_us, mut left_out_before_us) = (None, None);
             for vessel in &wanted.vessels {
-                let known = self.months.get(&(month.from_us, *vessel));
+                let known = self.stretches.get(&(stretch.from_us, *vessel));
                 found.pieces.extend(known.into_iter().flat_map(|known| known.pieces.iter().cloned()));
-                match known.map_or(Reach::From(month.to_us), |known| known.reach) {
+                match known.map_or(Reach::From(stretch.to_us), |known| known.reach) {
                     Reach::Whole => {}
                     Reach::From(from_us) => read_from_us = read_from_us.max(Some(from_us)),
                     Reach::Cut(from_us) => left_out_before_us = left_out_before_us.max(Some(from_us)),
@@ -208,21 +214,21 @@ impl Shelf {
         found
     }
 
-    /// Begins to read vessels of a month. What is there of them stays until they are read where it is whole, and goes else.
+    /// Begins to read vessels of a stretch. What is there of them stays until they are read where it is whole, and goes else.
     pub(super) fn begin(&mut self, of: Unread, asked: u64, now: Instant) -> Reading {
-        let month = of.month;
-        self.months.retain(|(from_us, vessel), known| {
-            *from_us != month.from_us || !of.vessels.contains(vessel) || known.reach == Reach::Whole
+        let stretch = of.stretch;
+        self.stretches.retain(|(from_us, vessel), known| {
+            *from_us != stretch.from_us || !of.vessels.contains(vessel) || known.reach == Reach::Whole
         });
         let fresh = |vessel: &u16| {
-            let (pieces, reach) = (Vec::new(), Reach::From(month.to_us));
-            (*vessel, Month { version: of.version, pieces, reach, asked, read_for: asked, read: None })
+            let (pieces, reach) = (Vec::new(), Reach::From(stretch.to_us));
+            (*vessel, Stretch { version: of.version, pieces, reach, asked, read_for: asked, read: None })
         };
         let fresh = of.vessels.iter().map(fresh).collect();
         Reading { of, asked, begun: now, fresh }
     }
 
-    /// Takes the next older page of a month, by vessel; with it the month is whole from `whole_from_us` on, and wholly where that
+    /// Takes the next older page of a stretch, by vessel; with it the stretch is whole from `whole_from_us` on, and wholly where that
     /// is absent.
     pub(super) fn take(
         &mut self,
@@ -237,21 +243,21 @@ impl Shelf {
                 self.begin_again(reading, now);
                 return Kept::Again;
             }
-            for month in reading.fresh.values_mut() {
-                if let Reach::From(from_us) = month.reach {
-                    month.reach = Reach::Cut(from_us);
+            for stretch in reading.fresh.values_mut() {
+                if let Reach::From(from_us) = stretch.reach {
+                    stretch.reach = Reach::Cut(from_us);
                 }
             }
             self.keep(reading, now);
             return Kept::NoRoom;
         }
         for (vessel, piece) in pieces {
-            if let Some(month) = reading.fresh.get_mut(&vessel) {
-                month.pieces.push(piece);
+            if let Some(stretch) = reading.fresh.get_mut(&vessel) {
+                stretch.pieces.push(piece);
             }
         }
-        for month in reading.fresh.values_mut() {
-            month.reach = whole_from_us.map_or(Reach::Whole, Reach::From);
+        for stretch in reading.fresh.values_mut() {
+            stretch.reach = whole_from_us.map_or(Reach::Whole, Reach::From);
         }
         self.keep(reading, now);
         Kept::All
@@ -260,32 +266,32 @@ impl Shelf {
     /// Begins again, with all vessels of the question.
     fn begin_again(&mut self, reading: &mut Reading, now: Instant) {
         let of = Unread { vessels: reading.of.asked_for.clone(), ..reading.of.clone() };
-        self.months
-            .retain(|(from_us, vessel), _| *from_us != of.month.from_us || !of.vessels.contains(vessel));
+        self.stretches
+            .retain(|(from_us, vessel), _| *from_us != of.stretch.from_us || !of.vessels.contains(vessel));
         *reading = self.begin(of, reading.asked, now);
     }
 
-    /// Keeps what was read of a month. It replaces what was read before, unless that is the whole month and this not yet.
+    /// Keeps what was read of a stretch. It replaces what was read before, unless that is the whole stretch and this not yet.
     fn keep(&mut self, reading: &mut Reading, now: Instant) {
         for (vessel, fresh) in &mut reading.fresh {
-            let key = (reading.of.month.from_us, *vessel);
-            let before = self.months.get(&key);
+            let key = (reading.of.stretch.from_us, *vessel);
+            let before = self.stretches.get(&key);
             let is_done = !matches!(fresh.reach, Reach::From(_));
             if is_done {
                 fresh.read = Some((now, now.saturating_duration_since(reading.begun)));
             }
             if is_done || before.is_none_or(|before| before.reach != Reach::Whole) {
                 let asked = before.map_or(fresh.asked, |before| before.asked.max(fresh.asked));
-                self.months.insert(key, Month { asked, ..fresh.clone() });
+                self.stretches.insert(key, Stretch { asked, ..fresh.clone() });
             }
         }
     }
 
-    /// Whether there is room for so much more of a month that is read, beside what was read of it before, or in place of that.
+    /// Whether there is room for so much more of a stretch that is read, beside what was read of it before, or in place of that.
     fn has_room_beside(&mut self, reading: &Reading, weight: usize) -> bool {
-        let month_us = reading.of.month.from_us;
+        let stretch_us = reading.of.stretch.from_us;
         let is_stale = |shelf: &Self, vessel: &u16| {
-            shelf.months.get(&(month_us, *vessel)).is_some_and(|known| known.reach == Reach::Whole)
+            shelf.stretches.get(&(stretch_us, *vessel)).is_some_and(|known| known.reach == Reach::Whole)
         };
         let stale: Vec<u16> = reading.vessels().filter(|vessel| is_stale(self, vessel)).collect();
         // What is read in place of that is not on the shelf yet.
@@ -294,43 +300,62 @@ impl Shelf {
             return true;
         }
         for vessel in stale {
-            self.months.remove(&(month_us, vessel));
+            self.stretches.remove(&(stretch_us, vessel));
         }
         self.has_room(beside + weight, reading)
     }
 
-    /// Makes room for so much, by what this question is not about, and by its older months; whether there is room then.
+    /// Makes room for so much, by what this question is not about, and by its older stretches; whether there is room then.
     fn has_room(&mut self, weight: usize, reading: &Reading) -> bool {
-        let mut there: usize = self.months.values().map(Month::weight).sum();
-        let from_us = reading.of.month.from_us;
-        // Whoever asks the same again meanwhile gives all months of the question a newer number.
-        let own = reading.vessels().filter_map(|vessel| self.months.get(&(from_us, vessel)));
-        let newest = own.map(|month| month.asked).fold(reading.asked, u64::max);
+        let mut there: usize = self.stretches.values().map(Stretch::weight).sum();
+        let from_us = reading.of.stretch.from_us;
+        // Whoever asks the same again meanwhile gives all stretches of the question a newer number.
+        let own = reading.vessels().filter_map(|vessel| self.stretches.get(&(from_us, vessel)));
+        let newest = own.map(|stretch| stretch.asked).fold(reading.asked, u64::max);
         while there + weight > self.most {
-            let is_less = |(key, month): &(&Key, &Month)| {
-                month.asked < reading.asked
-                    || ([reading.asked, newest].contains(&month.asked) && key.0 < from_us)
+            let is_less = |(key, stretch): &(&Key, &Stretch)| {
+                stretch.asked < reading.asked
+                    || ([reading.asked, newest].contains(&stretch.asked) && key.0 < from_us)
             };
-            let others = self.months.iter().filter(is_less);
-            let Some(key) = others.min_by_key(|(key, month)| (month.asked, key.0)).map(|(key, _)| *key)
+            let others = self.stretches.iter().filter(is_less);
+            let Some(key) = others.min_by_key(|(key, stretch)| (stretch.asked, key.0)).map(|(key, _)| *key)
             else {
                 return false;
             };
-            there -= self.months.remove(&key).map_or(0, |month| month.weight());
+            there -= self.stretches.remove(&key).map_or(0, |stretch| stretch.weight());
         }
         true
     }
 }
 
 impl Wanted {
-    /// All its vessels' months.
+    /// What of these months, the oldest first, lies within a range; each with its version.
+    pub(super) fn new(
+        months: impl DoubleEndedIterator<Item = (TimeRange, u64)>,
+        range: TimeRange,
+        vessels: BTreeSet<u16>,
+    ) -> Self {
+        let of = |(month, version)| {
+            stretches(month).filter(|one| !one.within(range).is_empty()).map(move |one| (one, version))
+        };
+        Self { stretches: months.rev().flat_map(of).collect(), vessels }
+    }
+
+    /// All its vessels' stretches.
     fn keys(&self) -> impl Iterator<Item = Key> {
-        let of = |(month, _): &(TimeRange, u64)| {
-            let from_us = month.from_us;
+        let of = |(stretch, _): &(TimeRange, u64)| {
+            let from_us = stretch.from_us;
             self.vessels.iter().map(move |vessel| (from_us, *vessel))
         };
-        self.months.iter().flat_map(of)
+        self.stretches.iter().flat_map(of)
     }
+}
+
+/// A month in stretches, the newest first. They lie where they do whatever is asked for, so that questions share them.
+fn stretches(month: TimeRange) -> impl Iterator<Item = TimeRange> {
+    let begins = (0..i64::from(STRETCHES)).map(move |at| month.from_us.saturating_add(at * STRETCH_US));
+    let stretch = move |from_us: i64| TimeRange { from_us, to_us: from_us.saturating_add(STRETCH_US) }.within(month);
+    begins.rev().map(stretch).filter(|one| !one.is_empty())
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@ use research::SightingsBuilder;
 const DAY_US: i64 = 86_400_000_000;
 const NO_REST: u32 = 0;
 
-fn month(at: i64) -> TimeRange {
+fn stretch(at: i64) -> TimeRange {
     TimeRange { from_us: at * 30 * DAY_US, to_us: (at + 1) * 30 * DAY_US }
 }
 
-fn wanted(months: &[i64], vessels: &[u16]) -> Wanted {
+fn wanted(stretches: &[i64], vessels: &[u16]) -> Wanted {
     Wanted {
-        months: months.iter().map(|at| (month(*at), 1)).collect(),
+        stretches: stretches.iter().map(|at| (stretch(*at), 1)).collect(),
         vessels: vessels.iter().copied().collect(),
     }
 }
@@ -26,7 +26,7 @@ fn piece(count: usize) -> Arc<Sightings> {
     Arc::new(piece.finish())
 }
 
-/// Reads what a question lacks from months of so many pages, each with one report of each vessel.
+/// Reads what a question lacks from stretches of so many pages, each with one report of each vessel.
 fn read(shelf: &mut Shelf, wanted: &Wanted, asked: u64, pages: usize) {
     let now = Instant::now();
     for _ in 0..10 {
@@ -35,7 +35,7 @@ fn read(shelf: &mut Shelf, wanted: &Wanted, asked: u64, pages: usize) {
             return;
         }
         for one in unread {
-            if !read_month(shelf, one, asked, pages) {
+            if !read_stretch(shelf, one, asked, pages) {
                 break;
             }
         }
@@ -43,13 +43,13 @@ fn read(shelf: &mut Shelf, wanted: &Wanted, asked: u64, pages: usize) {
     panic!("it is read again without end");
 }
 
-fn read_month(shelf: &mut Shelf, unread: Unread, asked: u64, pages: usize) -> bool {
+fn read_stretch(shelf: &mut Shelf, unread: Unread, asked: u64, pages: usize) -> bool {
     let now = Instant::now();
     let mut reading = shelf.begin(unread, asked, now);
     let mut page = 0;
     loop {
         page += 1;
-        let whole_us = (page < pages).then(|| reading.month().to_us - page as i64 * DAY_US);
+        let whole_us = (page < pages).then(|| reading.stretch().to_us - page as i64 * DAY_US);
         let pieces = reading.vessels().map(|vessel| (vessel, piece(1))).collect();
         match shelf.take(&mut reading, pieces, whole_us, now) {
             Kept::All if whole_us.is_none() => return true,
@@ -65,7 +65,7 @@ fn ask(shelf: &mut Shelf, wanted: &Wanted, pages: usize) -> (usize, Option<i64>)
     read(shelf, wanted, asked, pages);
     let found = shelf.found(wanted);
     assert_eq!(found.read_from_us, None);
-    assert!(shelf.months.values().map(Month::weight).sum::<usize>() <= shelf.most);
+    assert!(shelf.stretches.values().map(Stretch::weight).sum::<usize>() <= shelf.most);
     (found.pieces.len(), found.left_out_before_us)
 }
 
@@ -74,7 +74,7 @@ fn a_question_that_is_asked_again_gets_the_same() {
     let mut shelf = Shelf::new(7, NO_REST);
     let all = wanted(&[2, 1, 0], &[1]);
     let first = ask(&mut shelf, &all, 5);
-    assert_eq!(first, (7, Some(month(1).to_us - 2 * DAY_US)));
+    assert_eq!(first, (7, Some(stretch(1).to_us - 2 * DAY_US)));
     for _ in 0..3 {
         assert_eq!(ask(&mut shelf, &all, 5), first);
     }
@@ -83,22 +83,22 @@ fn a_question_that_is_asked_again_gets_the_same() {
 }
 
 #[test]
-fn the_newest_month_takes_room_from_the_older_ones_of_the_question() {
+fn the_newest_stretch_takes_room_from_the_older_ones_of_the_question() {
     let mut shelf = Shelf::new(7, NO_REST);
     let mut all = wanted(&[1, 0], &[1]);
     assert_eq!(ask(&mut shelf, &all, 3), (6, None));
     // Something came to the newest one.
-    all.months[0].1 = 2;
-    assert_eq!(ask(&mut shelf, &all, 6), (7, Some(month(0).to_us - DAY_US)));
+    all.stretches[0].1 = 2;
+    assert_eq!(ask(&mut shelf, &all, 6), (7, Some(stretch(0).to_us - DAY_US)));
 }
 
 #[test]
-fn a_cut_month_is_no_shorter_when_it_is_read_again() {
+fn a_cut_stretch_is_no_shorter_when_it_is_read_again() {
     let mut shelf = Shelf::new(7, NO_REST);
     let mut one = wanted(&[0], &[1]);
-    let cut = (7, Some(month(0).to_us - 7 * DAY_US));
+    let cut = (7, Some(stretch(0).to_us - 7 * DAY_US));
     assert_eq!(ask(&mut shelf, &one, 10), cut);
-    one.months[0].1 = 2;
+    one.stretches[0].1 = 2;
     assert_eq!(ask(&mut shelf, &one, 11), cut);
 }
 
@@ -108,8 +108,8 @@ fn vessels_of_a_question_reach_back_equally_far() {
     assert_eq!(ask(&mut shelf, &wanted(&[0], &[1]), 5), (5, None));
     // The first alone leaves room for one page of the second.
     let both = wanted(&[0], &[1, 2]);
-    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(month(0).to_us - 3 * DAY_US)));
-    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(month(0).to_us - 3 * DAY_US)));
+    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(stretch(0).to_us - 3 * DAY_US)));
+    assert_eq!(ask(&mut shelf, &both, 5), (6, Some(stretch(0).to_us - 3 * DAY_US)));
     assert_eq!(ask(&mut shelf, &wanted(&[0], &[2]), 5), (5, None));
 }
 
@@ -121,9 +121,9 @@ fn questions_without_room_together_do_not_push_each_other_out_without_end() {
     let mut reading = shelf.begin(shelf.unread(&one, asked, now).remove(0), asked, now);
     // Meanwhile the other has something there, newer than this question.
     let newer = shelf.ask(&other);
-    shelf.months.insert(
+    shelf.stretches.insert(
         (0, 2),
-        Month {
+        Stretch {
             version: 1,
             pieces: vec![piece(3)],
             reach: Reach::Whole,
@@ -134,14 +134,14 @@ fn questions_without_room_together_do_not_push_each_other_out_without_end() {
     );
     let at = |shelf: &mut Shelf, reading: &mut Reading, page: i64, later_s: u64| {
         let pieces = BTreeMap::from([(1, piece(1))]);
-        let whole_us = Some(month(0).to_us - page * DAY_US);
+        let whole_us = Some(stretch(0).to_us - page * DAY_US);
         shelf.take(reading, pieces, whole_us, now + Duration::from_secs(later_s))
     };
     assert_eq!([1, 2].map(|page| at(&mut shelf, &mut reading, page, 0)), [Kept::All; 2]);
     assert_eq!(at(&mut shelf, &mut reading, 3, 1), Kept::NoRoom);
     let again = shelf.ask(&one);
     assert_eq!(shelf.unread(&one, again, now + Duration::from_secs(2)), [], "the other was asked since");
-    assert_eq!(shelf.found(&one).left_out_before_us, Some(month(0).to_us - 2 * DAY_US));
+    assert_eq!(shelf.found(&one).left_out_before_us, Some(stretch(0).to_us - 2 * DAY_US));
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn who_asks_again_while_it_is_read_gets_no_less() {
     let newest = shelf.unread(&all, asked, now).remove(0);
     let mut reading = shelf.begin(newest, asked, now);
     for page in 1..=18 {
-        let whole_us = (page < 18).then(|| reading.month().to_us - page * DAY_US);
+        let whole_us = (page < 18).then(|| reading.stretch().to_us - page * DAY_US);
         let kept = shelf.take(&mut reading, BTreeMap::from([(1, piece(1))]), whole_us, now);
         assert!(matches!(kept, Kept::All), "page {page}");
         if page == 3 {
@@ -162,5 +162,5 @@ fn who_asks_again_while_it_is_read_gets_no_less() {
         }
     }
     let found = shelf.found(&all);
-    assert_eq!(found.pieces.len(), 18, "the newest month is whole");
+    assert_eq!(found.pieces.len(), 18, "the newest stretch is whole");
 }

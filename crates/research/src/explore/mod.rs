@@ -6,10 +6,12 @@
 mod count;
 mod effort;
 mod lags;
+mod ranks;
 mod sighting;
 mod squares;
 mod summary;
 
+pub use ranks::{Rank, Ranks, ranks};
 pub use sighting::{Sightings, SightingsBuilder};
 pub use summary::{Question, summary};
 

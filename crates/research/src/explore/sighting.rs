@@ -2,7 +2,7 @@
 //!
 //! Detections are gathered in pieces that know the names of their own tags: a piece that is forgotten takes its names with it.
 
-use crate::quality::{CLOCK_OFF, marks};
+use crate::quality::{CLOCK_OFF, CLOCK_WRONG, marks};
 use detections::{Detection, Listening, Origin, Protocol, TagFilter};
 use std::collections::BTreeMap;
 
@@ -169,6 +169,11 @@ impl Sighting {
     /// When, for plots: not by a clock that is off.
     pub(super) fn plotted_us(&self) -> i64 {
         if self.marks & CLOCK_OFF == 0 { self.time_us } else { self.reported_us }
+    }
+
+    /// Whether the receiver's clock was not set, lost, or far from the vessel's: either may be wrong.
+    pub(super) fn is_clock_wrong(&self) -> bool {
+        self.marks & CLOCK_WRONG != 0
     }
 
     /// Degrees, north and east positive.

@@ -64,6 +64,7 @@ pub(super) struct Squares {
     west: f64,
     side_m: f64,
     m_per_deg_lon: f64,
+    rows: usize,
     columns: usize,
     /// Detections, and the sums of their degrees beyond the south-western corner.
     all: Vec<(u64, f64, f64)>,
@@ -73,7 +74,7 @@ impl Squares {
     pub(super) fn new(bounds: &Bounds) -> Self {
         let Some(bounds) = bounds.around() else {
             let (south, west, m_per_deg_lon) = (0.0, 0.0, M_PER_DEG);
-            return Self { south, west, side_m: LEAST_M, m_per_deg_lon, columns: 0, all: Vec::new() };
+            return Self { south, west, side_m: LEAST_M, m_per_deg_lon, rows: 0, columns: 0, all: Vec::new() };
         };
         let Box { south, west, north, east } = bounds;
         let middle = f64::midpoint(south, north).to_radians();
@@ -81,16 +82,19 @@ impl Squares {
         let (up_m, right_m) = ((north - south) * M_PER_DEG, (east - west) * m_per_deg_lon);
         let side_m = (up_m.max(right_m) / ALONG).max(LEAST_M);
         let count = |length_m: f64| (length_m / side_m) as usize + 1;
-        let columns = count(right_m);
-        Self { south, west, side_m, m_per_deg_lon, columns, all: vec![(0, 0.0, 0.0); columns * count(up_m)] }
+        let (rows, columns) = (count(up_m), count(right_m));
+        Self { south, west, side_m, m_per_deg_lon, rows, columns, all: vec![(0, 0.0, 0.0); rows * columns] }
     }
 
-    /// A place within the bounds.
+    /// A place that the bounds were made of.
     pub(super) fn add(&mut self, (lat, lon): (f64, f64)) {
         let (up, east) = (lat - self.south, lon - self.west);
         let right = if east < 0.0 { east + 360.0 } else { east };
-        let row = (up * M_PER_DEG / self.side_m) as usize;
-        let column = (right * self.m_per_deg_lon / self.side_m) as usize;
+        // The easternmost place lies on an edge between two squares where the longer side is 60 of them long, and a longitude beyond the
+        // 180th meridian is rounded in another way than the bounds were: a place that comes out beyond the last square is one of it,
+        // not of the next row.
+        let row = ((up * M_PER_DEG / self.side_m) as usize).min(self.rows.saturating_sub(1));
+        let column = ((right * self.m_per_deg_lon / self.side_m) as usize).min(self.columns.saturating_sub(1));
         if let Some((count, ups, rights)) = self.all.get_mut(row * self.columns + column) {
             (*count, *ups, *rights) = (*count + 1, *ups + up, *rights + right);
         }

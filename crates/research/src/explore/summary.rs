@@ -34,7 +34,7 @@ pub struct Question {
     pub tags: Vec<TagFilter>,
     /// Projects and area.
     pub narrowed: Narrowed,
-    /// Whether plots reach to all of them, also to a few whose times are far from all others'.
+    /// Whether plots reach to all of them, also to a few by wrong clocks whose times are far from all others'.
     pub whole_axis: bool,
 }
 
@@ -58,7 +58,7 @@ pub fn summary(
     let lags = AllLags::new(&pieces, |row| question.vessels.contains(&row.vessel));
     let (wanted, bounds) = wanted(&pieces, &series, question);
     let Some(span) = Span::of(&pieces, &wanted, question) else { return nothing() };
-    let Span { first_us, last_us, outside } = span;
+    let Span { first_us, last_us, outside, listened_outside_s } = span;
     let confirmed_from_us = whole_from_us.map(|whole_us| whole_us.saturating_add(HORIZON_S * 1_000_000));
     let mut counts = Counts {
         names: &pieces.names,
@@ -80,21 +80,21 @@ pub fn summary(
     counts.listen(&pieces, question);
     let steps = Steps::fine(first_us, last_us);
     let listed = counts.listed(&series, study, steps, &wanted, &counted);
-    DetectionsSummary { outside, ..counts.told(wanted.len() as u64, steps, listed) }
+    DetectionsSummary { outside, listened_outside_s, ..counts.told(wanted.len() as u64, steps, listed) }
 }
 
 /// A row that is wanted.
 #[derive(Clone, Copy)]
-struct Wanted<'s> {
+pub(super) struct Wanted<'s> {
     /// Its number among all rows.
     at: usize,
     /// Which tag by which receiver.
     series: usize,
-    row: &'s Sighting,
+    pub(super) row: &'s Sighting,
 }
 
 /// Those that are wanted, and within which bounds they are.
-fn wanted<'s>(
+pub(super) fn wanted<'s>(
     pieces: &Pieces<'s>,
     all_series: &[Series<'_>],
     question: &Question,
@@ -122,34 +122,91 @@ struct Span {
     last_us: i64,
     /// Detections whose times lie outside.
     outside: u64,
+    /// How long receivers listened outside (s).
+    listened_outside_s: f64,
 }
 
 impl Span {
     /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
-    /// A few whose times are far from all others', by a clock that was wrong, stay outside, lest nothing else be seen.
+    ///
+    /// A few whose times are far from all others' stay outside, lest nothing else be seen: detections of which a clock is known to
+    /// be wrong, and listening, of which nobody knows. What was heard by a good clock always stands on the axis: the first week of a
+    /// season may be a few detections far from all others.
     fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
         let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
         each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));
-        let (first_us, last_us) = (*times.iter().min()?, *times.iter().max()?);
-        let all = Self { first_us, last_us, outside: 0 };
+        let all = Reach::around(times.iter().copied())?;
+        let of_all = |reach: Reach| Self {
+            first_us: reach.first_us,
+            last_us: reach.last_us,
+            outside: 0,
+            listened_outside_s: 0.0,
+        };
         if question.whole_axis || times.len() < ENOUGH {
-            return Some(all);
+            return Some(of_all(all));
         }
-        let few = (times.len() / FEW).max(1);
-        let low_us = *times.select_nth_unstable(few).1;
-        let high = times.len() - 1 - few;
-        let high_us = *times.select_nth_unstable(high).1;
-        let beside_us = high_us.saturating_sub(low_us);
-        let near = low_us.saturating_sub(beside_us)..=high_us.saturating_add(beside_us);
-        let (mut first_us, mut last_us) = (i64::MAX, i64::MIN);
-        for time_us in times.into_iter().filter(|time_us| near.contains(time_us)) {
-            (first_us, last_us) = (first_us.min(time_us), last_us.max(time_us));
+        let near = near(&mut times);
+        let good = wanted.iter().filter(|one| !one.row.is_clock_wrong()).map(|one| one.row.plotted_us());
+        let mut reach = Reach::around(times.into_iter().filter(|time_us| near.has(*time_us)).chain(good))?;
+        // A stretch that lies on the axis in part lies on it.
+        let on_axis = reach;
+        each_stretch(pieces, question, |_, from_us, to_us| {
+            if on_axis.touches(from_us, to_us) {
+                reach = reach.with(from_us).with(to_us);
+            }
+        });
+        if reach.length_us() > all.length_us() / FAR {
+            return Some(of_all(all));
         }
-        if last_us.saturating_sub(first_us) > all.last_us.saturating_sub(all.first_us) / FAR {
-            return Some(all);
-        }
-        let is_outside = |one: &&Wanted<'_>| !(first_us..=last_us).contains(&one.row.plotted_us());
-        Some(Self { first_us, last_us, outside: wanted.iter().filter(is_outside).count() as u64 })
+        let outside = wanted.iter().filter(|one| !reach.has(one.row.plotted_us())).count() as u64;
+        let mut listened_outside_s = 0.0;
+        each_stretch(pieces, question, |_, from_us, to_us| {
+            if !reach.touches(from_us, to_us) {
+                listened_outside_s += (to_us - from_us) as f64 / 1e6;
+            }
+        });
+        Some(Self { outside, listened_outside_s, ..of_all(reach) })
+    }
+}
+
+/// Where times lie that are not far from most: no further from them than these reach. There are `ENOUGH`.
+fn near(times: &mut [i64]) -> Reach {
+    let few = (times.len() / FEW).max(1);
+    let low_us = *times.select_nth_unstable(few).1;
+    let high = times.len() - 1 - few;
+    let high_us = *times.select_nth_unstable(high).1;
+    let beside_us = high_us.saturating_sub(low_us);
+    Reach { first_us: low_us.saturating_sub(beside_us), last_us: high_us.saturating_add(beside_us) }
+}
+
+/// From a time to another (µs), both of which belong to it.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    first_us: i64,
+    last_us: i64,
+}
+
+impl Reach {
+    fn around(times: impl Iterator<Item = i64>) -> Option<Self> {
+        times.fold(None, |reach: Option<Self>, us| {
+            Some(reach.map_or(Self { first_us: us, last_us: us }, |reach| reach.with(us)))
+        })
+    }
+
+    fn with(self, us: i64) -> Self {
+        Self { first_us: self.first_us.min(us), last_us: self.last_us.max(us) }
+    }
+
+    fn has(self, us: i64) -> bool {
+        self.touches(us, us)
+    }
+
+    fn touches(self, from_us: i64, to_us: i64) -> bool {
+        from_us <= self.last_us && to_us >= self.first_us
+    }
+
+    fn length_us(self) -> i64 {
+        self.last_us.saturating_sub(self.first_us)
     }
 }
 
@@ -172,7 +229,7 @@ fn each_stretch(pieces: &Pieces<'_>, question: &Question, mut give: impl FnMut(u
 }
 
 /// A tag by a receiver, with what the register knows of it.
-struct Series<'s> {
+pub(super) struct Series<'s> {
     is_asked: bool,
     /// Whether those without a project are wanted too.
     any_project: bool,
@@ -194,7 +251,7 @@ struct Known<'s> {
 }
 
 impl<'s> Series<'s> {
-    fn new(name: &Name, study: &'s Study, question: &Question) -> Self {
+    pub(super) fn new(name: &Name, study: &'s Study, question: &Question) -> Self {
         let narrowed = &question.narrowed;
         let known = |tag: &'s RegisterTag| {
             let carrier = study.carrier(tag);
@@ -346,6 +403,7 @@ impl<'s> Counts<'s> {
             vessels: vessels.map(vessel).collect(),
             flags: self.flags.told(),
             outside: 0,
+            listened_outside_s: 0.0,
             left_out_before_us: None,
             read_from_us: None,
         }
@@ -368,6 +426,7 @@ fn nothing() -> DetectionsSummary {
         vessels: Vec::new(),
         flags: Vec::new(),
         outside: 0,
+        listened_outside_s: 0.0,
         left_out_before_us: None,
         read_from_us: None,
     }

@@ -1,4 +1,4 @@
-use super::{Question, Sightings, SightingsBuilder, summary};
+use super::{Question, Ranks, Sightings, SightingsBuilder, ranks, summary};
 use crate::{Lag, Lags, Narrowed, Study};
 use api::{DetectionsSummary, FlagCode, RegisterAnimal, RegisterProject, RegisterRecord, RegisterTag};
 use detections::{ClockState, Detection, Effort, Listening, Origin, Pose, Protocol, ReceiverClock, fused};
@@ -291,11 +291,28 @@ fn squares_of_both_sides_of_the_date_line_lie_together() {
     assert!(found.square_m < 10.0, "{} m", found.square_m);
     let mut places: Vec<f64> = found.squares.iter().map(|square| square.lon_deg).collect();
     places.sort_by(f64::total_cmp);
+    assert_eq!(places.len(), 3, "{places:?}");
     for (place, wanted) in places.iter().zip([-179.998, 179.998, 179.999]) {
         assert!((place - wanted).abs() < 1e-6, "{places:?}");
     }
     let greenwich = counted(&[at(0, 51.0, -0.5), at(30, 51.0, 0.5)], &all([1]));
     assert!(greenwich.square_m < 1_200.0, "{} m", greenwich.square_m);
+}
+
+#[test]
+fn no_place_is_lost_at_the_edge_of_the_squares() {
+    // Widths across the 180th meridian that come out as 60 squares, more or less by rounding; numbers by Knuth's multiplier.
+    for number in 1..2_000_u32 {
+        let random = |at: u32| f64::from((number + at).wrapping_mul(2_654_435_761)) / f64::from(u32::MAX);
+        let at = |after_s, lat, lon| Detection {
+            pose: Some(Pose { place: LatLon::from_deg(lat, lon).unwrap(), age_s: Some(0.1), sigma_m: None }),
+            ..heard(101, after_s, 1)
+        };
+        let (west, east) = (180.0 - random(0), random(1) - 180.0);
+        let told = [at(0, 0.0, west), at(30, random(2) * 0.1, east), at(60, random(3) * 0.1, 180.0)];
+        let found = counted(&told, &all([1]));
+        assert_eq!(found.squares.iter().map(|square| square.detections).sum::<u64>(), 3, "{west} {east}");
+    }
 }
 
 #[test]
@@ -316,6 +333,66 @@ fn one_wrong_clock_does_not_stretch_the_plots() {
     assert!(stretched.bar_us > 7 * 86_400_000_000, "over 56 years");
     // Of a few nobody knows which are far.
     assert_eq!(counted(&told[25..], &all([1])).outside, 0);
+}
+
+/// The first week of a season is perhaps one detection, half a year before all others.
+#[test]
+fn what_a_good_clock_heard_always_stands_on_the_axis() {
+    let early_s = 180 * 86_400;
+    let late = (0..2_000).map(|at| heard(101, early_s + at * 60, 1));
+    let mut lost = heard(101, 0, 1);
+    (lost.clock.state, lost.origin.reported) = (ClockState::NotSet, UtcTime::from_micros(1_000_000));
+    let told: Vec<Detection> = [lost, heard(101, 0, 1)].into_iter().chain(late).collect();
+    let found = counted(&told, &all([1]));
+    assert_eq!((found.detections, found.outside), (2_002, 1), "the one of 1970 alone");
+    assert!(found.from_us.unwrap() <= i64::from(START_S) * 1_000_000);
+    assert_eq!(found.tags[0].marks.iter().map(|[_, count, _]| count).sum::<u32>(), 2_001);
+    assert_eq!(counted(&told[1..], &all([1])).outside, 0);
+}
+
+#[test]
+fn listening_outside_of_the_axis_is_told() {
+    let on = |builder: &mut SightingsBuilder, seconds: i64, on: bool| {
+        let reported = UtcTime::from_micros(seconds * 1_000_000);
+        builder.listen(
+            Origin { system: Address(1), entity: 1, reported, received: None },
+            Listening { on, ..Listening::default() },
+        );
+    };
+    let mut kept = SightingsBuilder::default();
+    for at in (0..1_000).rev() {
+        kept.push(&heard(101, at * 60, 1));
+    }
+    // Half a minute in 1970.
+    on(&mut kept, 31, false);
+    on(&mut kept, 1, true);
+    let kept = kept.finish();
+    let found = summary(&[&kept], &study(), &all([1]), None);
+    assert_eq!((found.outside, found.listened_outside_s), (0, 30.0));
+    assert_eq!(found.vessels[0].listened_s, Some(30.0), "it is counted");
+    let whole = summary(&[&kept], &study(), &Question { whole_axis: true, ..all([1]) }, None);
+    assert_eq!((whole.outside, whole.listened_outside_s), (0, 0.0));
+    assert!(whole.from_us.unwrap() < 1_000_000_000, "{:?}", whole.from_us);
+}
+
+#[test]
+fn detections_are_divided_into_equal_parts() {
+    let told: Vec<Detection> = (0..100).map(|at| heard(101 + at % 10, at / 10 * 10, 1)).collect();
+    let kept = kept(&told);
+    let pieces: Vec<&Sightings> = kept.iter().collect();
+    let of = |parts: usize, tag: &str| {
+        let tags = if tag.is_empty() { Vec::new() } else { vec![tag.parse().unwrap()] };
+        ranks(&pieces, &study(), &Question { tags, ..all([1]) }, parts)
+    };
+    let all = of(4, "");
+    let begins = |all: &Ranks| all.parts.iter().map(|part| part.from_us / 1_000_000 - i64::from(START_S) - 4).collect::<Vec<_>>();
+    let count = |all: &Ranks| all.parts.iter().map(|part| part.detections).collect::<Vec<_>>();
+    assert_eq!((all.detections, begins(&all), count(&all)), (100, vec![0, 20, 50, 70], vec![20, 30, 20, 30]));
+    // What was reported together stays together.
+    let many = of(1_000, "");
+    assert_eq!(count(&many), [10; 10]);
+    assert_eq!(count(&of(1_000, "102")), [1; 10]);
+    assert_eq!(of(4, "999"), Ranks { detections: 0, parts: Vec::new() });
 }
 
 #[test]

@@ -1,0 +1,101 @@
+//! How large a file of detections will be, before it is written.
+//!
+//! A short file is written to nowhere, and its rows and bytes are counted. Of a long one the explorer knows how many detections it
+//! has and where equal parts of them begin: the begin of each part is written, and stands for the part. The header is counted once.
+
+use super::heard::{self, HeardFile, Sample, SampleBounds};
+use api::ExportSize;
+use research::{HORIZON_S, Rank, Ranks, Study};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use store::{DetectionsWanted, TimeRange};
+
+/// Parts of which each is looked at.
+pub const PARTS: usize = 25;
+/// So many detections are read, one part after another or all in one.
+const SAMPLE_READ: u64 = 50_000;
+/// So long that may take, twice: whether the file is short, and where it is not.
+const SAMPLE_TIME: Duration = Duration::from_secs(1);
+
+/// Whose detections are called what, and how they are written.
+#[derive(Debug)]
+pub struct Measured<'m> {
+    /// Which detections.
+    pub wanted: &'m DetectionsWanted,
+    /// What people call vessels.
+    pub names: &'m BTreeMap<u16, String>,
+    /// The register.
+    pub study: &'m Study,
+    /// The format.
+    pub file: &'m HeardFile,
+}
+
+impl Measured<'_> {
+    /// How large the file will be; `None` where what `ranks` counts is not there any more.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn size(&self, data: &Path, ranks: &Ranks) -> store::Result<Option<ExportSize>> {
+        self.size_by(data, ranks, SAMPLE_READ)
+    }
+
+    /// The same, from so many detections.
+    fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
+        if ranks.detections <= most || !self.file.format.is_of_detections() {
+            let all = self.wanted.range;
+            let found = self.sample(data, all, self.file.read_range(all), most, Instant::now() + SAMPLE_TIME)?;
+            if found.is_whole {
+                let Sample { of_detections: of, fixed, .. } = found;
+                let (rows, bytes) = (of.rows + fixed.rows, of.bytes + fixed.bytes);
+                return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+            }
+        }
+        self.estimate(data, ranks, most / PARTS as u64)
+    }
+
+    /// By so many detections of each part.
+    fn estimate(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
+        let until = Instant::now() + SAMPLE_TIME;
+        let ends = ranks.parts.iter().skip(1).map(|part| part.from_us).chain([self.wanted.range.to_us]);
+        let (mut sums, mut seen, mut fixed) = ((0.0, 0.0), 0, store::Exported::default());
+        for (Rank { from_us, detections }, to_us) in ranks.parts.iter().zip(ends) {
+            let part = TimeRange { from_us: *from_us, to_us };
+            // The neighbours before a part hardly change how long its rows are, and may be more than all that is read.
+            let beside_us = if self.file.format.has_lag { HORIZON_S * 1_000_000 } else { 0 };
+            let read = TimeRange { to_us: to_us.saturating_add(beside_us), ..part };
+            let found = self.sample(data, part, read, most, until)?;
+            fixed = found.fixed;
+            if found.wanted > 0 {
+                let share = *detections as f64 / found.wanted as f64;
+                let of = found.of_detections;
+                sums = (sums.0 + share * of.rows as f64, sums.1 + share * of.bytes as f64);
+                seen += detections;
+            }
+        }
+        if seen == 0 {
+            return Ok(None);
+        }
+        // Parts of which nothing was found, as the data changed meanwhile, are about as the others.
+        let of_all = |sum: f64| (sum * ranks.detections as f64 / seen as f64).round() as u64;
+        let (rows, bytes) = (of_all(sums.0) + fixed.rows, of_all(sums.1) + fixed.bytes);
+        Ok(Some(ExportSize { rows, bytes, estimated: true }))
+    }
+
+    fn sample(
+        &self,
+        data: &Path,
+        range: TimeRange,
+        read: TimeRange,
+        detections: u64,
+        until: Instant,
+    ) -> store::Result<Sample> {
+        let wanted = DetectionsWanted { range, ..self.wanted.clone() };
+        let bounds = SampleBounds { detections, until };
+        heard::sample(data, (&wanted, read), self.names, self.study, self.file, bounds)
+    }
+}
+
+#[cfg(test)]
+#[path = "size_tests.rs"]
+mod tests;
