@@ -25,7 +25,7 @@ impl Narrowed {
             found.ok_or_else(|| {
                 let shown: String = name.chars().take(60).collect();
                 format!(
-                    "project: the register has no project `{shown}`; look at /api/v1/register?kind=project"
+                    "project: the register has no project `{shown}`; look at /api/v1/register?kind=project, or `lutra-server register export project`"
                 )
             })
         };

@@ -6,6 +6,7 @@ use super::say::say;
 use clap::{Args, Subcommand};
 use detections::TagFilter;
 use research::FORMATS;
+use shore::history::explore;
 use shore::history::heard::{self, HeardFile};
 use shore::identity::{Request as _, vessels as named, with};
 use shore::register::{All, study};
@@ -34,6 +35,13 @@ pub(super) struct ExportArguments {
     /// Tags by protocol and number, like S256-101, or by number; may be repeated. Without it: all.
     #[arg(long = "tag", value_name = "TAG")]
     tags: Vec<TagFilter>,
+    /// Projects of the register by name: of the tag, or of the animal that carried it; may be repeated. Without it: all.
+    #[arg(long = "project", value_name = "PROJECT")]
+    projects: Vec<String>,
+    /// What was heard within an area alone: its corners, 3 to 100, as "LAT,LON;LAT,LON;..." in degrees, in the order in which one
+    /// sails around it. What was heard where nobody knows is left out then. Without it: everywhere.
+    #[arg(long, value_name = "CORNERS", allow_hyphen_values = true)]
+    area: Option<String>,
     /// Reported from this time on, ISO 8601, UTC unless it has an offset like +02:00, by the vessels' clocks.
     #[arg(long, value_name = "TIME")]
     from: Option<UtcTime>,
@@ -70,6 +78,9 @@ fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let ((_, rows), vessels) = with(&data, async |db| (All, named::List).run(db).await)?;
     let (study, names): (_, BTreeMap<u16, String>) =
         (study(rows), vessels.into_iter().map(|vessel| (vessel.address, vessel.name)).collect());
+    let projects = arguments.projects.join(";");
+    let narrowed = explore::narrowed(Some(&projects), arguments.area.as_deref(), &study)?;
+    let file = HeardFile { narrowed, ..file };
     to_output(arguments.output.as_deref(), true, &mut |out| {
         Ok(heard::write(&data, &wanted, &names, &study, &file, out)?)
     })

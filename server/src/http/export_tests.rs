@@ -121,11 +121,12 @@ async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
     let size = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
     let size: api::ExportSize = serde_json::from_str(&size.body).unwrap();
     assert_eq!((size.rows, size.bytes), (2, file.body.len() as u64));
-    // To measure takes the place of an export, and gives it back.
+    assert!(!size.estimated);
+    // Exports take no place from it.
     let exports = &shore.state.shore.history.exports;
     let taken = exports.acquire_many(exports.available_permits() as u32).await.unwrap();
-    let busy = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
-    assert_eq!(busy.status, StatusCode::SERVICE_UNAVAILABLE);
+    let beside = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
+    assert_eq!(beside.status, StatusCode::OK, "{}", beside.body);
     drop(taken);
     let path = format!("/api/v1/detections?from_us=0&to_us={}&flags=true&{area}", START_US * 2);
     let list: api::Detections = serde_json::from_str(&shore.get(&path, &token).await.body).unwrap();
@@ -288,6 +289,23 @@ async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
     }
     let nothing = shore.get("/api/v1/export.csv?message=Voltage", &own).await;
     assert!(nothing.body.contains("nothing is recorded that you may export"), "{}", nothing.body);
+}
+
+/// Takes 10 s: a question waits 5 s for its turn, twice.
+#[tokio::test]
+async fn questions_beyond_the_places_are_asked_to_come_again() {
+    let shore = Shore::with(made_up).await;
+    let token = shore.token(None, Role::Researcher).await;
+    let history = &shore.state.shore.history;
+    for (places, path) in [(&history.counts, "summary"), (&history.sizes, "size")] {
+        let path = format!("/api/v1/detections/{path}");
+        let taken = [places.take().await.unwrap(), places.take().await.unwrap()];
+        let busy = shore.get(&path, &token).await;
+        assert_eq!(busy.status, StatusCode::SERVICE_UNAVAILABLE, "{path}: {}", busy.body);
+        assert_eq!(busy.headers.get(header::RETRY_AFTER).map(|wait| wait.to_str().unwrap()), Some("2"));
+        drop(taken);
+        assert_eq!(shore.get(&path, &token).await.status, StatusCode::OK, "{path}");
+    }
 }
 
 #[tokio::test]

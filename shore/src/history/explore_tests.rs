@@ -65,7 +65,8 @@ fn what_comes_later_is_counted_too_but_not_before_a_rest() {
         (Explorer::holding(folder.path(), MOST, 0), Explorer::holding(folder.path(), MOST, u32::MAX));
     let count = |explorer: &Explorer| {
         let mut reader = Reader::open(folder.path()).unwrap();
-        explorer.summary_within(&mut reader, &all(), &Study::default(), LONG).unwrap().detections
+        let prepared = explorer.prepare(&mut reader, all(), LONG).unwrap();
+        explorer.summary(&prepared, &Study::default()).detections
     };
     assert_eq!((count(&at_once), count(&rested)), (50, 50));
     fill(folder.path(), 50, 10, 60);
@@ -86,7 +87,8 @@ fn holding(data: &Path, detections: usize, rest: u32) -> Explorer {
 
 fn ask(explorer: &Explorer, question: &Question) -> DetectionsSummary {
     let mut reader = Reader::open(&explorer.data).unwrap();
-    explorer.summary_within(&mut reader, question, &Study::default(), LONG).unwrap()
+    let prepared = explorer.prepare(&mut reader, question.clone(), LONG).unwrap();
+    explorer.summary(&prepared, &Study::default())
 }
 
 #[test]
@@ -97,7 +99,7 @@ fn more_than_there_is_room_for_is_left_out_the_oldest_first_and_said_so() {
     let explorer = holding(folder.path(), 3, REST);
     let found = ask(&explorer, &all());
     assert_eq!((found.detections, found.read_from_us), (3, None));
-    assert_eq!(found.left_out_before_us, Some(1_796_083_200_000_000), "before December");
+    assert_eq!(found.left_out_before_us, Some(1_795_564_800_000_000), "the end of 2026-11-24: of four days is the first");
     // A shorter time has room again, whatever was asked before.
     let old = ask(&explorer, &Question { to_us: begin_us(0) + 1, ..all() });
     assert_eq!((old.detections, old.left_out_before_us), (1, None));
@@ -152,30 +154,24 @@ fn what_others_heard_cuts_nobody() {
     assert!(both.tags.iter().all(|tag| tag.first_us >= before_us), "{before_us}");
 }
 
+/// A month with more detections than there is room for: what is asked for of its first days is there, however much came later.
 #[test]
-fn the_begin_of_a_file_is_read_within_bounds() {
-    use crate::history::heard::{self, HeardFile, SampleBounds};
+fn the_first_days_of_a_full_month_are_reached() {
     let folder = tempfile::tempdir().unwrap();
-    fill(folder.path(), 0, 300, 60);
-    let sample = |tags: &str, format: &str, detections: u64, bytes: u64| {
-        let range = TimeRange { from_us: 0, to_us: i64::MAX };
-        let tags = export::tags(Some(tags)).unwrap();
-        let wanted = store::DetectionsWanted { systems: None, range, came_from: None, tags };
-        let bounds = SampleBounds { detections, bytes, until: Instant::now() + LONG };
-        let file = HeardFile::new(Some(format), None).unwrap();
-        heard::sample(folder.path(), &wanted, &BTreeMap::new(), &Study::default(), &file, bounds).unwrap()
-    };
-    let whole = sample("", "lutra", 1_000, 1 << 20);
-    assert_eq!((whole.wanted, whole.begin.rows, whole.is_whole), (300, 300, true));
-    let part = sample("", "lutra", 100, 1 << 20);
-    assert_eq!((part.wanted, part.begin.rows, part.is_whole), (100, 100, false));
-    let (row, in_part) = (whole.begin.bytes / 300, part.begin.bytes / 100);
-    assert!(row.abs_diff(in_part) * 20 < row, "{row} bytes a row, {in_part} in the sample");
-    // A tag that is heard later than that is looked for no longer.
-    let none = sample("99999", "lutra", 100, 1 << 20);
-    assert_eq!((none.wanted, none.is_whole), (0, false));
-    let short = sample("", "vue", 1_000, 2_000);
-    assert!(!short.is_whole && short.begin.rows > 0 && short.begin.rows < 300, "{short:?}");
+    // 20 on the 21st and 22nd, then 60 from the 26th to the 28th, and some in December.
+    fill(folder.path(), 0, 20, 4_000);
+    fill(folder.path(), 120, 60, 4_000);
+    fill(folder.path(), 240, 5, 4_000);
+    let explorer = holding(folder.path(), 30, REST);
+    let whole = ask(&explorer, &all());
+    assert!(whole.detections < 85 && whole.left_out_before_us.is_some(), "there is no room for all: {whole:?}");
+    let early = Question { to_us: i64::from(START_S + 20 * 4_000) * 1_000_000, ..all() };
+    let found = ask(&explorer, &early);
+    assert_eq!((found.detections, found.left_out_before_us, found.read_from_us), (20, None, None));
+    // What a stretch of days has beyond the room is still left out and said so.
+    let full = Question { from_us: i64::from(START_S + 115 * 4_000) * 1_000_000, to_us: i64::from(START_S + 200 * 4_000) * 1_000_000, ..all() };
+    let found = ask(&explorer, &full);
+    assert_eq!((found.detections, found.left_out_before_us.is_some()), (25, true), "five of December lie beside");
 }
 
 /// `cargo nextest run --release --workspace --run-ignored all --no-capture -E 'test(a_million_detections)'`.
@@ -189,7 +185,8 @@ fn a_million_detections_are_seen_at_once() {
     for times in 0.. {
         let asked = Instant::now();
         let mut reader = Reader::open(folder.path()).unwrap();
-        let found = explorer.summary(&mut reader, &all(), &Study::default()).unwrap();
+        let prepared = explorer.prepare(&mut reader, all(), PATIENCE).unwrap();
+        let found = explorer.summary(&prepared, &Study::default());
         let (took, since) = (asked.elapsed(), begun.elapsed());
         println!(
             "answer {times}: {} detections in {took:?}, {since:?} since the first question",

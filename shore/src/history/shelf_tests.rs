@@ -70,6 +70,25 @@ fn ask(shelf: &mut Shelf, wanted: &Wanted, pages: usize) -> (usize, Option<i64>)
 }
 
 #[test]
+fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
+    let november = TimeRange { from_us: 1_793_491_200_000_000, to_us: 1_796_083_200_000_000 };
+    let december = TimeRange { from_us: november.to_us, to_us: november.to_us + 31 * DAY_US };
+    let of = |range: TimeRange| {
+        let months = [(november, 1), (december, 2)];
+        Wanted::new(months.into_iter(), range, [1].into()).stretches
+    };
+    let all = of(TimeRange { from_us: 0, to_us: i64::MAX });
+    assert_eq!(all.len(), 16);
+    assert_eq!(all[0], (TimeRange { from_us: december.from_us + 28 * DAY_US, to_us: december.to_us }, 2));
+    for pair in all.windows(2) {
+        assert_eq!(pair[0].0.from_us, pair[1].0.to_us, "without gaps, the newest first");
+    }
+    assert_eq!(all[15].0.from_us, november.from_us);
+    let some = of(TimeRange { from_us: november.from_us + 5 * DAY_US, to_us: november.from_us + 8 * DAY_US });
+    assert_eq!(some, [(TimeRange { from_us: november.from_us + 4 * DAY_US, to_us: november.from_us + 8 * DAY_US }, 1)]);
+}
+
+#[test]
 fn a_question_that_is_asked_again_gets_the_same() {
     let mut shelf = Shelf::new(7, NO_REST);
     let all = wanted(&[2, 1, 0], &[1]);

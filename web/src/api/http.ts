@@ -13,6 +13,8 @@ export class Refusal extends Error {
     readonly why: RefusalReason,
     /** All that it said. */
     readonly answer?: unknown,
+    /** After so long it may be asked again, s; 0 where it did not say so. */
+    readonly waitS = 0,
   ) {
     super(refusalText(why));
   }
@@ -114,9 +116,10 @@ export function csrf(): string {
 }
 
 async function refused(response: Response): Promise<Refusal> {
+  const waitS = Number(response.headers.get("retry-after")) || 0;
   try {
     const answer = (await response.json()) as RefusalAnswer;
-    return new Refusal(response.status, answer.error, answer);
+    return new Refusal(response.status, answer.error, answer, waitS);
   } catch {
     return new Refusal(response.status, { code: "unknown", text: t("The server answered {status}.", { status: response.status }) });
   }

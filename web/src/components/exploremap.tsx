@@ -7,12 +7,12 @@ import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { pictureOf } from "../map/picture";
 import { createSeaRoute } from "../map/searoute";
-import { createSquares } from "../map/squares";
+import { createSquares, SQUARES_LAYER } from "../map/squares";
 import { cornersOfText, squareNumbers, textOfCorners } from "../state/explore";
 import { csv, save } from "../ui/csv";
 import { position } from "../ui/format";
 import { t } from "../words/words";
-import { saveCanvas } from "./plotfile";
+import { saveCanvas, SVG } from "./plotfile";
 
 /** Corners of an area at most, as the server has it. */
 const MOST = 100;
@@ -29,6 +29,8 @@ interface Made {
   show(found: DetectionsSummary | undefined): void;
   draw(corners: readonly PlanPlace[]): void;
   picture(): Promise<HTMLCanvasElement>;
+  /** The same with the dots as a drawing. */
+  drawing(): Promise<string>;
   dispose(): void;
 }
 
@@ -37,9 +39,9 @@ export function ExploreMap({ found, area, done, drawing }: Needs) {
   const [middle, move] = useState<PlanPlace | undefined>(undefined);
   const [wrong, say] = useState("");
   const corners = cornersOfText(area.value);
-  const picture = (): void => {
+  const take = (taken: Promise<void> | undefined): void => {
     say("");
-    void made.current?.picture().then((canvas) => saveCanvas(canvas, "detections-by-place.png")).catch(() => say(t("This browser could not draw the picture.")));
+    void taken?.catch(() => say(t("This browser could not draw the picture.")));
   };
   const add = (corner: PlanPlace): void => {
     const now = cornersOfText(area.value);
@@ -65,8 +67,9 @@ export function ExploreMap({ found, area, done, drawing }: Needs) {
         {drawing.value && <button type="button" disabled={!middle} onClick={() => { if (middle) add(middle); }}>{t("Corner in the middle of the map")}</button>}
         {drawing.value && <button type="button" class="main" disabled={corners.length < 3} onClick={() => { drawing.value = false; done(); }}>{t("Use this area")}</button>}
         {area.value && <button type="button" onClick={() => { [area.value, drawing.value] = ["", false]; done(); }}>{t("Remove the area")}</button>}
+        <button type="button" onClick={() => take(made.current?.picture().then((canvas) => saveCanvas(canvas, "detections-by-place.png")))}>PNG</button>
+        <button type="button" onClick={() => take(made.current?.drawing().then((svg) => save("detections-by-place.svg", svg, SVG)))}>SVG</button>
         {found && found.squares.length > 0 && <button type="button" onClick={() => { const { head, rows } = squareNumbers(found); save("detections-by-place.csv", csv(head, rows)); }}>CSV</button>}
-        <button type="button" onClick={picture}>PNG</button>
       </p>
       <p role="status">{drawing.value ? t("Click the corners on the map, in order: {n} so far.", { n: corners.length }) : ""}</p>
       {drawing.value && middle && <p class="dim" data-middle>{t("The middle of the map is {place}.", { place: position(middle) })}</p>}
@@ -93,6 +96,7 @@ function make(box: HTMLElement, clicked: (corner: PlanPlace) => boolean, moved: 
     },
     draw: (corners) => ring.update([], [], { areas: [], drawing: corners.length > 2 ? [...corners, ...corners.slice(0, 1)] : corners, gap: undefined }),
     picture: () => pictureOf(map.ol),
+    drawing: async () => shown.drawing(await pictureOf(map.ol, SQUARES_LAYER)),
     dispose: () => { shown.dispose(); map.dispose(); },
   };
 }

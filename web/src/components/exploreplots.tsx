@@ -1,7 +1,9 @@
 // The plots of the explorer: tags by time, detections by time, effort. Drawn from counts that the server made, as wide as the page.
 
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { DetectionsSummary, SummaryTag } from "../api/types.gen";
-import { abacusNumbers, barNumbers, barsTitle, lengthText, ticks } from "../state/explore";
+import { abacusNumbers, barNumbers, barsTitle, brushed, countedFrom, lengthText, ticks } from "../state/explore";
 import { tagSeries } from "../state/tags";
 import { utc } from "../ui/format";
 import { count, t } from "../words/words";
@@ -9,6 +11,11 @@ import { PlotFile } from "./plotfile";
 
 interface Part {
   readonly found: DetectionsSummary;
+}
+
+/** A plot over which a stretch of time is drawn to be looked at; µs. */
+interface Drawn {
+  choose(from: number, to: number): void;
 }
 
 /** Heights and margins of plots, px; on a narrow page there is less room for names. */
@@ -23,12 +30,18 @@ interface Frame {
   readonly from: number;
   readonly to: number;
   x(us: number): number;
+  us(x: number): number;
 }
 
 function frameOf({ from_us, to_us }: DetectionsSummary, width: number): Frame {
   const [from, to, left] = [from_us ?? 0, to_us ?? 1, width < NARROW ? LEFT_NARROW : LEFT];
   const right = width - RIGHT;
-  return { width, left, from, to, x: (us) => Math.min(right, left + (Math.max(0, us - from) / Math.max(1, to - from)) * (right - left)) };
+  const long = Math.max(1, to - from);
+  return {
+    width, left, from, to,
+    x: (us) => Math.min(right, left + (Math.max(0, us - from) / long) * (right - left)),
+    us: (x) => from + (Math.max(0, Math.min(right, x) - left) / (right - left)) * long,
+  };
 }
 
 /** Marks of the time below a plot, and between which days it lies. */
@@ -50,6 +63,58 @@ function TimeAxis({ frame: { width, left, from, to, x }, y }: { readonly frame: 
   );
 }
 
+/** A hand must move so far before it draws, px. */
+const DRAWS_PX = 5;
+
+/** A plot over which a stretch of time is drawn, by mouse, pen or finger; Escape ends that without a choice. By keyboard the fields of the
+ * page are the way. */
+function Brushed({ frame, high, step, label, choose, children }: Drawn & { readonly frame: Frame; readonly high: number; readonly step: number; readonly label: string; readonly children: ComponentChildren }) {
+  const [drawn, draw] = useState<readonly [number, number] | undefined>(undefined);
+  const pointer = useRef<number | undefined>(undefined);
+  const at = ({ currentTarget, clientX }: PointerEvent): number => {
+    const box = (currentTarget as SVGSVGElement).getBoundingClientRect();
+    return ((clientX - box.left) * frame.width) / box.width;
+  };
+  const end = (): void => {
+    pointer.current = undefined;
+    draw(undefined);
+  };
+  useEffect(() => {
+    if (!drawn) return undefined;
+    const escape = (event: KeyboardEvent): void => {
+      if (event.key !== "Escape") return;
+      event.preventDefault();
+      end();
+    };
+    window.addEventListener("keydown", escape, true);
+    return () => window.removeEventListener("keydown", escape, true);
+  }, [drawn !== undefined]);
+  const down = (event: PointerEvent): void => {
+    if (event.button !== 0 || !event.isPrimary || at(event) < frame.left) return;
+    (event.currentTarget as SVGSVGElement).setPointerCapture(event.pointerId);
+    pointer.current = event.pointerId;
+    draw([at(event), at(event)]);
+  };
+  const move = (event: PointerEvent): void => {
+    if (drawn && pointer.current === event.pointerId) draw([drawn[0], at(event)]);
+  };
+  const up = (event: PointerEvent): void => {
+    if (!drawn || pointer.current !== event.pointerId) return;
+    const [one, other] = [drawn[0], at(event)];
+    end();
+    if (Math.abs(one - other) < DRAWS_PX) return;
+    const { from, to } = brushed(frame.us(one), frame.us(other), frame.from, step);
+    choose(from, to);
+  };
+  const [left, right] = drawn ? [Math.max(frame.left, Math.min(...drawn)), Math.min(frame.width - RIGHT, Math.max(...drawn))] : [0, 0];
+  return (
+    <svg class="explore-plot brushed" viewBox={`0 0 ${frame.width} ${high + AXIS}`} role="img" aria-label={label} onPointerDown={down} onPointerMove={move} onPointerUp={up} onPointerCancel={end}>
+      {children}
+      {drawn && <rect class="brush" x={left} y={0} width={Math.max(0, right - left)} height={high} />}
+    </svg>
+  );
+}
+
 /** A tag's marks: filled where something confirms them, hollow where nothing does. */
 function TagRow({ of: { tag, tag_id, animal, name: called, marks }, row, step_us, frame: { width, left, from, x } }: { readonly of: SummaryTag; readonly row: number; readonly step_us: number; readonly frame: Frame }) {
   const wide = Math.max(2, x(from + step_us) - left);
@@ -65,27 +130,28 @@ function TagRow({ of: { tag, tag_id, animal, name: called, marks }, row, step_us
   );
 }
 
-export function Abacus({ found }: Part) {
+export function Abacus({ found, choose }: Part & Drawn) {
   const { tags, tags_all, step_us } = found;
   const draw = (width: number) => {
     const frame = frameOf(found, width);
     return (
-      <svg class="explore-plot" viewBox={`0 0 ${width} ${tags.length * ROW + AXIS}`} role="img" aria-label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
+      <Brushed frame={frame} high={tags.length * ROW} step={step_us} choose={choose} label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
         {tags.map((tag, row) => <TagRow key={`${tag.tag}/${tag.name}/${tag.animal}`} of={tag} row={row} step_us={step_us} frame={frame} />)}
         <TimeAxis frame={frame} y={tags.length * ROW + 4} />
-      </svg>
+      </Brushed>
     );
   };
   return (
     <PlotFile title={t("Tags by time")} file="tags-by-time" numbers={() => abacusNumbers(found)} draw={draw}>
-      {tags_all > tags.length && <p class="dim">{t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: count(tags_all) })}</p>}
+      {tags_all > tags.length && <p class="dim">{countedFrom(found) === undefined ? t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: count(tags_all) }) : t("The {shown} tags that were heard most, of at least {all}.", { shown: tags.length, all: count(tags_all) })}</p>}
       {tags.some(({ unconfirmed }) => unconfirmed > 0) && <p class="dim">{t("Hollow marks: nothing confirms these detections.")}</p>}
+      <p class="dim no-print">{t("Drag over a plot to look at a shorter time; From and To do the same. Escape or Back undoes it.")}</p>
     </PlotFile>
   );
 }
 
 /** Bars of a number for each stretch of time. */
-function BarPlot({ found, title, file, value, unit }: Part & { readonly title: string; readonly file: string; readonly value: (bar: DetectionsSummary["bars"][number]) => number; readonly unit: string }) {
+function BarPlot({ found, title, file, value, unit, choose }: Part & Drawn & { readonly title: string; readonly file: string; readonly value: (bar: DetectionsSummary["bars"][number]) => number; readonly unit: string }) {
   const most = found.bars.reduce((all, bar) => Math.max(all, value(bar)), 0) || 1;
   const y = (of: number): number => BARS - (of / most) * (BARS - 12);
   const mostText = `${count(Number(most.toPrecision(3)))} ${unit}`.trim();
@@ -96,23 +162,23 @@ function BarPlot({ found, title, file, value, unit }: Part & { readonly title: s
       return `M${left.toFixed(1)} ${BARS}V${y(value(bar)).toFixed(1)}H${Math.max(left + 1, right - 1).toFixed(1)}V${BARS}z`;
     });
     return (
-      <svg class="explore-plot" viewBox={`0 0 ${width} ${BARS + AXIS}`} role="img" aria-label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
+      <Brushed frame={frame} high={BARS} step={found.bar_us} choose={choose} label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
         <text x={frame.left - 8} y={18} class="end">{mostText}</text>
         <text x={frame.left - 8} y={BARS} class="end">0</text>
         <path class="series-0" d={bars.join("")} />
         <TimeAxis frame={frame} y={BARS} />
-      </svg>
+      </Brushed>
     );
   };
   return <PlotFile title={title} file={file} numbers={() => barNumbers(found)} draw={draw} />;
 }
 
-export function Bars({ found }: Part) {
-  return <BarPlot found={found} title={barsTitle(found.bar_us)} file="detections-by-time" value={({ detections }) => detections} unit="" />;
+export function Bars({ found, choose }: Part & Drawn) {
+  return <BarPlot found={found} choose={choose} title={barsTitle(found.bar_us)} file="detections-by-time" value={({ detections }) => detections} unit="" />;
 }
 
 /** Hours listened; said plainly where nobody told. */
-export function Effort({ found, area }: Part & { readonly area: boolean }) {
-  if (found.bars.some(({ listened_s }) => listened_s !== null)) return <BarPlot found={found} title={t("Hours listened, all receivers together")} file="effort" value={({ listened_s }) => (listened_s ?? 0) / 3_600} unit="h" />;
+export function Effort({ found, area, choose }: Part & Drawn & { readonly area: boolean }) {
+  if (found.bars.some(({ listened_s }) => listened_s !== null)) return <BarPlot found={found} choose={choose} title={t("Hours listened, all receivers together")} file="effort" value={({ listened_s }) => (listened_s ?? 0) / 3_600} unit="h" />;
   return <section class="plot-file" aria-label={t("Effort")}><h2>{t("Effort")}</h2><p>{area ? t("How long was listened within an area is not known. Remove the area to see the hours.") : t("These vessels did not report when they listened.")}</p></section>;
 }

@@ -6,6 +6,8 @@ import type { Numbers } from "../state/explore";
 import { csv, save } from "../ui/csv";
 import { t } from "../words/words";
 
+/** What a browser calls a drawing. */
+export const SVG = "image/svg+xml";
 /** What a drawing takes over from the page, for it has no style sheet of its own. */
 const KEPT = ["fill", "stroke", "stroke-width", "font-family", "font-size", "text-anchor", "opacity"];
 /** A picture has so many pixels for each of the drawing's, and at least so many along. */
@@ -47,7 +49,7 @@ export function PlotFile({ title, file, numbers, draw, children }: Needs) {
       {children}
       <p class="row no-print">
         <button type="button" onClick={picture}>PNG</button>
-        <button type="button" onClick={() => { const node = drawing(); if (node) save(`${file}.svg`, styled(node)); }}>SVG</button>
+        <button type="button" onClick={() => { const node = drawing(); if (node) save(`${file}.svg`, styled(node), SVG); }}>SVG</button>
         <button type="button" onClick={() => { const { head, rows } = numbers(); save(`${file}.csv`, csv(head, rows)); }}>CSV</button>
       </p>
       <p class="bad-text" role="alert">{wrong}</p>

@@ -2,13 +2,13 @@
 
 import type OlMap from "ol/Map";
 
-/** Draws the map once more and puts its layers on top of each other, in the pixels of this screen. Rejected where the browser may not
- * read a layer, as pictures of other servers. */
-export function pictureOf(map: OlMap): Promise<HTMLCanvasElement> {
+/** Draws the map once more and puts its layers on top of each other, in the pixels of this screen, but for those of a class. Rejected
+ * where the browser may not read a layer, as pictures of other servers. */
+export function pictureOf(map: OlMap, without?: string): Promise<HTMLCanvasElement> {
   return new Promise((resolve, reject) => {
     map.once("rendercomplete", () => {
       try {
-        resolve(drawn(map));
+        resolve(drawn(map, without));
       } catch (error) {
         reject(error instanceof Error ? error : new Error(String(error)));
       }
@@ -17,7 +17,7 @@ export function pictureOf(map: OlMap): Promise<HTMLCanvasElement> {
   });
 }
 
-function drawn(map: OlMap): HTMLCanvasElement {
+function drawn(map: OlMap, without?: string): HTMLCanvasElement {
   const picture = document.createElement("canvas");
   const [wide = 0, high = 0] = map.getSize() ?? [];
   const sharp = window.devicePixelRatio;
@@ -27,7 +27,7 @@ function drawn(map: OlMap): HTMLCanvasElement {
   pen.fillStyle = getComputedStyle(view).backgroundColor;
   pen.fillRect(0, 0, picture.width, picture.height);
   for (const layer of view.querySelectorAll<HTMLCanvasElement>(".ol-layer canvas, canvas.ol-layer")) {
-    if (!layer.width || !layer.height) continue;
+    if (!layer.width || !layer.height || (without && layer.closest(`.${without}`))) continue;
     const parent = layer.parentElement;
     pen.globalAlpha = Number((parent?.style.opacity || layer.style.opacity) || 1);
     // Layers are drawn sharper than the page, or moved while they wait to be drawn.

@@ -3,22 +3,24 @@
 import { computed, signal } from "@preact/signals";
 import { render } from "preact";
 import { look, type Looked, lookedBackTo } from "../api/looking";
-import { resource } from "../api/resource";
+import { type Resource, resource } from "../api/resource";
 import type { Detections, DetectionsSummary, ExportSize, Recorded, RegisterAnswer } from "../api/types.gen";
 import { Choices } from "../components/choices";
 import { ExploreMap } from "../components/exploremap";
 import { Abacus, Bars, Effort } from "../components/exploreplots";
 import { Spans, TimeSpan } from "../components/timespan";
-import { apiOf, type Asked, askedOf, askedWrong, searchOf, summaryOf } from "../state/explore";
+import { apiOf, type Asked, askedOf, askedWrong, confirmedFrom, countedFrom, hoursText, searchOf, summaryOf } from "../state/explore";
 import { flagReason, flagWord } from "../state/flags";
 import { FORMATS } from "../state/register";
-import { bytesText } from "../state/takeout";
+import { bytesText, picked } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
 import { count, t, tn } from "../words/words";
 
 /** While the server still reads it is asked again after this, ms. */
 const AGAIN_MS = 400;
+/** A server that has no room for a question is asked again so often. */
+const TRIES = 30;
 /** Rows of the table. */
 const ROWS = 200;
 const LAST_US = 9_007_199_254_740_991;
@@ -27,6 +29,19 @@ const LAST_US = 9_007_199_254_740_991;
 interface Listed extends Looked {
   readonly asked: string;
   readonly looking: boolean;
+}
+
+/** What the browser keeps with each question of this page. */
+interface Step {
+  /** How many questions of this page come before it: so many can be undone. */
+  readonly before: number;
+  /** Whether it was drawn over a plot. */
+  readonly drawn: boolean;
+}
+
+function stepNow(): Step {
+  const { before = 0, drawn = false } = (history.state ?? {}) as Partial<Step>;
+  return { before, drawn };
 }
 
 /** What the page knows: the form, the question that is asked, and answers, each with its question: what answers another one is not shown. */
@@ -49,7 +64,10 @@ class Explore {
   readonly asked = signal("");
   readonly askedNumbers = signal("");
   readonly listed = signal<Listed | undefined>(undefined);
-  private timer = 0;
+  readonly step = signal(stepNow());
+  /** How often a server without room was asked again. */
+  readonly tries = signal(0);
+  private readonly timers = { count: 0, measure: 0 };
 
   get form(): Asked {
     return { from: this.from.value, to: this.to.value, vessel: this.vessel.value, tag: this.tag.value, project: this.project.value, area: this.area.value, axis: this.axis.value };
@@ -57,23 +75,44 @@ class Explore {
 
   readonly wrong = computed(() => askedWrong(this.form));
   readonly found = computed(() => (this.summary.path.value === summaryPath(this.askedNumbers.value) ? this.summary.value.value : undefined));
-  readonly trouble = computed(() => (this.summary.busy.value ? "" : this.summary.trouble.value));
+  readonly trouble = computed(() => (this.summary.busy.value || this.waits(this.summary) ? "" : this.summary.trouble.value));
 
   /** Fills the form from the page's address, and asks. */
   readonly read = (): void => {
     const asked = askedOf(location.search);
     [this.from.value, this.to.value, this.vessel.value, this.tag.value, this.project.value, this.area.value, this.axis.value] = [asked.from, asked.to, asked.vessel, asked.tag, asked.project, asked.area, asked.axis];
     this.drawing.value = false;
+    this.step.value = stepNow();
     this.ask();
   };
 
   /** Puts the form into the page's address, and asks. */
-  readonly show = (): void => {
+  readonly show = (): void => this.goTo(false);
+
+  private goTo(drawn: boolean): void {
     if (this.wrong.value) return;
     this.drawing.value = false;
     const search = searchOf(this.form);
-    if (search !== location.search.slice(1)) history.pushState(null, "", `${location.pathname}${search ? `?${search}` : ""}`);
+    if (search !== location.search.slice(1)) {
+      const step: Step = { before: this.step.value.before + 1, drawn };
+      history.pushState(step, "", `${location.pathname}${search ? `?${search}` : ""}`);
+      this.step.value = step;
+    }
     this.ask();
+  }
+
+  /** Looks at a stretch of time, µs, that was drawn over a plot of the question that is asked. */
+  readonly choose = (from: number, to: number): void => {
+    const asked = askedOf(location.search);
+    [this.vessel.value, this.tag.value, this.project.value, this.area.value, this.axis.value] = [asked.vessel, asked.tag, asked.project, asked.area, asked.axis];
+    [this.from.value, this.to.value] = [picked(from), picked(to)];
+    this.goTo(true);
+  };
+
+  /** Escape undoes what was drawn last, unless it is about a field or something that is open. */
+  readonly escape = (event: KeyboardEvent): void => {
+    const on = event.target instanceof Element ? event.target.closest("input, select, textarea, dialog, details[open], [role=application]") : null;
+    if (event.key === "Escape" && !event.defaultPrevented && !on && this.step.value.drawn) history.back();
   };
 
   /** Plots to all times, or to where most are. */
@@ -82,9 +121,16 @@ class Explore {
     this.show();
   };
 
+  /** Whether a server that had no room is asked again by itself. */
+  waits({ againMs }: Pick<Resource<unknown>, "againMs">): boolean {
+    return againMs.value > 0 && this.tries.value < TRIES;
+  }
+
   private ask(): void {
     if (this.wrong.value) return;
     [this.asked.value, this.askedNumbers.value] = [apiOf(this.form), summaryOf(this.form)];
+    window.clearTimeout(this.timers.measure);
+    this.tries.value = 0;
     void this.count();
     const range = new URLSearchParams(this.asked.value);
     for (const [name, us] of [["from_us", 0], ["to_us", LAST_US]] as const) if (!range.has(name)) range.set(name, String(us));
@@ -93,11 +139,23 @@ class Explore {
   }
 
   private async count(): Promise<void> {
-    window.clearTimeout(this.timer);
-    const found = await this.summary.ask(summaryPath(this.askedNumbers.value));
-    if (!found) return;
-    if (found.read_from_us === null) this.measure();
-    else this.timer = window.setTimeout(() => void this.count(), AGAIN_MS);
+    window.clearTimeout(this.timers.count);
+    const asked = this.askedNumbers.value;
+    const found = await this.summary.ask(summaryPath(asked));
+    if (asked !== this.askedNumbers.value) return;
+    if (found?.read_from_us === null) {
+      this.tries.value = 0;
+      this.measure();
+    } else if (found) this.timers.count = window.setTimeout(() => void this.count(), AGAIN_MS);
+    else this.later(this.summary, "count", () => void this.count());
+  }
+
+  /** Asks again, after the time that a server without room has told. */
+  private later(of: Pick<Resource<unknown>, "againMs">, name: "count" | "measure", ask: () => void): void {
+    if (!this.waits(of)) return;
+    this.tries.value++;
+    window.clearTimeout(this.timers[name]);
+    this.timers[name] = window.setTimeout(ask, of.againMs.value);
   }
 
   /** Fills the table from there on, below what is known. */
@@ -109,10 +167,26 @@ class Explore {
     if (looked) tell(looked, false);
   };
 
-  /** How large the file will be; asked once all is counted. */
+  /** How large the file will be; asked once all is counted. Of more than the server counts nobody knows it. */
   readonly measure = (): void => {
-    if (this.may && this.found.value?.read_from_us === null) void this.size.ask(`/api/v1/detections/size?${this.file}`);
+    const found = this.found.value;
+    window.clearTimeout(this.timers.measure);
+    if (!this.may || !found || found.read_from_us !== null || found.left_out_before_us !== null) return;
+    const path = this.sizePath;
+    void this.size.ask(path).then((size) => {
+      if (!size && path === this.sizePath) this.later(this.size, "measure", this.measure);
+    });
   };
+
+  /** The same, from the beginning. */
+  readonly measureAnew = (): void => {
+    this.tries.value = 0;
+    this.measure();
+  };
+
+  get sizePath(): string {
+    return `/api/v1/detections/size?${this.file}`;
+  }
 
   get file(): string {
     const query = new URLSearchParams(this.asked.value);
@@ -153,33 +227,65 @@ function Form({ page }: Part) {
   );
 }
 
+/** How many were counted; at least so many where that is not all. */
+function manyText(n: number, all: boolean): string {
+  const text = all ? tn(n, "1 detection.", "{n} detections.") : tn(n, "At least 1 detection.", "At least {n} detections.");
+  return text.replace(/\d{4,}/, (digits) => count(Number(digits)));
+}
+
 /** How many there are, how far that is known, and what is wrong. */
 function Told({ page }: Part) {
-  const { summary, found: { value: found }, trouble: { value: trouble } } = page;
-  const many = found ? tn(found.detections, "1 detection.", "{n} detections.").replace(/\d{4,}/, (digits) => count(Number(digits))) : "";
+  const { summary, found: { value: found }, trouble: { value: trouble }, step: { value: step } } = page;
+  const all = found && countedFrom(found) === undefined;
+  const waiting = page.waits(summary) ? t("The server counts for others; it is asked again in a moment …") : summary.busy.value ? t("Fetching …") : "";
   return (
     <>
+      {step.before > 0 && <p class="no-print"><button type="button" onClick={() => history.back()}>{t("Back to the question before")}</button></p>}
       {trouble && !/^tag: /.test(trouble) && <p class="bad-text" role="alert">{trouble} <button type="button" onClick={page.show}>{t("Try again")}</button></p>}
-      <p role="status">{!found && summary.busy.value ? t("Fetching …") : many}{found && found.read_from_us !== null ? ` ${t("The server still reads: from {time} on so far.", { time: utc(found.read_from_us) })}` : ""}</p>
-      {found && found.left_out_before_us !== null && <p class="note warn">{t("Detections before {time} are left out: there are too many to show at once. Choose a shorter time.", { time: utc(found.left_out_before_us) })}</p>}
-      {found && found.outside > 0 && <p class="note warn">{tn(found.outside, "1 detection has a time far from all others and lies outside the plots: perhaps a clock was wrong, perhaps the tag was heard at another time of the year.", "{n} detections have times far from all others and lie outside the plots: perhaps a clock was wrong, perhaps tags were heard at another time of the year.")} <button type="button" onClick={() => page.stretch("whole")}>{t("Show all times")}</button></p>}
-      {found && page.axis.value === "whole" && <p class="note"><button type="button" onClick={() => page.stretch("")}>{t("Leave out times far from all others")}</button></p>}
-      {found && found.flags.length > 0 && <p>{t("Look twice at:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${count(detections)}`).join(" · ")}</p>}
-      {found?.detections === 0 && found.read_from_us === null && <p>{t("No tag was heard here in this time. Choose a longer time, another area, or all tags.")}</p>}
+      <p role="status">{found ? manyText(found.detections, all ?? false) : waiting}{found && found.read_from_us !== null ? ` ${t("The server still reads: from {time} on so far.", { time: utc(found.read_from_us) })}` : ""}</p>
+      {found && <LeftOut found={found} />}
+      {found && <Outside page={page} found={found} />}
+      {found && found.flags.length > 0 && <p>{all ? t("Look twice at:") : t("Look twice at least at:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${count(detections)}`).join(" · ")}</p>}
+      {found?.detections === 0 && all && <p>{t("No tag was heard here in this time. Choose a longer time, another area, or all tags.")}</p>}
     </>
+  );
+}
+
+/** What is not counted, and what of the rest is not known for it. */
+function LeftOut({ found }: { readonly found: DetectionsSummary }) {
+  const [before, confirmed] = [found.left_out_before_us, confirmedFrom(found)];
+  if (before === null || confirmed === undefined) return null;
+  return <p class="note warn">{t("Detections before {time} are left out: there are too many to show at once. Choose a shorter time.", { time: utc(before) })} {t("How many there are, and first and last times, are of those after it. Whether something confirms a detection is not known before {time}.", { time: utc(confirmed) })}</p>;
+}
+
+/** What lies outside the plots, with the way to see it. */
+function Outside({ page, found: { outside, listened_outside_s } }: Part & { readonly found: DetectionsSummary }) {
+  const way = (axis: string, text: string) => <a href={`?${searchOf({ ...page.form, axis })}`} onClick={(event) => { event.preventDefault(); page.stretch(axis); }}>{text}</a>;
+  if (page.axis.value === "whole") return <p class="note">{way("", t("Leave out times of wrong clocks far from all others"))}</p>;
+  if (!outside && !listened_outside_s) return null;
+  return (
+    <p class="note warn">
+      {outside > 0 && <>{tn(outside, "1 detection lies outside the plots: a clock was not set or was wrong, and its time is far from all others.", "{n} detections lie outside the plots: clocks were not set or were wrong, and their times are far from all others.")} </>}
+      {listened_outside_s > 0 && <>{t("{length} of listening lie outside the plots, far from all other times: perhaps a vessel's clock was wrong.", { length: hoursText(listened_outside_s) })} </>}
+      {way("whole", t("Show all times"))}
+    </p>
   );
 }
 
 function Download({ page }: Part) {
   const { size, format, asked, found } = page;
-  const known = size.path.value === `/api/v1/detections/size?${page.file}` ? size.value.value : undefined;
-  const waits = size.busy.value || found.value?.read_from_us !== null;
-  const told = waits ? t("Looking how large it will be …") : size.trouble.value || (known ? t("{n} rows, about {size}.", { n: count(known.rows), size: bytesText(known.bytes) }) : "");
+  const known = size.path.value === page.sizePath ? size.value.value : undefined;
+  const waits = size.busy.value || page.waits(size) || found.value?.read_from_us !== null;
+  const wrong = waits || known ? "" : size.trouble.value;
+  const how = known && { n: count(known.rows), size: bytesText(known.bytes) };
+  const told = how ? (known.estimated ? t("About {n} rows, about {size}.", how) : t("{n} rows, {size}.", how)) : waits ? t("Looking how large it will be …") : "";
+  const unknown = found.value && found.value.left_out_before_us !== null;
   return (
     <section aria-label={t("Download")} key={asked.value}>
       <h2>{t("Download")}</h2>
-      <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => { format.value = event.currentTarget.value; page.measure(); }}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${page.file}`} download>{t("Download these detections")}</a></p>
-      <p role="status">{told}</p>
+      <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => { format.value = event.currentTarget.value; page.measureAnew(); }}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${page.file}`} download>{t("Download these detections")}</a></p>
+      <p role="status">{unknown ? t("How large it will be is not known: there are more than the server counts beforehand. The file leaves nothing out.") : told}</p>
+      {!unknown && wrong && <p class="bad-text" role="alert">{wrong} <button type="button" onClick={page.measureAnew}>{t("Try again")}</button></p>}
     </section>
   );
 }
@@ -205,7 +311,7 @@ function Table({ page }: Part) {
                 <td class="num">{one.heard_us === null ? t("{time} (reported)", { time: utc(one.time_us) }) : utc(one.heard_us)}</td>
                 <td class="whole">{tagName(one)}</td><td class="whole">{page.called(one.system)}</td><td>{one.snr_db}</td>
                 <td>{one.lat_deg === null || one.lon_deg === null ? t("not known") : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
-                <td class="num">{one.min_lag_s === null ? "" : one.min_lag_s.toFixed(1)}</td>
+                <td class="num">{one.min_lag_s === null ? (one.flags === null ? t("not known") : "") : one.min_lag_s.toFixed(1)}</td>
                 <td>{one.flags === null ? t("not known") : one.flags.map((flag) => flagReason(flag)).join(" ")}</td>
               </tr>
             ))}
@@ -226,9 +332,9 @@ export function startExplore(root: HTMLElement): void {
       <>
         <Form page={page} />
         <Told page={page} />
-        {found && found.detections > 0 && <Abacus found={found} />}
-        {found && found.bars.length > 0 && <Bars found={found} />}
-        {found && found.from_us !== null && <Effort found={found} area={new URLSearchParams(page.asked.value).has("area")} />}
+        {found && found.detections > 0 && <Abacus found={found} choose={page.choose} />}
+        {found && found.bars.length > 0 && <Bars found={found} choose={page.choose} />}
+        {found && found.from_us !== null && <Effort found={found} choose={page.choose} area={new URLSearchParams(page.asked.value).has("area")} />}
         <ExploreMap found={found} area={page.area} drawing={page.drawing} done={page.show} />
         {page.may && found && found.detections > 0 && <Download page={page} />}
         <Table page={page} />
@@ -239,6 +345,7 @@ export function startExplore(root: HTMLElement): void {
   render(<Page />, root);
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   window.addEventListener("popstate", page.read);
+  window.addEventListener("keydown", page.escape);
   void page.recorded.ask("/api/v1/recorded");
   void page.register.ask("/api/v1/register?kind=project");
   page.read();

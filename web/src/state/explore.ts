@@ -1,7 +1,7 @@
 // What the explorer asks for, as it stands in the page's address, and the numbers of its plots. Pure.
 
 import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
-import { t } from "../words/words";
+import { count, t } from "../words/words";
 import { pickedUs } from "./takeout";
 
 /** A question, each part as it stands in its input; empty for all. */
@@ -16,7 +16,7 @@ export interface Asked {
   readonly project: string;
   /** Corners as `lat,lon;lat,lon`. */
   readonly area: string;
-  /** `whole` where plots reach to times that are far from all others. */
+  /** `whole` where plots reach to times by wrong clocks too. */
   readonly axis: string;
 }
 
@@ -63,6 +63,44 @@ export function cornersOfText(area: string): readonly PlanPlace[] {
 
 export function textOfCorners(corners: readonly PlanPlace[]): string {
   return corners.map(({ lat_deg, lon_deg }) => `${lat_deg.toFixed(6)},${lon_deg.toFixed(6)}`).join(";");
+}
+
+/** Longitudes side by side, as places lie on the chart: east of the widest stretch without any, so that those on both sides of the
+ * 180th meridian lie together, some of them beyond 180. */
+export function sideBySide(lons: readonly number[]): readonly number[] {
+  const sorted = [...lons].sort((one, other) => one - other);
+  const [first = 0, last = 0] = [sorted[0], sorted.at(-1)];
+  let [west, widest] = [first, first + 360 - last];
+  sorted.forEach((lon, at) => {
+    const gap = lon - (sorted[at - 1] ?? lon);
+    if (gap > widest) [west, widest] = [lon, gap];
+  });
+  return lons.map((lon) => (lon < west ? lon + 360 : lon));
+}
+
+/** From when on it is counted, where not all of it is, µs. */
+export function countedFrom({ left_out_before_us, read_from_us }: DetectionsSummary): number | undefined {
+  const all = [left_out_before_us, read_from_us].filter((us) => us !== null);
+  return all.length ? Math.max(...all) : undefined;
+}
+
+/** From when on it is known which detections nothing confirms, where not all is counted, µs: what confirms one lies within a day. */
+export function confirmedFrom(found: DetectionsSummary): number | undefined {
+  const from = countedFrom(found);
+  return from === undefined ? undefined : from + DAY_US;
+}
+
+/** A stretch of time that somebody draws over a plot between two moments, in whole steps of that plot, µs. */
+export function brushed(one: number, other: number, begin: number, step: number): { readonly from: number; readonly to: number } {
+  const at = (us: number, whole: (n: number) => number): number => begin + whole((us - begin) / step) * step;
+  const from = at(Math.min(one, other), Math.floor);
+  return { from, to: Math.max(from + step, at(Math.max(one, other), Math.ceil)) };
+}
+
+/** How long receivers listened, roughly, as people say it. */
+export function hoursText(s: number): string {
+  if (s < 60) return t("{n} s", { n: Math.round(s) });
+  return s < 3_600 ? t("{n} min", { n: Math.round(s / 60) }) : t("{n} h", { n: count(Math.round(s / 3_600)) });
 }
 
 /** How long a bar or a step is, as people say it. */
@@ -131,13 +169,23 @@ export interface Numbers {
 
 const iso = (us: number): string => new Date(us / 1_000).toISOString();
 
-export function abacusNumbers({ tags, from_us, step_us }: DetectionsSummary): Numbers {
-  const rows = tags.flatMap(({ tag, name, animal, project, marks }) => marks.map(([at, count, unconfirmed]) => [tag, name, animal, project, iso((from_us ?? 0) + at * step_us), step_us / 1e6, count, unconfirmed] as const));
+/** How many nothing confirms; empty where that is not known. */
+function unconfirmedOf(found: DetectionsSummary, from: number, unconfirmed: number): number | null {
+  return from < (confirmedFrom(found) ?? -Infinity) ? null : unconfirmed;
+}
+
+export function abacusNumbers(found: DetectionsSummary): Numbers {
+  const { tags, from_us, step_us } = found;
+  const rows = tags.flatMap(({ tag, name, animal, project, marks }) => marks.map(([at, heard, unconfirmed]) => {
+    const from = (from_us ?? 0) + at * step_us;
+    return [tag, name, animal, project, iso(from), step_us / 1e6, heard, unconfirmedOf(found, from, unconfirmed)] as const;
+  }));
   return { head: ["tag", "tag_name", "animal", "project", "from_utc", "length_s", "detections", "unconfirmed"], rows };
 }
 
-export function barNumbers({ bars, bar_us }: DetectionsSummary): Numbers {
-  return { head: ["from_utc", "length_s", "detections", "unconfirmed", "listened_s"], rows: bars.map((bar) => [iso(bar.from_us), bar_us / 1e6, bar.detections, bar.unconfirmed, bar.listened_s]) };
+export function barNumbers(found: DetectionsSummary): Numbers {
+  const rows = found.bars.map(({ from_us, detections, unconfirmed, listened_s }) => [iso(from_us), found.bar_us / 1e6, detections, unconfirmedOf(found, from_us, unconfirmed), listened_s] as const);
+  return { head: ["from_utc", "length_s", "detections", "unconfirmed", "listened_s"], rows };
 }
 
 export function squareNumbers({ squares, square_m }: DetectionsSummary): Numbers {

@@ -13,8 +13,8 @@ function cell(value: string | number | null): string {
 }
 
 /** Hands a text to the browser as a file. */
-export function save(name: string, text: string): void {
-  const href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+export function save(name: string, text: string, type = "text/csv"): void {
+  const href = URL.createObjectURL(new Blob([text], { type }));
   const link = document.createElement("a");
   link.href = href;
   link.download = name;
