@@ -14,7 +14,7 @@ await inBrowser(async (open) => {
   const plot = page.getByRole("region", { name: "Tags by time" });
   same(await plot.locator("svg g path.doubted").count(), 7, "rows of tags");
   await page.getByText("These vessels did not report when they listened.").waitFor();
-  await page.getByText(/^5,200 rows, about [\d.]+ [kM]B\.$/).waitFor();
+  await page.getByText(/^(About )?5,200 rows, (about )?[\d.]+ [kM]B\.$/).waitFor();
   await fits(page, "the explorer");
   await look(page, "explorer");
 
@@ -46,6 +46,85 @@ await inBrowser(async (open) => {
   await page.getByText("5,200 detections.", { exact: true }).waitFor();
   same(await page.getByRole("textbox", { name: "Tags" }).inputValue(), "", "the tag of the question before");
 
+  // Drag over the plot of tags, then over that of hours: the address follows. Escape undoes a drag under way, and the last choice;
+  // the button undoes any.
+  const bars = page.getByRole("region", { name: /^Detections (per|by)/ });
+  const drag = async (region, from, to, let_go = true) => {
+    const svg = region.locator("svg");
+    await svg.scrollIntoViewIfNeeded();
+    const { x, y, width } = await svg.boundingBox();
+    await page.mouse.move(x + width * from, y + 20);
+    await page.mouse.down();
+    await page.mouse.move(x + width * to, y + 30, { steps: 4 });
+    await region.locator("svg rect.brush").waitFor();
+    if (let_go) await page.mouse.up();
+  };
+  const whole = page.getByText("5,200 detections.", { exact: true });
+  const span = () => ["from", "to"].map((name) => new URL(page.url()).searchParams.get(name));
+  await drag(plot, 0.4, 0.7, false);
+  await page.keyboard.press("Escape");
+  await page.mouse.up();
+  same([await page.locator("svg rect.brush").count(), new URL(page.url()).search], [0, ""], "a drag that Escape ended");
+  await drag(plot, 0.4, 0.7);
+  await page.waitForURL(/from=.*to=/);
+  await whole.waitFor({ state: "detached" });
+  const some = page.getByText(/^[1-4],?\d\d\d detections\.$/);
+  await some.waitFor();
+  const [first, second] = span();
+  check(first < second && (await page.getByLabel("From (UTC)").inputValue()).startsWith(first.slice(0, 16)), `${first} to ${second}`);
+  await look(page, "explorer-drawn");
+  await page.reload();
+  await some.waitFor();
+  await page.locator("h1").click();
+  await page.keyboard.press("Escape");
+  await whole.waitFor();
+  same(span(), [null, null], "the time after Escape");
+  await drag(bars, 0.2, 0.95);
+  await page.waitForURL(/from=.*to=/);
+  await page.getByRole("button", { name: "Back to the question before" }).press("Enter");
+  await whole.waitFor();
+  same([span(), await page.getByLabel("From (UTC)").inputValue()], [[null, null], ""], "the time after the way back");
+  // Where it was not drawn, Escape undoes nothing.
+  await page.keyboard.press("Escape");
+  same(new URL(page.url()).pathname, "/explore", "the page");
+
+  // A server without room for a question is asked again, as it says when: numbers, then how large the file will be.
+  let busy = 0;
+  for (const path of [/detections\/summary/, /detections\/size/]) {
+    let times = 0;
+    await page.route(path, async (route) => {
+      if (times++ > 0) return route.continue();
+      busy += 1;
+      return route.fulfill({ status: 503, headers: { "retry-after": "1" }, json: { error: { code: "busy", text: "Ask again in a moment." } } });
+    });
+  }
+  await page.reload();
+  await page.getByText("The server counts for others; it is asked again in a moment …").waitFor();
+  await whole.waitFor();
+  await page.getByText(/5,200 rows, /).waitFor();
+  same(busy, 2, "questions that were refused");
+  for (const path of [/detections\/summary/, /detections\/size/]) await page.unroute(path);
+
+  // Near a cut nothing is called whole, and what lies outside the axis is named with the way to see it.
+  await page.route(/detections\/summary/, async (route) => {
+    const answer = await (await route.fetch()).json();
+    const more = new URL(route.request().url()).searchParams.has("whole_axis") ? {} : { outside: 2, listened_outside_s: 5_400, left_out_before_us: 1_795_248_000_000_000 };
+    return route.fulfill({ json: { ...answer, ...more } });
+  });
+  await page.reload();
+  await page.getByText("At least 5,200 detections.", { exact: true }).waitFor();
+  await page.getByText(/^How large it will be is not known: /).waitFor();
+  await page.getByText(/2 detections lie outside the plots: .* 2 h of listening lie outside/).waitFor();
+  await look(page, "explorer-cut");
+  const cut = table((await take(plot, "CSV")).bytes.toString());
+  check(cut.rows.every((row) => row[cut.head.indexOf("unconfirmed")] === ""), "what nothing confirms is not known within a day of the cut");
+  await page.getByRole("link", { name: "Show all times" }).press("Enter");
+  await page.waitForURL(/axis=whole/);
+  await whole.waitFor();
+  await page.unroute(/detections\/summary/);
+  await page.goto(`${url}/explore`);
+  await whole.waitFor();
+
   // While a new question is asked, nothing of the one before is shown; its numbers come with it.
   let go = () => undefined;
   const held = new Promise((resolve) => { go = resolve; });
@@ -63,7 +142,7 @@ await inBrowser(async (open) => {
   // An area: numbers 0 to 1299 were heard south of 63.441; then drawn by keyboard on the open sea, where none was.
   await page.goto(`${url}/explore?area=${encodeURIComponent("63.439,10.3;63.441,10.3;63.441,10.5;63.439,10.5")}`);
   await page.getByText(/^1,30[01] detections\.$/).waitFor();
-  await page.getByText(/^1,30[01] rows, about [\d.]+ kB\.$/).waitFor();
+  await page.getByText(/^(About )?1,30[01] rows, (about )?[\d.]+ kB\.$/).waitFor();
   await page.getByText("How long was listened within an area is not known. Remove the area to see the hours.").waitFor();
   await page.getByRole("button", { name: "Remove the area" }).press("Enter");
   await page.getByText("5,200 detections.", { exact: true }).waitFor();
@@ -119,6 +198,9 @@ await inBrowser(async (open) => {
   const seen = await take(page.getByRole("region", { name: "Where" }), "PNG");
   same([seen.name, seen.bytes.subarray(1, 4).toString()], ["detections-by-place.png", "PNG"], "the picture of the map");
   check(seen.bytes.length > 2_000, `${seen.bytes.length} bytes of map`);
+  const drawn = await take(page.getByRole("region", { name: "Where" }), "SVG");
+  const dots = (drawn.bytes.toString().match(/<circle /g) ?? []).length;
+  check(drawn.name === "detections-by-place.svg" && /<image href="data:image\/png;base64,/.test(drawn.bytes.toString()) && dots > 5, `${drawn.name}: ${dots} dots`);
 
   // On a phone the plots fit, and nothing scrolls sideways.
   await page.setViewportSize({ width: 390, height: 844 });

@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const outdir = await mkdtemp(join(tmpdir(), "lutra-explore-"));
 await build({ entryPoints: ["src/state/explore.ts", "src/api/looking.ts", "src/words/words.ts"].map((one) => join(web, one)), outdir, bundle: true, format: "esm", logLevel: "error", outExtension: { ".js": ".mjs" } });
-const { barsTitle, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
+const { barNumbers, barsTitle, brushed, hoursText, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
 const { look, restOf } = await import(join(outdir, "api/looking.mjs"));
 const { count } = await import(join(outdir, "words/words.mjs"));
 
@@ -46,6 +46,30 @@ test("thousands stand apart as the language has it", () => {
   globalThis.lutraWords = {};
   assert.equal(count(1_234_567), "1\u00a0234\u00a0567");
   globalThis.lutraWords = undefined;
+});
+
+test("places on both sides of the 180th meridian lie side by side", () => {
+  assert.deepEqual(sideBySide([179.9, -179.9, 179.8]), [179.9, 180.1, 179.8]);
+  assert.deepEqual(sideBySide([-179, 179, -178]), [181, 179, 182]);
+  assert.deepEqual(sideBySide([-0.5, 0.5, 10]), [-0.5, 0.5, 10]);
+  assert.deepEqual(sideBySide([-100, 100]), [260, 100]);
+  assert.deepEqual(sideBySide([7]), [7]);
+  assert.deepEqual(sideBySide([]), []);
+});
+
+test("a time that is drawn over a plot is of whole steps", () => {
+  assert.deepEqual(brushed(1_250, 1_010, 1_000, 100), { from: 1_000, to: 1_300 });
+  assert.deepEqual(brushed(1_100, 1_200, 1_000, 100), { from: 1_100, to: 1_200 });
+  assert.deepEqual(brushed(1_100, 1_100, 1_000, 100), { from: 1_100, to: 1_200 });
+  assert.deepEqual([30, 90, 5_400, 36_000_000].map((s) => hoursText(s)), ["30 s", "2 min", "2 h", "10,000 h"]);
+});
+
+test("how many nothing confirms is empty where it is not known", () => {
+  const bar = (from_us) => ({ from_us, detections: 3, unconfirmed: 1, listened_s: null });
+  const rows = (cut) => barNumbers({ bars: [bar(us("2026-11-21T12:00Z")), bar(us("2026-11-22T12:00Z"))], bar_us: 3_600e6, ...cut }).rows.map((row) => row[3]);
+  assert.deepEqual(rows({ left_out_before_us: null, read_from_us: null }), [1, 1]);
+  assert.deepEqual(rows({ left_out_before_us: us("2026-11-21T12:00Z"), read_from_us: null }), [null, 1]);
+  assert.deepEqual(rows({ left_out_before_us: null, read_from_us: us("2026-11-22T00:00Z") }), [null, null]);
 });
 
 test("the whole axis is asked for with the numbers", () => {

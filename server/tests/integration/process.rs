@@ -422,6 +422,73 @@ fn as_reader(data: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).arg("--data").arg(data).output().unwrap()
 }
 
+/// As the API has it: `project` and `area`, and what is wrong with them.
+#[test]
+fn detections_of_projects_and_areas_are_exported() {
+    let parent = tempfile::tempdir().unwrap();
+    let data = parent.path().join("data");
+    let mut store = store::Store::open(&data).unwrap();
+    // South of the equator, so that corners begin with a minus.
+    for (tag_id, lat_deg, after_s) in [(101, -33.0, 0), (102, -33.0, 1), (101, -34.0, 2)] {
+        let seconds = 1_800_000_000 + after_s;
+        let received = units::UtcTime::from_micros(i64::from(seconds) * 1_000_000);
+        let header = imc::Header {
+            timestamp: received.seconds(),
+            src: imc::Address(0x2810),
+            ..imc::Header::default()
+        };
+        let tag = imc::messages::TBRFishTag {
+            serial_no: 1_024,
+            unix_timestamp: seconds,
+            trans_id: tag_id,
+            lat: Some(f64::to_radians(lat_deg)),
+            lon: Some(0.3),
+            ..Default::default()
+        };
+        let packet = imc::Packet::new(header, tag).encode().unwrap();
+        let accepted =
+            store::Accepted { packet: &packet, received, transport: store::Transport::Tcp, link: None };
+        store.accept(&accepted).unwrap();
+    }
+    store.close().unwrap();
+    let rows = |more: &[&str]| {
+        let output = run(&data, &[&["detections", "export"], more].concat());
+        assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
+        printed(&output).lines().count() - 1
+    };
+    let protocol = {
+        let all = printed(&run(&data, &["detections", "export", "--format", "lutra"]));
+        let mut lines = all.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let at = lines.next().unwrap().iter().position(|column| *column == "protocol").unwrap();
+        lines.next().unwrap()[at].to_owned()
+    };
+    for (kind, table) in [
+        ("project", "name\nSalmon\nTrout\nCod\n".to_owned()),
+        ("tag", format!("name,protocol,tag_id,project\none,{protocol},101,Salmon\nother,{protocol},102,Trout\n")),
+    ] {
+        let file = parent.path().join(kind);
+        std::fs::write(&file, table).unwrap();
+        let output = run(&data, &["register", "import", kind, file.to_str().unwrap(), "--yes"]);
+        assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    let area = ["--area", "-33.5,17;-32.5,17;-32.5,18;-33.5,18"];
+    assert_eq!(rows(&[]), 3);
+    assert_eq!(rows(&["--project", "Salmon"]), 2);
+    assert_eq!(rows(&["--project", "Salmon", "--project", "trout"]), 3);
+    assert_eq!(rows(&["--project", "Cod"]), 0);
+    assert_eq!(rows(&area), 2);
+    assert_eq!(rows(&[&["--project", "Salmon"], &area[..]].concat()), 1);
+    for (more, text) in [
+        (["--project", "Perch"], "project: the register has no project `Perch`"),
+        (["--area", "1,2"], "area:"),
+        (["--area", "63,10;64,11;64,10;63,11"], "area: the sides from corner 1"),
+    ] {
+        let output = run(&data, &[&["detections", "export"], &more[..]].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains(text), "{more:?}: {told}");
+    }
+}
+
 #[test]
 fn what_nobody_may_write_can_be_exported_from() {
     let parent = tempfile::tempdir().unwrap();

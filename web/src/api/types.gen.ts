@@ -909,10 +909,14 @@ vessels: Array<SummaryVessel>,
  */
 flags: Array<SummaryFlag>, 
 /**
- * Detections whose times lie outside the plots, as they are few and far from all others': a clock was wrong. They are counted in
- * everything else; `whole_axis=true` shows them.
+ * Detections whose times lie outside the plots: few, far from all others, and of receivers whose clock was not set, lost, or far
+ * from the vessel's. They are counted in everything else; `whole_axis=true` shows them.
  */
 outside: number, 
+/**
+ * How long receivers listened outside the plots, all together, s: likewise.
+ */
+listened_outside_s: number, 
 /**
  * Detections reported before this are left out, as more than the server holds in memory are asked for, µs since 1970 UTC;
  * null where none are.
@@ -1118,7 +1122,11 @@ rows: number,
 /**
  * About so many bytes, not packed.
  */
-bytes: number, };
+bytes: number, 
+/**
+ * Whether that may be learnt from a sample; else it is counted.
+ */
+estimated: boolean, };
 
 export type Field = { 
 /**
