@@ -360,7 +360,7 @@ fn listening_outside_of_the_axis_is_told() {
         );
     };
     let mut kept = SightingsBuilder::default();
-    for at in (0..1_000).rev() {
+    for at in (0..5_000).rev() {
         kept.push(&heard(101, at * 60, 1));
     }
     // Half a minute in 1970.
