@@ -53,7 +53,9 @@ async fn counted<R: Send + 'static>(
     counts: &Places,
     count: impl FnOnce() -> R + Send + 'static,
 ) -> Result<R, ApiError> {
-    let place = place(counts, "As many count detections as may; it is your turn in a moment, ask again then.").await?;
+    let place =
+        place(counts, "As many count detections as may; it is your turn in a moment, ask again then.")
+            .await?;
     let count = move || {
         let _place = place;
         count()

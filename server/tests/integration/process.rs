@@ -464,7 +464,10 @@ fn detections_of_projects_and_areas_are_exported() {
     };
     for (kind, table) in [
         ("project", "name\nSalmon\nTrout\nCod\n".to_owned()),
-        ("tag", format!("name,protocol,tag_id,project\none,{protocol},101,Salmon\nother,{protocol},102,Trout\n")),
+        (
+            "tag",
+            format!("name,protocol,tag_id,project\none,{protocol},101,Salmon\nother,{protocol},102,Trout\n"),
+        ),
     ] {
         let file = parent.path().join(kind);
         std::fs::write(&file, table).unwrap();

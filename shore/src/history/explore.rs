@@ -216,7 +216,12 @@ fn read_all(data: &Path, shared: &Weak<Shared>, unread: Vec<Unread>, asked: u64)
 }
 
 /// Reads vessels of a stretch; whether there is room for more.
-fn read_stretch(reader: &mut Reader, shared: &Weak<Shared>, unread: Unread, asked: u64) -> store::Result<bool> {
+fn read_stretch(
+    reader: &mut Reader,
+    shared: &Weak<Shared>,
+    unread: Unread,
+    asked: u64,
+) -> store::Result<bool> {
     let Some(first) = shared.upgrade() else { return Err(StoreError::Cancelled) };
     let (mut rest, mut page) = (unread.stretch, first.page);
     let mut reading = first.lock().shelf.begin(unread, asked, Instant::now());

@@ -99,7 +99,11 @@ fn more_than_there_is_room_for_is_left_out_the_oldest_first_and_said_so() {
     let explorer = holding(folder.path(), 3, REST);
     let found = ask(&explorer, &all());
     assert_eq!((found.detections, found.read_from_us), (3, None));
-    assert_eq!(found.left_out_before_us, Some(1_795_564_800_000_000), "the end of 2026-11-24: of four days is the first");
+    assert_eq!(
+        found.left_out_before_us,
+        Some(1_795_564_800_000_000),
+        "the end of 2026-11-24: of four days is the first"
+    );
     // A shorter time has room again, whatever was asked before.
     let old = ask(&explorer, &Question { to_us: begin_us(0) + 1, ..all() });
     assert_eq!((old.detections, old.left_out_before_us), (1, None));
@@ -164,14 +168,25 @@ fn the_first_days_of_a_full_month_are_reached() {
     fill(folder.path(), 240, 5, 4_000);
     let explorer = holding(folder.path(), 30, REST);
     let whole = ask(&explorer, &all());
-    assert!(whole.detections < 85 && whole.left_out_before_us.is_some(), "there is no room for all: {whole:?}");
+    assert!(
+        whole.detections < 85 && whole.left_out_before_us.is_some(),
+        "there is no room for all: {whole:?}"
+    );
     let early = Question { to_us: i64::from(START_S + 20 * 4_000) * 1_000_000, ..all() };
     let found = ask(&explorer, &early);
     assert_eq!((found.detections, found.left_out_before_us, found.read_from_us), (20, None, None));
     // What a stretch of days has beyond the room is still left out and said so.
-    let full = Question { from_us: i64::from(START_S + 115 * 4_000) * 1_000_000, to_us: i64::from(START_S + 200 * 4_000) * 1_000_000, ..all() };
+    let full = Question {
+        from_us: i64::from(START_S + 115 * 4_000) * 1_000_000,
+        to_us: i64::from(START_S + 200 * 4_000) * 1_000_000,
+        ..all()
+    };
     let found = ask(&explorer, &full);
-    assert_eq!((found.detections, found.left_out_before_us.is_some()), (25, true), "five of December lie beside");
+    assert_eq!(
+        (found.detections, found.left_out_before_us.is_some()),
+        (25, true),
+        "five of December lie beside"
+    );
 }
 
 /// `cargo nextest run --release --workspace --run-ignored all --no-capture -E 'test(a_million_detections)'`.

@@ -148,8 +148,7 @@ pub(super) fn sample(
     };
     rows.flush()?;
     let fixed = rows.fixed;
-    let of_detections =
-        Exported { rows: rows.done.rows - fixed.rows, bytes: rows.done.bytes - fixed.bytes };
+    let of_detections = Exported { rows: rows.done.rows - fixed.rows, bytes: rows.done.bytes - fixed.bytes };
     Ok(Sample { wanted: rows.wanted, of_detections, fixed, is_whole })
 }
 

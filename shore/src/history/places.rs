@@ -39,7 +39,9 @@ mod tests {
         let places = Places::new(1, Duration::from_mins(1));
         let first = places.take().await.unwrap();
         let mut second = Box::pin(places.take());
-        let waits = std::future::poll_fn(|context| std::task::Poll::Ready(second.as_mut().poll(context).is_pending()));
+        let waits = std::future::poll_fn(|context| {
+            std::task::Poll::Ready(second.as_mut().poll(context).is_pending())
+        });
         assert!(waits.await, "the place is taken");
         drop(first);
         assert!(second.await.is_some(), "the place of the first");

@@ -15,8 +15,8 @@ use store::TimeRange;
 /// A vessel's stretch: when the stretch begins (µs), and the vessel.
 type Key = (i64, u16);
 
-/// A stretch is no longer (µs), and ends with its month: whoever asks for some days of a month that has more than there is room for
-/// gets them whole.
+/// A stretch is no longer (µs), and ends with its month: some days of a month that has more than there is room for are there when
+/// they are asked for.
 const STRETCH_US: i64 = 4 * 86_400_000_000;
 /// Stretches of a month at most. They have one version, so that a message more has all of them read again.
 pub(super) const STRETCHES: u32 = 8;
@@ -309,7 +309,7 @@ impl Shelf {
     fn has_room(&mut self, weight: usize, reading: &Reading) -> bool {
         let mut there: usize = self.stretches.values().map(Stretch::weight).sum();
         let from_us = reading.of.stretch.from_us;
-        // Whoever asks the same again meanwhile gives all stretches of the question a newer number.
+        // The same question, asked again meanwhile, gives all stretches of the question a newer number.
         let own = reading.vessels().filter_map(|vessel| self.stretches.get(&(from_us, vessel)));
         let newest = own.map(|stretch| stretch.asked).fold(reading.asked, u64::max);
         while there + weight > self.most {
@@ -354,7 +354,8 @@ impl Wanted {
 /// A month in stretches, the newest first. They lie where they do whatever is asked for, so that questions share them.
 fn stretches(month: TimeRange) -> impl Iterator<Item = TimeRange> {
     let begins = (0..i64::from(STRETCHES)).map(move |at| month.from_us.saturating_add(at * STRETCH_US));
-    let stretch = move |from_us: i64| TimeRange { from_us, to_us: from_us.saturating_add(STRETCH_US) }.within(month);
+    let stretch =
+        move |from_us: i64| TimeRange { from_us, to_us: from_us.saturating_add(STRETCH_US) }.within(month);
     begins.rev().map(stretch).filter(|one| !one.is_empty())
 }
 

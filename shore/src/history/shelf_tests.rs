@@ -85,7 +85,10 @@ fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
     }
     assert_eq!(all[15].0.from_us, november.from_us);
     let some = of(TimeRange { from_us: november.from_us + 5 * DAY_US, to_us: november.from_us + 8 * DAY_US });
-    assert_eq!(some, [(TimeRange { from_us: november.from_us + 4 * DAY_US, to_us: november.from_us + 8 * DAY_US }, 1)]);
+    assert_eq!(
+        some,
+        [(TimeRange { from_us: november.from_us + 4 * DAY_US, to_us: november.from_us + 8 * DAY_US }, 1)]
+    );
 }
 
 #[test]

@@ -44,7 +44,8 @@ impl Measured<'_> {
     fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         if ranks.detections <= most || !self.file.format.is_of_detections() {
             let all = self.wanted.range;
-            let found = self.sample(data, all, self.file.read_range(all), most, Instant::now() + SAMPLE_TIME)?;
+            let found =
+                self.sample(data, all, self.file.read_range(all), most, Instant::now() + SAMPLE_TIME)?;
             if found.is_whole {
                 let Sample { of_detections: of, fixed, .. } = found;
                 let (rows, bytes) = (of.rows + fixed.rows, of.bytes + fixed.bytes);

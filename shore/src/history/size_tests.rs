@@ -31,8 +31,13 @@ fn fill(data: &Path) {
             ..TBRFishTag::default()
         };
         let received = UtcTime::from_micros(i64::from(seconds) * 1_000_000);
-        let header =
-            Header { timestamp: received.seconds(), src: Address(BOAT), src_ent: 2, dst: Address(0xFFFF), dst_ent: 255 };
+        let header = Header {
+            timestamp: received.seconds(),
+            src: Address(BOAT),
+            src_ent: 2,
+            dst: Address(0xFFFF),
+            dst_ent: 255,
+        };
         let packet = Packet::new(header, tag).encode().unwrap();
         store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
     }
@@ -40,7 +45,13 @@ fn fill(data: &Path) {
 }
 
 /// The size that is told of a file, from so many detections, and the file's.
-fn sizes(data: &Path, (from_s, to_s): (u32, u32), tags: &str, format: &str, most: u64) -> (ExportSize, ExportSize) {
+fn sizes(
+    data: &Path,
+    (from_s, to_s): (u32, u32),
+    tags: &str,
+    format: &str,
+    most: u64,
+) -> (ExportSize, ExportSize) {
     let us = |seconds: u32| i64::from(seconds) * 1_000_000;
     let range = TimeRange { from_us: us(from_s), to_us: us(to_s) };
     let tags = export::tags(Some(tags)).unwrap();
@@ -53,7 +64,8 @@ fn sizes(data: &Path, (from_s, to_s): (u32, u32), tags: &str, format: &str, most
         whole_axis: false,
     };
     let (explorer, study) = (Explorer::new(data), Study::default());
-    let prepared = explorer.prepare(&mut Reader::open(data).unwrap(), question, Duration::from_mins(1)).unwrap();
+    let prepared =
+        explorer.prepare(&mut Reader::open(data).unwrap(), question, Duration::from_mins(1)).unwrap();
     let FoundRanks::Whole(ranks) = explorer.ranks(&prepared, &study, PARTS) else { panic!("it is not read") };
     let wanted = DetectionsWanted { systems: Some(vec![Address(BOAT)]), range, came_from: None, tags };
     let (names, file) = (BTreeMap::new(), HeardFile::new(Some(format), None).unwrap());
@@ -69,7 +81,9 @@ fn sizes(data: &Path, (from_s, to_s): (u32, u32), tags: &str, format: &str, most
 fn a_short_file_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path());
-    for (tags, format) in [("", "lutra"), ("9", "lutra"), ("", "vue"), ("99999", "vue"), ("", "actel-biometrics")] {
+    for (tags, format) in
+        [("", "lutra"), ("9", "lutra"), ("", "vue"), ("99999", "vue"), ("", "actel-biometrics")]
+    {
         let (told, file) = sizes(folder.path(), (START_S, START_S + 100), tags, format, 50_000);
         assert_eq!(told, file, "{tags} {format}");
     }
@@ -80,11 +94,16 @@ fn the_size_of_a_long_file_of_uneven_rows_is_told_within_a_tenth() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path());
     // With more detections on the day before than are looked at, and of a tag that is rare.
-    for (tags, format) in [("", "lutra"), ("9", "lutra"), ("100,101,102", "glatos"), ("", "vue"), ("", "thelma")] {
+    for (tags, format) in
+        [("", "lutra"), ("9", "lutra"), ("100,101,102", "glatos"), ("", "vue"), ("", "thelma")]
+    {
         let (told, file) = sizes(folder.path(), (START_S, START_S + WITHIN), tags, format, 1_000);
         assert!(told.estimated, "{tags} {format}");
         let far = |told: u64, file: u64| told.abs_diff(file) * 10 > file;
-        assert!(!far(told.rows, file.rows) && !far(told.bytes, file.bytes), "{tags} {format}: {told:?} of {file:?}");
+        assert!(
+            !far(told.rows, file.rows) && !far(told.bytes, file.bytes),
+            "{tags} {format}: {told:?} of {file:?}"
+        );
     }
 }
 

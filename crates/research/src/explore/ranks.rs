@@ -31,10 +31,14 @@ pub fn ranks(pieces: &[&Sightings], study: &Study, question: &Question, parts: u
     let mut times: Vec<i64> =
         wanted(&pieces, &series, question).0.iter().map(|one| one.row.reported_us).collect();
     times.sort_unstable();
-    let mut begins: Vec<i64> = (0..parts).filter_map(|part| times.get(part * times.len() / parts)).copied().collect();
+    let mut begins: Vec<i64> =
+        (0..parts).filter_map(|part| times.get(part * times.len() / parts)).copied().collect();
     begins.dedup();
     let before = |us: i64| times.partition_point(|time_us| *time_us < us);
     let ends = begins.iter().skip(1).map(|begin_us| before(*begin_us)).chain([times.len()]);
-    let part = |(from_us, end): (&i64, usize)| Rank { from_us: *from_us, detections: (end - before(*from_us)) as u64 };
+    let part = |(from_us, end): (&i64, usize)| Rank {
+        from_us: *from_us,
+        detections: (end - before(*from_us)) as u64,
+    };
     Ranks { detections: times.len() as u64, parts: begins.iter().zip(ends).map(part).collect() }
 }

@@ -74,7 +74,15 @@ impl Squares {
     pub(super) fn new(bounds: &Bounds) -> Self {
         let Some(bounds) = bounds.around() else {
             let (south, west, m_per_deg_lon) = (0.0, 0.0, M_PER_DEG);
-            return Self { south, west, side_m: LEAST_M, m_per_deg_lon, rows: 0, columns: 0, all: Vec::new() };
+            return Self {
+                south,
+                west,
+                side_m: LEAST_M,
+                m_per_deg_lon,
+                rows: 0,
+                columns: 0,
+                all: Vec::new(),
+            };
         };
         let Box { south, west, north, east } = bounds;
         let middle = f64::midpoint(south, north).to_radians();
@@ -94,7 +102,8 @@ impl Squares {
         // 180th meridian is rounded in another way than the bounds were: a place that comes out beyond the last square is one of it,
         // not of the next row.
         let row = ((up * M_PER_DEG / self.side_m) as usize).min(self.rows.saturating_sub(1));
-        let column = ((right * self.m_per_deg_lon / self.side_m) as usize).min(self.columns.saturating_sub(1));
+        let column =
+            ((right * self.m_per_deg_lon / self.side_m) as usize).min(self.columns.saturating_sub(1));
         if let Some((count, ups, rights)) = self.all.get_mut(row * self.columns + column) {
             (*count, *ups, *rights) = (*count + 1, *ups + up, *rights + right);
         }

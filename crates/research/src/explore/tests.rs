@@ -385,7 +385,9 @@ fn detections_are_divided_into_equal_parts() {
         ranks(&pieces, &study(), &Question { tags, ..all([1]) }, parts)
     };
     let all = of(4, "");
-    let begins = |all: &Ranks| all.parts.iter().map(|part| part.from_us / 1_000_000 - i64::from(START_S) - 4).collect::<Vec<_>>();
+    let begins = |all: &Ranks| {
+        all.parts.iter().map(|part| part.from_us / 1_000_000 - i64::from(START_S) - 4).collect::<Vec<_>>()
+    };
     let count = |all: &Ranks| all.parts.iter().map(|part| part.detections).collect::<Vec<_>>();
     assert_eq!((all.detections, begins(&all), count(&all)), (100, vec![0, 20, 50, 70], vec![20, 30, 20, 30]));
     // What was reported together stays together.
