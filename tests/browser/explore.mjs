@@ -200,6 +200,14 @@ await inBrowser(async (open) => {
   check(seen.bytes.length > 2_000, `${seen.bytes.length} bytes of map`);
   const drawn = await take(page.getByRole("region", { name: "Where" }), "SVG");
   const dots = (drawn.bytes.toString().match(/<circle /g) ?? []).length;
+  // The sea has its colour in both: a corner of the picture is not transparent.
+  const corner = await page.evaluate(async (bytes) => {
+    const image = await createImageBitmap(new Blob([new Uint8Array(bytes)]));
+    const pen = new OffscreenCanvas(1, 1).getContext("2d");
+    pen.drawImage(image, 0, 0);
+    return pen.getImageData(0, 0, 1, 1).data[3];
+  }, [...seen.bytes]);
+  same(corner, 255, "how opaque the picture is");
   check(drawn.name === "detections-by-place.svg" && /<image href="data:image\/png;base64,/.test(drawn.bytes.toString()) && dots > 5, `${drawn.name}: ${dots} dots`);
 
   // On a phone the plots fit, and nothing scrolls sideways.

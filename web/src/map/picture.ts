@@ -24,7 +24,7 @@ function drawn(map: OlMap, without?: string): HTMLCanvasElement {
   [picture.width, picture.height] = [Math.round(wide * sharp), Math.round(high * sharp)];
   const [pen, view] = [picture.getContext("2d"), map.getTargetElement()];
   if (!pen || !view) throw new Error("the map has no place to be drawn");
-  pen.fillStyle = getComputedStyle(view).backgroundColor;
+  pen.fillStyle = groundOf(view);
   pen.fillRect(0, 0, picture.width, picture.height);
   for (const layer of view.querySelectorAll<HTMLCanvasElement>(".ol-layer canvas, canvas.ol-layer")) {
     if (!layer.width || !layer.height || (without && layer.closest(`.${without}`))) continue;
@@ -35,4 +35,13 @@ function drawn(map: OlMap, without?: string): HTMLCanvasElement {
     pen.drawImage(layer, 0, 0);
   }
   return picture;
+}
+
+/** The colour that is seen where no layer draws anything: of the map itself, or of what it lies on. */
+function groundOf(view: HTMLElement): string {
+  for (let on: HTMLElement | null = view; on; on = on.parentElement) {
+    const { backgroundColor } = getComputedStyle(on);
+    if (!/^(transparent|rgba\(.*, 0\))$/.test(backgroundColor)) return backgroundColor;
+  }
+  return "white";
 }
