@@ -19,7 +19,7 @@ use units::UtcTime;
 #[derive(Debug, Subcommand)]
 pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
-    Export(ExportArguments),
+    Export(Box<ExportArguments>),
     /// List the formats of files, and who reads them.
     Formats,
 }
