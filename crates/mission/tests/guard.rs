@@ -196,7 +196,7 @@ fn nothing_is_accepted_that_the_reference_finds_unsafe() {
     let limits = GuardLimits { cross_track_m: 4.0, position_m: 2.0, ..GuardLimits::default() };
     let mut numbers = Numbers(0x9E37_79B9_7F4A_7C15);
     let (mut accepted, mut refused, mut refused_safe) = (0, 0, 0);
-    for _ in 0..24 {
+    for _ in 0..testkit::so_many(8, 24) {
         let sea = sea(&mut numbers);
         let index = sea.index();
         for _ in 0..25 {
@@ -221,7 +221,7 @@ fn nothing_is_accepted_that_the_reference_finds_unsafe() {
     println!(
         "{accepted} plans accepted, {refused} refused; one way sampled in each refused plan was safe in {refused_safe}"
     );
-    assert!(accepted > 100 && refused > 100, "{accepted} and {refused}");
+    assert!(accepted > 30 && refused > 30, "{accepted} and {refused}");
 }
 
 /// The vessel's index comes as bytes. Both whole ways of a plan are compared in the server's tests.

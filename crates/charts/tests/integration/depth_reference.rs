@@ -259,7 +259,8 @@ fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
     let Some(charts) = charts() else { return };
     let mut next = numbers(7);
     let mut closed = 0;
-    for at in 0..10_000 {
+    let count = testkit::so_many(3_000, 10_000);
+    for at in 0..count {
         let area = if at % 2 == 0 { TACOMA } else { MICKLEFIRTH };
         let place = within(area, &mut next);
         let expected = charts.state(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
@@ -272,7 +273,7 @@ fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
         assert_eq!(found.area.map(|area| area.restriction), area, "{place:?}");
         closed += usize::from(area.is_some());
     }
-    println!("{closed} of 10000 places lie where entry is prohibited or restricted");
+    println!("{closed} of {count} places lie where entry is prohibited or restricted");
 }
 
 #[test]
@@ -281,7 +282,7 @@ fn no_corridor_is_deeper_than_its_samples_and_none_shallower_than_its_margin() {
     let tacoma = charts.cells.iter().position(|cell| cell.id.name == "US5WA22M.000").unwrap();
     let mut next = numbers(11);
     let mut tested = 0;
-    while tested < 400 {
+    while tested < testkit::so_many(150, 400) {
         let from = within(TACOMA, &mut next);
         let way = LocalPoint::default().displaced(std::f64::consts::TAU * next(), 5.0 + 200.0 * next());
         let leg = Leg { from, to: LocalFrame::new(from).to_place(way) };
