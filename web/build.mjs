@@ -5,10 +5,20 @@ import { build } from "esbuild";
 import { copyFile, mkdir, readdir, readFile, rename, rm, writeFile } from "node:fs/promises";
 import { basename, join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
+import { keysOfAlarms, keysOfScripts } from "./scripts/keys.mjs";
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
 await mkdir(made);
+// Of the catalogue of words a browser gets what scripts say; the server says the rest itself.
+const said = new Set([...keysOfScripts(import.meta.dirname).keys, ...(await keysOfAlarms(join(import.meta.dirname, "..")))].map(([key]) => key));
+const wordsOfScripts = {
+  name: "words of scripts",
+  setup: ({ onLoad }) => onLoad({ filter: /\/words\/nb\.json$/ }, async ({ path }) => {
+    const all = Object.entries(JSON.parse(await readFile(path, "utf8")));
+    return { contents: JSON.stringify(Object.fromEntries(all.filter(([key]) => said.has(key)))), loader: "json" };
+  }),
+};
 const { metafile } = await build({
   entryPoints: ["src/main.ts", "src/offline.ts", "src/words/nb.ts", "src/style/main.css"],
   bundle: true,
@@ -25,6 +35,7 @@ const { metafile } = await build({
   entryNames: "[name]-[hash]",
   assetNames: "[name]-[hash]",
   loader: { ".woff2": "file" },
+  plugins: [wordsOfScripts],
   outdir: made,
   logLevel: "warning",
 });
@@ -73,7 +84,7 @@ const reach = (path, seen = new Set()) => {
 };
 const outputs = Object.entries(metafile.outputs);
 const of = (source) => outputs.find(([, output]) => output.entryPoint === source)?.[0];
-for (const page of ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission", "nogo"]) {
+for (const page of ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission", "nogo", "datasets", "dataset"]) {
   const loaded = new Set(["src/main.ts", of(`src/pages/${page}.ts`) ? `src/pages/${page}.ts` : `src/pages/${page}.tsx`, "src/style/main.css"].flatMap((source) => [...reach(of(source))]));
   for (const path of Object.keys(sizes)) if (/next-latin-wght.*woff2$/.test(path)) loaded.add(path);
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);

@@ -23,6 +23,8 @@ pub enum ErrorKind {
     UnknownEntities,
     /// There is no such thing, or not for this person.
     NotFound,
+    /// It was there, and is no more.
+    Gone,
     /// The person may not do this.
     Forbidden,
     /// There is a newer revision.

@@ -11,7 +11,7 @@
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
 //!   and the audit log.
 //! - [`areas`]: what people close to all vessels.
-//! - [`logbook`], [`missions`], [`register`]: what people write down.
+//! - [`logbook`], [`missions`], [`register`]: what people write down; [`datasets`]: what they publish and share.
 //! - [`notices`]: alarms told by mail and webhook.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
@@ -22,6 +22,7 @@ pub mod backup;
 pub mod charts;
 pub mod clock;
 pub mod commands;
+pub mod datasets;
 mod decode;
 mod error;
 pub mod fleet;
@@ -60,6 +61,7 @@ use crate::charts::Charts;
 use crate::clock::Clock;
 use crate::commands::steering::Steering;
 use crate::commands::{Commands, Grounding, Helms, Issuer};
+use crate::datasets::Datasets;
 use crate::fleet::Fleet;
 use crate::history::{History, Imports};
 use crate::identity::People;
@@ -109,6 +111,8 @@ pub struct Shore {
     pub missions: Missions,
     /// The register of studies: tags, animals, receivers.
     pub register: Register,
+    /// Datasets that researchers publish, and links to them.
+    pub datasets: Datasets,
     /// Messages about alarms.
     pub notices: Notices,
     /// The vessels that came in by the link.

@@ -5,6 +5,7 @@ use crate::areas::NoGoAreas;
 use crate::charts::{Charts, ChartsAboard};
 use crate::clock::Clock;
 use crate::commands::{Commands, Grounding, Helms};
+use crate::datasets::Datasets;
 use crate::fleet::Fleet;
 use crate::history::{History, Imports};
 use crate::identity::{FirstAdmin, People};
@@ -128,6 +129,7 @@ impl Opened {
         let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
         let missions = Missions::new(people.clone(), clock.clone(), history.clone());
         let register = Register::new(people.clone(), clock.clone());
+        let datasets = Datasets::new(people.clone(), clock.clone(), history.clone(), register.clone());
         let notices = Notices::new(people.clone(), clock.clone(), settings.notices);
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
@@ -147,6 +149,7 @@ impl Opened {
             logbook,
             missions,
             register,
+            datasets,
             notices,
             links,
             helms,

@@ -51,7 +51,7 @@ export async function inBrowser(work, { whole = false } = {}) {
       // moment by OpenLayers, which also tries at its first click which way of reading a canvas is faster;
       // and that a test wants no worker.
       const told =
-        /status of (400|401|403|404|409|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET|CLOSED)|ERR_FAILED|ERR_CONTENT_LENGTH_MISMATCH|ERR_SOCKET_NOT_CONNECTED|ERR_EMPTY_RESPONSE|Service Worker registration blocked by Playwright|No map visible|willReadFrequently/.test(message.text());
+        /status of (400|401|403|404|409|410|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET|CLOSED)|ERR_FAILED|ERR_CONTENT_LENGTH_MISMATCH|ERR_SOCKET_NOT_CONNECTED|ERR_EMPTY_RESPONSE|Service Worker registration blocked by Playwright|No map visible|willReadFrequently/.test(message.text());
       if (["error", "warning"].includes(message.type()) && !told) complaints.push(message.text());
     });
     page.on("pageerror", (error) => complaints.push(String(error)));

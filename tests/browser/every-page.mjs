@@ -25,6 +25,8 @@ await inBrowser(async (open) => {
   const plan = (await made.json()).id;
   const recorded = { name: "a mission", people: "", purpose: "", notes: "", vessels: [BOAT], from_us: 1_700_000_000_000_000, to_us: 1_700_000_060_000_000 };
   const mission = (await (await page.request.post(`${url}/api/v1/missions`, { headers: { "x-csrf-token": csrf }, data: recorded })).json()).id;
+  const set = await page.request.post(`${url}/api/v1/datasets`, { headers: { "x-csrf-token": csrf }, data: { title: "a dataset" } });
+  const dataset = (await set.json()).id;
   const go = async (path) => {
     await page.goto(url + path);
     await page.getByText("Live", { exact: true }).waitFor();
@@ -67,7 +69,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Replay what is shown" }).click();
   await look(page, "vessel in the past");
 
-  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/no-go-areas", "no-go areas"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/explore", "explorer"], ["/register", "register"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/no-go-areas", "no-go areas"], [`/missions/${mission}`, "mission"], ["/detections", "detections"], ["/alarms", "alarms"], ["/data", "data"], ["/explore", "explorer"], ["/register", "register"], ["/datasets", "datasets"], [`/datasets/${dataset}`, "dataset"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/connections", "transports"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();

@@ -6,6 +6,7 @@ import { offerCopies } from "./ui/copy";
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
 const [style, noGo] = [document.getElementById("style"), document.getElementById("no-go-areas")];
+const [datasets, dataset] = [document.getElementById("datasets"), document.getElementById("dataset")];
 const [register, explore] = [document.getElementById("register"), document.getElementById("explore")];
 const [logbook, missions, mission] = [document.getElementById("logbook"), document.getElementById("missions"), document.getElementById("mission")];
 if (fleet) {
@@ -30,6 +31,10 @@ if (fleet) {
   void import("./pages/register").then(({ startRegister }) => startRegister(register));
 } else if (explore) {
   void import("./pages/explore").then(({ startExplore }) => startExplore(explore));
+} else if (datasets) {
+  void import("./pages/datasets").then(({ startDatasets }) => startDatasets(datasets));
+} else if (dataset) {
+  void import("./pages/dataset").then(({ startDataset }) => startDataset(dataset));
 } else if (style) {
   void import("./pages/style").then(({ startStyle }) => startStyle(style));
 } else {

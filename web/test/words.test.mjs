@@ -7,7 +7,7 @@ import { mkdtemp, readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { keysOfAlarms, keysOfScripts, keysOfServer, placesOf } from "./keys.mjs";
+import { keysOfAlarms, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const text = await readFile(join(web, "../words/nb.json"), "utf8");

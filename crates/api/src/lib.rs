@@ -14,6 +14,7 @@ mod areas;
 mod charts;
 mod commands;
 mod connections;
+mod datasets;
 mod events;
 mod explore;
 mod history;
@@ -47,6 +48,12 @@ pub use commands::{
     OrderRequest, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
 };
 pub use connections::{LinkStatus, Recording, TransportPeer, VesselChart};
+pub use datasets::{
+    Dataset, DatasetAuthor, DatasetChange, DatasetCheck, DatasetContent, DatasetCovered, DatasetDraft,
+    DatasetFileQuery, DatasetQuery, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetState,
+    DatasetStep, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, ShareVisit,
+    ShareVisitKind,
+};
 pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
     Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,

@@ -6,6 +6,8 @@
 //!   belonged, and what its sensor count means.
 //! - [`summary()`] counts a million of them for plots; [`Narrowed`] are those of an area and of projects, and
 //!   [`Heard::flags`] tells why to look twice at one.
+//! - Datasets: [`check_draft`], [`citation`], what describes one to others ([`datacite`], [`json_ld`], [`datapackage`]), and what a
+//!   link gives of one ([`Limits`], [`Grid`]).
 //! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
 //!
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows
@@ -14,6 +16,7 @@
 mod check;
 mod column;
 mod csv;
+mod dataset;
 mod explore;
 mod fields;
 mod formats;
@@ -27,6 +30,10 @@ mod template;
 pub use check::{Fault, check, check_all};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
+pub use dataset::{
+    Access, Described, Grid, LICENCES, Limits, PRECISIONS_M, check_draft, citation, datacite, datapackage,
+    doi, embargo_us, json_ld, lacking, licence_name, licence_page, python, r,
+};
 pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
 pub use formats::{FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};

@@ -97,6 +97,20 @@ impl Study {
         study
     }
 
+    /// Without what tells where animals were or how deep a receiver hung: for those who get coarsened places.
+    #[must_use]
+    pub fn without_places(mut self) -> Self {
+        for animal in self.animals.values_mut() {
+            (animal.capture_place, animal.release_place) = (String::new(), String::new());
+            (animal.capture_lat_deg, animal.capture_lon_deg) = (None, None);
+            (animal.release_lat_deg, animal.release_lon_deg) = (None, None);
+        }
+        for deployment in self.deployments.values_mut().flatten() {
+            deployment.depth_m = None;
+        }
+        self
+    }
+
     /// What is known of a detection; the vessel is called as it is given.
     pub fn heard<'s>(&'s self, detection: &'s Detection, vessel: &'s str, lag: Lag) -> Heard<'s> {
         let by_receiver = detection.clock.utc();
@@ -143,6 +157,16 @@ impl Study {
     ) -> Option<&RegisterProject> {
         let of_tag = Some(folded(&tag.project)).filter(|name| !name.is_empty());
         of_tag.or(animal.map(|animal| folded(&animal.project))).and_then(|name| self.projects.get(&name))
+    }
+
+    /// The person of this name.
+    pub fn person_named(&self, name: &str) -> Option<&RegisterPerson> {
+        self.people.get(&folded(name))
+    }
+
+    /// Names of people.
+    pub fn people_names(&self) -> impl Iterator<Item = &str> {
+        self.people.values().map(|person| &*person.name)
     }
 
     /// The project of this name.

@@ -592,6 +592,12 @@ async fn a_biologist_explores_detections() {
     over_a_long_past("explore.mjs").await;
 }
 
+/// A dataset of what the explorer shows, published, and given by a link to somebody without an account.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_biologist_publishes_a_dataset_and_shares_it() {
+    over_a_long_past("datasets.mjs").await;
+}
+
 /// The log book: written, found, corrected and withdrawn by keyboard and on a phone, with a photo and errors at their field.
 #[tokio::test(flavor = "multi_thread")]
 async fn notes_are_written_found_and_corrected() {

@@ -18,6 +18,9 @@ mod commands_tests;
 mod control;
 #[cfg(test)]
 mod control_tests;
+mod datasets;
+#[cfg(test)]
+mod datasets_tests;
 mod download;
 mod explore;
 mod export;
@@ -54,6 +57,9 @@ mod register_tests;
 #[cfg(test)]
 mod reports_tests;
 pub(crate) mod routes;
+mod shares;
+#[cfg(test)]
+mod shares_tests;
 #[cfg(test)]
 mod stop_tests;
 mod teleop;

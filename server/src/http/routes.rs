@@ -1,6 +1,7 @@
 //! The routes of the API and what belongs to it. One list for each area lies beside.
 
 mod alarms;
+mod datasets;
 mod people;
 mod plans;
 mod research;
@@ -101,6 +102,8 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(people::missions_table());
     table.extend(research::detections());
     table.extend(research::register_table());
+    table.extend(datasets::datasets_table());
+    table.extend(datasets::links());
     table.extend(sea::no_go_areas());
     table.extend(transfers::transfers());
     table.extend(plans::plans());

@@ -39,7 +39,7 @@ pub(super) struct Answer {
 
 impl Answer {
     /// Whether the guard turned the request away.
-    fn is_refused(&self) -> bool {
+    pub(super) fn is_refused(&self) -> bool {
         let to = self.headers.get(header::LOCATION).and_then(|to| to.to_str().ok()).unwrap_or_default();
         matches!(self.status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN)
             || (self.status == StatusCode::SEE_OTHER && (to.starts_with("/login?") || to == "/account"))
@@ -64,21 +64,26 @@ impl Shore {
 
     /// A server on a data folder that was filled before.
     pub(super) async fn with(fill: impl FnOnce(&Path)) -> Self {
+        Self::by(Clock::real(), fill).await
+    }
+
+    /// The same by another clock.
+    pub(super) async fn by(clock: Clock, fill: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fill(folder.path());
-        Self::of(folder, |_| ()).await
+        Self::of(folder, clock, |_| ()).await
     }
 
     /// A server with another configuration.
     pub(super) async fn changed(change: impl FnOnce(&mut Config)) -> Self {
-        Self::of(tempfile::tempdir().unwrap(), change).await
+        Self::of(tempfile::tempdir().unwrap(), Clock::real(), change).await
     }
 
-    async fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
+    async fn of(folder: tempfile::TempDir, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
         // Nothing goes on by itself: tests drive what they test.
-        let running = Opened::open(config.shore(), Clock::real()).unwrap().assemble().await.unwrap();
+        let running = Opened::open(config.shore(), clock).unwrap().assemble().await.unwrap();
         let metrics = serve::figures();
         let shore = running.shore.clone();
         let state = AppState { config: Arc::new(config), shore, metrics };
@@ -167,9 +172,10 @@ impl Shore {
     }
 }
 
-fn request(route: &crate::web::Route) -> axum::http::request::Builder {
+pub(super) fn request(route: &crate::web::Route) -> axum::http::request::Builder {
     let path =
         route.path.replace("{vessel}", &OWN.to_string()).replace("{id}", "999999").replace("{name}", "x.js");
+    let path = path.replace("{number}", "1").replace("{share}", "1").replace("{token}", &"0".repeat(64));
     let path = path.replace("{z}", "0").replace("{x}", "0").replace("{y}", "0");
     Request::builder().method(route.method.clone()).uri(path)
 }

@@ -3,7 +3,7 @@
 use super::words::word;
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 63] = [
+pub(super) const ACTIONS: [(&str, &str); 70] = [
     ("vessel.abort", word("STOP")),
     ("plan.start", word("Start plan")),
     ("plan.stop", word("Stop plan")),
@@ -47,6 +47,13 @@ pub(super) const ACTIONS: [(&str, &str); 63] = [
     ("register.change", word("Change register")),
     ("register.delete", word("Delete from register")),
     ("register.import", word("Import register")),
+    ("dataset.create", word("Make dataset")),
+    ("dataset.change", word("Change dataset")),
+    ("dataset.publish", word("Publish dataset")),
+    ("dataset.version", word("Make new version of dataset")),
+    ("dataset.withdraw", word("Withdraw dataset")),
+    ("dataset.share", word("Make link to dataset")),
+    ("dataset.share.revoke", word("Revoke link to dataset")),
     ("log.import", word("Import log")),
     ("log.import.cancel", word("Cancel import")),
     ("login", word("Log in")),

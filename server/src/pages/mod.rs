@@ -6,6 +6,7 @@ mod admin;
 mod alarms;
 mod areas;
 mod data;
+mod datasets;
 mod detections;
 mod explore;
 mod fleet;
@@ -19,6 +20,7 @@ mod plans;
 mod register;
 mod rows;
 mod rules;
+mod share;
 mod style;
 mod vessel;
 mod words;
@@ -59,6 +61,10 @@ pub(crate) fn routes() -> Vec<Route> {
             "Tags, animals and receivers.",
             register::page,
         ),
+        Route::page("/datasets", Need::Somewhere(Role::Viewer), "Datasets.", datasets::list),
+        Route::page("/datasets/{id}", Need::Somewhere(Role::Viewer), "One dataset.", datasets::one),
+        Route::page("/s/{token}", Need::Anyone, "What a link gives.", share::page),
+        Route::form("/s/{token}", Need::Anyone, "Open a link by its password.", share::unlock),
         Route::page("/style", Need::Somewhere(Role::Viewer), "What pages are made of.", style::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),

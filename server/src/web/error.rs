@@ -88,6 +88,7 @@ impl From<shore::Error> for ApiError {
             ErrorKind::UnknownEntities => (StatusCode::CONFLICT, "unknown_entities"),
             ErrorKind::Newer => (StatusCode::CONFLICT, "newer_revision"),
             ErrorKind::NotFound => (StatusCode::NOT_FOUND, "not_found"),
+            ErrorKind::Gone => (StatusCode::GONE, "gone"),
             ErrorKind::Forbidden => (StatusCode::FORBIDDEN, "forbidden"),
             ErrorKind::PasswordChange => (StatusCode::FORBIDDEN, "password_change_required"),
             ErrorKind::Busy => return Self::busy(&text),
@@ -123,6 +124,7 @@ impl From<Refused> for ApiError {
             Refused::Wrong | Refused::WrongOld => {
                 Self::new(StatusCode::UNAUTHORIZED, "wrong", refused.to_string())
             }
+            Refused::WrongPassword => Self::new(StatusCode::FORBIDDEN, "wrong_password", refused.to_string()),
             Refused::Wait(wait) => Self {
                 wait_s: Some(wait.as_secs() + 1),
                 ..Self::new(StatusCode::TOO_MANY_REQUESTS, "too_many_attempts", refused.to_string())

@@ -35,6 +35,20 @@ impl Remote {
         let scheme = headers.get("x-forwarded-proto").and_then(|value| value.to_str().ok());
         Self { address, encrypted: peer.encrypted || scheme == Some("https"), here: false }
     }
+
+    /// By which name the one who asks reaches the server, with its scheme: for addresses that they take away. What is no name of a
+    /// host is passed over.
+    pub(crate) fn origin(&self, headers: &HeaderMap) -> String {
+        let host =
+            headers.get(axum::http::header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
+        let is_host = |one: u8| one.is_ascii_alphanumeric() || b".-:[]".contains(&one);
+        let host = if !host.is_empty() && host.len() <= 255 && host.bytes().all(is_host) {
+            host
+        } else {
+            "localhost"
+        };
+        format!("{}://{host}", if self.encrypted { "https" } else { "http" })
+    }
 }
 
 impl<S: Sync> FromRequestParts<S> for Remote {

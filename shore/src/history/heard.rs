@@ -5,14 +5,18 @@
 //! give the same bytes.
 
 use crate::decode;
+use api::{DatasetContent, DatasetCovered, FlagCode};
 use detections::{Detection, TagFilter};
-use research::{Format, HORIZON_S, LUTRA, Lag, Lags, Narrowed, Study, Writer, format};
+use research::{Format, HORIZON_S, Heard, LUTRA, Lag, Lags, Limits, Narrowed, Study, Writer, format};
+use sha2::{Digest as _, Sha256};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 use store::{DetectionsWanted, Exported, Order, Page, Reader, StoreError, TimeRange};
 use tables::Dialect;
+use tokio_util::sync::CancellationToken;
 
 /// Bytes that are written at once.
 const CHUNK: usize = 64 * 1024;
@@ -26,6 +30,10 @@ pub struct HeardFile {
     pub dialect: Dialect,
     /// Of which projects and places.
     pub narrowed: Narrowed,
+    /// Detections with one of these flags are left out.
+    pub without: Vec<FlagCode>,
+    /// What others are given of it.
+    pub limits: Limits,
 }
 
 impl HeardFile {
@@ -53,16 +61,36 @@ impl HeardFile {
             );
             return Err(StoreError::Query(text));
         }
-        Ok(Self { format, dialect, narrowed: Narrowed::default() })
+        Ok(Self {
+            format,
+            dialect,
+            narrowed: Narrowed::default(),
+            without: Vec::new(),
+            limits: Limits::default(),
+        })
     }
 
     /// The time of which detections are read for rows of a time: the neighbours of the first and the last one too, where the
     /// format tells how far those are.
     pub fn read_range(&self, range: TimeRange) -> TimeRange {
-        let beside_us = if self.format.has_lag { HORIZON_S * 1_000_000 } else { 0 };
+        let beside_us = if self.needs_lag() { HORIZON_S * 1_000_000 } else { 0 };
         TimeRange {
             from_us: range.from_us.saturating_sub(beside_us),
             to_us: range.to_us.saturating_add(beside_us),
+        }
+    }
+
+    /// Whether a row takes the neighbours of its detection.
+    fn needs_lag(&self) -> bool {
+        self.format.has_lag || self.without.contains(&FlagCode::Unconfirmed)
+    }
+
+    /// The register as rows are told by it.
+    fn study<'s>(&self, study: &'s Study) -> Cow<'s, Study> {
+        if self.limits.is_coarse() {
+            Cow::Owned(study.clone().without_places())
+        } else {
+            Cow::Borrowed(study)
         }
     }
 
@@ -89,15 +117,66 @@ pub fn write(
     file: &HeardFile,
     out: &mut dyn Write,
 ) -> store::Result<Exported> {
-    let mut rows = Rows::new(wanted, names, study, file, out);
+    Ok(write_told(data, wanted, names, study, file, out)?.0)
+}
+
+/// As [`write()`], and what the rows reach over.
+fn write_told(
+    data: &Path,
+    wanted: &DetectionsWanted,
+    names: &BTreeMap<u16, String>,
+    study: &Study,
+    file: &HeardFile,
+    out: &mut dyn Write,
+) -> store::Result<(Exported, DatasetCovered)> {
+    let study = file.study(study);
+    let mut rows = Rows::new(wanted, names, &study, file, out);
     let read = DetectionsWanted { range: file.read_range(wanted.range), ..wanted.clone() };
-    let written = rows.write(data, &read, file.format);
+    let written = rows.write(data, &read);
     if let Err(error) = written {
         let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
         rows.out.write_all(line.as_bytes()).ok();
         return Err(error);
     }
-    Ok(rows.done)
+    Ok((rows.done, rows.covered))
+}
+
+/// What a file has, which is written to nowhere.
+///
+/// # Errors
+/// When the history cannot be read, or nobody waits for it any more.
+pub fn content(
+    data: &Path,
+    wanted: &DetectionsWanted,
+    names: &BTreeMap<u16, String>,
+    study: &Study,
+    file: &HeardFile,
+    given_up: &CancellationToken,
+) -> store::Result<DatasetContent> {
+    let mut hashed = Hashed { hash: Sha256::new(), given_up: given_up.clone() };
+    let (done, covered) = write_told(data, wanted, names, study, file, &mut hashed)?;
+    let sha256 = hex::encode(hashed.hash.finalize());
+    Ok(DatasetContent { rows: done.rows, bytes: done.bytes, sha256, covered })
+}
+
+/// Takes bytes only to hash them.
+struct Hashed {
+    hash: Sha256,
+    given_up: CancellationToken,
+}
+
+impl Write for Hashed {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.given_up.is_cancelled() {
+            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "nobody waits for it any more"));
+        }
+        self.hash.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// How much is read of a file to learn how long its rows are.
@@ -139,10 +218,11 @@ pub(super) fn sample(
     bounds: SampleBounds,
 ) -> store::Result<Sample> {
     let out = &mut std::io::sink();
-    let mut rows = Rows::new(wanted, names, study, file, out);
+    let study = file.study(study);
+    let mut rows = Rows::new(wanted, names, &study, file, out);
     rows.bounds = Some(bounds);
     let read = DetectionsWanted { range: read, tags: Vec::new(), ..wanted.clone() };
-    let is_whole = match rows.write(data, &read, file.format) {
+    let is_whole = match rows.write(data, &read) {
         Err(StoreError::Cancelled) => false,
         written => written.map(|()| true)?,
     };
@@ -236,7 +316,7 @@ struct Rows<'r> {
     /// Of which detections there are rows, by when they were reported.
     range: TimeRange,
     tags: &'r [TagFilter],
-    narrowed: &'r Narrowed,
+    file: &'r HeardFile,
     /// What vessels without a name by people announced.
     announced: BTreeMap<u16, String>,
     buffer: Vec<u8>,
@@ -244,6 +324,7 @@ struct Rows<'r> {
     done: Exported,
     /// Of those, what does not come of detections.
     fixed: Exported,
+    covered: DatasetCovered,
     /// Detections that are wanted, whether the format has a row for them or not.
     wanted: u64,
     /// Detections that were read.
@@ -266,23 +347,24 @@ impl<'r> Rows<'r> {
             names,
             range: wanted.range,
             tags: &wanted.tags,
-            narrowed: &file.narrowed,
+            file,
             announced: BTreeMap::new(),
             buffer: Vec::new(),
             out,
             done: Exported::default(),
             fixed: Exported::default(),
+            covered: DatasetCovered::default(),
             wanted: 0,
             read: 0,
             bounds: None,
         }
     }
 
-    fn write(&mut self, data: &Path, wanted: &DetectionsWanted, format: Format) -> store::Result<()> {
+    fn write(&mut self, data: &Path, wanted: &DetectionsWanted) -> store::Result<()> {
         self.writer.header(&mut self.buffer);
         self.fixed.bytes += self.buffer.len() as u64;
-        if format.is_of_detections() {
-            let mut lags = format.has_lag.then(Lags::default);
+        if self.file.format.is_of_detections() {
+            let mut lags = self.file.needs_lag().then(Lags::default);
             let read = store::each_detection(data, wanted, &mut |one, announced| {
                 let vessel = one.origin.system.0;
                 if !self.names.contains_key(&vessel) && !self.announced.contains_key(&vessel) {
@@ -331,11 +413,24 @@ impl<'r> Rows<'r> {
         let vessel = one.origin.system.0;
         let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
         let heard = self.study.heard(one, called, lag);
-        if !self.narrowed.admits(&heard) {
+        let HeardFile { narrowed, without, limits, .. } = self.file;
+        let is_without = |code: &FlagCode| !without.contains(code);
+        if !narrowed.admits(&heard)
+            || (!without.is_empty() && !heard.flags().iter().map(|flag| &flag.code).all(is_without))
+        {
             return Ok(());
         }
+        let Some(given) = limits.given(&heard) else { return Ok(()) };
+        let lag = if limits.hides_neighbours() { Lag::Unknown } else { lag };
+        let heard = match &given {
+            Cow::Borrowed(_) => Heard { lag, ..heard },
+            Cow::Owned(given) => self.study.heard(given, called, lag),
+        };
         self.wanted += 1;
-        self.done.rows += u64::from(self.writer.row(&mut self.buffer, &heard));
+        if self.writer.row(&mut self.buffer, &heard) {
+            self.done.rows += 1;
+            cover(&mut self.covered, &heard);
+        }
         if self.buffer.len() >= CHUNK { self.flush() } else { Ok(()) }
     }
 
@@ -345,6 +440,26 @@ impl<'r> Rows<'r> {
         self.buffer.clear();
         Ok(())
     }
+}
+
+/// Widens what is covered by a detection.
+fn cover(covered: &mut DatasetCovered, heard: &Heard<'_>) {
+    let time = Some(heard.time_us);
+    covered.first_us = covered.first_us.map_or(time, |first| time.map(|time| time.min(first)));
+    covered.last_us = covered.last_us.max(time);
+    let Some(place) = heard.detection.pose.map(|pose| pose.place) else { return };
+    let (lat, lon) = (rounded(place.lat_deg()), rounded(place.lon_deg()));
+    let least = |old: Option<f64>, new: f64| Some(old.map_or(new, |old| old.min(new)));
+    let most = |old: Option<f64>, new: f64| Some(old.map_or(new, |old| old.max(new)));
+    covered.south_deg = least(covered.south_deg, lat);
+    covered.north_deg = most(covered.north_deg, lat);
+    covered.west_deg = least(covered.west_deg, lon);
+    covered.east_deg = most(covered.east_deg, lon);
+}
+
+/// To seven decimals (1 cm), so that JSON has no tail of digits.
+fn rounded(degrees: f64) -> f64 {
+    (degrees * 1e7).round() / 1e7
 }
 
 fn unwritable(source: std::io::Error) -> StoreError {

@@ -53,6 +53,9 @@ pub enum Refused {
     /// The old password is not the one typed.
     #[error("The old password is wrong.")]
     WrongOld,
+    /// The password of something that is opened by one is wrong.
+    #[error("The password is wrong.")]
+    WrongPassword,
     /// Too many guesses.
     #[error("Too many attempts. Try again in {} s.", .0.as_secs() + 1)]
     Wait(Duration),
@@ -105,6 +108,30 @@ impl People {
         if !self.is_right(password, Some(account.password)).await? {
             self.write_refusal(address.to_string(), who.name.clone(), "wrong password").await?;
             return Err(Refused::WrongOld);
+        }
+        self.limit(|limiter, _| limiter.give_back(&guess));
+        Ok(())
+    }
+
+    /// Whether a password is the one that opens something, which is kept as `kept`. It is guessed no more often than logins are.
+    ///
+    /// # Errors
+    /// [`Refused`].
+    pub async fn opens(
+        &self,
+        what: String,
+        password: String,
+        kept: String,
+        address: IpAddr,
+    ) -> Result<(), Refused> {
+        let guess = Guess { address, account: what.clone(), device: None };
+        if let Err(wait) = self.limit(|limiter, now| limiter.take(&guess, now)) {
+            tracing::warn!(%address, what, "not opened: too many attempts");
+            return Err(Refused::Wait(wait));
+        }
+        if !self.is_right(password, Some(kept)).await? {
+            tracing::warn!(%address, what, "not opened: wrong password");
+            return Err(Refused::WrongPassword);
         }
         self.limit(|limiter, _| limiter.give_back(&guess));
         Ok(())

@@ -36,6 +36,11 @@ export function getJson<T>(path: string, signal?: AbortSignal): Promise<T> {
   return get("ask", path, async (response) => (await response.json()) as T, signal);
 }
 
+/** A text as it is. */
+export function getText(path: string, signal?: AbortSignal): Promise<string> {
+  return get("ask", path, (response) => response.text(), signal);
+}
+
 /** The bytes of something that is drawn, after all that is asked. */
 export function getTile(path: string): Promise<ArrayBuffer> {
   return get("tile", path, (response) => response.arrayBuffer());

@@ -729,6 +729,424 @@ text: string,
  */
 leg: GuardReason | null, };
 
+export type Dataset = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each change, from 1.
+ */
+revision: number, 
+/**
+ * How far it is.
+ */
+state: DatasetState, 
+/**
+ * Who made it, and when.
+ */
+made: LogWord, 
+/**
+ * What is not published yet; null where nothing is.
+ */
+draft: DatasetDraft | null, 
+/**
+ * Published versions, the newest first.
+ */
+versions: Array<DatasetVersion>, 
+/**
+ * Why it was withdrawn; null where it was not.
+ */
+withdrawn: DatasetWithdrawn | null, 
+/**
+ * Whether the one who asks may change, publish, share and download it.
+ */
+may_change: boolean, };
+
+export type DatasetAuthor = { 
+/**
+ * The name.
+ */
+name: string, 
+/**
+ * ORCID; empty where they have none.
+ */
+orcid: string, 
+/**
+ * Where they work; empty where the register does not say.
+ */
+affiliation: string, };
+
+export type DatasetChange = { 
+/**
+ * The revision that is changed; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on.
+ */
+draft: DatasetDraft, };
+
+export type DatasetCheck = { 
+/**
+ * When that was computed.
+ */
+checked_us: number, 
+/**
+ * Whether the bytes are those that were published.
+ */
+is_same: boolean, 
+/**
+ * Detections at publication.
+ */
+rows: number, 
+/**
+ * Detections now.
+ */
+rows_now: number, 
+/**
+ * SHA-256 of the canonical CSV now.
+ */
+sha256_now: string, 
+/**
+ * In words.
+ */
+text: string, };
+
+export type DatasetContent = { 
+/**
+ * Detections.
+ */
+rows: number, 
+/**
+ * Bytes of the canonical CSV.
+ */
+bytes: number, 
+/**
+ * SHA-256 of it, in hexadecimal digits.
+ */
+sha256: string, 
+/**
+ * What they reach over.
+ */
+covered: DatasetCovered, };
+
+export type DatasetCovered = { 
+/**
+ * When the first was heard; null where there are none.
+ */
+first_us: number | null, 
+/**
+ * When the last was.
+ */
+last_us: number | null, 
+/**
+ * WGS-84 latitude of the southernmost place, degrees; null where no place is known.
+ */
+south_deg: number | null, 
+/**
+ * Of the northernmost.
+ */
+north_deg: number | null, 
+/**
+ * WGS-84 longitude of the westernmost place, degrees.
+ */
+west_deg: number | null, 
+/**
+ * Of the easternmost.
+ */
+east_deg: number | null, };
+
+export type DatasetDraft = { 
+/**
+ * Its title.
+ */
+title: string, 
+/**
+ * What it is, how it was made, what to know before it is used.
+ */
+description: string, 
+/**
+ * Who publishes it: the institution. Citation and DataCite need it.
+ */
+publisher: string, 
+/**
+ * Names of people of the register, in the order in which they are cited.
+ */
+authors: Array<string>, 
+/**
+ * `CC-BY-4.0` (also where left empty), `CC0-1.0`, `CC-BY-NC-4.0`, or own words.
+ */
+licence: string, 
+/**
+ * Day from which others get the data, such as `2027-01-31`, from its beginning in UTC; at once when empty.
+ */
+embargo_until: string, 
+/**
+ * DOI that a registry has given, such as `10.5281/zenodo.1234`; empty where it has none.
+ */
+doi: string, 
+/**
+ * Which detections.
+ */
+query: DatasetQuery, };
+
+export type DatasetQuery = { 
+/**
+ * Reported from this time on.
+ */
+from_us: number | null, 
+/**
+ * Reported before this time; where it is null or later than the publication, that is the end.
+ */
+to_us: number | null, 
+/**
+ * Vessels by IMC address; empty for all, of which it takes the role on all vessels.
+ */
+vessels: Array<number>, 
+/**
+ * Tags as protocol and number (`S256-101`) or as number alone (`101`).
+ */
+tags: Array<string>, 
+/**
+ * Projects of the register by name: of the tag, or of the animal that carried it.
+ */
+projects: Array<string>, 
+/**
+ * Corners of an area, 3 to 100, as `lat,lon;lat,lon;…` in degrees.
+ */
+area: string, 
+/**
+ * Detections with one of these flags are left out.
+ */
+without: Array<FlagCode>, };
+
+export type DatasetShare = { 
+/**
+ * Its number.
+ */
+id: number, 
+/**
+ * The version that it gives.
+ */
+version: number, 
+/**
+ * For whom it is.
+ */
+label: string, 
+/**
+ * Whether it asks for a password.
+ */
+has_password: boolean, 
+/**
+ * When it ends.
+ */
+expires_us: number, 
+/**
+ * Only what was reported from this time on.
+ */
+from_us: number | null, 
+/**
+ * Only what was reported before this time.
+ */
+to_us: number | null, 
+/**
+ * Only these tags.
+ */
+tags: Array<string>, 
+/**
+ * Only within this area.
+ */
+area: string, 
+/**
+ * About how long the side of a cell is; null where places are given as they are.
+ */
+precision_m: number | null, 
+/**
+ * What it gives.
+ */
+content: DatasetContent, 
+/**
+ * Who made it, and when.
+ */
+made: LogWord, 
+/**
+ * Who revoked it, and when; null while it holds.
+ */
+revoked: LogWord | null, 
+/**
+ * How often it was looked at.
+ */
+views: number, 
+/**
+ * How often something was downloaded.
+ */
+downloads: number, 
+/**
+ * When it was used last; null where never.
+ */
+used_us: number | null, };
+
+export type DatasetShareMade = { 
+/**
+ * The link.
+ */
+share: DatasetShare, 
+/**
+ * Its way on this server: `/s/…`. Whoever has it has the data.
+ */
+path: string, };
+
+export type DatasetShareRequest = { 
+/**
+ * Which version; the newest when null.
+ */
+version: number | null, 
+/**
+ * For whom it is.
+ */
+label: string, 
+/**
+ * How many days it opens, 1 to 730.
+ */
+days: number, 
+/**
+ * A password that is asked for besides; none when empty.
+ */
+password: string, 
+/**
+ * Only what was reported from this time on.
+ */
+from_us: number | null, 
+/**
+ * Only what was reported before this time.
+ */
+to_us: number | null, 
+/**
+ * Only these tags.
+ */
+tags: Array<string>, 
+/**
+ * Only within this area; where places are coarsened, the coarsened place counts.
+ */
+area: string, 
+/**
+ * Places are given as the middle of a cell of about 100, 1000 or 10000 m; as they are when null.
+ */
+precision_m: number | null, };
+
+export type DatasetState = "draft" | "published" | "withdrawn";
+
+export type DatasetStep = { 
+/**
+ * The revision that is meant; 409 when there is a newer one.
+ */
+revision: number, };
+
+export type DatasetVersion = { 
+/**
+ * 1, 2, …
+ */
+number: number, 
+/**
+ * Its title.
+ */
+title: string, 
+/**
+ * What it is.
+ */
+description: string, 
+/**
+ * Who publishes it.
+ */
+publisher: string, 
+/**
+ * In the order in which they are cited.
+ */
+authors: Array<DatasetAuthor>, 
+/**
+ * An SPDX identifier, or own words.
+ */
+licence: string, 
+/**
+ * Day from which others get the data; empty where at once.
+ */
+embargo_until: string, 
+/**
+ * DOI; empty where it has none.
+ */
+doi: string, 
+/**
+ * Which detections, with the vessels and the end of the time that publication gave it.
+ */
+query: DatasetQuery, 
+/**
+ * Its vessels.
+ */
+vessels: Array<DatasetVessel>, 
+/**
+ * What it had at publication.
+ */
+content: DatasetContent, 
+/**
+ * Who published it, and when.
+ */
+published: LogWord, 
+/**
+ * How to cite it.
+ */
+citation: string, };
+
+export type DatasetVessel = { 
+/**
+ * IMC address.
+ */
+system: number, 
+/**
+ * What people called it at publication; empty where nobody had named it.
+ */
+name: string, };
+
+export type DatasetWithdrawal = { 
+/**
+ * The revision that is meant; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * Why, for those who cited it.
+ */
+reason: string, };
+
+export type DatasetWithdrawn = { 
+/**
+ * Who did it, and when.
+ */
+written: LogWord, 
+/**
+ * Why.
+ */
+reason: string, };
+
+export type ShareVisit = { 
+/**
+ * When.
+ */
+time_us: number, 
+/**
+ * From which network address.
+ */
+address: string, 
+/**
+ * What.
+ */
+what: ShareVisitKind, 
+/**
+ * Which file; empty where none.
+ */
+file: string, };
+
+export type ShareVisitKind = "view" | "download" | "wrong_password";
+
 export type Detection = { 
 /**
  * The entity that reported it.

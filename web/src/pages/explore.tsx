@@ -283,7 +283,7 @@ function Download({ page }: Part) {
   return (
     <section aria-label={t("Download")} key={asked.value}>
       <h2>{t("Download")}</h2>
-      <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => { format.value = event.currentTarget.value; page.measureAnew(); }}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${page.file}`} download>{t("Download these detections")}</a></p>
+      <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => { format.value = event.currentTarget.value; page.measureAnew(); }}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${page.file}`} download>{t("Download these detections")}</a><a class="button" href={`/datasets?make=1&${location.search.slice(1)}`}>{t("Make a dataset of this")}</a></p>
       <p role="status">{unknown ? t("How large it will be is not known: there are more than the server counts beforehand. The file leaves nothing out.") : told}</p>
       {!unknown && wrong && <p class="bad-text" role="alert">{wrong} <button type="button" onClick={page.measureAnew}>{t("Try again")}</button></p>}
     </section>

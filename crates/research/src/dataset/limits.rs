@@ -1,0 +1,200 @@
+//! What a link gives of a dataset.
+
+use super::grid::Grid;
+use crate::study::Heard;
+use detections::{Area, Detection, Effort, Pose, TagFilter};
+use std::borrow::Cow;
+
+/// Kinds of sensors whose values do not tell how deep the water is, by a part of the word that the register has.
+const HARMLESS: [&str; 5] = ["temp", "accel", "activ", "aktiv", "tilt"];
+
+/// What a link leaves out of detections. Times are the asker's.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Limits {
+    /// Only these tags; all where empty.
+    tags: Vec<TagFilter>,
+    /// Only there; everywhere where absent.
+    area: Option<Area>,
+    grid: Option<Grid>,
+    /// Whether a part of the time alone is given.
+    is_part_of_time: bool,
+}
+
+impl Limits {
+    /// Of these tags, in the area of these corners (everywhere where empty), with places coarsened to cells of a size.
+    ///
+    /// # Errors
+    /// One is none; the text names the field and says what to do.
+    pub fn new(
+        tags: &[String],
+        area: &str,
+        precision_m: Option<u32>,
+        is_part_of_time: bool,
+    ) -> Result<Self, String> {
+        let tag = |text: &String| text.parse().map_err(|error| format!("tags: `{text}`: {error}"));
+        let area = Some(area.trim()).filter(|text| !text.is_empty()).map(str::parse::<Area>).transpose();
+        Ok(Self {
+            tags: tags.iter().map(tag).collect::<Result<_, _>>()?,
+            area: area.map_err(|error| format!("area: {error}"))?,
+            grid: precision_m.map(Grid::new).transpose().map_err(|text| format!("precision_m: {text}"))?,
+            is_part_of_time,
+        })
+    }
+
+    /// Whether places are coarsened: then the register must not tell any either ([`crate::Study::without_places`]).
+    pub fn is_coarse(&self) -> bool {
+        self.grid.is_some()
+    }
+
+    /// Whether the neighbours of a detection are not told, as some of them are not given.
+    pub fn hides_neighbours(&self) -> bool {
+        self.area.is_some() || self.is_part_of_time
+    }
+
+    /// The detection as it is given; `None` where it is not.
+    ///
+    /// With coarsened places nothing stands in it that would tell the place better: not how well it was known, not the receiver's
+    /// line, and no value of a sensor that measures depth or that the register does not know. The area is asked about the
+    /// coarsened place too: two areas that differ by a little would tell on which side a place lies.
+    pub fn given<'d>(&self, heard: &Heard<'d>) -> Option<Cow<'d, Detection>> {
+        let one = heard.detection;
+        if !self.tags.is_empty() && !self.tags.iter().any(|tag| tag.admits(one)) {
+            return None;
+        }
+        let mut given = Cow::Borrowed(one);
+        if let Some(grid) = self.grid {
+            let given = given.to_mut();
+            let place = one.pose.and_then(|pose| grid.middle(pose.place));
+            given.pose = place.map(|place| Pose { place, age_s: None, sigma_m: None });
+            given.raw = None;
+            given.effort = Effort { lines_lost: one.effort.lines_lost, ..Effort::default() };
+            if !is_harmless(heard) {
+                given.data = None;
+            }
+        }
+        let place = given.pose.map(|pose| (pose.place.lat_deg(), pose.place.lon_deg()));
+        let is_there = |area: &Area| place.is_some_and(|(lat, lon)| area.contains_deg(lat, lon));
+        self.area.as_ref().is_none_or(is_there).then_some(given)
+    }
+}
+
+/// Whether the value of a tag's sensor says nothing of the depth.
+fn is_harmless(heard: &Heard<'_>) -> bool {
+    let kind = heard.tag.map(|tag| tag.sensor_type.to_lowercase()).unwrap_or_default();
+    HARMLESS.iter().any(|part| kind.contains(part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::Study;
+    use crate::{Lag, Writer};
+    use api::{RegisterAnimal, RegisterRecord, RegisterTag};
+    use detections::{Noise, Origin, Protocol, ReceiverClock};
+    use imc::Address;
+    use units::{LatLon, UtcTime};
+
+    fn detection(lat_deg: f64, lon_deg: f64) -> Detection {
+        Detection {
+            origin: Origin {
+                system: Address(2_068),
+                entity: 1,
+                reported: UtcTime::from_micros(1_795_248_001_000_000),
+                received: None,
+            },
+            receiver: 1_024,
+            clock: ReceiverClock::read(1_795_248_000, 7),
+            protocol: Protocol::named("S256"),
+            tag_id: 101,
+            data: Some(42),
+            snr_db: 20,
+            frequency_khz: 69,
+            line: 5,
+            pose: Some(Pose {
+                place: LatLon::from_deg(lat_deg, lon_deg).unwrap(),
+                age_s: Some(0.25),
+                sigma_m: Some(1.5),
+            }),
+            effort: Effort {
+                lines_lost: None,
+                noise: Some(Noise { average: 9, peak: 11, age_s: 1.0 }),
+                propeller_rpm: Some(77.0),
+            },
+            raw: Some("$001024,63.4321".to_owned()),
+        }
+    }
+
+    fn study(sensor_type: &str) -> Study {
+        let tag = RegisterTag {
+            name: "S256-101".into(),
+            protocol: "S256".into(),
+            tag_id: Some(101),
+            animal: "Fish".into(),
+            sensor_type: sensor_type.into(),
+            ..RegisterTag::default()
+        };
+        let animal = RegisterAnimal {
+            name: "Fish".into(),
+            release_place: "Munkholmen".into(),
+            release_lat_deg: Some(63.45),
+            release_lon_deg: Some(10.385),
+            capture_place: "Korsvika".into(),
+            ..RegisterAnimal::default()
+        };
+        Study::new([RegisterRecord::Tag(tag), RegisterRecord::Animal(animal)])
+    }
+
+    fn given(limits: &Limits, study: &Study, one: &Detection) -> Option<Detection> {
+        limits.given(&study.heard(one, "otter", Lag::Unknown)).map(Cow::into_owned)
+    }
+
+    #[test]
+    fn with_coarse_places_nothing_tells_the_place_better_in_any_format() {
+        let limits = Limits::new(&[], "", Some(1_000), false).unwrap();
+        let study = study("depth").without_places();
+        let (one, other) = (detection(63.432_123_4, 10.398_765_4), detection(63.439_4, 10.381_2));
+        let (one, other) = (given(&limits, &study, &one).unwrap(), given(&limits, &study, &other).unwrap());
+        assert_eq!(one, other, "two places in a cell give the same");
+        for format in crate::FORMATS {
+            let writer = Writer::new(format, tables::Dialect::Plain);
+            let mut out = Vec::new();
+            writer.row(&mut out, &study.heard(&one, "otter", Lag::Unknown));
+            let text = String::from_utf8(out).unwrap();
+            for told in ["63.4321", "10.3987", "Munkholmen", "Korsvika", "63.45", "10.385", ",42,", "77"] {
+                assert!(!text.contains(told), "{}: {told} in {text}", format.name);
+            }
+        }
+        assert_eq!(
+            given(&limits, &self::study("temperature"), &detection(63.0, 10.0)).unwrap().data,
+            Some(42)
+        );
+        assert_eq!(given(&limits, &self::study(""), &detection(63.0, 10.0)).unwrap().data, None);
+    }
+
+    #[test]
+    fn an_area_is_asked_about_the_coarsened_place() {
+        let narrow = "63.430,10.30;63.434,10.30;63.434,10.50;63.430,10.50";
+        let study = study("");
+        let one = detection(63.432, 10.39);
+        let exact = Limits::new(&[], narrow, None, false).unwrap();
+        assert!(given(&exact, &study, &one).is_some() && exact.hides_neighbours());
+        let coarse = Limits::new(&[], narrow, Some(1_000), false).unwrap();
+        assert!(given(&coarse, &study, &one).is_none(), "the middle of its cell, 63.435, lies outside");
+    }
+
+    #[test]
+    fn without_limits_a_detection_is_given_as_it_is() {
+        let study = study("");
+        let one = detection(63.432, 10.39);
+        assert_eq!(given(&Limits::default(), &study, &one).as_ref(), Some(&one));
+        let other = Limits::new(&["S256-102".to_owned()], "", None, false).unwrap();
+        assert_eq!(given(&other, &study, &one), None);
+        for (tags, area, size, named) in [
+            (vec!["fish".to_owned()], "", None, "tags: `fish`"),
+            (vec![], "1,2", None, "area: "),
+            (vec![], "", Some(7), "precision_m: "),
+        ] {
+            assert!(Limits::new(&tags, area, size, false).unwrap_err().starts_with(named));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Files that a link gives, to whoever has its address. Nobody is asked who they are, and nothing of a session is looked at.
+
+use super::datasets::download;
+use crate::AppState;
+use crate::web::{ApiError, InPath, QueryParams, Remote, cookie_name, plain_cookie};
+use api::{DatasetFileQuery, ShareVisitKind};
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
+use research::Described;
+use serde_json::Value;
+use shore::datasets::{OpenShare, ShareClosed};
+
+/// The header by which scripts give the password of a link.
+const PASSWORD: &str = "lutra-link-password";
+
+impl From<ShareClosed> for ApiError {
+    fn from(closed: ShareClosed) -> Self {
+        let text = closed.to_string();
+        match closed {
+            ShareClosed::Unknown => Self::not_found(text),
+            ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),
+            ShareClosed::Expired => Self::new(StatusCode::GONE, "expired", text),
+            ShareClosed::Withdrawn(_) => Self::new(StatusCode::GONE, "withdrawn", text),
+        }
+    }
+}
+
+/// A link whose data somebody may have: it holds, its password is given, and no embargo stands.
+async fn given(
+    state: &AppState,
+    token: &str,
+    remote: Remote,
+    headers: &HeaderMap,
+) -> Result<OpenShare, ApiError> {
+    let datasets = &state.shore.datasets;
+    let open = datasets.open(token).await??;
+    if !datasets.is_unlocked(&open, plain_cookie(headers, &cookie_name(&open.cookie_name(), remote))) {
+        let password =
+            headers.get(PASSWORD).map(|given| String::from_utf8_lossy(given.as_bytes()).into_owned());
+        let password = password.ok_or_else(|| {
+            let text = "This link has a password: open its page and give it there, or send it in the header \
+                        Lutra-Link-Password.";
+            ApiError::new(StatusCode::FORBIDDEN, "password_needed", text)
+        })?;
+        datasets.unlock(&open, password, remote.address).await?;
+    }
+    if open.embargo_us.is_some() {
+        let text = format!(
+            "The data are under embargo until {}, 00:00 UTC. Come back then.",
+            open.version.embargo_until
+        );
+        return Err(ApiError::new(StatusCode::FORBIDDEN, "embargo", text));
+    }
+    Ok(open)
+}
+
+/// `GET /s/{token}/detections.csv`.
+pub(crate) async fn detections(
+    State(state): State<AppState>,
+    remote: Remote,
+    headers: HeaderMap,
+    InPath(token): InPath<String>,
+    QueryParams(query): QueryParams<DatasetFileQuery>,
+) -> Result<Response, ApiError> {
+    let open = given(&state, &token, remote, &headers).await?;
+    let datasets = &state.shore.datasets;
+    let frozen = datasets.shared_file(&open, query.format.as_deref()).await?;
+    let what = ShareVisitKind::Download;
+    datasets.note(&open, what, remote.address, &format!("detections.csv {}", frozen.format())).await?;
+    download(frozen, query.gzip.unwrap_or(false)).answer(&state, &headers).await
+}
+
+/// What describes what a link gives.
+async fn described(
+    state: &AppState,
+    token: &str,
+    remote: Remote,
+    headers: &HeaderMap,
+    (file, describe): (&str, fn(&Described<'_>) -> Value),
+) -> Result<Value, ApiError> {
+    let open = given(state, token, remote, headers).await?;
+    state.shore.datasets.note(&open, ShareVisitKind::Download, remote.address, file).await?;
+    let page = format!("{}/s/{token}", remote.origin(headers));
+    let csv = format!("{page}/detections.csv");
+    let OpenShare { share, version, .. } = &open;
+    Ok(describe(&Described { version, content: &share.content, share: Some(share), page: &page, file: &csv }))
+}
+
+/// `GET /s/{token}/datacite.json`.
+pub(crate) async fn datacite(
+    State(state): State<AppState>,
+    remote: Remote,
+    headers: HeaderMap,
+    InPath(token): InPath<String>,
+) -> Result<Json<Value>, ApiError> {
+    let how = ("datacite.json", research::datacite as fn(&Described<'_>) -> Value);
+    Ok(Json(described(&state, &token, remote, &headers, how).await?))
+}
+
+/// `GET /s/{token}/datapackage.json`.
+pub(crate) async fn datapackage(
+    State(state): State<AppState>,
+    remote: Remote,
+    headers: HeaderMap,
+    InPath(token): InPath<String>,
+) -> Result<Json<Value>, ApiError> {
+    let how = ("datapackage.json", research::datapackage as fn(&Described<'_>) -> Value);
+    Ok(Json(described(&state, &token, remote, &headers, how).await?))
+}
+
+/// `GET /s/{token}/schema.jsonld`.
+pub(crate) async fn json_ld(
+    State(state): State<AppState>,
+    remote: Remote,
+    headers: HeaderMap,
+    InPath(token): InPath<String>,
+) -> Result<Response, ApiError> {
+    let how = ("schema.jsonld", research::json_ld as fn(&Described<'_>) -> Value);
+    let value = described(&state, &token, remote, &headers, how).await?;
+    Ok(([(header::CONTENT_TYPE, "application/ld+json")], value.to_string()).into_response())
+}

@@ -1,0 +1,138 @@
+//! Files of datasets: what they are made of, and what they have.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::history::heard::{self, HeardFile};
+use crate::history::{History, export};
+use api::{DatasetContent, DatasetShare, DatasetVersion};
+use imc::Address;
+use research::{LUTRA, Limits, Narrowed, Study};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use store::{DetectionsWanted, Exported, Reader, Selection, StoreError, TimeRange};
+use tokio_util::sync::CancellationToken;
+
+/// All that a file of a published version is made of, but the archive.
+#[derive(Debug)]
+pub struct Frozen {
+    wanted: DetectionsWanted,
+    names: BTreeMap<u16, String>,
+    study: Study,
+    /// How often the register was changed.
+    register: i64,
+    file: HeardFile,
+}
+
+impl Frozen {
+    /// Of a version, as far as a link gives it, in a format.
+    ///
+    /// # Errors
+    /// There is no such format, or none of a dataset; or what the question names is no more.
+    pub(super) fn new(
+        version: &DatasetVersion,
+        share: Option<&DatasetShare>,
+        format: Option<&str>,
+        (register, study): (i64, Study),
+    ) -> Result<Self> {
+        let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
+        let mut file = HeardFile::new(format, None)?;
+        if !file.format.is_of_detections() {
+            let text = format!(
+                "format: {} is of the whole register, not of a dataset; take it from /api/v1/detections.csv",
+                file.format.name
+            );
+            return Err(malformed(text));
+        }
+        let query = &version.query;
+        file.narrowed = Narrowed::new(Some(&query.projects.join(";")), Some(&query.area), &study)
+            .map_err(|text| Error::refused(format!("The archive has changed since: {text}")))?;
+        file.without.clone_from(&query.without);
+        let mut range =
+            TimeRange { from_us: query.from_us.unwrap_or(0), to_us: query.to_us.unwrap_or(i64::MAX) };
+        if let Some(share) = share {
+            range.from_us = range.from_us.max(share.from_us.unwrap_or(i64::MIN));
+            range.to_us = range.to_us.min(share.to_us.unwrap_or(i64::MAX)).max(range.from_us);
+            let is_part = share.from_us.is_some() || share.to_us.is_some();
+            let limits = Limits::new(&share.tags, &share.area, share.precision_m, is_part);
+            file.limits = limits.map_err(malformed)?;
+        }
+        let systems = Some(query.vessels.iter().copied().map(Address).collect());
+        let tags = export::tags(Some(&query.tags.join(",")))?;
+        let wanted = DetectionsWanted { systems, range, came_from: None, tags };
+        let named = version.vessels.iter().filter(|vessel| !vessel.name.is_empty());
+        let names = named.map(|vessel| (vessel.system, vessel.name.clone())).collect();
+        Ok(Self { wanted, names, study, register, file })
+    }
+
+    /// What the file is called.
+    pub fn name(&self) -> String {
+        self.file.name()
+    }
+
+    /// The name of its format.
+    pub fn format(&self) -> &'static str {
+        self.file.format.name
+    }
+
+    /// What is asked, in words that differ when the bytes may.
+    pub fn question(&self) -> String {
+        let Self { wanted, names, register, file, .. } = self;
+        format!(
+            "{wanted:?} {names:?} {register} {} {:?} {:?} {:?}",
+            file.format.name, file.narrowed, file.without, file.limits
+        )
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// As [`heard::write()`].
+    pub fn write(&self, data: &Path, out: &mut dyn Write) -> store::Result<Exported> {
+        heard::write(data, &self.wanted, &self.names, &self.study, &self.file, out)
+    }
+
+    /// A number for the state of the archive: another one where the file may have other bytes.
+    ///
+    /// # Errors
+    /// The history cannot be read.
+    pub fn version(&self, data: &Path) -> store::Result<u64> {
+        let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
+        let range = self.file.read_range(self.wanted.range);
+        let carriers = Selection { messages, range, ..Selection::default() };
+        store::table_version(&mut Reader::open(data)?, &carriers)
+    }
+
+    /// The state of archive and register.
+    pub(super) fn state(&self, data: &Path) -> store::Result<(u64, i64)> {
+        Ok((self.version(data)?, self.register))
+    }
+
+    /// What the file has. It takes the place of an export while it is computed, and ends when nobody waits for it.
+    pub(super) async fn content(self: Arc<Self>, history: &History) -> Result<DatasetContent> {
+        let Ok(place) = Arc::clone(&history.exports).try_acquire_owned() else {
+            let text = "As many exports as may are running; try again in a moment.";
+            return Err(Error::new(ErrorKind::Busy, text));
+        };
+        let given_up = CancellationToken::new();
+        let _here = given_up.clone().drop_guard();
+        let data = history.data().to_owned();
+        let computed = crate::error::slow(move || {
+            let _place = place;
+            let Self { wanted, names, study, file, .. } = &*self;
+            heard::content(&data, wanted, names, study, file, &given_up)
+        });
+        Ok(computed.await??)
+    }
+}
+
+/// The vessels that the archive has, of which detections may be.
+pub(super) async fn recorded(history: &History) -> Result<Vec<u16>> {
+    let found = history.ask(|reader: &mut Reader| -> Result<Vec<u16>, StoreError> {
+        Ok(reader.systems()?.into_iter().map(|system| system.address.0).collect())
+    });
+    Ok(found.await?)
+}
+
+/// The format whose bytes are published.
+pub(super) const CANONICAL: &str = LUTRA.name;

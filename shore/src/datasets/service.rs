@@ -1,0 +1,572 @@
+//! Who may see, change, publish and share datasets.
+//!
+//! A dataset is of vessels. Who has the role researcher on all of them changes, publishes, shares and downloads it; who may see all of
+//! them reads what is published of it.
+
+use super::contents::{CANONICAL, Frozen, recorded};
+use super::links;
+use super::rows::{Create, Listed, Publish, Row, SetDraft, Withdraw};
+use crate::clock::Clock;
+use crate::error::{Error, ErrorKind, Result};
+use crate::history::History;
+use crate::identity::{People, Principal, Request, Secret, password};
+use crate::logbook::{NEWER, check_text};
+use crate::register::Register;
+use api::{
+    Dataset, DatasetAuthor, DatasetChange, DatasetCheck, DatasetContent, DatasetDraft, DatasetShare,
+    DatasetShareMade, DatasetShareRequest, DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal,
+    DatasetWithdrawn, LogWord, Role, ShareVisit,
+};
+use research::{Limits, Study, check_draft, citation, lacking};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Answers of checks that are kept.
+const CHECKS: usize = 1_000;
+/// So long the answer of a check is given again although the archive grew (µs): a boat that sails changes it every second.
+const CHECK_HOLDS_US: i64 = 600_000_000;
+/// Letters of a reason, and of what says for whom a link is.
+const REASON: usize = 2_000;
+const LABEL: usize = 100;
+/// Characters that a link's password has at least: it is given to somebody, not thought of by them.
+const PASSWORD: usize = 8;
+/// Days that a link opens at most.
+const DAYS: u32 = 730;
+const DAY_US: i64 = 86_400_000_000;
+
+/// A file that is checked: dataset, version, and the link by which it is given (0 for none).
+type Checked = (i64, u32, i64);
+
+/// The answer of a check, and of which state of archive and register it is.
+type Kept = ((u64, i64), DatasetCheck);
+
+/// The datasets; cheap to clone.
+#[derive(Clone)]
+pub struct Datasets {
+    pub(super) people: People,
+    pub(super) clock: Clock,
+    pub(super) history: History,
+    register: Register,
+    checks: Arc<Mutex<BTreeMap<Checked, Kept>>>,
+    /// One file is computed for checks at a time, so that strangers with a link leave places for exports.
+    checking: Arc<tokio::sync::Mutex<()>>,
+}
+
+impl Datasets {
+    pub(crate) fn new(people: People, clock: Clock, history: History, register: Register) -> Self {
+        Self { people, clock, history, register, checks: Arc::default(), checking: Arc::default() }
+    }
+
+    /// Those that the person may see, those that were made last first.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn list(&self, who: &Principal) -> Result<Vec<Dataset>> {
+        let rows = self.people.ask(Listed(None)).await?;
+        Ok(rows.into_iter().filter_map(|row| told(who, row)).collect())
+    }
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// There is none, or not for this person.
+    pub async fn one(&self, who: &Principal, id: i64) -> Result<Dataset> {
+        let row = self.people.ask(Listed(Some(id))).await?.into_iter().next();
+        row.and_then(|row| told(who, row)).ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, "There is no such dataset; GET /api/v1/datasets lists them.")
+        })
+    }
+
+    /// A published version of one.
+    ///
+    /// # Errors
+    /// There is none, or not for this person.
+    pub async fn version(&self, who: &Principal, id: i64, number: u32) -> Result<DatasetVersion> {
+        let dataset = self.one(who, id).await?;
+        find_version(&dataset.versions, number).cloned()
+    }
+
+    /// Makes a dataset.
+    ///
+    /// # Errors
+    /// The person may not, or the field that is named cannot be.
+    pub async fn create(&self, who: &Principal, from: String, draft: DatasetDraft) -> Result<Dataset> {
+        let (_, study) = self.register.study().await?;
+        let draft = checked(draft, &study)?;
+        may(who, &draft.query.vessels)?;
+        let (subject, by, now) = (draft.title.clone(), who.name.clone(), self.clock.utc());
+        let create = Create { draft, by, now };
+        let id = self.people.act(who, from, "dataset.create", subject, create).await?;
+        self.one(who, id).await
+    }
+
+    /// Has the draft say something else.
+    ///
+    /// # Errors
+    /// The person may not, nothing waits for publication, it was changed meanwhile, or the field that is named cannot be.
+    pub async fn change(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: DatasetChange,
+    ) -> Result<Dataset> {
+        let dataset = self.mine(who, id, change.revision).await?;
+        if dataset.draft.is_none() {
+            let text = "What is published never changes. Make a new version, and change that.";
+            return Err(Error::refused(text));
+        }
+        let (_, study) = self.register.study().await?;
+        let draft = checked(change.draft, &study)?;
+        may(who, &draft.query.vessels)?;
+        let subject = format!("{id} {}", draft.title);
+        self.act(who, from, "dataset.change", subject, SetDraft { id, revision: change.revision, draft })
+            .await?;
+        self.one(who, id).await
+    }
+
+    /// Makes a draft of the newest version, to be changed and published as the next one.
+    ///
+    /// # Errors
+    /// The person may not, there is a draft already, or no version yet.
+    pub async fn new_version(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        revision: u32,
+    ) -> Result<Dataset> {
+        let dataset = self.mine(who, id, revision).await?;
+        if dataset.draft.is_some() {
+            return Err(Error::refused("There is a draft already: change or publish that."));
+        }
+        let version = dataset.versions.first();
+        let version = version.ok_or_else(|| Error::refused("It has no version yet: publish it first."))?;
+        let draft = draft_of(version);
+        let subject = format!("{id} {}", draft.title);
+        self.act(who, from, "dataset.version", subject, SetDraft { id, revision, draft }).await?;
+        self.one(who, id).await
+    }
+
+    /// Publishes the draft: freezes its question, counts its rows and hashes its canonical CSV.
+    ///
+    /// # Errors
+    /// The person may not, it lacks something that the text names, it has no detections, or it was changed meanwhile.
+    pub async fn publish(&self, who: &Principal, from: String, id: i64, revision: u32) -> Result<Dataset> {
+        let dataset = self.mine(who, id, revision).await?;
+        let draft = dataset.draft.ok_or_else(|| {
+            Error::refused("Nothing of it waits for publication. Make a new version first.")
+        })?;
+        let (register, study) = self.register.study().await?;
+        let draft = checked(draft, &study)?;
+        let wrong = lacking(&draft);
+        if !wrong.is_empty() {
+            return Err(malformed(told_wrong(wrong)));
+        }
+        let number = dataset.versions.first().map_or(0, |version| version.number) + 1;
+        let mut version = self.frozen_version(who, draft, number, &study).await?;
+        let frozen = Frozen::new(&version, None, Some(CANONICAL), (register, study))?;
+        version.content = Arc::new(frozen).content(&self.history).await?;
+        if version.content.rows == 0 {
+            let text = "It has no detections. Choose a longer time, more vessels, or all tags.";
+            return Err(Error::refused(text));
+        }
+        version.citation = citation(&version);
+        let subject = format!("{id} {}, version {number}, {} rows", version.title, version.content.rows);
+        self.act(who, from, "dataset.publish", subject, Publish { id, revision, version }).await?;
+        self.one(who, id).await
+    }
+
+    /// A draft as it is published now, before its file is computed.
+    async fn frozen_version(
+        &self,
+        who: &Principal,
+        draft: DatasetDraft,
+        number: u32,
+        study: &Study,
+    ) -> Result<DatasetVersion> {
+        let now_us = self.clock.utc().micros();
+        let mut query = draft.query;
+        if query.vessels.is_empty() {
+            query.vessels = recorded(&self.history).await?;
+        }
+        if query.vessels.is_empty() {
+            return Err(Error::refused("Nothing is recorded yet that could be published."));
+        }
+        query.to_us = Some(query.to_us.map_or(now_us, |to_us| to_us.min(now_us)));
+        let named = self.people.vessels();
+        let name = |system: u16| {
+            let found = named.iter().find(|vessel| vessel.address == system);
+            DatasetVessel { system, name: found.map(|vessel| vessel.name.clone()).unwrap_or_default() }
+        };
+        let person = |name: &String| {
+            let person = study.person_named(name);
+            let of =
+                |text: fn(&api::RegisterPerson) -> &String| person.map(text).cloned().unwrap_or_default();
+            DatasetAuthor {
+                name: name.clone(),
+                orcid: of(|person| &person.orcid),
+                affiliation: of(|person| &person.affiliation),
+            }
+        };
+        Ok(DatasetVersion {
+            number,
+            title: draft.title,
+            description: draft.description,
+            publisher: draft.publisher,
+            authors: draft.authors.iter().map(person).collect(),
+            licence: draft.licence,
+            embargo_until: draft.embargo_until,
+            doi: draft.doi,
+            vessels: query.vessels.iter().copied().map(name).collect(),
+            query,
+            content: DatasetContent::default(),
+            published: LogWord { by: who.name.clone(), time_us: now_us },
+            citation: String::new(),
+        })
+    }
+
+    /// Withdraws a dataset: it stays and is named, its links end, and nobody gets its data.
+    ///
+    /// # Errors
+    /// The person may not, no reason is given, or it was changed meanwhile.
+    pub async fn withdraw(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        asked: DatasetWithdrawal,
+    ) -> Result<Dataset> {
+        let dataset = self.mine(who, id, asked.revision).await?;
+        let reason = check_text("reason", &asked.reason, 1..=REASON)?;
+        let title = dataset.versions.first().map(|version| version.title.clone());
+        let title = title.or(dataset.draft.map(|draft| draft.title)).unwrap_or_default();
+        let (by, now) = (who.name.clone(), self.clock.utc());
+        let withdraw = Withdraw { id, revision: asked.revision, by, reason, now };
+        self.act(who, from, "dataset.withdraw", format!("{id} {title}"), withdraw).await?;
+        self.one(who, id).await
+    }
+
+    /// What a file of a published version is made of.
+    ///
+    /// # Errors
+    /// There is no such version, or not for this person; it was withdrawn; or the format is none.
+    pub async fn file(&self, who: &Principal, id: i64, number: u32, format: Option<&str>) -> Result<Frozen> {
+        let dataset = self.one(who, id).await?;
+        let version = find_version(&dataset.versions, number)?;
+        may(who, &version.query.vessels)?;
+        is_not_withdrawn(&dataset)?;
+        self.frozen(version, None, format).await
+    }
+
+    pub(super) async fn frozen(
+        &self,
+        version: &DatasetVersion,
+        share: Option<&DatasetShare>,
+        format: Option<&str>,
+    ) -> Result<Frozen> {
+        Frozen::new(version, share, Some(format.unwrap_or(CANONICAL)), self.register.study().await?)
+    }
+
+    /// Whether the archive still gives the bytes of a published version.
+    ///
+    /// # Errors
+    /// There is no such version, or not for this person; too much else is computed; or the archive cannot be read.
+    pub async fn check(&self, who: &Principal, id: i64, number: u32) -> Result<DatasetCheck> {
+        let frozen = self.file(who, id, number, None).await?;
+        let version = self.version(who, id, number).await?;
+        self.checked((id, number, 0), frozen, &version.content).await
+    }
+
+    /// Whether a file still has what was said of it; it is computed where that is not known.
+    pub(super) async fn checked(
+        &self,
+        of: Checked,
+        frozen: Frozen,
+        said: &DatasetContent,
+    ) -> Result<DatasetCheck> {
+        let _one = self.checking.lock().await;
+        let frozen = Arc::new(frozen);
+        let (data, asked) = (self.history.data().to_owned(), Arc::clone(&frozen));
+        let state = crate::error::slow(move || asked.state(&data)).await??;
+        let now_us = self.clock.utc().micros();
+        if let Some((known, check)) = self.checks().get(&of)
+            && (*known == state || now_us.saturating_sub(check.checked_us) < CHECK_HOLDS_US)
+        {
+            return Ok(check.clone());
+        }
+        let now = frozen.content(&self.history).await?;
+        let is_same = now.sha256 == said.sha256;
+        let (rows, rows_now) = (said.rows, now.rows);
+        let text = match (is_same, rows == rows_now) {
+            (true, _) => "The archive still gives exactly these bytes.".to_owned(),
+            (false, false) => format!("The archive has changed since: {rows} rows then, {rows_now} now."),
+            (false, true) => format!(
+                "The archive or the register has changed since: {rows} rows then and now, but other bytes."
+            ),
+        };
+        let check =
+            DatasetCheck { checked_us: now_us, is_same, rows, rows_now, sha256_now: now.sha256, text };
+        let mut checks = self.checks();
+        if checks.len() >= CHECKS {
+            checks.clear();
+        }
+        checks.insert(of, (state, check.clone()));
+        drop(checks);
+        Ok(check)
+    }
+
+    fn checks(&self) -> std::sync::MutexGuard<'_, BTreeMap<Checked, Kept>> {
+        // What a panic left is as good as before: every change of it is one insert.
+        self.checks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Links of a dataset, the newest first.
+    ///
+    /// # Errors
+    /// The person may not see them.
+    pub async fn shares(&self, who: &Principal, id: i64) -> Result<Vec<DatasetShare>> {
+        self.changeable(who, id).await?;
+        Ok(self.people.ask(links::Of(id)).await?)
+    }
+
+    /// How a link of a dataset was used, the newest first.
+    ///
+    /// # Errors
+    /// The person may not see it.
+    pub async fn visits(&self, who: &Principal, id: i64, share: i64) -> Result<Vec<ShareVisit>> {
+        self.changeable(who, id).await?;
+        Ok(self.people.ask(links::Visits { dataset: id, share }).await?)
+    }
+
+    /// Makes a link.
+    ///
+    /// # Errors
+    /// The person may not, the field that is named cannot be, or it would give nothing.
+    pub async fn share(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        asked: DatasetShareRequest,
+    ) -> Result<DatasetShareMade> {
+        let dataset = self.changeable(who, id).await?;
+        is_not_withdrawn(&dataset)?;
+        let newest = dataset.versions.first().map(|version| version.number);
+        let number = asked.version.or(newest);
+        let number = number.ok_or_else(|| Error::refused("It has no version yet: publish it first."))?;
+        let version = find_version(&dataset.versions, number)?;
+        let mut share = self.checked_share(who, &asked, number)?;
+        share.content = self.content_of(version, &share).await?;
+        if share.content.rows == 0 {
+            return Err(Error::refused("The link would give no detections: leave out less."));
+        }
+        let kept =
+            if asked.password.is_empty() { None } else { Some(self.people.hash(asked.password).await?) };
+        let secret = Secret::random();
+        let subject = format!("{id} {}, version {number}, for {}", version.title, share.label);
+        let add = links::Add { dataset: id, hash: secret.hash(), password: kept, share };
+        let number = self.act(who, from, "dataset.share", subject, add).await?;
+        let share = self.people.ask(links::Of(id)).await?.into_iter().find(|share| share.id == number);
+        let share = share.ok_or_else(|| Error::new(ErrorKind::NotFound, "The link is gone."))?;
+        Ok(DatasetShareMade { share, path: format!("/s/{}", secret.text()) })
+    }
+
+    /// A link as it is asked for, if it can be.
+    fn checked_share(
+        &self,
+        who: &Principal,
+        asked: &DatasetShareRequest,
+        version: u32,
+    ) -> Result<DatasetShare> {
+        let label = check_text("label", &asked.label, 1..=LABEL)?;
+        if !(1..=DAYS).contains(&asked.days) {
+            return Err(malformed(format!("days: a link opens 1 to {DAYS} days")));
+        }
+        if !asked.password.is_empty() {
+            password::check_new("lutra", &asked.password, PASSWORD)
+                .map_err(|text| malformed(format!("password: {text}")))?;
+        }
+        for (field, time) in [("from_us", asked.from_us), ("to_us", asked.to_us)] {
+            if time.is_some_and(|time| !(0..=9_007_199_254_740_991).contains(&time)) {
+                return Err(malformed(format!(
+                    "{field}: is no time from 1970 to 2255; give µs since 1970 UTC"
+                )));
+            }
+        }
+        if asked.from_us.zip(asked.to_us).is_some_and(|(from, to)| to <= from) {
+            return Err(malformed("to_us: the end is not after the beginning"));
+        }
+        let tags: Vec<String> =
+            asked.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
+        if tags.len() > 200 {
+            return Err(malformed(format!("tags: there are {}, 200 may be", tags.len())));
+        }
+        Limits::new(&tags, &asked.area, asked.precision_m, false).map_err(malformed)?;
+        let now_us = self.clock.utc().micros();
+        Ok(DatasetShare {
+            id: 0,
+            version,
+            label,
+            has_password: !asked.password.is_empty(),
+            expires_us: now_us + i64::from(asked.days) * DAY_US,
+            from_us: asked.from_us,
+            to_us: asked.to_us,
+            tags,
+            area: asked.area.trim().to_owned(),
+            precision_m: asked.precision_m,
+            content: DatasetContent::default(),
+            made: LogWord { by: who.name.clone(), time_us: now_us },
+            revoked: None,
+            views: 0,
+            downloads: 0,
+            used_us: None,
+        })
+    }
+
+    /// What a link gives: the version itself where it leaves nothing out.
+    async fn content_of(&self, version: &DatasetVersion, share: &DatasetShare) -> Result<DatasetContent> {
+        let is_whole = share.from_us.is_none()
+            && share.to_us.is_none()
+            && share.tags.is_empty()
+            && share.area.is_empty()
+            && share.precision_m.is_none();
+        if is_whole {
+            return Ok(version.content.clone());
+        }
+        let frozen = self.frozen(version, Some(share), None).await?;
+        Arc::new(frozen).content(&self.history).await
+    }
+
+    /// Revokes a link.
+    ///
+    /// # Errors
+    /// The person may not, or it is revoked already.
+    pub async fn revoke(&self, who: &Principal, from: String, id: i64, share: i64) -> Result<()> {
+        self.changeable(who, id).await?;
+        let known = self.people.ask(links::Of(id)).await?.into_iter().find(|one| one.id == share);
+        let known = known.ok_or_else(|| Error::new(ErrorKind::NotFound, "There is no such link."))?;
+        let subject = format!("{id}, link {share} for {}", known.label);
+        let revoke = links::Revoke { dataset: id, share, by: who.name.clone(), now: self.clock.utc() };
+        self.act(who, from, "dataset.share.revoke", subject, revoke).await
+    }
+
+    async fn act<R: Request>(
+        &self,
+        who: &Principal,
+        from: String,
+        action: &'static str,
+        subject: String,
+        request: R,
+    ) -> Result<R::Answer> {
+        Ok(self.people.act(who, from, action, subject, request).await?)
+    }
+
+    /// A dataset that the person may change.
+    async fn changeable(&self, who: &Principal, id: i64) -> Result<Dataset> {
+        let dataset = self.one(who, id).await?;
+        if dataset.may_change {
+            return Ok(dataset);
+        }
+        let text = "This takes the role researcher on all vessels of the dataset. Ask an admin.";
+        Err(Error::new(ErrorKind::Forbidden, text))
+    }
+
+    /// A dataset of this revision that the person may change, and that is not withdrawn.
+    async fn mine(&self, who: &Principal, id: i64, revision: u32) -> Result<Dataset> {
+        let dataset = self.changeable(who, id).await?;
+        is_not_withdrawn(&dataset)?;
+        if dataset.revision != revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        Ok(dataset)
+    }
+}
+
+pub(super) fn find_version(versions: &[DatasetVersion], number: u32) -> Result<&DatasetVersion> {
+    versions.iter().find(|version| version.number == number).ok_or_else(|| {
+        Error::new(
+            ErrorKind::NotFound,
+            "The dataset has no such version; GET /api/v1/datasets/{id} lists them.",
+        )
+    })
+}
+
+fn is_not_withdrawn(dataset: &Dataset) -> Result<()> {
+    let Some(withdrawn) = &dataset.withdrawn else { return Ok(()) };
+    Err(Error::new(ErrorKind::Gone, format!("The dataset was withdrawn: {}", withdrawn.reason)))
+}
+
+/// What is to be kept, if it can be.
+fn checked(mut draft: DatasetDraft, study: &Study) -> Result<DatasetDraft> {
+    let wrong = check_draft(&mut draft, study);
+    if wrong.is_empty() { Ok(draft) } else { Err(malformed(told_wrong(wrong))) }
+}
+
+fn told_wrong(wrong: Vec<(&str, String)>) -> String {
+    wrong.into_iter().map(|(field, text)| format!("{field}: {text}")).collect::<Vec<_>>().join("\n")
+}
+
+/// The draft with which a next version begins.
+fn draft_of(version: &DatasetVersion) -> DatasetDraft {
+    DatasetDraft {
+        title: version.title.clone(),
+        description: version.description.clone(),
+        publisher: version.publisher.clone(),
+        authors: version.authors.iter().map(|author| author.name.clone()).collect(),
+        licence: version.licence.clone(),
+        embargo_until: version.embargo_until.clone(),
+        // A DOI is that of one version.
+        doi: String::new(),
+        query: version.query.clone(),
+    }
+}
+
+/// Whether somebody has a role on all of these vessels; none named are all that there are.
+fn has(who: &Principal, vessels: &[u16], role: Role) -> bool {
+    if vessels.is_empty() {
+        return who.grants.everywhere() >= Some(role);
+    }
+    vessels.iter().all(|vessel| who.grants.on(*vessel) >= Some(role))
+}
+
+fn may(who: &Principal, vessels: &[u16]) -> Result<()> {
+    if has(who, vessels, Role::Researcher) {
+        return Ok(());
+    }
+    let text = if vessels.is_empty() {
+        "vessels: a dataset of all vessels takes the role researcher on all of them; name those of which you are researcher"
+    } else {
+        "vessels: this takes the role researcher on each of the dataset's vessels. Ask an admin."
+    };
+    Err(Error::new(ErrorKind::Forbidden, text))
+}
+
+/// A dataset as this person gets it; `None` where they may see nothing of it.
+fn told(who: &Principal, row: Row) -> Option<Dataset> {
+    let Row { id, revision, draft, by, made_us, withdrawn, versions } = row;
+    let may_change = draft
+        .iter()
+        .map(|draft| &draft.query)
+        .chain(versions.iter().map(|one| &one.query))
+        .all(|query| has(who, &query.vessels, Role::Researcher));
+    let draft = draft.filter(|_| may_change);
+    let sees = |version: &DatasetVersion| has(who, &version.query.vessels, Role::Viewer);
+    let versions: Vec<DatasetVersion> = versions.into_iter().filter(sees).collect();
+    if draft.is_none() && versions.is_empty() {
+        return None;
+    }
+    let state = match (&withdrawn, versions.is_empty()) {
+        (Some(_), _) => DatasetState::Withdrawn,
+        (None, true) => DatasetState::Draft,
+        (None, false) => DatasetState::Published,
+    };
+    let withdrawn =
+        withdrawn.map(|(by, time_us, reason)| DatasetWithdrawn { written: LogWord { by, time_us }, reason });
+    let made = LogWord { by, time_us: made_us };
+    Some(Dataset { id, revision, state, made, draft, versions, withdrawn, may_change })
+}
+
+pub(super) fn malformed(text: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
+}

@@ -1,0 +1,166 @@
+//! What somebody gets who has the address of a link and nothing else.
+//!
+//! The address opens one version of one dataset, as far as the link gives it. Who asks is never looked at: a person with every role
+//! gets no more by a link than a stranger.
+
+use super::contents::Frozen;
+use super::links::{By, Led, Visit};
+use super::service::{Datasets, find_version};
+use crate::error::Result;
+use crate::identity::{Refused, Secret, same};
+use api::{DatasetCheck, DatasetShare, DatasetVersion, ShareVisit, ShareVisitKind};
+use research::embargo_us;
+use std::net::IpAddr;
+
+/// How long a right password opens a link in a browser (µs).
+const OPEN_US: i64 = 43_200_000_000;
+
+/// Why a link gives nothing.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ShareClosed {
+    /// There is none with this address.
+    #[error("There is no link with this address. Look whether all of it was copied, or ask for a new one.")]
+    Unknown,
+    /// It was revoked.
+    #[error("This link was revoked by those who made it. Ask them for a new one.")]
+    Revoked,
+    /// Its time is over.
+    #[error("This link has ended. Ask those who made it for a new one.")]
+    Expired,
+    /// The dataset was withdrawn, and why.
+    #[error("The dataset was withdrawn: {0}")]
+    Withdrawn(String),
+}
+
+/// A link that holds.
+pub struct OpenShare {
+    /// The number of its dataset.
+    pub dataset: i64,
+    /// The link.
+    pub share: DatasetShare,
+    /// The version that it gives.
+    pub version: DatasetVersion,
+    /// Until when nobody gets the data (µs since 1970 UTC); absent where they may be had.
+    pub embargo_us: Option<i64>,
+    secret: Secret,
+    /// The password as it is kept.
+    password: Option<String>,
+}
+
+impl std::fmt::Debug for OpenShare {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("OpenShare").field("share", &self.share.id).finish_non_exhaustive()
+    }
+}
+
+impl Datasets {
+    /// The link with the secret that stands in an address.
+    ///
+    /// # Errors
+    /// app.db cannot be read, or, within, why the link gives nothing.
+    pub async fn open(&self, secret: &str) -> Result<std::result::Result<OpenShare, ShareClosed>> {
+        let Some(secret) = Secret::parse(secret) else { return Ok(Err(ShareClosed::Unknown)) };
+        let Some(Led { share, password, dataset }) = self.people.ask(By(secret.hash())).await? else {
+            return Ok(Err(ShareClosed::Unknown));
+        };
+        let now_us = self.clock.utc().micros();
+        if share.revoked.is_some() {
+            return Ok(Err(ShareClosed::Revoked));
+        }
+        if now_us >= share.expires_us {
+            return Ok(Err(ShareClosed::Expired));
+        }
+        if let Some((_, _, reason)) = dataset.withdrawn {
+            return Ok(Err(ShareClosed::Withdrawn(reason)));
+        }
+        let version = find_version(&dataset.versions, share.version)?.clone();
+        let embargo_us = embargo_us(&version.embargo_until).filter(|end_us| now_us < *end_us);
+        Ok(Ok(OpenShare { dataset: dataset.id, share, version, embargo_us, secret, password }))
+    }
+
+    /// What the browser of somebody keeps to whom a link was opened by its password.
+    ///
+    /// # Errors
+    /// The password is wrong, or was guessed too often.
+    pub async fn unlock(
+        &self,
+        open: &OpenShare,
+        password: String,
+        address: IpAddr,
+    ) -> std::result::Result<String, Refused> {
+        let Some(kept) = &open.password else { return Ok(open.key(self.clock.utc().micros())) };
+        let account = format!("link/{}", open.share.id);
+        let outcome = self.people.opens(account, password, kept.clone(), address).await;
+        if matches!(outcome, Err(Refused::WrongPassword)) {
+            let visit = self.visit(open, ShareVisitKind::WrongPassword, address, "");
+            self.people.change(visit).await?;
+        }
+        outcome.map(|()| open.key(self.clock.utc().micros()))
+    }
+
+    /// Whether a link is open to a browser that keeps this; always where it has no password.
+    pub fn is_unlocked(&self, open: &OpenShare, kept: Option<&str>) -> bool {
+        let Some((until, _)) = kept.and_then(|kept| kept.split_once('.')) else {
+            return open.password.is_none();
+        };
+        let until_us = until.parse::<i64>().unwrap_or_default();
+        let now_us = self.clock.utc().micros();
+        let is_ours = now_us < until_us && same(&open.key_until(until_us), kept.unwrap_or_default());
+        open.password.is_none() || is_ours
+    }
+
+    /// Writes down that a link was used, before anything is given.
+    ///
+    /// # Errors
+    /// app.db cannot be written: then nothing is given.
+    pub async fn note(
+        &self,
+        open: &OpenShare,
+        what: ShareVisitKind,
+        address: IpAddr,
+        file: &str,
+    ) -> Result<()> {
+        Ok(self.people.change(self.visit(open, what, address, file)).await?)
+    }
+
+    fn visit(&self, open: &OpenShare, what: ShareVisitKind, address: IpAddr, file: &str) -> Visit {
+        let time_us = self.clock.utc().micros();
+        let visit = ShareVisit { time_us, address: address.to_string(), what, file: file.to_owned() };
+        Visit { share: open.share.id, visit }
+    }
+
+    /// What a file that a link gives is made of.
+    ///
+    /// # Errors
+    /// There is no such format, or what the question names is no more.
+    pub async fn shared_file(&self, open: &OpenShare, format: Option<&str>) -> Result<Frozen> {
+        self.frozen(&open.version, Some(&open.share), format).await
+    }
+
+    /// Whether the archive still gives the bytes that the link's page names.
+    ///
+    /// # Errors
+    /// Too much else is computed, or the archive cannot be read.
+    pub async fn shared_check(&self, open: &OpenShare) -> Result<DatasetCheck> {
+        let frozen = self.shared_file(open, None).await?;
+        let of = (open.dataset, open.version.number, open.share.id);
+        self.checked(of, frozen, &open.share.content).await
+    }
+}
+
+impl OpenShare {
+    /// How the browser's part is called.
+    pub fn cookie_name(&self) -> String {
+        format!("lutra_link_{}", self.share.id)
+    }
+
+    fn key(&self, now_us: i64) -> String {
+        self.key_until(now_us.saturating_add(OPEN_US))
+    }
+
+    /// Follows from the address and from the password as it is kept, which nobody but the server has.
+    fn key_until(&self, until_us: i64) -> String {
+        let kept = self.password.as_deref().unwrap_or_default();
+        format!("{until_us}.{}", self.secret.derived(&format!("link {until_us} {kept}")))
+    }
+}
