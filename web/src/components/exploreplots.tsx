@@ -152,7 +152,7 @@ export function Abacus({ found, choose }: Part & Drawn) {
     <PlotFile title={t("Tags by time")} file="tags-by-time" numbers={() => abacusNumbers(found)} draw={draw}>
       {tags_all > tags.length && <p class="dim">{countedFrom(found) === undefined ? t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: count(tags_all) }) : t("The {shown} tags that were heard most, of at least {all}.", { shown: tags.length, all: count(tags_all) })}</p>}
       {tags.some(({ unconfirmed }) => unconfirmed > 0) && <p class="dim">{t("Hollow marks: nothing confirms these detections.")}</p>}
-      <p class="dim no-print">{t("Drag over a plot to look at a shorter time; From and To do the same. Escape or Back undoes it.")}</p>
+      <p class="dim no-print">{t("Drag over a plot to look at a shorter time; From and To do the same. Escape or Back undoes it.")} {t("From and To are times of report, by the vessel's clock; the plots show when tags were heard, by the receiver's.")}</p>
     </PlotFile>
   );
 }
