@@ -79,7 +79,7 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Escape");
   await whole.waitFor();
   same(span(), [null, null], "the time after Escape");
-  // Escape that closes the list of alarms undoes nothing; the next one undoes the last of two drags, not both.
+  // Escape that closes the list of alarms or the menu undoes nothing; the next one undoes the last of two drags, not both.
   await drag(plot, 0.3, 0.8);
   await page.waitForURL(/from=.*to=/);
   await whole.waitFor({ state: "detached" });
@@ -92,6 +92,12 @@ await inBrowser(async (open) => {
   await page.locator("#alarm-list").waitFor();
   await page.keyboard.press("Escape");
   await page.locator("#alarm-list").waitFor({ state: "hidden" });
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.locator("#menu-button").click();
+  await page.locator("#menu-button[aria-expanded=true]").waitFor();
+  await page.keyboard.press("Escape");
+  await page.locator("#menu-button[aria-expanded=false]").waitFor();
+  await page.setViewportSize({ width: 1440, height: 900 });
   await page.keyboard.press("Escape");
   await page.waitForFunction((from) => new URL(location.href).searchParams.get("from") === from, outer[0]);
   same(span(), outer, "the time of the drag before");
