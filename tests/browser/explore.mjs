@@ -79,6 +79,30 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Escape");
   await whole.waitFor();
   same(span(), [null, null], "the time after Escape");
+  // Escape that closes the list of alarms or the menu undoes nothing; the next one undoes the last of two drags, not both.
+  await drag(plot, 0.3, 0.8);
+  await page.waitForURL(/from=.*to=/);
+  await whole.waitFor({ state: "detached" });
+  await some.waitFor();
+  const outer = span();
+  await drag(plot, 0.4, 0.7);
+  await page.waitForFunction((from) => new URL(location.href).searchParams.get("from") !== from, outer[0]);
+  await some.waitFor();
+  await page.locator(".alarm-bar button.open").click();
+  await page.locator("#alarm-list").waitFor();
+  await page.keyboard.press("Escape");
+  await page.locator("#alarm-list").waitFor({ state: "hidden" });
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.locator("#menu-button").click();
+  await page.locator("#menu-button[aria-expanded=true]").waitFor();
+  await page.keyboard.press("Escape");
+  await page.locator("#menu-button[aria-expanded=false]").waitFor();
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await page.keyboard.press("Escape");
+  await page.waitForFunction((from) => new URL(location.href).searchParams.get("from") === from, outer[0]);
+  same(span(), outer, "the time of the drag before");
+  await page.keyboard.press("Escape");
+  await whole.waitFor();
   await drag(bars, 0.2, 0.95);
   await page.waitForURL(/from=.*to=/);
   await page.getByRole("button", { name: "Back to the question before" }).press("Enter");
@@ -108,7 +132,7 @@ await inBrowser(async (open) => {
   // Near a cut nothing is called whole, and what lies outside the axis is named with the way to see it.
   await page.route(/detections\/summary/, async (route) => {
     const answer = await (await route.fetch()).json();
-    const more = new URL(route.request().url()).searchParams.has("whole_axis") ? {} : { outside: 2, listened_outside_s: 5_400, left_out_before_us: 1_795_248_000_000_000 };
+    const more = new URL(route.request().url()).searchParams.has("whole_axis") ? {} : { outside: 2, listened_outside_s: 5_400, left_out_before_us: 1_795_248_000_000_000, confirmed_from_us: 1_795_334_400_000_000 };
     return route.fulfill({ json: { ...answer, ...more } });
   });
   await page.reload();

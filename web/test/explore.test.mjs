@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const outdir = await mkdtemp(join(tmpdir(), "lutra-explore-"));
 await build({ entryPoints: ["src/state/explore.ts", "src/api/looking.ts", "src/words/words.ts"].map((one) => join(web, one)), outdir, bundle: true, format: "esm", logLevel: "error", outExtension: { ".js": ".mjs" } });
-const { barNumbers, barsTitle, brushed, hoursText, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
+const { barNumbers, barsBegin, barsTitle, brushed, hoursText, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
 const { look, restOf } = await import(join(outdir, "api/looking.mjs"));
 const { count } = await import(join(outdir, "words/words.mjs"));
 
@@ -61,15 +61,21 @@ test("a time that is drawn over a plot is of whole steps", () => {
   assert.deepEqual(brushed(1_250, 1_010, 1_000, 100), { from: 1_000, to: 1_300 });
   assert.deepEqual(brushed(1_100, 1_200, 1_000, 100), { from: 1_100, to: 1_200 });
   assert.deepEqual(brushed(1_100, 1_100, 1_000, 100), { from: 1_100, to: 1_200 });
+  // Bars of weeks begin on Monday 16 November, the plots on Saturday 21: a drag over the first two bars is of both weeks, whole.
+  const [week, from_us] = [7 * 86_400e6, us("2026-11-21T08:00Z")];
+  const begin = barsBegin({ from_us, bars: [{ from_us: us("2026-11-16T00:00Z"), detections: 1, unconfirmed: 0, listened_s: null }] });
+  assert.deepEqual(brushed(from_us, us("2026-11-25T00:00Z"), begin, week), { from: us("2026-11-16T00:00Z"), to: us("2026-11-30T00:00Z") });
+  assert.deepEqual([barsBegin({ from_us, bars: [] }), barsBegin({ from_us: null, bars: [] })], [from_us, 0]);
   assert.deepEqual([30, 90, 5_400, 36_000_000].map((s) => hoursText(s)), ["30 s", "2 min", "2 h", "10,000 h"]);
 });
 
 test("how many nothing confirms is empty where it is not known", () => {
   const bar = (from_us) => ({ from_us, detections: 3, unconfirmed: 1, listened_s: null });
   const rows = (cut) => barNumbers({ bars: [bar(us("2026-11-21T12:00Z")), bar(us("2026-11-22T12:00Z"))], bar_us: 3_600e6, ...cut }).rows.map((row) => row[3]);
-  assert.deepEqual(rows({ left_out_before_us: null, read_from_us: null }), [1, 1]);
-  assert.deepEqual(rows({ left_out_before_us: us("2026-11-21T12:00Z"), read_from_us: null }), [null, 1]);
-  assert.deepEqual(rows({ left_out_before_us: null, read_from_us: us("2026-11-22T00:00Z") }), [null, null]);
+  assert.deepEqual(rows({ confirmed_from_us: null }), [1, 1]);
+  // Also where nothing that was asked for is left out: what lies before it may confirm its first day.
+  assert.deepEqual(rows({ left_out_before_us: null, read_from_us: null, confirmed_from_us: us("2026-11-22T12:00Z") }), [null, 1]);
+  assert.deepEqual(rows({ confirmed_from_us: us("2026-11-23T00:00Z") }), [null, null]);
 });
 
 test("the whole axis is asked for with the numbers", () => {

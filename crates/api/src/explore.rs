@@ -101,6 +101,10 @@ pub struct DetectionsSummary {
     /// null where none are.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub left_out_before_us: Option<i64>,
+    /// Of detections reported before this it is not known whether something confirms them, as not all of the day before them is
+    /// counted: none of them is called unconfirmed. µs since 1970 UTC; null where it is known of all.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub confirmed_from_us: Option<i64>,
     /// The server still reads: so far is counted what was reported from this time on, µs since 1970 UTC. Ask again soon. Null when
     /// everything is counted.
     #[cfg_attr(test, ts(type = "number | null"))]

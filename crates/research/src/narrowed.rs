@@ -20,8 +20,25 @@ impl Narrowed {
     /// There is no such project in the register, or the area is none; the text names the parameter and says what to do.
     pub fn new(projects: Option<&str>, area: Option<&str>, study: &Study) -> Result<Self, String> {
         let names = projects.unwrap_or_default().split(';').map(str::trim).filter(|name| !name.is_empty());
+        Self::of(names, area.map(str::trim).filter(|text| !text.is_empty()), study)
+    }
+
+    /// From projects by name, and the corners of an area. What is empty is refused: nobody is to get everything by an empty text.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn of<'n>(
+        projects: impl IntoIterator<Item = &'n str>,
+        area: Option<&str>,
+        study: &Study,
+    ) -> Result<Self, String> {
         let known = |name: &str| {
-            let found = study.project_named(name).map(|project| project.name.clone());
+            if name.trim().is_empty() {
+                return Err(
+                    "project: a name is empty; give the project's name, or leave it out for all".to_owned()
+                );
+            }
+            let found = study.project_named(name.trim()).map(|project| project.name.clone());
             found.ok_or_else(|| {
                 let shown: String = name.chars().take(60).collect();
                 format!(
@@ -29,9 +46,13 @@ impl Narrowed {
                 )
             })
         };
-        let area = area.map(str::trim).filter(|text| !text.is_empty()).map(str::parse).transpose();
+        if area.is_some_and(|text| text.trim().is_empty()) {
+            return Err("area: it is empty; give 3 to 100 corners as \"lat,lon;lat,lon;...\", or leave it out for everywhere"
+                .to_owned());
+        }
+        let area = area.map(|text| text.trim().parse()).transpose();
         let area = area.map_err(|error| format!("area: {error}"))?;
-        Ok(Self { projects: names.map(known).collect::<Result<_, _>>()?, area })
+        Ok(Self { projects: projects.into_iter().map(known).collect::<Result<_, _>>()?, area })
     }
 
     /// Whether it leaves nothing out.

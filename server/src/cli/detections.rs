@@ -5,8 +5,7 @@ use super::data::{Spreadsheet, folder, to_output, vessels};
 use super::say::say;
 use clap::{Args, Subcommand};
 use detections::TagFilter;
-use research::FORMATS;
-use shore::history::explore;
+use research::{FORMATS, Narrowed};
 use shore::history::heard::{self, HeardFile};
 use shore::identity::{Request as _, vessels as named, with};
 use shore::register::{All, study};
@@ -78,8 +77,8 @@ fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let ((_, rows), vessels) = with(&data, async |db| (All, named::List).run(db).await)?;
     let (study, names): (_, BTreeMap<u16, String>) =
         (study(rows), vessels.into_iter().map(|vessel| (vessel.address, vessel.name)).collect());
-    let projects = arguments.projects.join(";");
-    let narrowed = explore::narrowed(Some(&projects), arguments.area.as_deref(), &study)?;
+    let projects = arguments.projects.iter().map(String::as_str);
+    let narrowed = Narrowed::of(projects, arguments.area.as_deref(), &study).map_err(anyhow::Error::msg)?;
     let file = HeardFile { narrowed, ..file };
     to_output(arguments.output.as_deref(), true, &mut |out| {
         Ok(heard::write(&data, &wanted, &names, &study, &file, out)?)

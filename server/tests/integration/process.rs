@@ -483,6 +483,9 @@ fn detections_of_projects_and_areas_are_exported() {
     assert_eq!(rows(&[&["--project", "Salmon"], &area[..]].concat()), 1);
     for (more, text) in [
         (["--project", "Perch"], "project: the register has no project `Perch`"),
+        (["--project", ""], "project: a name is empty"),
+        (["--project", "Salmon;Trout"], "project: the register has no project `Salmon;Trout`"),
+        (["--area", " "], "area: it is empty"),
         (["--area", "1,2"], "area:"),
         (["--area", "63,10;64,11;64,10;63,11"], "area: the sides from corner 1"),
     ] {

@@ -11,7 +11,7 @@
 //! To count takes memory for each detection, some 70 bytes: so a question is [`Explorer::prepare`]d, and counted when it has its turn.
 
 use super::export;
-use super::shelf::{Found, Kept, STRETCHES, Shelf, Unread, Wanted};
+use super::shelf::{Found, Kept, Shelf, Unread, Wanted};
 use api::{DetectionsSummary, DetectionsSummaryQuery};
 use imc::Address;
 use research::{HORIZON_S, Narrowed, Question, Ranks, Sightings, SightingsBuilder, Study};
@@ -27,8 +27,8 @@ const MOST: usize = 2_000_000;
 pub const PATIENCE: Duration = Duration::from_millis(200);
 /// Detections that are read at once, and the bytes of their texts.
 const PAGE: Page = Page { skip: 0, rows: 20_000, bytes: 16 << 20 };
-/// A stretch is read again at the earliest after so many times what that takes: a month after ten times.
-const REST: u32 = 10 * STRETCHES;
+/// A month is read again at the earliest after so many times what that takes.
+const REST: u32 = 10;
 
 /// Detections in memory; cheap to clone.
 #[derive(Debug, Clone)]
@@ -78,7 +78,7 @@ impl Explorer {
         Self::holding(data, MOST, REST)
     }
 
-    /// Keeps so many detections, and reads a stretch again after so many times what that takes.
+    /// Keeps so many detections, and reads a month again after so many times what that takes.
     fn holding(data: &Path, most: usize, rest: u32) -> Self {
         let page = Page { rows: PAGE.rows.min(most / 100).max(1), ..PAGE };
         let state = State { shelf: Shelf::new(most, rest), is_reading: false, trouble: None };
@@ -104,8 +104,12 @@ impl Explorer {
         };
         let mut months = Vec::new();
         for month in store::months(reader)? {
-            if !month.within(range).is_empty() {
-                months.push((month, store::acoustic_version(reader, month)?));
+            if month.within(range).is_empty() {
+                continue;
+            }
+            // Days in which these vessels told nothing need no reading.
+            if let Some(heard) = reader.acoustic_extent(&question.vessels, month)? {
+                months.push((month, heard, store::acoustic_version(reader, month)?));
             }
         }
         let wanted = Wanted::new(months.into_iter(), range, question.vessels.clone());
@@ -123,6 +127,10 @@ impl Explorer {
         DetectionsSummary {
             read_from_us: found.read_from_us,
             left_out_before_us: left_out(&found, question),
+            // A cut before the time asked for leaves out what may confirm its first day.
+            confirmed_from_us: whole_from_us
+                .map(|whole_us| whole_us.saturating_add(HORIZON_S * 1_000_000))
+                .filter(|confirmed_us| *confirmed_us > question.from_us),
             ..summary
         }
     }

@@ -16,19 +16,24 @@ fn fill(data: &Path, from: u32, count: u32, every_s: u32) {
 }
 
 fn fill_of(vessel: u16, data: &Path, from: u32, count: u32, every_s: u32) {
+    let at_s: Vec<i64> = (from..from + count).map(|at| i64::from(START_S + at * every_s)).collect();
+    fill_at(vessel, data, from, &at_s);
+}
+
+/// A detection at each of these times, by the vessel's clock.
+fn fill_at(vessel: u16, data: &Path, from: u32, at_s: &[i64]) {
     let mut store = Store::open(data).unwrap();
-    for at in from..from + count {
-        let seconds = START_S + at * every_s;
+    for (at, seconds) in (from..).zip(at_s) {
         let tag = TBRFishTag {
             serial_no: 1_024,
-            unix_timestamp: seconds,
+            unix_timestamp: u32::try_from(*seconds).unwrap_or(START_S),
             trans_protocol: 6_u8.into(),
             trans_id: 100 + at.wrapping_mul(2_654_435_761) % 300,
             lat: Some(1.1 + f64::from(at % 1_000) * 1e-7),
             lon: Some(0.2),
             ..TBRFishTag::default()
         };
-        let received = UtcTime::from_micros(i64::from(seconds) * 1_000_000);
+        let received = UtcTime::from_micros(seconds * 1_000_000);
         let header = Header {
             timestamp: received.seconds(),
             src: Address(vessel),
@@ -109,6 +114,51 @@ fn more_than_there_is_room_for_is_left_out_the_oldest_first_and_said_so() {
     assert_eq!((old.detections, old.left_out_before_us), (1, None));
 }
 
+/// Clocks that stood in 1970, 1980, 1999 or 2110: the history keeps what has no believable time too, and nothing of it is lost.
+#[test]
+fn reports_of_no_believable_time_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at_s = [5, 315_532_800, 946_684_799, i64::from(START_S), 4_102_444_800, 4_418_064_000];
+    fill_at(BOAT, folder.path(), 0, &at_s);
+    let explorer = holding(folder.path(), 20, REST);
+    let found = ask(&explorer, &all());
+    assert_eq!((found.detections, found.left_out_before_us, found.read_from_us), (6, None, None));
+    for seconds in at_s {
+        let (from_us, to_us) = (seconds * 1_000_000, seconds * 1_000_000 + 1);
+        assert_eq!(ask(&explorer, &Question { from_us, to_us, ..all() }).detections, 1, "{seconds}");
+    }
+}
+
+/// What lies before the time asked for may confirm its first day: where there is no room for that, nothing of that day is called
+/// unconfirmed, and the answer says so though it has all that was asked for.
+#[test]
+fn near_a_cut_the_answer_says_since_when_it_is_known_what_nothing_confirms() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path(), 0, 20, 3_600);
+    let explorer = holding(folder.path(), 10, REST);
+    let us = |at: u32| i64::from(START_S + at * 3_600) * 1_000_000;
+    let found = ask(&explorer, &Question { from_us: us(15), ..all() });
+    assert_eq!((found.detections, found.left_out_before_us, found.read_from_us), (5, None, None));
+    let confirmed_us = found.confirmed_from_us.unwrap();
+    assert!((us(15)..=us(10) + 86_400_000_000).contains(&confirmed_us), "{confirmed_us}");
+    assert_eq!(ask(&Explorer::new(folder.path()), &all()).confirmed_from_us, None);
+}
+
+/// Of months and days in which these vessels told nothing, nothing is read.
+#[test]
+fn days_without_a_report_are_not_wanted() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path(), 0, 10, 60);
+    fill_of(BOAT + 1, folder.path(), 0, 20, 5 * 86_400);
+    let (explorer, mut reader) = (Explorer::new(folder.path()), Reader::open(folder.path()).unwrap());
+    let mut stretches = |vessels: &[u16]| {
+        let question = Question { vessels: vessels.iter().copied().collect(), ..all() };
+        explorer.prepare(&mut reader, question, LONG).unwrap().wanted.stretches.len()
+    };
+    assert_eq!([stretches(&[BOAT]), stretches(&[BOAT + 2])], [1, 0]);
+    assert_eq!(stretches(&[BOAT + 1]), stretches(&[BOAT, BOAT + 1]));
+}
+
 #[test]
 fn the_same_question_gets_the_same_answer_where_there_is_no_room_for_all() {
     let folder = tempfile::tempdir().unwrap();
@@ -184,8 +234,8 @@ fn the_first_days_of_a_full_month_are_reached() {
     let found = ask(&explorer, &full);
     assert_eq!(
         (found.detections, found.left_out_before_us.is_some()),
-        (25, true),
-        "five of December lie beside"
+        (30, true),
+        "those of December come more than a day later"
     );
 }
 

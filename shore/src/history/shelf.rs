@@ -11,15 +11,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::TimeRange;
+use units::UtcTime;
 
 /// A vessel's stretch: when the stretch begins (µs), and the vessel.
 type Key = (i64, u16);
 
 /// A stretch is no longer (µs), and ends with its month: some days of a month that has more than there is room for are there when
-/// they are asked for.
+/// they are asked for. The last stretch of what has no believable time, decades before and after all months, reaches to its end.
 const STRETCH_US: i64 = 4 * 86_400_000_000;
 /// Stretches of a month at most. They have one version, so that a message more has all of them read again.
-pub(super) const STRETCHES: u32 = 8;
+const STRETCHES: u32 = 8;
 
 /// What a question is about.
 #[derive(Debug, Clone)]
@@ -104,7 +105,7 @@ pub(super) struct Reading {
 pub(super) struct Shelf {
     /// How much it holds (`Sightings::weight`).
     most: usize,
-    /// A stretch is read again at the earliest after so many times what that takes.
+    /// A stretch is read again at the earliest after so many times what all of its month took: they have one version.
     rest: u32,
     stretches: BTreeMap<Key, Stretch>,
     /// Counts questions.
@@ -155,8 +156,11 @@ impl Shelf {
                 let is_new = known.version == *version;
                 match known.reach {
                     Reach::From(_) => false,
-                    Reach::Cut(_) => known.read_for == asked || !self.may_grow(known, is_new, &others, now),
-                    Reach::Whole => is_new || !self.is_rested(known, now),
+                    Reach::Cut(_) => {
+                        known.read_for == asked
+                            || !self.may_grow((stretch.from_us, known), is_new, &others, now)
+                    }
+                    Reach::Whole => is_new || !self.is_rested(stretch.from_us, known, now),
                 }
             };
             let mut vessels: BTreeSet<u16> =
@@ -178,13 +182,39 @@ impl Shelf {
 
     /// Whether a stretch that was cut may be longer when it is read again: there is room that nobody asked for since. What others
     /// asked for since waits, lest two questions that have no room together take it from each other without end.
-    fn may_grow(&self, known: &Stretch, is_new: bool, others: &[&Stretch], now: Instant) -> bool {
+    fn may_grow(
+        &self,
+        (from_us, known): (i64, &Stretch),
+        is_new: bool,
+        others: &[&Stretch],
+        now: Instant,
+    ) -> bool {
         let is_idle = |other: &&Stretch| other.asked <= known.read_for;
-        others.iter().any(is_idle) || (self.is_rested(known, now) && (!is_new || !others.is_empty()))
+        others.iter().any(is_idle) || (self.is_rested(from_us, known, now) && (!is_new || !others.is_empty()))
     }
 
-    fn is_rested(&self, known: &Stretch, now: Instant) -> bool {
-        known.read.is_none_or(|(at, took)| now.saturating_duration_since(at) >= took * self.rest)
+    fn is_rested(&self, from_us: i64, known: &Stretch, now: Instant) -> bool {
+        let Some((at, _)) = known.read else { return true };
+        now.saturating_duration_since(at) >= self.month_took(from_us).saturating_mul(self.rest)
+    }
+
+    /// How long it took to read all stretches of a stretch's month.
+    fn month_took(&self, from_us: i64) -> Duration {
+        let month = |us: i64| {
+            let civil = UtcTime::from_micros(us).civil();
+            (civil.year, civil.month)
+        };
+        let far_us = i64::from(STRETCHES) * STRETCH_US;
+        let near = (from_us.saturating_sub(far_us), 0)..=(from_us.saturating_add(far_us), u16::MAX);
+        let mut took = BTreeMap::<i64, Duration>::new();
+        for ((begin_us, _), one) in self.stretches.range(near) {
+            if let Some((_, of_one)) = one.read.filter(|_| month(*begin_us) == month(from_us)) {
+                // Its vessels are read together.
+                let known = took.entry(*begin_us).or_default();
+                *known = of_one.max(*known);
+            }
+        }
+        took.into_values().fold(Duration::ZERO, Duration::saturating_add)
     }
 
     fn is_cut(&self, stretch: TimeRange, vessels: &BTreeSet<u16>) -> bool {
@@ -329,14 +359,15 @@ impl Shelf {
 }
 
 impl Wanted {
-    /// What of these months, the oldest first, lies within a range; each with its version.
+    /// What of these months, the oldest first, lies within a range; each with the time from which there is something, and its version.
     pub(super) fn new(
-        months: impl DoubleEndedIterator<Item = (TimeRange, u64)>,
+        months: impl DoubleEndedIterator<Item = (TimeRange, TimeRange, u64)>,
         range: TimeRange,
         vessels: BTreeSet<u16>,
     ) -> Self {
-        let of = |(month, version)| {
-            stretches(month).filter(|one| !one.within(range).is_empty()).map(move |one| (one, version))
+        let of = |(month, heard, version): (TimeRange, TimeRange, u64)| {
+            let is_wanted = move |one: &TimeRange| !one.within(range).within(heard).is_empty();
+            stretches(month).filter(is_wanted).map(move |one| (one, version))
         };
         Self { stretches: months.rev().flat_map(of).collect(), vessels }
     }
@@ -354,9 +385,10 @@ impl Wanted {
 /// A month in stretches, the newest first. They lie where they do whatever is asked for, so that questions share them.
 fn stretches(month: TimeRange) -> impl Iterator<Item = TimeRange> {
     let begins = (0..i64::from(STRETCHES)).map(move |at| month.from_us.saturating_add(at * STRETCH_US));
-    let stretch =
-        move |from_us: i64| TimeRange { from_us, to_us: from_us.saturating_add(STRETCH_US) }.within(month);
-    begins.rev().map(stretch).filter(|one| !one.is_empty())
+    let ends = begins.clone().skip(1).chain([month.to_us]);
+    let stretch = move |(from_us, to_us): (i64, i64)| TimeRange { from_us, to_us }.within(month);
+    let all: Vec<TimeRange> = begins.zip(ends).map(stretch).filter(|one| !one.is_empty()).collect();
+    all.into_iter().rev()
 }
 
 #[cfg(test)]

@@ -74,7 +74,7 @@ fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
     let november = TimeRange { from_us: 1_793_491_200_000_000, to_us: 1_796_083_200_000_000 };
     let december = TimeRange { from_us: november.to_us, to_us: november.to_us + 31 * DAY_US };
     let of = |range: TimeRange| {
-        let months = [(november, 1), (december, 2)];
+        let months = [(november, november, 1), (december, december, 2)];
         Wanted::new(months.into_iter(), range, [1].into()).stretches
     };
     let all = of(TimeRange { from_us: 0, to_us: i64::MAX });
@@ -84,11 +84,58 @@ fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
         assert_eq!(pair[0].0.from_us, pair[1].0.to_us, "without gaps, the newest first");
     }
     assert_eq!(all[15].0.from_us, november.from_us);
+    // Of what a month has, no day before and after is wanted.
+    let heard = TimeRange { from_us: december.from_us + 5 * DAY_US, to_us: december.from_us + 6 * DAY_US };
+    let few = Wanted::new([(december, heard, 2)].into_iter(), december, [1].into()).stretches;
+    assert_eq!(
+        few,
+        [(TimeRange { from_us: december.from_us + 4 * DAY_US, to_us: december.from_us + 8 * DAY_US }, 2)]
+    );
     let some = of(TimeRange { from_us: november.from_us + 5 * DAY_US, to_us: november.from_us + 8 * DAY_US });
     assert_eq!(
         some,
         [(TimeRange { from_us: november.from_us + 4 * DAY_US, to_us: november.from_us + 8 * DAY_US }, 1)]
     );
+}
+
+/// A month's stretches reach without gaps from its begin to its end, however long it is: what has no believable time is decades.
+#[test]
+fn stretches_reach_to_the_end_of_what_they_are_of() {
+    for days in [28, 29, 30, 31, 10_957] {
+        let month = TimeRange { from_us: 0, to_us: days * DAY_US };
+        let all: Vec<TimeRange> = stretches(month).collect();
+        assert_eq!((all[0].to_us, all[all.len() - 1].from_us), (month.to_us, 0), "{days} days");
+        assert!(all.windows(2).all(|pair| pair[0].from_us == pair[1].to_us), "{days} days");
+    }
+    let far = TimeRange { from_us: 4_102_444_800_000_000, to_us: i64::MAX };
+    assert_eq!(stretches(far).next().map(|last| last.to_us), Some(i64::MAX));
+}
+
+/// A month that is read as a whole rests ten times as long as all of it takes, a short one no longer than ten times what it takes.
+#[test]
+fn a_month_rests_as_long_as_all_of_it_takes() {
+    let mut shelf = Shelf::new(100, 10);
+    // Two stretches of January 1970, and one of February.
+    let of = |day: i64| TimeRange { from_us: day * DAY_US, to_us: (day + 4) * DAY_US };
+    let all = |version: u64| Wanted {
+        stretches: [of(31), of(4), of(0)].map(|one| (one, version)).into(),
+        vessels: [1, 2].into(),
+    };
+    let begun = Instant::now();
+    let at = |seconds: u64| begun + Duration::from_secs(seconds);
+    let asked = shelf.ask(&all(1));
+    for (one, took_s) in shelf.unread(&all(1), asked, begun).into_iter().zip([3, 1, 2]) {
+        let mut reading = shelf.begin(one, asked, begun);
+        assert_eq!(shelf.take(&mut reading, BTreeMap::new(), None, at(took_s)), Kept::All);
+    }
+    let unread = |seconds: u64| -> Vec<i64> {
+        let unread = shelf.unread(&all(2), asked, at(seconds));
+        unread.iter().map(|one| one.stretch.from_us / DAY_US).collect()
+    };
+    assert_eq!(unread(30), [0_i64; 0]);
+    assert_eq!(unread(31), [4], "after ten times the 3 s of January, from 1 s on");
+    assert_eq!(unread(32), [4, 0]);
+    assert_eq!(unread(33), [31, 4, 0], "after ten times the 3 s of February, from 3 s on");
 }
 
 #[test]

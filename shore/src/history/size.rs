@@ -9,7 +9,7 @@ use research::{HORIZON_S, Rank, Ranks, Study};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use store::{DetectionsWanted, TimeRange};
+use store::{DetectionsWanted, Exported, TimeRange};
 
 /// Parts of which each is looked at.
 pub const PARTS: usize = 25;
@@ -42,7 +42,16 @@ impl Measured<'_> {
 
     /// The same, from so many detections.
     fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
-        if ranks.detections <= most || !self.file.format.is_of_detections() {
+        let is_of_detections = self.file.format.is_of_detections();
+        if ranks.detections == 0 && is_of_detections {
+            // However many others lie between: they need not be read.
+            let from_us = self.wanted.range.from_us;
+            let nothing = TimeRange { from_us, to_us: from_us };
+            let until = Instant::now() + SAMPLE_TIME;
+            let Exported { rows, bytes } = self.sample(data, nothing, nothing, most, until)?.fixed;
+            return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+        }
+        if ranks.detections <= most || !is_of_detections {
             let all = self.wanted.range;
             let found =
                 self.sample(data, all, self.file.read_range(all), most, Instant::now() + SAMPLE_TIME)?;
@@ -59,7 +68,7 @@ impl Measured<'_> {
     fn estimate(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         let until = Instant::now() + SAMPLE_TIME;
         let ends = ranks.parts.iter().skip(1).map(|part| part.from_us).chain([self.wanted.range.to_us]);
-        let (mut sums, mut seen, mut fixed) = ((0.0, 0.0), 0, store::Exported::default());
+        let (mut sums, mut seen, mut fixed) = ((0.0, 0.0), 0, Exported::default());
         for (Rank { from_us, detections }, to_us) in ranks.parts.iter().zip(ends) {
             let part = TimeRange { from_us: *from_us, to_us };
             // The neighbours before a part hardly change how long its rows are, and may be more than all that is read.

@@ -89,6 +89,17 @@ fn a_short_file_is_counted() {
     }
 }
 
+/// Nothing of a tag that was not heard, among more detections than are looked at: the header alone.
+#[test]
+fn a_file_without_detections_is_its_header_however_many_others_lie_between() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path());
+    for format in ["lutra", "vue", "fathom", "glatos", "thelma", "actel-biometrics"] {
+        let (told, file) = sizes(folder.path(), (START_S, START_S + WITHIN), "99999", format, 100);
+        assert_eq!(told, file, "{format}");
+    }
+}
+
 #[test]
 fn the_size_of_a_long_file_of_uneven_rows_is_told_within_a_tenth() {
     let folder = tempfile::tempdir().unwrap();

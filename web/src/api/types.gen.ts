@@ -1341,6 +1341,11 @@ listened_outside_s: number,
  */
 left_out_before_us: number | null, 
 /**
+ * Of detections reported before this it is not known whether something confirms them, as not all of the day before them is
+ * counted: none of them is called unconfirmed. µs since 1970 UTC; null where it is known of all.
+ */
+confirmed_from_us: number | null, 
+/**
  * The server still reads: so far is counted what was reported from this time on, µs since 1970 UTC. Ask again soon. Null when
  * everything is counted.
  */

@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { DetectionsSummary, SummaryTag } from "../api/types.gen";
-import { abacusNumbers, barNumbers, barsTitle, brushed, countedFrom, lengthText, ticks } from "../state/explore";
+import { abacusNumbers, barNumbers, barsBegin, barsTitle, brushed, countedFrom, lengthText, ticks } from "../state/explore";
 import { tagSeries } from "../state/tags";
 import { utc } from "../ui/format";
 import { count, t } from "../words/words";
@@ -66,10 +66,17 @@ function TimeAxis({ frame: { width, left, from, to, x }, y }: { readonly frame: 
 /** A hand must move so far before it draws, px. */
 const DRAWS_PX = 5;
 
-/** A plot over which a stretch of time is drawn, by mouse, pen or finger; Escape ends that without a choice. By keyboard the fields of the
- * page are the way. */
-function Brushed({ frame, high, step, label, choose, children }: Drawn & { readonly frame: Frame; readonly high: number; readonly step: number; readonly label: string; readonly children: ComponentChildren }) {
-  const [drawn, draw] = useState<readonly [number, number] | undefined>(undefined);
+/** What is drawn over a plot: where it began, px, and from when to when, µs: while the server still reads, the axis moves under the hand. */
+interface Brush {
+  readonly x: number;
+  readonly one: number;
+  readonly other: number;
+}
+
+/** A plot over which a stretch of time is drawn, by mouse, pen or finger, in whole steps from `begin`; Escape ends that without a choice.
+ * By keyboard the fields of the page are the way. */
+function Brushed({ frame, high, begin, step, label, choose, children }: Drawn & { readonly frame: Frame; readonly high: number; readonly begin: number; readonly step: number; readonly label: string; readonly children: ComponentChildren }) {
+  const [drawn, draw] = useState<Brush | undefined>(undefined);
   const pointer = useRef<number | undefined>(undefined);
   const at = ({ currentTarget, clientX }: PointerEvent): number => {
     const box = (currentTarget as SVGSVGElement).getBoundingClientRect();
@@ -93,20 +100,20 @@ function Brushed({ frame, high, step, label, choose, children }: Drawn & { reado
     if (event.button !== 0 || !event.isPrimary || at(event) < frame.left) return;
     (event.currentTarget as SVGSVGElement).setPointerCapture(event.pointerId);
     pointer.current = event.pointerId;
-    draw([at(event), at(event)]);
+    const us = frame.us(at(event));
+    draw({ x: at(event), one: us, other: us });
   };
   const move = (event: PointerEvent): void => {
-    if (drawn && pointer.current === event.pointerId) draw([drawn[0], at(event)]);
+    if (drawn && pointer.current === event.pointerId) draw({ ...drawn, other: frame.us(at(event)) });
   };
   const up = (event: PointerEvent): void => {
     if (!drawn || pointer.current !== event.pointerId) return;
-    const [one, other] = [drawn[0], at(event)];
     end();
-    if (Math.abs(one - other) < DRAWS_PX) return;
-    const { from, to } = brushed(frame.us(one), frame.us(other), frame.from, step);
+    if (Math.abs(drawn.x - at(event)) < DRAWS_PX) return;
+    const { from, to } = brushed(drawn.one, frame.us(at(event)), begin, step);
     choose(from, to);
   };
-  const [left, right] = drawn ? [Math.max(frame.left, Math.min(...drawn)), Math.min(frame.width - RIGHT, Math.max(...drawn))] : [0, 0];
+  const [left, right] = drawn ? [frame.x(Math.min(drawn.one, drawn.other)), frame.x(Math.max(drawn.one, drawn.other))] : [0, 0];
   return (
     <svg class="explore-plot brushed" viewBox={`0 0 ${frame.width} ${high + AXIS}`} role="img" aria-label={label} onPointerDown={down} onPointerMove={move} onPointerUp={up} onPointerCancel={end}>
       {children}
@@ -135,7 +142,7 @@ export function Abacus({ found, choose }: Part & Drawn) {
   const draw = (width: number) => {
     const frame = frameOf(found, width);
     return (
-      <Brushed frame={frame} high={tags.length * ROW} step={step_us} choose={choose} label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
+      <Brushed frame={frame} high={tags.length * ROW} begin={frame.from} step={step_us} choose={choose} label={t("Each tag's detections by time: {n} tags, {length} a mark. The numbers are in the CSV.", { n: tags.length, length: lengthText(step_us) })}>
         {tags.map((tag, row) => <TagRow key={`${tag.tag}/${tag.name}/${tag.animal}`} of={tag} row={row} step_us={step_us} frame={frame} />)}
         <TimeAxis frame={frame} y={tags.length * ROW + 4} />
       </Brushed>
@@ -145,7 +152,7 @@ export function Abacus({ found, choose }: Part & Drawn) {
     <PlotFile title={t("Tags by time")} file="tags-by-time" numbers={() => abacusNumbers(found)} draw={draw}>
       {tags_all > tags.length && <p class="dim">{countedFrom(found) === undefined ? t("The {shown} tags that were heard most, of {all}.", { shown: tags.length, all: count(tags_all) }) : t("The {shown} tags that were heard most, of at least {all}.", { shown: tags.length, all: count(tags_all) })}</p>}
       {tags.some(({ unconfirmed }) => unconfirmed > 0) && <p class="dim">{t("Hollow marks: nothing confirms these detections.")}</p>}
-      <p class="dim no-print">{t("Drag over a plot to look at a shorter time; From and To do the same. Escape or Back undoes it.")}</p>
+      <p class="dim no-print">{t("Drag over a plot to look at a shorter time; From and To do the same. Escape or Back undoes it.")} {t("From and To are times of report, by the vessel's clock; the plots show when tags were heard, by the receiver's.")}</p>
     </PlotFile>
   );
 }
@@ -162,7 +169,7 @@ function BarPlot({ found, title, file, value, unit, choose }: Part & Drawn & { r
       return `M${left.toFixed(1)} ${BARS}V${y(value(bar)).toFixed(1)}H${Math.max(left + 1, right - 1).toFixed(1)}V${BARS}z`;
     });
     return (
-      <Brushed frame={frame} high={BARS} step={found.bar_us} choose={choose} label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
+      <Brushed frame={frame} high={BARS} begin={barsBegin(found)} step={found.bar_us} choose={choose} label={t("{title}: at most {most}. The numbers are in the CSV.", { title, most: mostText })}>
         <text x={frame.left - 8} y={18} class="end">{mostText}</text>
         <text x={frame.left - 8} y={BARS} class="end">0</text>
         <path class="series-0" d={bars.join("")} />

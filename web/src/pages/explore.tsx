@@ -167,11 +167,11 @@ class Explore {
     if (looked) tell(looked, false);
   };
 
-  /** How large the file will be; asked once all is counted. Of more than the server counts nobody knows it. */
+  /** How large the file will be; asked once all is counted, where there are some. Of more than the server counts nobody knows it. */
   readonly measure = (): void => {
     const found = this.found.value;
     window.clearTimeout(this.timers.measure);
-    if (!this.may || !found || found.read_from_us !== null || found.left_out_before_us !== null) return;
+    if (!this.may || !found || found.detections === 0 || found.read_from_us !== null || found.left_out_before_us !== null) return;
     const path = this.sizePath;
     void this.size.ask(path).then((size) => {
       if (!size && path === this.sizePath) this.later(this.size, "measure", this.measure);

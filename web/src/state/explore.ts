@@ -84,10 +84,14 @@ export function countedFrom({ left_out_before_us, read_from_us }: DetectionsSumm
   return all.length ? Math.max(...all) : undefined;
 }
 
-/** From when on it is known which detections nothing confirms, where not all is counted, µs: what confirms one lies within a day. */
-export function confirmedFrom(found: DetectionsSummary): number | undefined {
-  const from = countedFrom(found);
-  return from === undefined ? undefined : from + DAY_US;
+/** From when on it is known which detections nothing confirms, where that is not known of all, µs. */
+export function confirmedFrom({ confirmed_from_us }: DetectionsSummary): number | undefined {
+  return confirmed_from_us ?? undefined;
+}
+
+/** Where the grid of the bars begins, µs. It is not where the plots begin, for weeks begin on Monday. */
+export function barsBegin({ bars, from_us }: Pick<DetectionsSummary, "bars" | "from_us">): number {
+  return bars[0]?.from_us ?? from_us ?? 0;
 }
 
 /** A stretch of time that somebody draws over a plot between two moments, in whole steps of that plot, µs. */

@@ -73,6 +73,7 @@ function opens(open: HTMLElement, list: HTMLElement): void {
   });
   list.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || open.getAttribute("aria-expanded") !== "true") return;
+    event.preventDefault();
     open.click();
     open.focus();
   });

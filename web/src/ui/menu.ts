@@ -14,6 +14,7 @@ export function createMenu(): void {
   for (const part of [button, menu]) {
     part.addEventListener("keydown", (event) => {
       if (event.key !== "Escape" || !isOpen()) return;
+      event.preventDefault();
       open(false);
       button.focus();
     });

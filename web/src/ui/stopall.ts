@@ -61,6 +61,7 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
   });
   root.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !asked) return;
+    event.preventDefault();
     end();
     button.focus();
   });

@@ -405,6 +405,7 @@ impl<'s> Counts<'s> {
             outside: 0,
             listened_outside_s: 0.0,
             left_out_before_us: None,
+            confirmed_from_us: None,
             read_from_us: None,
         }
     }
@@ -428,6 +429,7 @@ fn nothing() -> DetectionsSummary {
         outside: 0,
         listened_outside_s: 0.0,
         left_out_before_us: None,
+        confirmed_from_us: None,
         read_from_us: None,
     }
 }

@@ -126,6 +126,23 @@ fn what_was_not_asked_for_is_not_counted_and_tells_nothing() {
 }
 
 #[test]
+fn a_list_of_names_is_taken_as_it_is_and_what_is_empty_is_refused() {
+    let named = |name: &str| {
+        RegisterRecord::Project(RegisterProject { name: name.into(), ..RegisterProject::default() })
+    };
+    let study = Study::new([named("Salmon; north"), named("Salmon")]);
+    let of = |names: &[&str], area| Narrowed::of(names.iter().copied(), area, &study);
+    assert!(of(&[" salmon; north "], None).is_ok_and(|narrowed| !narrowed.is_all()));
+    assert!(of(&[], None).is_ok_and(|narrowed| narrowed.is_all()));
+    assert!(of(&["Salmon", " "], None).unwrap_err().starts_with("project: a name is empty"));
+    assert!(of(&[], Some("")).unwrap_err().starts_with("area: it is empty"));
+    assert!(
+        Narrowed::new(Some(""), Some(" "), &study).is_ok_and(|narrowed| narrowed.is_all()),
+        "the page's fields"
+    );
+}
+
+#[test]
 fn listening_is_counted_as_it_was_told_and_no_longer() {
     let mut kept = SightingsBuilder::default();
     kept.push(&heard(101, 30, 1));

@@ -3,11 +3,12 @@
 use super::events::{EventRow, Question};
 use super::{Cell, Order, Page, Paged, Reader, Row};
 use crate::error::Result;
-use crate::history::GroupKey;
+use crate::history::{Extent, GroupKey, MonthKey};
 use crate::range::TimeRange;
 use detections::{Detection, Listening, Origin, TagFilter};
 use imc::messages::{Event, Payload as _, TBRFishTag, TBRFishTagTransProtocol};
 use imc::{Address, Text};
+use std::collections::BTreeSet;
 use units::UtcTime;
 
 const EVENT_FIELDS: [&str; 2] = ["topic", "data"];
@@ -75,6 +76,37 @@ impl Reader {
                 && (tags.is_empty() || tags.iter().any(|tag| tag.admits(one)))
                 && is_wanted(one)
         })
+    }
+
+    /// From when to when vessels told something that may be of detections, in the files of a range; `None` where they told nothing.
+    /// Within it there may be long times without any.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn acoustic_extent(
+        &mut self,
+        systems: &BTreeSet<u16>,
+        range: TimeRange,
+    ) -> Result<Option<TimeRange>> {
+        let mut ids = Vec::new();
+        for (message, _) in Acoustic::MESSAGES {
+            ids.push(self.table(message)?.desc.id);
+        }
+        let files: Vec<MonthKey> = self.parts(range)?.into_iter().map(|(key, _)| key).collect();
+        let all = self.months_extents(|key| files.contains(&key))?;
+        let mine =
+            all.into_iter().filter(|(group, _)| ids.contains(&group.id) && systems.contains(&group.src));
+        let told = mine.map(|(_, extent)| extent).filter(|extent| extent.count > 0).fold(
+            None,
+            |told: Option<TimeRange>, Extent { first_us, last_us, .. }| {
+                let (from_us, to_us) = (first_us, last_us.saturating_add(1));
+                Some(told.map_or(TimeRange { from_us, to_us }, |told| TimeRange {
+                    from_us: told.from_us.min(from_us),
+                    to_us: told.to_us.max(to_us),
+                }))
+            },
+        );
+        Ok(told)
     }
 
     /// A page of what receivers of vessels told in a range, the newest first: tags that were heard, and how they listened.
