@@ -88,11 +88,15 @@ pub struct Tls {
 pub struct Backup {
     /// Its folder, on another disk; empty: none.
     pub folder: PathBuf,
+    /// Whether it may lie on the disk of the data, or on the root disk where the data has another one.
+    pub on_any_disk: bool,
+    /// So many hours after the last one the next is due. What makes it is a timer; the doctor and `/metrics` go by it.
+    pub every_h: u16,
 }
 
 impl Default for Backup {
     fn default() -> Self {
-        Self { folder: PathBuf::from(BACKUP) }
+        Self { folder: PathBuf::from(BACKUP), on_any_disk: false, every_h: 24 }
     }
 }
 
@@ -250,6 +254,7 @@ impl Config {
         );
         check((0.0..=100.0).contains(&self.charts.air_draught_m), "charts.air_draught_m must be 0 to 100 m");
         check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
+        check((1..=24 * 365).contains(&self.backup.every_h), "backup.every_h must be 1 hour to a year");
         let Keep { history_days, archive_days } = self.retention;
         check(
             archive_days == 0 || archive_days >= LEAST_ARCHIVE_DAYS,
