@@ -118,7 +118,7 @@ impl<S: Sink> Carrier<S> {
                 Ok(()) => {
                     self.state.send_modify(|state| state.trouble = None);
                     if self.again.take().is_some() {
-                        tracing::info!(sink = S::TITLE, target = self.target, "takes packets again");
+                        tracing::info!(to = self.target, "{} takes packets again", S::TITLE);
                     }
                     LOOK_EVERY
                 }
@@ -134,7 +134,7 @@ impl<S: Sink> Carrier<S> {
         metrics::counter!("lutra_sink_failures_total", "sink" => S::NAME).increment(1);
         self.state.send_modify(|state| state.trouble = Some(format!("{error:#}")));
         if self.again.is_none() {
-            tracing::error!(target = self.target, "{}: {error:#}; the archive waits for it", S::TITLE);
+            tracing::error!(to = self.target, "{}: {error:#}; the archive waits for it", S::TITLE);
         }
         let wait = self.again.map_or(AGAIN.0, |before| (before * 2).min(AGAIN.1));
         self.again = Some(wait);
@@ -147,11 +147,9 @@ impl<S: Sink> Carrier<S> {
         if self.tail.is_new() && !self.sink.wants_the_past() {
             self.tail.pass_over(&marks)?;
         }
+        self.publish_behind(&marks);
         self.sink.open().await?;
         loop {
-            let behind = self.tail.behind(&marks);
-            metrics::gauge!("lutra_sink_waiting_bytes", "sink" => S::NAME).set(behind as f64);
-            self.state.send_modify(|state| state.behind_bytes = Some(behind));
             if stop.is_cancelled() {
                 return Ok(());
             }
@@ -162,7 +160,14 @@ impl<S: Sink> Carrier<S> {
             let refused = self.sink.flush().await?;
             self.kept(batch.items.len() as u64, refused);
             self.tail.carried(batch.place, &marks)?;
+            self.publish_behind(&marks);
         }
+    }
+
+    fn publish_behind(&self, marks: &Marks) {
+        let behind = self.tail.behind(marks);
+        metrics::gauge!("lutra_sink_waiting_bytes", "sink" => S::NAME).set(behind as f64);
+        self.state.send_modify(|state| state.behind_bytes = Some(behind));
     }
 
     fn kept(&mut self, all: u64, Refused { count, reason }: Refused) {
@@ -173,7 +178,7 @@ impl<S: Sink> Carrier<S> {
         if refused > 0 && !self.has_said_refused {
             self.has_said_refused = true;
             tracing::warn!(
-                target = self.target,
+                to = self.target,
                 reason,
                 "{} refuses packets; the archive has them",
                 S::TITLE

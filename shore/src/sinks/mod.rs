@@ -1,7 +1,7 @@
 //! Other stores that follow the archive, beside the history. Each remembers how far it got, so that one that is
 //! away, slow or new gets everything once it is there, and none of them holds up recording.
 //!
-//! [`carrier`] reads along, tries again and moves the cursor; a store is a [`carrier::Sink`]: [`influx`] and [`mqtt`].
+//! `carrier` reads along, tries again and moves the cursor; a store is a `carrier::Sink`: `influx` and `mqtt`.
 
 mod carrier;
 mod influx;

@@ -90,7 +90,7 @@ impl Mqtt {
         if !may_read.await? && !self.has_said_unread {
             self.has_said_unread = true;
             tracing::warn!(
-                target = self.target,
+                to = self.target,
                 "MQTT: the broker lets the server not read below its topic, so after a restart an older value may be retained; \
                  allow it"
             );
