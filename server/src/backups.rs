@@ -66,7 +66,8 @@ fn wrong_disk(folder: Option<u64>, data: Option<u64>, root: Option<u64>) -> Opti
     if folder.is_some() && folder == data {
         return Some("the disk of the data, which it would fill, and with which it would be lost");
     }
-    (data.is_some() && folder == root).then_some("the root disk, which it would fill, while the data has another one")
+    (data.is_some() && folder == root)
+        .then_some("the root disk, which it would fill, while the data has another one")
 }
 
 /// The configured backup as it was found.
@@ -231,8 +232,14 @@ mod tests {
         assert!(none.is_none() && made.is_some_and(|made| (now.micros() - made.micros()).abs() < 60_000_000));
         assert_eq!(check(&config, now).health, Health::Good);
         assert_eq!(trouble(&config, later(47)), "");
-        assert!(trouble(&config, later(50)).contains("due every 24 hours"), "{}", trouble(&config, later(50)));
-        assert!(look(&config, later(50)).made.is_some() && check(&config, later(50)).health == Health::Warning);
+        assert!(
+            trouble(&config, later(50)).contains("due every 24 hours"),
+            "{}",
+            trouble(&config, later(50))
+        );
+        assert!(
+            look(&config, later(50)).made.is_some() && check(&config, later(50)).health == Health::Warning
+        );
         assert!(trouble(&config, later(-3)).contains("yet to come"));
         fs::create_dir_all(config.backup.folder.join("aside/2026-11-26")).unwrap();
         assert!(trouble(&config, now).contains("a person must look at"));

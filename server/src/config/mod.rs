@@ -343,7 +343,8 @@ mod tests {
         (config.sinks.mqtt.client_id, config.sinks.mqtt.user) = (" x".to_owned(), "nils".to_owned());
         let problems = config.problems();
         assert!(problems[0].starts_with("sinks.mqtt.client_id") && problems[1].contains("belong together"));
-        (config.sinks.mqtt.client_id, config.sinks.mqtt.topic) = ("shore-2".to_owned(), "boats/lutra".to_owned());
+        (config.sinks.mqtt.client_id, config.sinks.mqtt.topic) =
+            ("shore-2".to_owned(), "boats/lutra".to_owned());
         config.sinks.mqtt.password_file = PathBuf::from("secret");
         assert_eq!(config.problems(), Vec::<String>::new());
     }

@@ -60,7 +60,8 @@ impl Broker {
         let subscriber = Subscriber { _process: process, file };
         until("subscribed", || {
             let status = self.client("mosquitto_pub").args(["-t", "marker", "-m", "x"]).status().unwrap();
-            (status.success() && subscriber.lines().iter().any(|line| line.contains(" marker "))).then_some(())
+            (status.success() && subscriber.lines().iter().any(|line| line.contains(" marker ")))
+                .then_some(())
         })
         .await;
         subscriber

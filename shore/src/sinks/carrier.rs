@@ -177,12 +177,7 @@ impl<S: Sink> Carrier<S> {
             .increment(refused);
         if refused > 0 && !self.has_said_refused {
             self.has_said_refused = true;
-            tracing::warn!(
-                to = self.target,
-                reason,
-                "{} refuses packets; the archive has them",
-                S::TITLE
-            );
+            tracing::warn!(to = self.target, reason, "{} refuses packets; the archive has them", S::TITLE);
         }
         let now = self.clock.utc();
         self.state.send_modify(|state| {

@@ -118,9 +118,14 @@ mod tests {
         let read = all.each_ref().map(|one| serde_json::from_str::<Value>(&one.payload).unwrap());
         assert_eq!(read[0]["fields"]["text"], entry.text);
         assert_eq!(read[1]["fields"]["lat"], 1.0);
-        assert!(read[1]["fields"]["latdeg"].as_f64().is_some_and(|degrees| (degrees - 57.295_78).abs() < 1e-5));
+        assert!(
+            read[1]["fields"]["latdeg"].as_f64().is_some_and(|degrees| (degrees - 57.295_78).abs() < 1e-5)
+        );
         assert!(read[1]["fields"].get("lon").is_none() && read[1]["fields"].get("hdop").is_none());
-        assert_eq!((&*all[2].topic, &read[2]["fields"]["payload"]), ("0x0001/unknown-60001/0", &"01ff".into()));
+        assert_eq!(
+            (&*all[2].topic, &read[2]["fields"]["payload"]),
+            ("0x0001/unknown-60001/0", &"01ff".into())
+        );
     }
 
     #[test]

@@ -82,7 +82,8 @@ impl Mqtt {
         }
         let connection = self.connection.as_mut().context("the connection is lost")?;
         let (prefix, retained) = (format!("{}/", self.prefix), &mut self.retained);
-        let may_read = connection.held(&format!("{prefix}{vessel}"), |topic, payload| {
+        let below = format!("{prefix}{vessel}");
+        let may_read = connection.held(&below, |topic, payload| {
             if let (Some(topic), Some(order_us)) = (topic.strip_prefix(&prefix), message::order_of(payload)) {
                 retained.note(topic, order_us);
             }

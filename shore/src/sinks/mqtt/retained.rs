@@ -47,7 +47,8 @@ mod tests {
         assert!(!take("a", 5) && take("a", 6) && !take("b", 0));
         retained.note("a", 9);
         retained.note("a", 3);
-        let mut take = |order_us| retained.take(&Message { topic: "a".to_owned(), payload: String::new(), order_us });
+        let mut take =
+            |order_us| retained.take(&Message { topic: "a".to_owned(), payload: String::new(), order_us });
         assert!(!take(8) && take(10));
     }
 
