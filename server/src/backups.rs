@@ -39,22 +39,19 @@ pub(crate) fn place(config: &Config) -> Place {
     if folder.as_os_str().is_empty() {
         return Place::Off;
     }
-    if !folder.is_dir() {
-        if *folder == config::Backup::default().folder {
-            return Place::NotSetUp;
-        }
-        return Place::Refused(format!(
-            "backup.folder {} is not there: mount its disk, and make the folder on it for the server's user",
-            folder.display()
-        ));
-    }
     if config.backup.on_any_disk {
         return Place::Usable;
     }
+    if !folder.exists() && *folder == config::Backup::default().folder {
+        return Place::NotSetUp;
+    }
     let disk = |path: &Path| std::fs::metadata(path).map(|about| about.dev()).ok();
-    wrong_disk(disk(folder), disk(&config.data), disk(Path::new("/"))).map_or(Place::Usable, |which| {
+    // One that is not there yet comes to the disk of the folder that is to hold it.
+    let holds = folder.ancestors().find_map(disk);
+    wrong_disk(holds, disk(&config.data), disk(Path::new("/"))).map_or(Place::Usable, |which| {
+        let place = if folder.exists() { "lies" } else { "is not there, and would come to lie" };
         Place::Refused(format!(
-            "backup.folder {} lies on {which}: is its own disk mounted? Mount it there, or name a folder on another disk; \
+            "backup.folder {} {place} on {which}: is its own disk mounted? Mount it there, or name a folder on another disk; \
              backup.on_any_disk = true if it shall lie there all the same",
             folder.display()
         ))
@@ -246,7 +243,11 @@ mod tests {
         fs::remove_file(config.backup.folder.join("backup.json")).unwrap();
         assert!(trouble(&config, now).contains("no whole backup"));
         fs::remove_dir_all(&config.backup.folder).unwrap();
-        assert!(trouble(&config, now).contains("is not there: mount its disk"));
+        assert!(trouble(&config, now).contains("no whole backup"));
+        config.backup.on_any_disk = false;
+        assert!(
+            trouble(&config, now).contains("is not there, and would come to lie on the disk of the data")
+        );
         config.backup.folder = std::path::PathBuf::new();
         assert_eq!((trouble(&config, now), place(&config)), (String::new(), Place::Off));
         let config = Config { data: scratch.path().join("data"), ..Config::default() };

@@ -3,7 +3,7 @@
 
 use crate::support::browser::{Browser, ask};
 use crate::support::program::{Line, Process, SERVER, Server, add_admin, run, until};
-use crate::support::{CONSOLE, Client, OTTER, archived_packets, packet};
+use crate::support::{CONSOLE, Client, OTTER, archive_of, archived_packets, packet};
 use imc::messages::Temperature;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -116,7 +116,11 @@ async fn say(client: &mut Client, numbers: std::ops::Range<u32>) {
 
 /// Waits until the server has so many packets on its disk.
 async fn recorded(data: &Path, count: usize) {
-    until("recorded", || (archived_packets(data, OTTER).len() == count).then_some(())).await;
+    until("recorded", || {
+        let is_there = archive_of(data, OTTER).iter().all(|log| log.exists());
+        (is_there && archived_packets(data, OTTER).len() == count).then_some(())
+    })
+    .await;
 }
 
 /// Waits until nothing waits to be published.

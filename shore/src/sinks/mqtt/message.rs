@@ -114,9 +114,9 @@ mod tests {
             body: Body::Unknown { id: 60_001, payload: vec![1, 255] },
             ..Packet::new(Header { src: Address(1), ..Header::default() }, Heartbeat)
         };
-        let all = [message(entry.clone()), message(fix), message_of(&unknown)];
+        let all = [message(entry), message(fix), message_of(&unknown)];
         let read = all.each_ref().map(|one| serde_json::from_str::<Value>(&one.payload).unwrap());
-        assert_eq!(read[0]["fields"]["text"], entry.text);
+        assert_eq!(read[0]["fields"]["text"], "said \"no\"\n\\ \u{1}\u{7f}ø");
         assert_eq!(read[1]["fields"]["lat"], 1.0);
         assert!(
             read[1]["fields"]["latdeg"].as_f64().is_some_and(|degrees| (degrees - 57.295_78).abs() < 1e-5)
@@ -124,7 +124,7 @@ mod tests {
         assert!(read[1]["fields"].get("lon").is_none() && read[1]["fields"].get("hdop").is_none());
         assert_eq!(
             (&*all[2].topic, &read[2]["fields"]["payload"]),
-            ("0x0001/unknown-60001/0", &"01ff".into())
+            ("0x0001/unknown-60001/255", &"01ff".into())
         );
     }
 
