@@ -29,10 +29,7 @@ impl Broker {
         let folder = TempDir::new().unwrap();
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let address = SocketAddr::from(([127, 0, 0, 1], port));
-        // Without bounds of its own: what it has confirmed it has handed to whoever subscribes.
-        let text = format!(
-            "listener {port} 127.0.0.1\nuser root\npersistence false\nmax_inflight_messages 0\nmax_queued_messages 0\n{more}\n"
-        );
+        let text = format!("listener {port} 127.0.0.1\nuser root\npersistence false\n{more}\n");
         let config = folder.path().join("mosquitto.conf");
         fs::write(&config, text).unwrap();
         let mut command = Command::new("mosquitto");
@@ -134,7 +131,8 @@ async fn caught_up(server: &Server) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
-    let anonymous = "allow_anonymous true";
+    // Without bounds of its own: what it has confirmed it has handed to whoever subscribes.
+    let anonymous = "allow_anonymous true\nmax_inflight_messages 0\nmax_queued_messages 0";
     let Some(mut broker) = Broker::start(anonymous).await else { return };
     let scratch = TempDir::new().unwrap();
     let data = scratch.path().join("data");
