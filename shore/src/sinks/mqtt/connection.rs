@@ -77,7 +77,7 @@ impl Connection {
     /// It was; why.
     pub(super) fn check(&mut self) -> anyhow::Result<()> {
         match self.said.try_recv() {
-            Ok(Said::Lost(error)) => Err(why(error)),
+            Ok(Said::Lost(error)) => Err(why(&error)),
             Err(mpsc::error::TryRecvError::Disconnected) => bail!("the connection is lost"),
             _ => Ok(()),
         }
@@ -90,7 +90,7 @@ impl Connection {
     pub(super) async fn next(&mut self) -> anyhow::Result<Said> {
         let said = tokio::time::timeout(PATIENCE, self.said.recv()).await.context("it does not answer")?;
         match said.context("the connection is lost")? {
-            Said::Lost(error) => Err(why(error)),
+            Said::Lost(error) => Err(why(&error)),
             said => Ok(said),
         }
     }
@@ -159,9 +159,9 @@ async fn poll(mut events: EventLoop, says: mpsc::Sender<Said>) {
 }
 
 /// An error of a connection, with what to do about it where that is known.
-fn why(error: ConnectionError) -> anyhow::Error {
+fn why(error: &ConnectionError) -> anyhow::Error {
     use ConnectReturnCode::{BadUserNamePassword, NotAuthorized, UnsupportedProtocolVersion};
-    let code = match &error {
+    let code = match error {
         ConnectionError::ConnectionRefused(code)
         | ConnectionError::MqttState(StateError::ConnFail { reason: code }) => Some(*code),
         _ => None,
