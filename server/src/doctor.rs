@@ -1,6 +1,7 @@
 //! Whether all is well with a server and its data, and what to do where it is not: for `lutra-server doctor` and for
 //! the page about storage.
 
+use crate::backups;
 use crate::config::Config;
 use crate::retention;
 use crate::tls::{self, Pair};
@@ -37,6 +38,7 @@ pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
     if config.data.exists() {
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));
+        checks.push(backups::check(config, clock::now()));
         checks.push(retention::check(config, clock::now()));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));

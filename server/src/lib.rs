@@ -6,6 +6,7 @@
 //! `serve` starts a server from a `Config` and gives a `Serving`; `cli` is its command line; `http::routes` and `pages` list
 //! every route, and `web` stands before them. It knows every service of the shore and owns no state that commands a vessel.
 
+mod backups;
 pub mod cli;
 pub mod config;
 mod doctor;

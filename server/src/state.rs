@@ -1,5 +1,6 @@
 //! What every handler may reach.
 
+use crate::backups::Watched;
 use crate::config::Config;
 use metrics_exporter_prometheus::PrometheusHandle;
 use shore::Shore;
@@ -12,6 +13,8 @@ pub(crate) struct AppState {
     pub(crate) config: Arc<Config>,
     /// The services.
     pub(crate) shore: Arc<Shore>,
+    /// How the configured backup was found last.
+    pub(crate) backup: Watched,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
 }

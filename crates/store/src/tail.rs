@@ -30,6 +30,7 @@ pub struct Tail {
     file: PathBuf,
     target: String,
     carried: BTreeMap<DayKey, Lengths>,
+    is_new: bool,
 }
 
 impl Tail {
@@ -45,6 +46,7 @@ impl Tail {
             file,
             target: target.to_owned(),
             carried: BTreeMap::new(),
+            is_new: true,
         };
         let text = match fs::read(&tail.file) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(tail),
@@ -55,8 +57,23 @@ impl Tail {
         if saved.get("target").and_then(Value::as_str) == Some(target) {
             let days = saved.get("days").and_then(Value::as_object).ok_or_else(damaged)?;
             tail.carried = days.iter().map(day).collect::<Option<_>>().ok_or_else(damaged)?;
+            tail.is_new = false;
         }
         Ok(tail)
+    }
+
+    /// Whether it has neither carried nor passed over anything for this target yet.
+    pub fn is_new(&self) -> bool {
+        self.is_new
+    }
+
+    /// Begins with what comes after `marks`: all before counts as carried.
+    ///
+    /// # Errors
+    /// As [`Tail::carried`].
+    pub fn pass_over(&mut self, marks: &Marks) -> Result<()> {
+        self.carried.clone_from(&marks.0);
+        self.write()
     }
 
     /// Bytes of packets that wait to be carried.
@@ -107,6 +124,11 @@ impl Tail {
     pub fn carried(&mut self, place: Place, marks: &Marks) -> Result<()> {
         self.carried.insert(place.key, place.end);
         self.carried.retain(|key, _| marks.0.contains_key(key));
+        self.write()
+    }
+
+    fn write(&mut self) -> Result<()> {
+        self.is_new = false;
         let days: Map<String, Value> =
             self.carried.iter().map(|(key, at)| (key.name(), json!([at.data, at.arrivals]))).collect();
         let text = json!({ "target": self.target, "days": days }).to_string();
@@ -204,6 +226,24 @@ mod tests {
         // Another target has got nothing yet.
         let mut other = Tail::open(folder.path(), "test", "elsewhere").unwrap();
         assert_eq!(carry(&mut other, &marks, 9), [1.0]);
+    }
+
+    #[test]
+    fn the_past_can_be_passed_over_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(folder.path()).unwrap();
+        let open = || Tail::open(folder.path(), "test", "there").unwrap();
+        accept(&mut store, 0x2810, 1);
+        store.sync().unwrap();
+        let mut tail = open();
+        assert!(tail.is_new());
+        tail.pass_over(&store.marks()).unwrap();
+        accept(&mut store, 0x2810, 2);
+        accept(&mut store, 0x2811, 3);
+        store.sync().unwrap();
+        let mut tail = open();
+        assert!(!tail.is_new());
+        assert_eq!(carry(&mut tail, &store.marks(), 9), [2.0, 3.0]);
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub enum Need {
     Gpsd,
     /// `influxd`.
     Influxd,
+    /// `mosquitto`, `mosquitto_sub` and `mosquitto_passwd`.
+    Mosquitto,
     /// The right to mount a disk.
     Mount,
     /// The processor that the program is for, and not one that is emulated.
@@ -52,6 +54,7 @@ impl Need {
             Self::Gdal => "gdal",
             Self::Gpsd => "gpsd",
             Self::Influxd => "influxd",
+            Self::Mosquitto => "mosquitto",
             Self::Mount => "mount",
             Self::Native => "native",
             Self::Netns => "netns",

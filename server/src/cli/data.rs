@@ -2,7 +2,9 @@
 
 use super::Common;
 use super::say::{complain, say};
-use anyhow::{Context as _, ensure};
+use crate::backups::{self, Place};
+use crate::config::Config;
+use anyhow::{Context as _, bail, ensure};
 use clap::{Args, ValueEnum};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -125,8 +127,8 @@ pub(super) struct BackupArguments {
     /// Do not read again what the earlier backup has: faster, and damage to it is not noticed.
     #[arg(long)]
     quick: bool,
-    /// Only end with 0 if backup.folder is there and on another disk than the data, with 1 if not, with 255 if that cannot be told:
-    /// for a timer.
+    /// For a timer: only end with 0 if backup.folder is there and on a disk of its own, with 1 if no backup was set up, with 255 if
+    /// a person must look, as where the disk is not mounted.
     #[arg(long, conflicts_with_all = ["to", "quick"])]
     check: bool,
 }
@@ -342,18 +344,16 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> ExitCode {
     }
 }
 
-/// Whether a disk is there for the backup. On the data's own it would fill that, and recording would stop.
+/// Whether a backup is to be made by the configuration. Where nobody has set one up, a timer passes it over; a disk that is not
+/// mounted is a fault.
 fn may_back_up(common: &Common) -> anyhow::Result<bool> {
-    let data = folder(common)?;
-    let to = common.load(Vec::new())?.backup.folder;
-    let why = if to.as_os_str().is_empty() {
-        "backup.folder is empty".to_owned()
-    } else if !to.is_dir() {
-        format!("backup.folder {} is not there", to.display())
-    } else if shore::backup::on_one_disk(&to, &data) {
-        format!("backup.folder {} is on the disk of the data: mount another one there", to.display())
-    } else {
-        return Ok(true);
+    folder(common)?;
+    let config = common.load(Vec::new())?;
+    let why = match backups::place(&config) {
+        Place::Usable => return Ok(true),
+        Place::Refused(why) => bail!("no backup is made: {why}"),
+        Place::Off => "backup.folder is empty".to_owned(),
+        Place::NotSetUp => format!("backup.folder {} is not there", config.backup.folder.display()),
     };
     complain!("no backup is made: {why}");
     Ok(false)
@@ -362,11 +362,10 @@ fn may_back_up(common: &Common) -> anyhow::Result<bool> {
 fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
     let config = common.load(Vec::new())?;
-    let to = arguments.to.as_ref().unwrap_or(&config.backup.folder);
-    ensure!(
-        !to.as_os_str().is_empty(),
-        "say where to: lutra-server backup DIR, or backup.folder in the configuration"
-    );
+    let to = match &arguments.to {
+        Some(to) => to,
+        None => configured(&config)?,
+    };
     // What came before it begins is in it for sure.
     let covered = store::covered(&data)?;
     let mut progress = Progress::new();
@@ -417,6 +416,20 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
         })
     );
     Ok(())
+}
+
+/// The folder of the configuration, if a backup may go there.
+fn configured(config: &Config) -> anyhow::Result<&PathBuf> {
+    let folder = &config.backup.folder;
+    match backups::place(config) {
+        Place::Usable => Ok(folder),
+        Place::Refused(why) => bail!("no backup is made: {why}"),
+        Place::Off => bail!("say where to: lutra-server backup DIR, or backup.folder in the configuration"),
+        Place::NotSetUp => bail!(
+            "backup.folder {} is not there: mount a second disk there, or say where to: lutra-server backup DIR",
+            folder.display()
+        ),
+    }
 }
 
 /// Tells what was set aside this time.

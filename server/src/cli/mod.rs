@@ -152,7 +152,27 @@ impl Common {
 
 /// Reads the command line and does as told.
 pub fn main() -> ExitCode {
-    let Arguments { common, command } = Arguments::parse();
+    let is_condition = std::env::args_os().any(|argument| argument == "--check");
+    if is_condition { condition(run) } else { run() }
+}
+
+/// Runs what a timer asks before its unit. For systemd 0 is yes, 255 a fault, and all between a quiet no, which only 1 means here: a
+/// command line that is not understood ends with 2, and a panic would end with 101.
+fn condition(run: impl FnOnce() -> ExitCode) -> ExitCode {
+    let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
+    let is_meant = |code: &ExitCode| [ExitCode::SUCCESS, ExitCode::FAILURE].contains(code);
+    outcome.ok().filter(is_meant).unwrap_or(ExitCode::from(LOOK))
+}
+
+fn run() -> ExitCode {
+    let Arguments { common, command } = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(told) => {
+            told.print().ok();
+            // Help and version are no errors.
+            return ExitCode::from(u8::try_from(told.exit_code()).unwrap_or(LOOK));
+        }
+    };
     if command.keeps_data() {
         shore::private::begin();
     }
@@ -220,6 +240,15 @@ fn told(error: &anyhow::Error) -> String {
 mod tests {
     use super::*;
     use anyhow::Context as _;
+
+    #[test]
+    fn a_condition_is_quiet_by_one_code_alone() {
+        let [yes, no, fault] = [0, 1, LOOK].map(ExitCode::from);
+        for (code, expected) in [(0, yes), (1, no), (2, fault), (101, fault), (LOOK, fault)] {
+            assert_eq!(condition(|| ExitCode::from(code)), expected, "{code}");
+        }
+        assert_eq!(condition(|| panic!("a test's own")), fault);
+    }
 
     #[test]
     fn no_cause_is_told_twice() {

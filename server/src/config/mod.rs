@@ -88,11 +88,15 @@ pub struct Tls {
 pub struct Backup {
     /// Its folder, on another disk; empty: none.
     pub folder: PathBuf,
+    /// Whether it may lie on the disk of the data, or on the root disk where the data has another one.
+    pub on_any_disk: bool,
+    /// So many hours after the last one the next is due. What makes it is a timer; the doctor and `/metrics` go by it.
+    pub every_h: u16,
 }
 
 impl Default for Backup {
     fn default() -> Self {
-        Self { folder: PathBuf::from(BACKUP) }
+        Self { folder: PathBuf::from(BACKUP), on_any_disk: false, every_h: 24 }
     }
 }
 
@@ -176,10 +180,9 @@ impl Config {
     /// The files that it names, wherever they lie, with the one that it was read from: without them the server is another.
     pub(crate) fn files(&self, read_from: Option<&Path>) -> Vec<PathBuf> {
         let set = self.chart_set();
-        let (index, influx) = (chartdb::index_path(&set), &self.sinks.influx);
+        let index = chartdb::index_path(&set);
         let tls = [&self.tls.certificate, &self.tls.key];
-        let named = tls.into_iter().chain([&influx.token_file, &influx.password_file, &influx.ca_file]);
-        let named = named.chain([&self.notices.mail.password_file]);
+        let named = tls.into_iter().chain(self.sinks.files()).chain([&self.notices.mail.password_file]);
         let named = named.cloned().chain(read_from.map(Path::to_owned));
         [set, index].into_iter().chain(named).collect()
     }
@@ -250,6 +253,7 @@ impl Config {
         );
         check((0.0..=100.0).contains(&self.charts.air_draught_m), "charts.air_draught_m must be 0 to 100 m");
         check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
+        check((1..=24 * 365).contains(&self.backup.every_h), "backup.every_h must be 1 hour to a year");
         let Keep { history_days, archive_days } = self.retention;
         check(
             archive_days == 0 || archive_days >= LEAST_ARCHIVE_DAYS,
@@ -280,7 +284,7 @@ impl Config {
         }
         problems.extend(self.imc.problems());
         problems.extend(self.transports.problems());
-        problems.extend(self.sinks.influx.problems());
+        problems.extend(self.sinks.problems());
         problems.extend(self.notices.problems());
         problems
     }
@@ -325,6 +329,23 @@ mod tests {
             "{problems:?}"
         );
         (config.retention.archive_days, config.retention.history_days) = (90, 31);
+        assert_eq!(config.problems(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn topics_and_names_that_a_broker_would_refuse_are_said_with_their_key() {
+        for topic in ["", "a//b", "a/#", "+", "$SYS/x", "/a"] {
+            let mut config = Config::default();
+            config.sinks.mqtt.topic = topic.to_owned();
+            assert!(config.problems()[0].starts_with("sinks.mqtt.topic"), "{topic}");
+        }
+        let mut config = Config::default();
+        (config.sinks.mqtt.client_id, config.sinks.mqtt.user) = (" x".to_owned(), "nils".to_owned());
+        let problems = config.problems();
+        assert!(problems[0].starts_with("sinks.mqtt.client_id") && problems[1].contains("belong together"));
+        (config.sinks.mqtt.client_id, config.sinks.mqtt.topic) =
+            ("shore-2".to_owned(), "boats/lutra".to_owned());
+        config.sinks.mqtt.password_file = PathBuf::from("secret");
         assert_eq!(config.problems(), Vec::<String>::new());
     }
 

@@ -62,6 +62,13 @@ async fn measure(state: &AppState) {
         metrics::gauge!("lutra_certificate_expiry_seconds").set(left_us as f64 / 1e6);
         metrics::gauge!("lutra_certificate_trouble").set(f64::from(u8::from(certificate.refused.is_some())));
     }
+    if let Some(backup) = state.backup.state() {
+        if let Some(made) = backup.made {
+            let age_us = state.shore.clock.utc().micros().saturating_sub(made.micros());
+            metrics::gauge!("lutra_backup_age_seconds").set(age_us as f64 / 1e6);
+        }
+        metrics::gauge!("lutra_backup_trouble").set(f64::from(u8::from(backup.trouble.is_some())));
+    }
     let Ok(peers) = state.shore.router.peers().await else { return };
     let mut transports: BTreeMap<&str, u32> =
         ["link", "imcproxy", "tcp", "udp"].into_iter().map(|transport| (transport, 0)).collect();

@@ -1,6 +1,7 @@
 //! Who may come in, tested for every row of the table of routes, and the way from login to logout.
 
 use crate::AppState;
+use crate::backups::Watched;
 use crate::config::Config;
 use crate::serve::{self, router};
 use crate::web::{Kind, Need, listen::Peer};
@@ -86,7 +87,7 @@ impl Shore {
         let running = Opened::open(config.shore(), clock).unwrap().assemble().await.unwrap();
         let metrics = serve::figures();
         let shore = running.shore.clone();
-        let state = AppState { config: Arc::new(config), shore, metrics };
+        let state = AppState { config: Arc::new(config), shore, backup: Watched::new(), metrics };
         let people = state.shore.people.clone();
         let first = running.first_admin;
         let first_password = first.unwrap().one_time_password;

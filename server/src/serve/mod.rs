@@ -5,6 +5,7 @@ pub(crate) mod router;
 mod tests;
 
 use crate::AppState;
+use crate::backups::Watched;
 use crate::config::Config;
 use crate::tls::Keeper;
 use crate::transports::{self, Open};
@@ -109,7 +110,9 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     let transports = waiting.serve(&shore.tasks, &shore.owners);
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     keep_figures(metrics.clone(), &shore.tasks, shore.stop.clone());
-    let state = AppState { config: Arc::new(config), shore: shore.clone(), metrics };
+    let (config, backup) = (Arc::new(config), Watched::new());
+    shore.tasks.spawn(backup.clone().keep(config.clone(), shore.clock.clone(), shore.stop.clone()));
+    let state = AppState { config, shore: shore.clone(), backup, metrics };
     let web = Web { listener, tls, router: router::router(state.clone()), max_connections, proxies };
     if let Some(keeper) = keeper.clone() {
         shore.alarms.certificate(keeper.state());

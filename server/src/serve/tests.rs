@@ -190,3 +190,27 @@ async fn a_certificate_that_ends_is_an_alarm_a_check_and_a_figure() {
     assert!(figure("lutra_certificate_trouble ") < 0.5);
     serving.stop().await;
 }
+
+#[tokio::test]
+async fn a_backup_disk_that_is_away_is_a_figure_and_a_check() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = Config { data: folder.path().join("data"), ..Config::default() };
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    config.imc.active = false;
+    config.backup.folder = folder.path().join("backup");
+    let serving = serve_by(Clock::real(), config).await.unwrap();
+    let mut looked = None;
+    for _ in 0..3_000 {
+        looked = serving.state.backup.state();
+        if looked.is_some() {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    let trouble = looked.unwrap().trouble.unwrap();
+    assert!(trouble.contains("is its own disk mounted?"), "{trouble}");
+    let answer = health::metrics(axum::extract::State(serving.state.clone())).await;
+    let text = answer.into_body().collect().await.unwrap().to_bytes();
+    assert!(String::from_utf8_lossy(&text).contains("lutra_backup_trouble 1"));
+    serving.stop().await;
+}

@@ -30,6 +30,9 @@ const AUTHORITY_DAYS: i64 = 3_650;
 /// How long a server's certificate lasts, days; browsers accept at most 825.
 const SERVER_DAYS: i64 = 820;
 
+/// Held while certificates are made. Backups leave out what ends so.
+const LOCK: &str = "making.lock";
+
 /// What `lutra-server tls init` made.
 pub(crate) struct Made {
     /// For browsers and vessels to trust.
@@ -48,10 +51,11 @@ pub(crate) fn make(folder: &Path, names: &[String], renew: bool, now: UtcTime) -
     let file = |name: &str| folder.join(name);
     let (authority, authority_key) = (file("ca.pem"), file("ca-key.pem"));
     let (certificate, key) = (file("server.pem"), file("server-key.pem"));
-    if certificate.exists() && !renew {
-        bail!("{} exists: --renew replaces it, with the same authority", certificate.display());
-    }
+    refuse_replacing(&certificate, renew)?;
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let _lock = lock(folder)?;
+    // Looked at again by the one who holds it.
+    refuse_replacing(&certificate, renew)?;
     let tls = Tls { certificate, key };
     pair::finish(&tls)?;
     let issuer_key = authority_in(&authority, &authority_key, now)?;
@@ -63,6 +67,37 @@ pub(crate) fn make(folder: &Path, names: &[String], renew: bool, now: UtcTime) -
     pair::finish(&tls)?;
     let Tls { certificate, key } = tls;
     Ok(Made { authority, certificate, key, until: signed.until })
+}
+
+fn refuse_replacing(certificate: &Path, renew: bool) -> anyhow::Result<()> {
+    ensure!(
+        renew || !certificate.exists(),
+        "{} exists: --renew replaces it, with the same authority",
+        certificate.display()
+    );
+    Ok(())
+}
+
+/// Holds the folder of the authority, until the file is dropped, so that two commands do not write certificates and keys there at
+/// once. In the file stands the process that holds it.
+fn lock(folder: &Path) -> anyhow::Result<fs::File> {
+    let path = folder.join(LOCK);
+    let named = || format!("cannot write {}", path.display());
+    let mut options = fs::OpenOptions::new();
+    options.create(true).truncate(false).write(true).mode(0o600);
+    let mut file = options.open(&path).with_context(named)?;
+    if file.try_lock().is_err() {
+        let holder = fs::read_to_string(&path).unwrap_or_default();
+        let holder = holder.trim();
+        let holder = if holder.is_empty() { String::new() } else { format!(" (process {holder})") };
+        bail!(
+            "another `lutra-server tls`{holder} is making certificates in {}: wait until it is done, then look whether this is \
+             still to be done",
+            folder.display()
+        );
+    }
+    file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id())).with_context(named)?;
+    Ok(file)
 }
 
 /// A certificate of a time that cannot be is refused by all once the clock is right, or begins years later.
@@ -153,6 +188,8 @@ pub(crate) fn renew(
 ) -> anyhow::Result<Renewal> {
     let file = tls.certificate.display();
     refuse_clock(now)?;
+    // Without a folder there is no authority, which is said below.
+    let _lock = folder.is_dir().then(|| lock(folder)).transpose()?;
     pair::finish(tls)?;
     let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
     if within_days.is_some_and(|days| !is_out(&facts, days, now)) {

@@ -17,6 +17,7 @@ mod imc_node;
 mod imcproxy;
 mod influx;
 mod kills;
+mod mqtt;
 mod process;
 mod proxy;
 mod prune;

@@ -52,7 +52,10 @@ impl Shore {
     }
 
     fn configure(&self, keep: &str) {
-        let text = format!("[backup]\nfolder = '{}'\n[retention]\n{keep}\n", self.at("backup").display());
+        let text = format!(
+            "[backup]\nfolder = '{}'\non_any_disk = true\n[retention]\n{keep}\n",
+            self.at("backup").display()
+        );
         fs::write(self.at("server.toml"), text).unwrap();
     }
 

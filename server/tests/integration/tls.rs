@@ -5,7 +5,7 @@ use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_progra
 use crate::support::trusting::{Trusting, ask_on};
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// A server with a certificate that its own authority made for this computer.
 fn serve(data: &Path) -> Server {
@@ -133,4 +133,55 @@ async fn what_cannot_be_served_with_is_told_and_the_earlier_pair_stays() {
             .await;
     }
     server.process.terminate();
+}
+
+#[test]
+fn two_programs_do_not_make_certificates_at_once() {
+    let scratch = tempfile::tempdir().unwrap();
+    let data = scratch.path().join("data");
+    run(&data, &["tls", "init", "--name", "localhost"]);
+    let tls = data.join("tls");
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(SERVER);
+        command.arg("tls").args(arguments).arg("--data").arg(&data);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    };
+    let both = [&["init", "--renew", "--name", "localhost"] as &[&str], &["renew"]];
+    let read = || ["server.pem", "server-key.pem", "ca.pem"].map(|file| fs::read(tls.join(file)).unwrap());
+    // While this process holds the lock, the others change nothing and say which process it is.
+    let lock = fs::File::options().write(true).open(tls.join("making.lock")).unwrap();
+    lock.try_lock().unwrap();
+    fs::write(tls.join("making.lock"), std::process::id().to_string()).unwrap();
+    let before = read();
+    for arguments in both {
+        let output = command(arguments).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let holder = format!("(process {})", std::process::id());
+        assert!(output.status.code() == Some(1) && told.contains(&holder), "{told}");
+    }
+    assert!(read() == before);
+    drop(lock);
+    // Both at once, as a timer and a person: each is done or refused, one at least is done, and the pair fits.
+    for _ in 0..5 {
+        let running = both.map(|arguments| command(arguments).spawn().unwrap());
+        let outputs = running.map(|child| child.wait_with_output().unwrap());
+        for output in &outputs {
+            let told = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success() || told.contains("another `lutra-server tls`"), "{told}");
+        }
+        assert!(outputs.iter().any(|output| output.status.success()));
+        let config = data.join("server.toml");
+        let [certificate, key] = ["server.pem", "server-key.pem"].map(|file| tls.join(file));
+        fs::write(&config, format!("[tls]\ncertificate = {certificate:?}\nkey = {key:?}\n")).unwrap();
+        let told = run_doctor(&data, &config);
+        assert!(told.contains("ok    encryption"), "{told}");
+    }
+}
+
+fn run_doctor(data: &Path, config: &Path) -> String {
+    let mut command = Command::new(SERVER);
+    command.args(["doctor", "--set", "http.listen=127.0.0.1:0", "--config"]).arg(config);
+    let output = command.arg("--data").arg(data).output().unwrap();
+    String::from_utf8_lossy(&output.stdout).into_owned()
 }

@@ -118,7 +118,7 @@ pub fn asides(backup: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// Whether two folders lie in one file system.
-pub fn on_one_disk(one: &Path, other: &Path) -> bool {
+fn on_one_disk(one: &Path, other: &Path) -> bool {
     let disk = |path: &Path| fs::metadata(path).map(|about| about.dev()).ok();
     disk(one).is_some() && disk(one) == disk(other)
 }

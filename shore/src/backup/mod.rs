@@ -10,7 +10,7 @@ mod make;
 mod manifest;
 mod restore;
 
-pub use held::{Held, asides, on_one_disk};
+pub use held::{Held, asides};
 pub use keeping::{Aside, BackedUp};
 pub use make::make;
 pub use restore::restore;

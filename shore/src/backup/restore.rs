@@ -33,10 +33,21 @@ pub struct Restored {
 /// The folder holds something, another restore is under way, the backup is not whole or is damaged, or something cannot be read or
 /// written.
 pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> anyhow::Result<Restored> {
+    restore_around(backup, data, progress, &mut || ())
+}
+
+/// As [`restore`]; `meanwhile` is what others do between the first look at the folder and its lock.
+pub(super) fn restore_around(
+    backup: &Path,
+    data: &Path,
+    progress: &mut dyn FnMut(&str),
+    meanwhile: &mut dyn FnMut(),
+) -> anyhow::Result<Restored> {
     let manifest = Manifest::read(backup)?;
     // Nothing is made in a folder that is not empty.
     let (is_there, _) = look(data, &manifest, false)?;
     let growing = if is_there { data.join(RESTORING) } else { beside(data) };
+    meanwhile();
     let (_held, is_new) = hold(&growing, data)?;
     // Looked at again by the one who holds it: another one may have come to its end meanwhile.
     let looked = look(data, &manifest, is_new).and_then(|(still_there, moved)| {

@@ -1,5 +1,6 @@
 //! A backup that is broken off anywhere leaves the earlier one as it was.
 
+use super::restore::restore_around;
 use super::{Aside, Held, asides, make, restore};
 use crate::{folder, identity};
 use std::fs;
@@ -433,6 +434,40 @@ fn two_restores_at_once_do_not_meet() {
     let mark = whole.join(".restoring");
     assert!(restore(&to, &whole, &mut |_| ()).unwrap_err().to_string().contains("is not empty"));
     assert!(!mark.exists() && whole.join("app.db").exists());
+}
+
+#[test]
+fn a_restore_that_another_one_overtook_between_look_and_lock_takes_nothing_of_it() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, to) = (data_in(scratch.path()), at("backup"));
+    back_up(&data, &to);
+    fs::create_dir(at("there")).unwrap();
+    for name in ["absent", "there"] {
+        let back = at(name);
+        let mut whole = || drop(restore(&to, &back, &mut |_| ()).unwrap());
+        let told = restore_around(&to, &back, &mut |_| panic!("it copies"), &mut whole).unwrap_err();
+        assert!(told.to_string().contains("is not empty"), "{name}: {told:#}");
+        assert_eq!(Store::open(&back).unwrap().durable(7), Some(599), "{name}");
+        assert!(!back.join(".restoring").exists() && !at("absent.restoring").exists());
+    }
+    // A folder that came meanwhile and holds nothing: what grows beside it has no place any more.
+    let late = at("late");
+    let mut made = || fs::create_dir(&late).unwrap();
+    let told = restore_around(&to, &late, &mut |_| panic!("it copies"), &mut made).unwrap_err();
+    assert!(told.to_string().contains("appeared meanwhile"), "{told:#}");
+    assert!(fs::read_dir(&late).unwrap().next().is_none() && !at("late.restoring").exists());
+    // While the other one is still at it, the lock refuses.
+    let mut held = None;
+    let mut hold = || {
+        fs::create_dir_all(at("held.restoring")).unwrap();
+        let folder = fs::File::open(at("held.restoring")).unwrap();
+        folder.try_lock().unwrap();
+        held = Some(folder);
+    };
+    let told = restore_around(&to, &at("held"), &mut |_| panic!("it copies"), &mut hold).unwrap_err();
+    assert!(told.to_string().contains("is under way"), "{told:#}");
+    assert!(held.is_some() && !at("held").exists() && at("held.restoring").exists());
 }
 
 #[test]

@@ -9,6 +9,81 @@ use std::path::PathBuf;
 pub struct Sinks {
     /// An InfluxDB.
     pub influx: Influx,
+    /// A broker of MQTT.
+    pub mqtt: Mqtt,
+}
+
+impl Sinks {
+    /// What makes no sense.
+    pub fn problems(&self) -> Vec<String> {
+        [self.influx.problems(), self.mqtt.problems()].concat()
+    }
+
+    /// Files that are named; some hold secrets.
+    pub fn files(&self) -> [&PathBuf; 5] {
+        let (influx, mqtt) = (&self.influx, &self.mqtt);
+        [&influx.token_file, &influx.password_file, &influx.ca_file, &mqtt.password_file, &mqtt.ca_file]
+    }
+}
+
+/// A broker of MQTT 5.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Mqtt {
+    /// `mqtt://host:port` or `mqtts://host:port`; empty for none.
+    pub url: String,
+    /// The first levels of all topics.
+    pub topic: String,
+    /// How the server calls itself there; no other client may be called so.
+    pub client_id: String,
+    /// The user; empty for none.
+    pub user: String,
+    /// A file with that user's password.
+    pub password_file: PathBuf,
+    /// Authorities in PEM that are trusted when the URL is `mqtts`.
+    pub ca_file: PathBuf,
+    /// Whether what was recorded before is published too.
+    pub from_beginning: bool,
+}
+
+impl Default for Mqtt {
+    fn default() -> Self {
+        Self {
+            url: String::new(),
+            topic: "lutra".to_owned(),
+            client_id: "lutra-server".to_owned(),
+            user: String::new(),
+            password_file: PathBuf::new(),
+            ca_file: PathBuf::new(),
+            from_beginning: false,
+        }
+    }
+}
+
+impl Mqtt {
+    fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        let mut check = |good: bool, text: &str| {
+            if !good {
+                problems.push(text.to_owned());
+            }
+        };
+        let level = |level: &str| !level.is_empty() && !level.contains(['+', '#', '\0']);
+        check(
+            self.topic.split('/').all(level) && !self.topic.starts_with('$') && self.topic.len() <= 1_000,
+            "sinks.mqtt.topic must be a topic like lutra or boats/lutra: no empty level, no + and #, no $ before it",
+        );
+        let is_name = |sign: char| sign.is_ascii_alphanumeric() || "-_.".contains(sign);
+        check(
+            (1..=64).contains(&self.client_id.len()) && self.client_id.chars().all(is_name),
+            "sinks.mqtt.client_id must be 1 to 64 letters, digits, -, _ and .",
+        );
+        check(
+            self.user.is_empty() == self.password_file.as_os_str().is_empty(),
+            "sinks.mqtt.user and password_file belong together: give both or neither",
+        );
+        problems
+    }
 }
 
 /// An InfluxDB, or what speaks its version 1 API.
@@ -43,8 +118,7 @@ impl Default for Influx {
 }
 
 impl Influx {
-    /// What makes no sense.
-    pub fn problems(&self) -> Vec<String> {
+    fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if !self.url.is_empty() && self.database.is_empty() {
             problems

@@ -44,6 +44,7 @@ struct CheckRow {
 }
 
 struct SinkRow {
+    kind: &'static str,
     target: String,
     behind: String,
     kept: u64,
@@ -238,6 +239,7 @@ fn vessel_rows(
 
 fn sink_row(language: Language, sink: &SinkState) -> SinkRow {
     SinkRow {
+        kind: sink.kind,
         target: sink.target.clone(),
         behind: sink.behind_bytes.map_or_else(|| t(language, "not known yet").to_string(), bytes),
         kept: sink.kept,

@@ -1,164 +1,60 @@
 //! Packets as lines of InfluxDB's protocol.
 //!
 //! A measurement for each message; tags `src` and `ent` are the numbers of system and entity, and `id` where the
-//! message has one, which keeps port and starboard apart. All numbers are floats, as InfluxDB holds a field to the
-//! type that it had first; what is no finite number is left out. Latitude and longitude are also there in degrees, as
-//! `latdeg` and `londeg`. Of EstimatedState, whose `lat` and `lon` are a reference point, those are where the vessel
-//! truly is, as are `true_lat_deg` and `true_lon_deg`, by which history and CSV call it.
-//! The time is the sender's in microseconds, or of arrival where the sender gave none.
+//! message has one. The fields are those of a [`Point`]. All numbers are floats, as InfluxDB holds a field to the
+//! type that it had first. The time is the sender's in microseconds, or of arrival where the sender gave none.
 
+use crate::sinks::point::{self, Field, Point};
 use imc::PacketView;
-use imc::catalogue::{FieldDesc, MessageDesc};
-use imc::messages::{EstimatedState, Payload as _};
-use imc::reflect::{self, Value, Visitor};
 use std::fmt::Write as _;
 use units::UtcTime;
 
-/// InfluxDB refuses longer texts.
-const LONGEST_TEXT: usize = 60_000;
-
 /// Appends the line of a packet that came at `received`, with its line end.
 pub(crate) fn write(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
-    let Some(desc) = view.desc() else {
-        let payload = hex::encode(view.payload());
-        let (id, src, ent) = (view.id(), view.src().0, view.src_ent());
-        write!(out, "unknown,ent={ent},id={id},src={src} payload=\"{payload}\"").ok();
-        return end(out, view, received);
+    let (ent, src, time_us) = (view.src_ent(), view.src().0, point::time(view, received).micros());
+    let (Some(desc), Some(point)) = (view.desc(), Point::of(view)) else {
+        let (id, payload) = (view.id(), hex::encode(view.payload()));
+        writeln!(out, "unknown,ent={ent},id={id},src={src} payload=\"{payload}\" {time_us}").ok();
+        return;
     };
-    let mut line = Line { tag: None, fields: String::new(), depth: 0, angles: Vec::new() };
-    // Of a damaged or short packet, the fields before the damage.
-    reflect::walk_payload(desc, view.payload(), view.order(), true, &mut line).ok();
-    write!(out, "{},ent={}", desc.abbrev, view.src_ent()).ok();
-    if let Some(id) = line.tag {
+    write!(out, "{},ent={ent}", desc.abbrev).ok();
+    if let Some(id) = point.id {
         write!(out, ",id={id}").ok();
     }
-    write!(out, ",src={} ", view.src().0).ok();
-    line.degrees(view);
-    if line.fields.is_empty() {
-        // A line needs a field; there are messages that have none.
-        line.number("present", 1.0);
+    write!(out, ",src={src} ").ok();
+    for (index, (name, field)) in point.fields.iter().enumerate() {
+        let comma = if index > 0 { "," } else { "" };
+        // InfluxDB keeps that name for itself.
+        let mark = if *name == "time" { "_" } else { "" };
+        write!(out, "{comma}{name}{mark}=").ok();
+        match field {
+            Field::Number(value) => drop(write!(out, "{value}")),
+            Field::Single(value) => drop(write!(out, "{value}")),
+            Field::Text(text) => quote(out, text),
+        }
     }
-    out.push_str(&line.fields);
-    end(out, view, received);
-}
-
-fn end(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
-    let time_us = view.header().time().unwrap_or(received).micros();
+    if point.fields.is_empty() {
+        // A line needs a field; there are messages that have none.
+        out.push_str("present=1");
+    }
     writeln!(out, " {time_us}").ok();
 }
 
-/// The fields of one line.
-struct Line {
-    tag: Option<i64>,
-    fields: String,
-    /// Nested messages and lists around the present place. They are left to the history, which holds them as JSON.
-    depth: usize,
-    /// Latitude and longitude, radians, as the message has them.
-    angles: Vec<(&'static str, f64)>,
-}
-
-impl Line {
-    fn name(&mut self, name: &str) {
-        if !self.fields.is_empty() {
-            self.fields.push(',');
+fn quote(out: &mut String, text: &str) {
+    out.push('"');
+    for character in text.chars() {
+        if matches!(character, '"' | '\\') {
+            out.push('\\');
         }
-        self.fields.push_str(name);
-        if name == "time" {
-            // InfluxDB keeps that name for itself.
-            self.fields.push('_');
-        }
-        self.fields.push('=');
+        out.push(character);
     }
-
-    fn number(&mut self, name: &str, value: f64) {
-        if value.is_finite() {
-            self.name(name);
-            write!(self.fields, "{value}").ok();
-        }
-    }
-
-    fn text(&mut self, name: &str, text: &str) {
-        if text.len() > LONGEST_TEXT {
-            return;
-        }
-        self.name(name);
-        self.fields.push('"');
-        for character in text.chars() {
-            if matches!(character, '"' | '\\') {
-                self.fields.push('\\');
-            }
-            self.fields.push(character);
-        }
-        self.fields.push('"');
-    }
-
-    /// Where the message says that something is, in degrees; of an estimated state, where the vessel truly is.
-    fn degrees(&mut self, view: &PacketView<'_>) {
-        if view.id() == EstimatedState::ID {
-            let state = imc::decode::<EstimatedState>(view).ok().flatten();
-            if let Some(place) = state.and_then(|state| imc::position::place(&state).ok()) {
-                self.number("latdeg", place.lat_deg());
-                self.number("londeg", place.lon_deg());
-                self.number("true_lat_deg", place.lat_deg());
-                self.number("true_lon_deg", place.lon_deg());
-            }
-            return;
-        }
-        for (name, angle_rad) in std::mem::take(&mut self.angles) {
-            self.number(name, angle_rad.to_degrees());
-        }
-    }
-}
-
-impl Visitor<'_> for Line {
-    fn value(&mut self, field: &'static FieldDesc, value: Value<'_>) {
-        if self.depth > 0 {
-            return;
-        }
-        match (field.abbrev, value) {
-            ("id", Value::Integer(id)) => self.tag = Some(id),
-            (name, Value::Text(text)) => self.text(name, &String::from_utf8_lossy(text)),
-            (name, Value::Raw(bytes)) => self.text(name, &hex::encode(bytes)),
-            // The shortest decimal that is this single, not the double's many digits.
-            (name, Value::Single(value)) if value.is_finite() => {
-                self.name(name);
-                write!(self.fields, "{value}").ok();
-            }
-            (name, value) => {
-                let Some(number) = value.as_f64() else { return };
-                self.number(name, number);
-                match name {
-                    "lat" => self.angles.push(("latdeg", number)),
-                    "lon" => self.angles.push(("londeg", number)),
-                    _ => {}
-                }
-            }
-        }
-    }
-
-    fn null(&mut self, _: &'static FieldDesc) {}
-
-    fn enter_message(&mut self, _: &'static FieldDesc, _: &'static MessageDesc) {
-        self.depth += 1;
-    }
-
-    fn leave_message(&mut self) {
-        self.depth -= 1;
-    }
-
-    fn enter_list(&mut self, _: &'static FieldDesc, _: usize) {
-        self.depth += 1;
-    }
-
-    fn leave_list(&mut self) {
-        self.depth -= 1;
-    }
+    out.push('"');
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imc::messages::{GpsFix, Heartbeat, LogBookEntry, SetThrusterActuation};
+    use imc::messages::{EstimatedState, GpsFix, Heartbeat, LogBookEntry, SetThrusterActuation};
     use imc::{Address, Body, Header, Message, Packet};
 
     fn line(message: impl Into<Message>) -> String {

@@ -1,0 +1,247 @@
+//! A real Mosquitto that everything recorded is published to: whole in the end, although it is slow, killed and emptied, and what it
+//! retains only moves forward in time.
+
+use crate::support::browser::{Browser, ask};
+use crate::support::program::{Line, Process, SERVER, Server, add_admin, run, until};
+use crate::support::{CONSOLE, Client, OTTER, archive_of, archived_packets, packet};
+use imc::messages::Temperature;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+const START_S: f64 = 1_795_248_000.0;
+const TOPIC: &str = "lutra/0x2810/Temperature/3";
+
+/// A broker without a disk: killed, it is empty.
+struct Broker {
+    process: Process,
+    address: SocketAddr,
+    folder: TempDir,
+}
+
+impl Broker {
+    /// Starts one with `more` in its configuration; `None`, and says so, where there is none.
+    async fn start(more: &str) -> Option<Self> {
+        let folder = TempDir::new().unwrap();
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let address = SocketAddr::from(([127, 0, 0, 1], port));
+        let text = format!("listener {port} 127.0.0.1\nuser root\npersistence false\n{more}\n");
+        let config = folder.path().join("mosquitto.conf");
+        fs::write(&config, text).unwrap();
+        let mut command = Command::new("mosquitto");
+        command.arg("-c").arg(&config).stdout(Stdio::null()).stderr(Stdio::null());
+        let Ok(process) = command.spawn() else {
+            testkit::absent(testkit::Need::Mosquitto, "apt-get install mosquitto mosquitto-clients");
+            return None;
+        };
+        until("up", || TcpStream::connect(address).ok()).await;
+        Some(Self { process: Process(process), address, folder })
+    }
+
+    fn client(&self, program: &str) -> Command {
+        let mut command = Command::new(program);
+        command.args(["-h", "127.0.0.1", "-p", &self.address.port().to_string(), "-q", "1"]);
+        command
+    }
+
+    /// Writes down all that is published from here on.
+    async fn subscribe(&self) -> Subscriber {
+        let file = self.folder.path().join("heard");
+        let mut command = self.client("mosquitto_sub");
+        command.args(["-t", "lutra/#", "-t", "marker", "-F", "%r %t %p"]);
+        let process = Process(command.stdout(File::create(&file).unwrap()).spawn().unwrap());
+        let subscriber = Subscriber { _process: process, file };
+        until("subscribed", || {
+            let status = self.client("mosquitto_pub").args(["-t", "marker", "-m", "x"]).status().unwrap();
+            (status.success() && subscriber.lines().iter().any(|line| line.contains(" marker ")))
+                .then_some(())
+        })
+        .await;
+        subscriber
+    }
+
+    /// The value that is retained.
+    fn retained(&self) -> u32 {
+        let mut command = self.client("mosquitto_sub");
+        let output = command.args(["-t", TOPIC, "-C", "1", "-W", "20"]).output().unwrap();
+        let payload: Value = serde_json::from_slice(&output.stdout).unwrap();
+        payload["fields"]["value"].as_f64().unwrap() as u32
+    }
+}
+
+struct Subscriber {
+    _process: Process,
+    file: PathBuf,
+}
+
+impl Subscriber {
+    fn lines(&self) -> Vec<String> {
+        let text = fs::read_to_string(&self.file).unwrap();
+        // The last line may be half written.
+        text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::to_owned).collect()
+    }
+
+    /// The values that came.
+    fn values(&self) -> BTreeSet<u32> {
+        let lines = self.lines();
+        let values = lines.iter().filter_map(|line| {
+            let payload = line.split_once(TOPIC)?.1;
+            let payload: Value = serde_json::from_str(payload).unwrap();
+            Some(payload["fields"]["value"].as_f64().unwrap() as u32)
+        });
+        values.collect()
+    }
+}
+
+/// A server that publishes at an address.
+fn serve(data: &Path, url: &str, more: &[&str]) -> Server {
+    let url = format!("sinks.mqtt.url={url}");
+    let more = [&["--set", &url] as &[&str], more].concat();
+    Server::start_by(Command::new(SERVER), data, "127.0.0.1:0", &more)
+}
+
+async fn say(client: &mut Client, numbers: std::ops::Range<u32>) {
+    for number in numbers {
+        let value = Temperature { value: number as f32 };
+        client.say(&packet(OTTER, CONSOLE, START_S + f64::from(number), value)).await;
+    }
+}
+
+/// Waits until the server has so many packets on its disk.
+async fn recorded(data: &Path, count: usize) {
+    until("recorded", || {
+        let is_there = archive_of(data, OTTER).iter().all(|log| log.exists());
+        (is_there && archived_packets(data, OTTER).len() == count).then_some(())
+    })
+    .await;
+}
+
+/// Waits until nothing waits to be published.
+async fn caught_up(server: &Server) {
+    until("caught up", || {
+        let (_, figures) = ask(server.web, "/metrics");
+        figures.contains("lutra_sink_waiting_bytes{sink=\"mqtt\"} 0\n").then_some(())
+    })
+    .await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
+    // Without bounds of its own: what it has confirmed it has handed to whoever subscribes.
+    let anonymous = "allow_anonymous true\nmax_inflight_messages 0\nmax_queued_messages 0";
+    let Some(mut broker) = Broker::start(anonymous).await else { return };
+    let scratch = TempDir::new().unwrap();
+    let data = scratch.path().join("data");
+    let line = Line::to(broker.address).await;
+    let url = format!("mqtt://{}", line.address);
+    let mut server = serve(&data, &url, &[]);
+    let mut client = Client::connect(server.proxy).await;
+    let subscriber = broker.subscribe().await;
+    say(&mut client, 0..10).await;
+    until("published", || (subscriber.values().len() == 10).then_some(())).await;
+
+    // A broker that is slow holds up nothing: all is recorded long before it is published.
+    line.carries(30_000);
+    say(&mut client, 10..1_500).await;
+    recorded(&data, 1_500).await;
+    assert!(subscriber.values().len() < 1_500, "the broker was not slow");
+    // Killed in the middle, and another one, which is empty, only when more has come.
+    let mut heard = {
+        broker.process.kill();
+        line.cut();
+        subscriber.values()
+    };
+    assert!(heard.len() < 1_500);
+    say(&mut client, 1_500..1_600).await;
+    recorded(&data, 1_600).await;
+    until("noticed", || {
+        ask(server.web, "/metrics").1.contains("lutra_sink_failures_total{sink=\"mqtt\"}").then_some(())
+    })
+    .await;
+    let broker = Broker::start(anonymous).await.unwrap();
+    let subscriber = broker.subscribe().await;
+    line.carries(0);
+    line.passes(broker.address);
+    until("whole", || {
+        heard.append(&mut subscriber.values());
+        (heard.len() == 1_600).then_some(())
+    })
+    .await;
+    caught_up(&server).await;
+    assert_eq!(broker.retained(), 1_599);
+
+    // After a restart it goes on where it was, and what comes late is published and takes nothing back.
+    server.process.terminate();
+    drop(subscriber);
+    let subscriber = broker.subscribe().await;
+    let server = serve(&data, &url, &[]);
+    let mut client = Client::connect(server.proxy).await;
+    let late = packet(OTTER, CONSOLE, START_S - 5.0, Temperature { value: 5_000.0 });
+    client.say(&late).await;
+    until("published late", || subscriber.values().contains(&5_000).then_some(())).await;
+    caught_up(&server).await;
+    // What was retained comes with the subscription.
+    assert_eq!(subscriber.values(), BTreeSet::from([1_599, 5_000]));
+    assert_eq!(broker.retained(), 1_599);
+    say(&mut client, 1_600..1_601).await;
+    until("retained", || (broker.retained() == 1_600).then_some(())).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_broker_with_certificate_and_passwords_gets_what_was_recorded_before_if_that_is_wanted() {
+    let scratch = TempDir::new().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let data = at("data");
+    run(&data, &["tls", "init", "--name", "localhost"]);
+    add_admin(&data, "nils", "seven small boats");
+    let mut server = serve(&data, "", &[]);
+    let mut client = Client::connect(server.proxy).await;
+    say(&mut client, 0..20).await;
+    recorded(&data, 20).await;
+    server.process.terminate();
+
+    let passwords = at("passwords");
+    let mut command = Command::new("mosquitto_passwd");
+    if command.args(["-b", "-c"]).arg(&passwords).args(["lutra", "right"]).status().is_err() {
+        testkit::absent(testkit::Need::Mosquitto, "apt-get install mosquitto mosquitto-clients");
+        return;
+    }
+    fs::write(at("rules"), "user lutra\ntopic readwrite lutra/#\n").unwrap();
+    let tls = data.join("tls");
+    let broker = Broker::start(&format!(
+        "allow_anonymous false\npassword_file {}\nacl_file {}\ncertfile {}\nkeyfile {}",
+        passwords.display(),
+        at("rules").display(),
+        tls.join("server.pem").display(),
+        tls.join("server-key.pem").display()
+    ))
+    .await
+    .unwrap();
+    let url = format!("mqtts://localhost:{}", broker.address.port());
+    let authority = format!("sinks.mqtt.ca_file={}", tls.join("ca.pem").display());
+    let secret = format!("sinks.mqtt.password_file={}", at("secret").display());
+    let known = ["--set", &authority, "--set", "sinks.mqtt.user=lutra", "--set", &secret];
+    let known = [&known as &[&str], &["--set", "sinks.mqtt.from_beginning=true"]].concat();
+    // What is wrong stands on the page, and a start with what is right publishes all.
+    let troubles = [
+        ("wrong", "lutra", "it does not let the server in; look at sinks.mqtt.user and password_file"),
+        ("right", "elsewhere", "it does not let the server publish to elsewhere/#"),
+    ];
+    for (password, topic, trouble) in troubles {
+        fs::write(at("secret"), password).unwrap();
+        let topic = format!("sinks.mqtt.topic={topic}");
+        let mut server = serve(&data, &url, &[&known as &[&str], &["--set", &topic]].concat());
+        let mut person = Browser::log_in(&server.web.to_string(), "nils", "seven small boats");
+        until(trouble, || person.get("/admin/storage").contains(trouble).then_some(())).await;
+        assert!(person.get("/admin/storage").contains(&format!("MQTT {url} topic ")));
+        server.process.terminate();
+    }
+    let server = serve(&data, &url, &known);
+    caught_up(&server).await;
+    let (_, figures) = ask(server.web, "/metrics");
+    assert!(figures.contains("lutra_sink_lines_total{sink=\"mqtt\",what=\"kept\"} 20\n"), "{figures}");
+}
