@@ -46,7 +46,7 @@ pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseChange, LeaseHolder, LeaseRequest, LeaseWaiting, Order,
     OrderRequest, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
 };
-pub use connections::{LinkStatus, Recording, TransportPeer, VesselChart};
+pub use connections::{LinkStatus, LinkWay, LinkWays, Recording, TransportPeer, VesselChart};
 pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
     Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,

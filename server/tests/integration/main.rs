@@ -29,3 +29,4 @@ mod tls;
 mod upgrade;
 mod vessel;
 mod vpn;
+mod ways;

@@ -2,9 +2,11 @@
 
 use super::filter::Filter;
 use super::spool::Bounds;
+use super::ways::{Door, Leaves};
 use anyhow::{Context as _, bail};
 use config::schema::transport::{MESSAGES, RATES, lutra};
 use config::{Config, Section};
+use link::{MOST_WAY_NAME_BYTES, MOST_WAYS, WaySettings};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,7 +18,8 @@ pub(crate) struct UplinkSettings {
     pub(crate) address: u16,
     /// The vessel's name.
     pub(crate) name: String,
-    pub(crate) server: Server,
+    /// The ways to the shore, one at least.
+    pub(crate) ways: Vec<Door>,
     pub(crate) filter: Filter,
     /// Folder of the spool.
     pub(crate) spool: PathBuf,
@@ -68,7 +71,7 @@ impl UplinkSettings {
         let budget = section.get(&lutra::BYTE_BUDGET);
         Ok(Some(Self {
             address,
-            server,
+            ways: ways(config, server)?,
             filter: filter(section, doubts),
             spool: if spool.is_empty() { data.join("spool").join(&name) } else { PathBuf::from(spool) },
             bounds: Bounds::of(mebibytes << 20),
@@ -117,6 +120,53 @@ impl Server {
     pub(super) fn is_secure(&self) -> bool {
         self.url.starts_with("wss:")
     }
+}
+
+/// The ways that are enabled, in the order of their names; the one by the computer's routes where none is.
+fn ways(config: &Config, server: Server) -> anyhow::Result<Vec<Door>> {
+    let sections: Vec<&Section> = config.running(&lutra::WAY).collect();
+    if sections.is_empty() {
+        return Ok(vec![Door::only(server)]);
+    }
+    if sections.len() > MOST_WAYS {
+        bail!("{} ways to the shore are enabled, and at most {MOST_WAYS} can be", sections.len());
+    }
+    sections
+        .into_iter()
+        .map(|section| way(section, &server).with_context(|| format!("[{}]", section.name())))
+        .collect()
+}
+
+fn way(section: &Section, server: &Server) -> anyhow::Result<Door> {
+    let name = section.label().unwrap_or_default().to_owned();
+    if name.is_empty() || name.len() > MOST_WAY_NAME_BYTES || name.contains(char::is_control) {
+        bail!("Entity Label: a way needs a name of at most {MOST_WAY_NAME_BYTES} bytes");
+    }
+    let url = section.get(&lutra::WAY_URL);
+    let server = if url.is_empty() {
+        server.clone()
+    } else {
+        Server::at(url, server.token.clone(), server.authority.clone())?
+    };
+    let interface = section.get(&lutra::INTERFACE);
+    if interface.len() > 15 {
+        bail!("Interface: `{interface}` is longer than a name of an interface (15 letters) can be");
+    }
+    let address = section.get(&lutra::SOURCE_ADDRESS);
+    let address = (!address.is_empty()).then(|| {
+        address
+            .parse()
+            .with_context(|| format!("Source Address: `{address}` is no IP address, such as 192.0.2.7"))
+    });
+    let daily_bytes = Some(section.get(&lutra::DAILY_BUDGET).unsigned_abs() << 20).filter(|bytes| *bytes > 0);
+    let metered = section.get(&lutra::METERED);
+    if daily_bytes.is_some() && !metered {
+        bail!("Daily Budget: only a way that is `Metered` has one");
+    }
+    let way = WaySettings { name, metered, daily_bytes, ..WaySettings::default() };
+    let leaves =
+        Leaves { interface: (!interface.is_empty()).then_some(interface), address: address.transpose()? };
+    Ok(Door { way, server, leaves })
 }
 
 fn filter(section: &Section, doubts: &mut Vec<String>) -> Filter {

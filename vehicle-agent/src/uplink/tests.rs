@@ -4,6 +4,7 @@ use super::*;
 use crate::uplink::filter::Filter;
 use crate::uplink::settings::Server;
 use crate::uplink::spool::Bounds;
+use crate::uplink::ways::Door;
 use link::{ConnectionId, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
 use std::io;
@@ -18,7 +19,7 @@ fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
     UplinkSettings {
         address: 0x2810,
         name: "ntnu-otter-01".to_owned(),
-        server: Server::at(format!("ws://127.0.0.1:{port}/link"), "secret".to_owned(), None).unwrap(),
+        ways: vec![Door::only(server(port))],
         filter: Filter::default(),
         spool: folder.join("spool"),
         bounds: Bounds::of(16 << 20),
@@ -26,6 +27,10 @@ fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
         sync_every: Duration::from_millis(20),
         chart: None,
     }
+}
+
+fn server(port: u16) -> Server {
+    Server::at(format!("ws://127.0.0.1:{port}/link"), "secret".to_owned(), None).unwrap()
 }
 
 fn packet(number: u64) -> Vec<u8> {
@@ -129,7 +134,8 @@ impl SmallShore {
                 ShoreOutput::Up(_)
                 | ShoreOutput::Down
                 | ShoreOutput::ChartPart(..)
-                | ShoreOutput::ChartReport(_) => {}
+                | ShoreOutput::ChartReport(_)
+                | ShoreOutput::Ways(_) => {}
             }
         }
     }
@@ -264,7 +270,7 @@ fn attempt(
     let port = listener.local_addr().unwrap().port();
     let serving = std::thread::spawn(move || handle(listener.accept().unwrap().0));
     let server = Server::at(url(port), "secret".to_owned(), authority).unwrap();
-    let outcome = socket::connect(&server, Duration::from_secs(10));
+    let outcome = socket::connect(&Door::only(server), Duration::from_secs(10));
     serving.join().unwrap();
     outcome
 }
