@@ -8,6 +8,7 @@
 mod chart;
 mod filter;
 mod queue;
+mod server;
 mod settings;
 mod socket;
 mod spool;

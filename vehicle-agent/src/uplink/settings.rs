@@ -1,6 +1,7 @@
 //! What `[Transports.Lutra]` says.
 
 use super::filter::Filter;
+use super::server::Server;
 use super::spool::Bounds;
 use super::ways::{Door, Leaves};
 use anyhow::{Context as _, bail};
@@ -31,24 +32,6 @@ pub(crate) struct UplinkSettings {
     pub(crate) chart: Option<PathBuf>,
 }
 
-/// Where the shore is, and by what it knows this vessel.
-#[derive(Clone, PartialEq, Eq)]
-pub(crate) struct Server {
-    pub(crate) url: String,
-    pub(crate) host: String,
-    pub(crate) port: u16,
-    pub(crate) token: String,
-    /// Certificates to trust; only for `wss`.
-    pub(crate) authority: Option<PathBuf>,
-}
-
-impl std::fmt::Debug for Server {
-    /// Without the token.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Server").field("url", &self.url).finish_non_exhaustive()
-    }
-}
-
 impl UplinkSettings {
     /// What the configuration says; `None` when it has the way to the shore off. Files without a path are beside
     /// the configuration `file`, the spool is in the folder `data`.
@@ -65,7 +48,7 @@ impl UplinkSettings {
         let name = config.vehicle().to_owned();
         let address = config.address().with_context(|| format!("the vehicle `{name}` has no address"))?;
         let beside = |path: String| file.parent().unwrap_or(Path::new(".")).join(path);
-        let server = Server::read(section, beside).with_context(|| format!("[{}]", section.name()))?;
+        let server = server(section, beside).with_context(|| format!("[{}]", section.name()))?;
         let spool = section.get(&lutra::SPOOL_FOLDER);
         let mebibytes = section.get(&lutra::SPOOL_SIZE).unsigned_abs();
         let budget = section.get(&lutra::BYTE_BUDGET);
@@ -83,43 +66,20 @@ impl UplinkSettings {
     }
 }
 
-impl Server {
-    fn read(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Result<Self> {
-        let url = section.get(&lutra::URL);
-        let token_file = section.get(&lutra::TOKEN_FILE);
-        let authority = section.get(&lutra::AUTHORITY);
-        let path = beside(token_file);
-        let token = fs::read_to_string(&path).with_context(|| {
-            format!("Token File: reading {}; `lutra-server token create` makes one", path.display())
-        })?;
-        let token = token.trim().to_owned();
-        if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
-            bail!("Token File: {} holds no token", path.display());
-        }
-        let authority = (!authority.is_empty()).then(|| beside(authority));
-        Self::at(url, token, authority)
+fn server(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Result<Server> {
+    let url = section.get(&lutra::URL);
+    let token_file = section.get(&lutra::TOKEN_FILE);
+    let authority = section.get(&lutra::AUTHORITY);
+    let path = beside(token_file);
+    let token = fs::read_to_string(&path).with_context(|| {
+        format!("Token File: reading {}; `lutra-server token create` makes one", path.display())
+    })?;
+    let token = token.trim().to_owned();
+    if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
+        bail!("Token File: {} holds no token", path.display());
     }
-
-    /// The server at a URL.
-    pub(super) fn at(url: String, token: String, authority: Option<PathBuf>) -> anyhow::Result<Self> {
-        let uri: tungstenite::http::Uri = url.parse().with_context(|| format!("URL: `{url}`"))?;
-        let usual = match uri.scheme_str() {
-            Some("ws") => 80,
-            Some("wss") => 443,
-            _ => bail!("URL: `{url}` must begin with ws:// or wss://"),
-        };
-        if usual == 443 && authority.is_none() {
-            bail!("URL: wss:// needs `Certificate Authority`, the file that `lutra-server tls init` made");
-        }
-        let host = uri.host().with_context(|| format!("URL: `{url}` has no host"))?;
-        let host = host.trim_matches(['[', ']']).to_owned();
-        let port = uri.port_u16().unwrap_or(usual);
-        Ok(Self { url, host, port, token, authority })
-    }
-
-    pub(super) fn is_secure(&self) -> bool {
-        self.url.starts_with("wss:")
-    }
+    let authority = (!authority.is_empty()).then(|| beside(authority));
+    Server::at(url, token, authority)
 }
 
 /// The ways that are enabled, in the order of their names; the one by the computer's routes where none is.

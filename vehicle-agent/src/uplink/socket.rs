@@ -1,6 +1,6 @@
 //! A WebSocket to the shore: made in a thread that may wait, used by one that does not.
 
-use super::settings::Server;
+use super::server::Server;
 use super::ways::{Door, Leaves};
 use anyhow::Context as _;
 use bytes::Bytes;

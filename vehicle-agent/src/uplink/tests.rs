@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::uplink::filter::Filter;
-use crate::uplink::settings::Server;
+use crate::uplink::server::Server;
 use crate::uplink::spool::Bounds;
 use crate::uplink::ways::Door;
 use link::{ConnectionId, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
@@ -443,4 +443,58 @@ fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
     let text = told.lock().unwrap()[0].clone();
     assert!(text.contains("the disk does not take the spool"), "{text}");
     drop(uplink);
+}
+
+/// What the sections of ways say, or why they are refused.
+fn ways(sections: &str) -> Result<Vec<Door>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lutra.token"), "secret").unwrap();
+    let text = format!(
+        "[General]\nVehicle = ntnu-otter-01\n[IMC Addresses]\nntnu-otter-01 = 0x2810\n[Transports.Lutra]\nEnabled = Always\n{sections}"
+    );
+    let files = config::InMemory::new().with("otter.ini", text);
+    let config = config::Config::load(&files, "otter.ini".as_ref(), &["Hardware"]);
+    let settings =
+        UplinkSettings::read(&config, &folder.path().join("otter.ini"), folder.path(), &mut Vec::new());
+    settings.map(|settings| settings.unwrap().ways).map_err(|error| format!("{error:#}"))
+}
+
+#[test]
+fn ways_are_what_their_sections_say() {
+    let only = ways("").unwrap();
+    assert_eq!((only.len(), &only[0].way.name[..], &only[0].server.host[..]), (1, "", "127.0.0.1"));
+    let two = ways(
+        "[Transports.LutraWay/1]\nEnabled = Always\nEntity Label = radio\nInterface = wlan5\n\
+         [Transports.LutraWay/2]\nEnabled = Always\nEntity Label = 4G\nURL = ws://10.77.0.1:8080/link\n\
+         Source Address = 10.77.0.11\nMetered = true\nDaily Budget = 50\n\
+         [Transports.LutraWay/3]\nEnabled = Never\nEntity Label = satellite\n",
+    );
+    let [radio, mobile] = &two.unwrap()[..] else { panic!("two are enabled") };
+    assert_eq!((&radio.way.name[..], radio.way.metered, radio.way.daily_bytes), ("radio", false, None));
+    assert_eq!((radio.leaves.interface.as_deref(), radio.leaves.address), (Some("wlan5"), None));
+    assert_eq!(
+        (&mobile.way.name[..], mobile.way.metered, mobile.way.daily_bytes),
+        ("4G", true, Some(50 << 20))
+    );
+    assert_eq!((&mobile.server.host[..], &mobile.server.token[..]), ("10.77.0.1", "secret"));
+    assert_eq!(mobile.leaves.address, Some("10.77.0.11".parse().unwrap()));
+}
+
+#[test]
+fn a_way_that_cannot_be_used_is_refused_with_its_section() {
+    let way =
+        |more: &str| ways(&format!("[Transports.LutraWay/4G]\nEnabled = Always\nEntity Label = 4G\n{more}"));
+    for (more, wrong) in [
+        ("Source Address = wwan0", "`wwan0` is no IP address"),
+        ("Interface = an-interface-too-long", "longer than a name of an interface"),
+        ("Daily Budget = 5", "only a way that is `Metered`"),
+        ("URL = http://x/", "ws:// or wss://"),
+    ] {
+        let why = way(more).unwrap_err();
+        assert!(why.contains("[Transports.LutraWay/4G]") && why.contains(wrong), "{why}");
+    }
+    let many: String = (0..9)
+        .map(|at| format!("[Transports.LutraWay/{at}]\nEnabled = Always\nEntity Label = way {at}\n"))
+        .collect();
+    assert!(ways(&many).unwrap_err().contains("at most 8"));
 }

@@ -1,6 +1,6 @@
 //! The ways to the shore aboard: by which interface or from which address each goes, and what it has carried today.
 
-use super::settings::Server;
+use super::server::Server;
 use super::spool::write_whole;
 use anyhow::Context as _;
 use link::{Used, WaySettings};

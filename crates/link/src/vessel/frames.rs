@@ -2,6 +2,7 @@
 
 use super::machine::{End, Vessel};
 use super::up::Up;
+use super::way::Way;
 use super::{Answer, VesselOutput};
 use crate::commands::First;
 use crate::frame::{
@@ -174,7 +175,7 @@ impl Vessel {
                 || End::silent("the shore keeps one connection at a time"),
             );
         } else if other_shore {
-            let is_up: Vec<bool> = self.ways.iter().map(|way| way.stands()).collect();
+            let is_up: Vec<bool> = self.ways.iter().map(Way::stands).collect();
             self.end_all(
                 now,
                 |other| other != place && is_up[other],
@@ -219,7 +220,7 @@ impl Vessel {
         };
         let Some(receipt) = self.seen.answer(id, verdict, text) else { return };
         let place = self.report.live.map(usize::from).filter(|place| self.ways[*place].stands());
-        if let Some(place) = place.or_else(|| self.ways.iter().position(|way| way.stands())) {
+        if let Some(place) = place.or_else(|| self.ways.iter().position(Way::stands)) {
             self.send(now, place, message(&Frame::Receipt(receipt)));
         }
     }

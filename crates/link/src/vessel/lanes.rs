@@ -3,9 +3,10 @@
 use super::VesselOutput;
 use super::machine::Vessel;
 use super::up::Lanes;
+use super::way::Way;
 use crate::frame::{Capabilities, Frame, message};
-use crate::ways::WaysReport;
 use crate::ways::choice::{Candidate, Lane, choose};
+use crate::ways::{Thinning, WayState, WaysReport};
 use std::time::Duration;
 use units::Now;
 
@@ -13,6 +14,7 @@ use units::Now;
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 /// And this often by a way that is metered.
 const REPORT_METERED_EVERY: Duration = Duration::from_secs(10);
+const REPORT_THINNED_EVERY: Duration = Duration::from_mins(1);
 
 impl Vessel {
     /// The number that the record lane is at.
@@ -40,7 +42,7 @@ impl Vessel {
         }
         if let Some(why) = live_why {
             (self.report.live, self.report.live_why) = (live_now.map(|place| place as u8), why);
-            self.take_live(now, live_now);
+            self.take_live(now, live, live_now, live_now == records_now);
         }
         if let Some(why) = records_why {
             (self.report.records, self.report.records_why) = (records_now.map(|place| place as u8), why);
@@ -53,11 +55,11 @@ impl Vessel {
         }
     }
 
-    fn take_live(&mut self, now: Now, place: Option<usize>) {
+    fn take_live(&mut self, now: Now, before: Option<usize>, place: Option<usize>, with_records: bool) {
         let Some(place) = place else { return };
         self.report.choice += 1;
         if let Some(up) = self.ways[place].open_mut().and_then(|open| open.up.as_mut()) {
-            up.take_live(now.mono);
+            up.take_live(now.mono, before.is_some(), with_records);
         }
         // What was sent by the way before may never arrive.
         self.live.refresh();
@@ -84,17 +86,28 @@ impl Vessel {
     }
 
     fn ways_report(&self) -> WaysReport {
-        WaysReport { ways: self.ways.iter().map(|way| way.report()).collect(), ..self.report.clone() }
+        WaysReport { ways: self.ways.iter().map(Way::report).collect(), ..self.report.clone() }
     }
 
     /// Tells the shore, by the way of the live values.
     pub(super) fn tell_ways(&mut self, now: Now) {
         let Some(place) = self.report.live.map(usize::from).filter(|_| self.joint) else { return };
-        if self.ways.len() < 2 || now.mono < self.next_report || !self.ways[place].stands() {
+        if self.ways.len() < 2 || !self.ways[place].stands() {
             return;
         }
-        let metered = self.ways[place].settings.metered;
-        self.next_report = now.mono + if metered { REPORT_METERED_EVERY } else { REPORT_EVERY };
+        // That a way went or came is told at once.
+        let states: Vec<WayState> = self.ways.iter().map(Way::state).collect();
+        if now.mono < self.next_report && states == self.told_states {
+            return;
+        }
+        self.told_states = states;
+        let way = &self.ways[place];
+        let every = match (way.settings.metered, way.meter.thinning()) {
+            (false, _) => REPORT_EVERY,
+            (true, Thinning::Nothing | Thinning::Records) => REPORT_METERED_EVERY,
+            (true, Thinning::Most | Thinning::AllButLast) => REPORT_THINNED_EVERY,
+        };
+        self.next_report = now.mono + every;
         let frame = Frame::Ways(self.ways_report());
         self.send(now, place, message(&frame));
     }

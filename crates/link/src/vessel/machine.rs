@@ -10,7 +10,7 @@ use crate::commands::Seen;
 use crate::frame::{Bye, ByeCode, Capabilities, Frame, Hello, OLDEST_VERSION, VERSION, message};
 use crate::live::LiveSet;
 use crate::pace::Pace;
-use crate::ways::{MOST_WAYS, Used, WayHello, WaySettings, WaysReport};
+use crate::ways::{MOST_WAYS, Used, WayHello, WaySettings, WayState, WaysReport};
 use crate::{ConnectionId, GREETING_WITHIN, Latency};
 use bytes::Bytes;
 use std::collections::VecDeque;
@@ -39,6 +39,7 @@ pub struct Vessel {
     /// Which way carries what. The places hold good while nothing has broken since the last step.
     pub(super) report: WaysReport,
     pub(super) next_report: MonoTime,
+    pub(super) told_states: Vec<WayState>,
     pub(super) growth: LagTracker,
     pub(super) live: LiveSet,
     pub(super) live_number: u64,
@@ -98,6 +99,7 @@ impl Vessel {
             turn: 0,
             report: WaysReport::default(),
             next_report: now.mono,
+            told_states: Vec::new(),
             growth: LagTracker::new(now, settings.spool),
             live: LiveSet::default(),
             live_number: 0,

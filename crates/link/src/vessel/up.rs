@@ -21,6 +21,8 @@ const SPOOL_RETRY: Duration = Duration::from_secs(1);
 const GREATEST_READ_BYTES: usize = 64 << 10;
 const LEAST_READ_BYTES: usize = 2 << 10;
 const LIVE_EVERY: Duration = Duration::from_millis(250);
+/// After a switch, records alone for so long.
+const RECORDS_FIRST: Duration = Duration::from_millis(500);
 const LIVE_LOOK_EVERY: Duration = Duration::from_millis(25);
 const LIVE_FIRST_BYTES: usize = 64 << 10;
 const LIVE_BYTES: usize = 16 << 10;
@@ -111,9 +113,11 @@ impl Up {
         (self.asked, self.waits_since) = (None, None);
     }
 
-    /// Live values go by this connection from now on: the newest of each kind first.
-    pub(crate) fn take_live(&mut self, now: MonoTime) {
-        self.live_is_first = true;
+    /// Live values go by this connection from now on. After a switch records come again in their order by it, and what is
+    /// newer must not come before them: live values wait a moment, and go where records still lag then.
+    pub(crate) fn take_live(&mut self, now: MonoTime, is_switch: bool, with_records: bool) {
+        self.live_is_first = !is_switch;
+        self.next_live = if is_switch && with_records { now + RECORDS_FIRST } else { now };
         self.next_heartbeat = self.next_heartbeat.min(now + HEARTBEAT);
     }
 

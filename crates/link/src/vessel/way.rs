@@ -202,17 +202,20 @@ impl Way {
         self.meter.count(now, message_bytes);
     }
 
-    pub(crate) fn report(&self) -> WayReport {
-        let state = match self.open().filter(|open| open.up.is_some()) {
+    pub(crate) fn state(&self) -> WayState {
+        match self.open().filter(|open| open.up.is_some()) {
             None => WayState::Down,
             Some(open) if open.suspect => WayState::Suspect,
             Some(_) => WayState::Up,
-        };
+        }
+    }
+
+    pub(crate) fn report(&self) -> WayReport {
         let round_trip = self.quality.usual().unwrap_or_default().as_micros();
         WayReport {
             name: self.settings.name.clone(),
             metered: self.settings.metered,
-            state,
+            state: self.state(),
             round_trip_us: u32::try_from(round_trip).unwrap_or(u32::MAX),
             late_per_mille: self.quality.late_per_mille(),
             rate_bytes_per_s: self.quality.rate_bytes_per_s(),

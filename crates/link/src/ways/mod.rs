@@ -19,7 +19,8 @@
 //! Sessions of one stream and one start of the vessel's program stand beside each other, one for each way, and share what was
 //! received. On a switch the vessel goes on with the number that the shore last said *on the way that takes over*: it may send
 //! again, and never leaves a hole, whatever is still under way on the other. Records with a known number are dropped. Live
-//! messages are numbered; one that was overtaken by another way's is dropped, and a switch sends the latest of each kind again.
+//! messages are numbered; one that was overtaken by another way's is dropped, and after a switch records come first, in order, and the
+//! latest of each kind again where they lag.
 //!
 //! # Commands
 //!
@@ -46,7 +47,7 @@
 //! | beyond | the same once a minute; commands and their acknowledgements always |
 //!
 //! While another way stands that is not thinned, that is used. Records wait aboard. Beats of a metered way come every 5 s while it
-//! carries nothing or little, and it is given up after 15 s of silence: standing there it takes 6 MB a day.
+//! carries nothing or little, and it is given up after 15 s of silence: standing there it takes 7 MB a day.
 
 pub(crate) mod choice;
 pub(crate) mod meter;

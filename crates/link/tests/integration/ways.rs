@@ -49,13 +49,14 @@ fn values_pause_for_less_than_two_seconds_in_each_of_many_cuts() {
     for seed in 1..=so_many(3, 30) {
         let (mut world, mut chance) = (world(seed, None), Chance::new(seed));
         world.run(30 * SECOND);
-        world.shore.longest_gap_us = 0;
+        (world.shore.longest_gap_us, world.shore.overtaken) = (0, 0);
         for cut in 0..20 {
             world.at(0, Event::Fault(Fault::CutWay(cut % 2, chance.between(SECOND, 12 * SECOND))));
             world.run(chance.between(15 * SECOND, 25 * SECOND));
         }
         let took = world.shore.longest_gap_us;
         assert!(took <= 2 * SECOND, "seed {seed}: no value for {took} us");
+        assert_eq!(world.shore.overtaken, 0, "seed {seed}: older after newer");
         longest = longest.max(took);
         let failovers = world.vessel.switches.iter().filter(|(_, now)| now.live_why == Why::Failover).count();
         assert!(failovers >= 10, "seed {seed}: {failovers}");
@@ -121,7 +122,7 @@ fn a_metered_way_alone_keeps_to_its_day() {
     // What is beyond are beats and the last to go: 7 MB in a whole day.
     let (beyond, minutes) = (seen[59].0 - seen[first[3]].0, 59 - first[3] as u64);
     println!("{} B a minute beyond the budget, which {} minutes used up", beyond / minutes, first[3]);
-    assert!(beyond / minutes < 5_000, "{seen:?}");
+    assert!(beyond / minutes < 5_500, "{seen:?}");
     assert!(world.missing() > 10_000, "records wait for the radio");
     let old_us = world.now_us - world.shore.newest_us;
     assert!(old_us < 2 * MINUTE, "position comes to the last, {old_us} us old");

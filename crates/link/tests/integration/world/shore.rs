@@ -39,6 +39,8 @@ pub(crate) struct ShoreNode {
     /// When the newest value came last, and the longest time without a newer one (µs), since it was set to zero.
     heard_us: u64,
     pub(crate) longest_gap_us: u64,
+    /// Records that came after a live value that was said later.
+    pub(crate) overtaken: u64,
     pub(crate) chart: ChartAshore,
 }
 
@@ -131,6 +133,7 @@ impl World {
 
     /// A value that was said then is ashore.
     fn heard(&mut self, said_us: u64) {
+        self.shore.overtaken += u64::from(said_us < self.shore.newest_us);
         if said_us > self.shore.newest_us {
             let gap_us = self.now_us - self.shore.heard_us;
             self.shore.longest_gap_us = self.shore.longest_gap_us.max(gap_us);
