@@ -109,10 +109,9 @@ async fn cut_by_turns_what_is_seen_goes_on_and_all_is_ashore_once() {
     let mut more = String::new();
     for (place, (line, name)) in lines.iter().zip(names).enumerate() {
         let url = format!("ws://{}/link", line.address);
-        more += &format!(
-            "\n[Transports.LutraWay/{place}]\nEnabled = Always\nEntity Label = {name}\nURL = {url}\nMetered = {}\n",
-            place == 1
-        );
+        let metered = place == 1;
+        let section = format!("\n[Transports.LutraWay/{place}]\nEnabled = Always\nEntity Label = {name}\n");
+        more.extend([section, format!("URL = {url}\nMetered = {metered}\n")]);
     }
     let command = Command::new(&program);
     let mut agent = Agent::start_with(command, aboard.path(), lines[0].address, &token, &more);

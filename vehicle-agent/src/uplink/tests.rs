@@ -493,8 +493,7 @@ fn a_way_that_cannot_be_used_is_refused_with_its_section() {
         let why = way(more).unwrap_err();
         assert!(why.contains("[Transports.LutraWay/4G]") && why.contains(wrong), "{why}");
     }
-    let many: String = (0..9)
-        .map(|at| format!("[Transports.LutraWay/{at}]\nEnabled = Always\nEntity Label = way {at}\n"))
-        .collect();
+    let one = |at| format!("[Transports.LutraWay/{at}]\nEnabled = Always\nEntity Label = way {at}\n");
+    let many = (0..9).map(one).collect::<Vec<_>>().concat();
     assert!(ways(&many).unwrap_err().contains("at most 8"));
 }

@@ -5,6 +5,7 @@ use super::spool::write_whole;
 use anyhow::Context as _;
 use link::{Used, WaySettings};
 use socket2::{Domain, Protocol, SockAddr, Socket, Type};
+use std::fmt::Write as _;
 use std::io;
 use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::path::Path;
@@ -103,9 +104,10 @@ pub(super) fn load(folder: &Path, ways: &mut [Door]) {
 
 /// Keeps what each way has carried.
 pub(super) fn save(folder: &Path, ways: &[Door], used: &[Used]) -> io::Result<()> {
-    let lines = ways.iter().zip(used);
-    let text: String =
-        lines.map(|(door, used)| format!("{} {} {}\n", used.day, used.bytes, door.way.name)).collect();
+    let mut text = String::new();
+    for (door, used) in ways.iter().zip(used) {
+        writeln!(text, "{} {} {}", used.day, used.bytes, door.way.name).ok();
+    }
     write_whole(&folder.join(FILE), text.as_bytes())
 }
 

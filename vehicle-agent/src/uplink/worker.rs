@@ -245,7 +245,11 @@ impl Worker {
     /// Takes messages; answers whether there may be more, which the kernel need not know of.
     fn receive(&mut self) -> bool {
         let ids: Vec<ConnectionId> = self.connections.keys().copied().collect();
-        ids.into_iter().fold(false, |more, id| self.receive_by(id) || more)
+        let mut more = false;
+        for id in ids {
+            more |= self.receive_by(id);
+        }
+        more
     }
 
     fn receive_by(&mut self, id: ConnectionId) -> bool {

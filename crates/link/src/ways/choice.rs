@@ -161,7 +161,7 @@ mod tests {
         fn a_choice_rests(ways in proptest::collection::vec(candidate(), 1..5), current in 0_usize..5, live: bool) {
             let lane = if live { Lane::Live } else { Lane::Records };
             let mut at = Some(current);
-            for _ in 0..ways.len() + 1 {
+            for _ in 0..=ways.len() {
                 at = choose(lane, at, &ways).0;
             }
             prop_assert_eq!(choose(lane, at, &ways), (at, None));
