@@ -5,7 +5,7 @@ use bytes::Bytes;
 use link::frame::{self, Frame, Welcome};
 use link::{
     Capabilities, ChartAboard, ChartOffer, ConnectionId, MAX_BATCH_RAW_BYTES, Shore, ShoreInput, ShoreOutput,
-    ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
+    ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, WaySettings, unpack,
 };
 
 const ONE: ConnectionId = ConnectionId(1);
@@ -27,13 +27,15 @@ pub(crate) fn message(data: &[u8]) {
             }
         }
     }
-    for welcomed in [false, true] {
-        to_vessel(&bytes, welcomed);
-        to_shore(&bytes, welcomed);
+    for (welcomed, several) in [(false, false), (false, true), (true, false), (true, true)] {
+        to_vessel(&bytes, welcomed, several);
+        to_shore(&bytes, welcomed, several);
     }
 }
 
-fn vessel() -> Vessel {
+fn vessel(several: bool) -> Vessel {
+    let ways = ["4g", "radio"].map(|name| WaySettings { name: name.to_owned(), ..WaySettings::default() });
+    let ways = if several { ways.to_vec() } else { Vec::new() };
     let settings = VesselSettings {
         address: 0x2810,
         name: "fuzzed".to_owned(),
@@ -42,6 +44,7 @@ fn vessel() -> Vessel {
         seed: 1,
         budget_bytes_per_s: None,
         spool: SpoolState { stream: 7, first: 0, next: 1 << 40 },
+        ways,
     };
     let mut vessel = Vessel::new(units::Now::default(), settings);
     vessel.handle(units::Now::default(), VesselInput::Timer);
@@ -56,8 +59,8 @@ fn offer() -> ChartOffer {
     ChartOffer { digest, bytes: 5000, edition: String::new() }
 }
 
-fn to_vessel(bytes: &Bytes, welcomed: bool) {
-    let mut vessel = vessel();
+fn to_vessel(bytes: &Bytes, welcomed: bool, several: bool) {
+    let mut vessel = vessel(several);
     if welcomed {
         let welcome = Welcome {
             version: frame::VERSION,
@@ -65,6 +68,7 @@ fn to_vessel(bytes: &Bytes, welcomed: bool) {
             resume: 5,
             window_bytes: 1 << 20,
             stamp: frame::Stamp::default(),
+            run: several.then_some(9),
         };
         let message = frame::message(&Frame::Welcome(welcome));
         vessel.handle(units::Now::default(), VesselInput::Message(ONE, message));
@@ -85,11 +89,11 @@ fn to_vessel(bytes: &Bytes, welcomed: bool) {
     }
 }
 
-fn to_shore(bytes: &Bytes, welcomed: bool) {
+fn to_shore(bytes: &Bytes, welcomed: bool, several: bool) {
     let mut shore = Shore::new(ShoreSettings::default());
     shore.handle(units::Now::default(), ShoreInput::Opened(ONE));
     if welcomed {
-        let mut vessel = vessel();
+        let mut vessel = vessel(several);
         while let Some(output) = vessel.poll_output() {
             if let VesselOutput::Send(_, bytes) = output {
                 shore.handle(units::Now::default(), ShoreInput::Message(ONE, bytes));
@@ -99,7 +103,7 @@ fn to_shore(bytes: &Bytes, welcomed: bool) {
         shore.handle(units::Now::default(), ShoreInput::Chart(Some(offer())));
     }
     shore.handle(units::Now::default(), ShoreInput::Message(ONE, bytes.clone()));
-    shore.poll_timeout();
+    shore.poll_timeout(units::Now::default());
     shore.status(units::Now::default());
     let mut expected = 0;
     while let Some(output) = shore.poll_output() {

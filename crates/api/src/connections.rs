@@ -67,6 +67,53 @@ pub struct LinkStatus {
     pub connections: u64,
     /// The sea chart aboard.
     pub chart: VesselChart,
+    /// The ways of a vessel that has several; null for one that has one.
+    pub ways: Option<LinkWays>,
+}
+
+/// The ways of one vessel to this server, as it said last.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LinkWays {
+    /// Place of the way that carries live values and commands; null for none.
+    pub live: Option<u8>,
+    /// Why: `only` one that stood, `better`, `cheaper`, `failover` from one that did not answer, `budget` of another used
+    /// up, or `none`.
+    pub live_why: String,
+    /// Place of the way that carries records; null while they wait aboard.
+    pub records: Option<u8>,
+    /// Why, in the same words.
+    pub records_why: String,
+    /// All ways, in the order of their places.
+    pub ways: Vec<LinkWay>,
+}
+
+/// One way of a vessel to this server.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LinkWay {
+    /// Its name aboard.
+    pub name: String,
+    /// Its bytes cost.
+    pub metered: bool,
+    /// `up`, `suspect` while it does not answer in time, or `down`.
+    pub state: String,
+    /// From sending a message to knowing that it arrived, ms; null while unknown.
+    pub round_trip_ms: Option<u32>,
+    /// Of the last messages so many in a thousand were late by a packet that was lost.
+    pub late_per_mille: u16,
+    /// The fastest that it lately carried, B/s; null while unknown.
+    pub rate_bytes_per_s: Option<u32>,
+    /// Bytes of the day (UTC), both directions.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub today_bytes: u64,
+    /// Bytes that it may carry in a day; null for no bound.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub daily_bytes: Option<u64>,
+    /// What it leaves out for that: `nothing`, `records`, `most`, or `all_but_last`.
+    pub thinning: String,
+    /// How often it broke or stopped answering since the start of the vessel's program.
+    pub failures: u32,
 }
 
 /// Which sea chart a vessel holds, as it said last.

@@ -47,7 +47,7 @@ pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseChange, LeaseHolder, LeaseRequest, LeaseWaiting, Order,
     OrderRequest, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
 };
-pub use connections::{LinkStatus, Recording, TransportPeer, VesselChart};
+pub use connections::{LinkStatus, LinkWay, LinkWays, Recording, TransportPeer, VesselChart};
 pub use datasets::{
     Dataset, DatasetAuthor, DatasetChange, DatasetCheck, DatasetContent, DatasetCovered, DatasetDraft,
     DatasetFileQuery, DatasetQuery, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetState,

@@ -4,7 +4,10 @@ use bytes::Bytes;
 use link::frame::{
     Ack, Bye, Command, Frame, Heartbeat, Receipt, Stamp, VERSION, Verdict, Welcome, encode, message,
 };
-use link::{ByeCode, Capabilities, Gap, GapReason, Hello, Lease, Packer, Record, pack};
+use link::{
+    ByeCode, Capabilities, Gap, GapReason, Hello, Lease, Packer, Record, WayHello, WayReport, WayState,
+    WaysReport, Why, pack,
+};
 use std::fs;
 use std::path::Path;
 use units::{MonoTime, UtcTime};
@@ -35,11 +38,19 @@ fn frames() -> Vec<Frame> {
         stamp,
         name: "ntnu-otter-01".to_owned(),
         software: "lutra-agent".to_owned(),
+        way: Some(WayHello { index: 1, metered: true, name: "4g".to_owned() }),
     };
     let (version, capabilities) = (VERSION, Capabilities::ALL);
     vec![
         Frame::Hello(hello),
-        Frame::Welcome(Welcome { version, capabilities, resume: 5, window_bytes: 1 << 20, stamp }),
+        Frame::Welcome(Welcome {
+            version,
+            capabilities,
+            resume: 5,
+            window_bytes: 1 << 20,
+            stamp,
+            run: Some(3),
+        }),
         Frame::Records(pack(&mut Packer::new(true), &records)),
         Frame::Records(pack(&mut Packer::new(false), &records)),
         Frame::Live(pack(&mut Packer::new(true), &records)),
@@ -55,8 +66,22 @@ fn frames() -> Vec<Frame> {
         Frame::Receipt(Receipt { id: 1, verdict: Verdict::Refused, text: "the queue is full".to_owned() }),
         Frame::Heartbeat(Heartbeat { stamp, bytes: 1, next: 9, durable: 2, waiting_us: 3, kept_us: 4 }),
         Frame::Bye(Bye { code: ByeCode::Ending, text: "the program ends".to_owned() }),
-        Frame::Lease(Lease { epoch: 7, ttl_ms: 30_000, holder: "nils".to_owned() }),
+        Frame::Lease(Lease { epoch: 7, ttl_ms: 30_000, holder: "nils".to_owned(), number: 4 }),
+        Frame::Ways(ways()),
     ]
+}
+
+fn ways() -> WaysReport {
+    let way = |name: &str, state| WayReport {
+        name: name.to_owned(),
+        state,
+        round_trip_us: 60_000,
+        today_bytes: 7_000_000,
+        daily_bytes: 50_000_000,
+        ..WayReport::default()
+    };
+    let ways = vec![way("radio", WayState::Suspect), way("4g", WayState::Up)];
+    WaysReport { choice: 3, live: Some(1), live_why: Why::Failover, ways, ..WaysReport::default() }
 }
 
 fn main() -> std::io::Result<()> {

@@ -1,5 +1,6 @@
 //! Commands at both ends: which wait for an answer ashore, which were seen aboard.
 
+use crate::ConnectionId;
 use crate::frame::{Receipt, Verdict};
 use bytes::Bytes;
 use std::collections::{BTreeMap, VecDeque};
@@ -13,6 +14,9 @@ const MOST_REMEMBERED: usize = 1024;
 /// An answer may come this much after the time to live.
 const GRACE: Duration = Duration::from_secs(3);
 
+/// A command without an answer goes over the other connections too after this.
+const ELSEWHERE_AFTER: Duration = Duration::from_millis(500);
+
 /// A command ashore.
 #[derive(Debug, Clone)]
 pub(crate) struct Waiting {
@@ -24,6 +28,20 @@ pub(crate) struct Waiting {
     pub(crate) sent: bool,
     /// A stop followed: it is not sent again.
     pub(crate) called_off: bool,
+    /// When it was sent first, and over which connections that stand.
+    pub(crate) first_sent: Option<MonoTime>,
+    pub(crate) over: Vec<ConnectionId>,
+}
+
+impl Waiting {
+    pub(crate) fn new(lease: u64, packet: Bytes, expires: MonoTime) -> Self {
+        Self { lease, packet, expires, sent: false, called_off: false, first_sent: None, over: Vec::new() }
+    }
+
+    /// When it is to go over the other connections too.
+    fn elsewhere_at(&self) -> Option<MonoTime> {
+        self.first_sent.filter(|_| !self.called_off).map(|at| at + ELSEWHERE_AFTER)
+    }
 }
 
 /// The shore's commands without an answer, by identity.
@@ -58,15 +76,34 @@ impl Pending {
         self.waiting.remove(&id).is_some()
     }
 
-    /// Marks all that can still be in time as sent, over a connection that just began (`again`) or for the first time.
-    pub(crate) fn sendable(&mut self, now: MonoTime, again: bool) -> Vec<(u64, Waiting)> {
+    /// Marks all that can still be in time as sent over a connection, in order; what was sent over it before is left out.
+    pub(crate) fn sendable(&mut self, now: MonoTime, over: ConnectionId) -> Vec<(u64, Waiting)> {
         let due = self.waiting.iter_mut();
-        let due = due.filter(|(_, one)| one.expires > now && !one.called_off && (again || !one.sent));
+        let due = due.filter(|(_, one)| one.expires > now && !one.called_off && !one.over.contains(&over));
         due.map(|(id, one)| {
             one.sent = true;
+            one.first_sent = one.first_sent.or(Some(now));
+            one.over.push(over);
             (*id, one.clone())
         })
         .collect()
+    }
+
+    /// A connection is gone.
+    pub(crate) fn forget(&mut self, connection: ConnectionId) {
+        for one in self.waiting.values_mut() {
+            one.over.retain(|over| *over != connection);
+        }
+    }
+
+    /// Whether something has waited so long for its answer that it is to go over every connection.
+    pub(crate) fn is_late(&self, now: MonoTime) -> bool {
+        self.waiting.values().any(|one| one.elsewhere_at().is_some_and(|at| now >= at))
+    }
+
+    /// When that will be so next.
+    pub(crate) fn late_at(&self, now: MonoTime) -> Option<MonoTime> {
+        self.waiting.values().filter_map(Waiting::elsewhere_at).filter(|at| *at > now).min()
     }
 
     /// Those that nobody will answer any more, and whether they were ever sent.
@@ -159,13 +196,14 @@ mod tests {
     fn what_a_stop_calls_off_is_not_sent_after_it() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(9), sent: false, called_off: false };
+        let one = Waiting::new(0, Bytes::new(), at(9));
+        let (first, next) = (ConnectionId(1), ConnectionId(2));
         assert!(pending.put(1, one.clone()));
-        assert_eq!(pending.sendable(at(0), false).len(), 1);
+        assert_eq!(pending.sendable(at(0), first).len(), 1);
         assert!(pending.put(2, one.clone()));
         assert_eq!(pending.call_off(), [2]);
         assert!(pending.put(3, one));
-        let sent: Vec<u64> = pending.sendable(at(1), true).into_iter().map(|(id, _)| id).collect();
+        let sent: Vec<u64> = pending.sendable(at(1), next).into_iter().map(|(id, _)| id).collect();
         assert_eq!(sent, [3], "over the next connection");
         assert!(pending.answered(1), "whether the first arrived is still asked");
     }
@@ -174,14 +212,15 @@ mod tests {
     fn waiting_commands_are_bounded_and_end() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(1), sent: false, called_off: false };
+        let one = Waiting::new(0, Bytes::new(), at(1));
+        let (first, next) = (ConnectionId(1), ConnectionId(2));
         for id in 0..MOST_WAITING as u64 {
             assert!(pending.put(id, one.clone()));
         }
         assert!(!pending.put(999, one));
-        assert_eq!(pending.sendable(at(0), false).len(), MOST_WAITING);
-        assert!(pending.sendable(at(0), false).is_empty());
-        assert_eq!(pending.sendable(at(0), true).len(), MOST_WAITING);
+        assert_eq!(pending.sendable(at(0), first).len(), MOST_WAITING);
+        assert!(pending.sendable(at(0), first).is_empty());
+        assert_eq!(pending.sendable(at(0), next).len(), MOST_WAITING);
         assert!(pending.answered(0) && !pending.answered(0));
         assert!(pending.overdue(at(3)).is_empty());
         assert_eq!(pending.overdue(at(4)).len(), MOST_WAITING - 1);

@@ -24,6 +24,9 @@
 //!   to spare; it goes on where it was after any cut or restart of either end. That the whole is what the digest says
 //!   is the vessel's driver's to check.
 //!
+//! A vessel with several ways to the shore keeps a connection on each; what goes by which, and how nothing is lost, doubled
+//! or carried out twice on a switch, stands at the head of [`ways`].
+//!
 //! It knows IMC packets and time, and nothing of sockets, disks, plans or people. A chart is bytes with a digest to it.
 
 mod arrival;
@@ -37,6 +40,7 @@ mod live;
 mod pace;
 mod shore;
 mod vessel;
+pub mod ways;
 mod wire;
 
 pub use arrival::{LinkSeq, Transport};
@@ -51,6 +55,10 @@ pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSetti
 pub use vessel::{
     Answer, ChartAboard, Entry, Failure, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
     VesselStatus,
+};
+pub use ways::{
+    MOST_WAY_NAME_BYTES, MOST_WAYS, Thinning, Used, WayHello, WayReport, WaySettings, WayState, WaysReport,
+    Why,
 };
 pub use wire::DecodeError;
 

@@ -4,18 +4,43 @@
 //! record lane and counted; known kinds go on.
 
 use crate::frame::Batch;
+use crate::ways::Thinning;
 use crate::{MAX_BATCH_RAW_BYTES, Packer};
 use bytes::Bytes;
 use imc::PacketView;
+use imc::messages::{
+    Abort, EntityState, EstimatedState, FuelLevel, GpsFix, LogBookEntry, Payload as _, PlanControl,
+    PlanControlState, PlanDB, VehicleCommand, VehicleState,
+};
 use std::collections::BTreeMap;
 use units::{MonoTime, Now, UtcTime};
 
 const MOST_KINDS: usize = 2048;
 const MOST_BYTES: usize = 512 << 10;
 
+/// Whether a way carries the newest of a message.
+fn carries(thinning: Thinning, id: u16) -> bool {
+    thinning < Thinning::Most || LAST_TO_GO.contains(&id)
+}
+
 /// Messages whose first byte says which of several alike is meant: EntityInfo, ServoPosition,
 /// SetThrusterActuation, SetServoPosition. (The Otters' two thrusters share entity and millisecond.)
 const NUMBERED: [u16; 4] = [3, 281, 301, 302];
+
+/// What a way that is thinned carries to the last: position, alarms, states, and answers to commands.
+const LAST_TO_GO: [u16; 11] = [
+    EntityState::ID,
+    GpsFix::ID,
+    EstimatedState::ID,
+    FuelLevel::ID,
+    VehicleState::ID,
+    VehicleCommand::ID,
+    Abort::ID,
+    PlanControlState::ID,
+    PlanControl::ID,
+    PlanDB::ID,
+    LogBookEntry::ID,
+];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
@@ -77,17 +102,23 @@ impl LiveSet {
     }
 
     /// Whether something was not sent since it changed.
-    pub(crate) fn is_fresh(&self) -> bool {
-        self.values.values().any(|value| value.fresh)
+    pub(crate) fn is_fresh(&self, thinning: Thinning) -> bool {
+        self.values.iter().any(|(kind, value)| value.fresh && carries(thinning, kind.id))
     }
 
     /// What was not sent since it changed, those first that waited longest, up to `most_bytes` (but one at
     /// least).
-    pub(crate) fn take(&mut self, now: MonoTime, most_bytes: usize, packer: &mut Packer) -> Option<Batch> {
+    pub(crate) fn take(
+        &mut self,
+        now: MonoTime,
+        most_bytes: usize,
+        packer: &mut Packer,
+        thinning: Thinning,
+    ) -> Option<Batch> {
         let mut fresh: Vec<(MonoTime, Kind)> = self
             .values
             .iter()
-            .filter(|(_, value)| value.fresh)
+            .filter(|(kind, value)| value.fresh && carries(thinning, kind.id))
             .map(|(kind, value)| (value.sent, *kind))
             .collect();
         fresh.sort_unstable();
@@ -125,7 +156,7 @@ mod tests {
     }
 
     fn take(live: &mut LiveSet, most: usize) -> Vec<Bytes> {
-        let batch = live.take(MonoTime::from_micros(1), most, &mut Packer::new(true));
+        let batch = live.take(MonoTime::from_micros(1), most, &mut Packer::new(true), Thinning::Nothing);
         batch.map_or_else(Vec::new, |batch| {
             unpack(&batch).unwrap().into_iter().map(|one| one.packet).collect()
         })
@@ -142,7 +173,7 @@ mod tests {
         }
         assert!(!live.put(Now::default(), Bytes::from_static(b"no packet")));
         assert_eq!(take(&mut live, 10_000), [thrust(0, 0.2), thrust(1, 0.2)]);
-        assert!(!live.is_fresh() && take(&mut live, 10_000).is_empty());
+        assert!(!live.is_fresh(Thinning::Nothing) && take(&mut live, 10_000).is_empty());
         live.refresh();
         assert_eq!(take(&mut live, 10_000).len(), 2);
     }
@@ -156,7 +187,7 @@ mod tests {
                 live.put(Now::default(), packet(Rpm { value: turn }, entity));
             }
             let now = MonoTime::from_micros(turn as u64 + 1);
-            if let Some(one) = live.take(now, 100, &mut Packer::new(false)) {
+            if let Some(one) = live.take(now, 100, &mut Packer::new(false), Thinning::Nothing) {
                 for record in unpack(&one).unwrap() {
                     seen.insert(PacketView::new(&record.packet).unwrap().src_ent());
                 }

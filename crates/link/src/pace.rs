@@ -101,7 +101,17 @@ impl Pace {
         Some(took)
     }
 
-    fn under_way(&self) -> u64 {
+    /// When the oldest message that is under way was sent.
+    pub(crate) fn oldest(&self) -> Option<MonoTime> {
+        self.under_way.front().map(|(_, at)| *at)
+    }
+
+    /// Bytes that have arrived.
+    pub(crate) fn arrived_bytes(&self) -> u64 {
+        self.arrived
+    }
+
+    pub(crate) fn under_way(&self) -> u64 {
         self.sent - self.arrived
     }
 

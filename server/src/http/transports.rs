@@ -2,11 +2,11 @@
 
 use crate::AppState;
 use crate::web::{ApiError, Who};
-use api::{LinkStatus, Recording, TransportPeer, VesselChart};
+use api::{LinkStatus, LinkWay, LinkWays, Recording, TransportPeer, VesselChart};
 use axum::Json;
 use axum::extract::State;
 use imc::Address;
-use link::ShoreStatus;
+use link::{ShoreStatus, WayReport, WaysReport};
 use shore::identity::Grants;
 use shore::recorder::{RecorderState, WAITING_BYTES};
 use shore::router::PeerFigures;
@@ -43,7 +43,12 @@ fn describe(figures: PeerFigures, grants: &Grants) -> Option<TransportPeer> {
 /// `GET /api/v1/links`.
 pub(crate) async fn links(State(state): State<AppState>, Who(who): Who) -> Json<Vec<LinkStatus>> {
     let seen = state.shore.links.status().into_iter().filter(|(vessel, _)| who.grants.on(vessel.0).is_some());
-    Json(seen.map(|(vessel, status)| link_status(vessel, status, state.shore.links.chart(vessel))).collect())
+    let links = &state.shore.links;
+    let told = seen.map(|(vessel, status)| LinkStatus {
+        ways: links.ways(vessel).map(|report| ways(status.up, report)),
+        ..link_status(vessel, status, links.chart(vessel))
+    });
+    Json(told.collect())
 }
 
 fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> LinkStatus {
@@ -61,6 +66,30 @@ fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> Link
         repeated: status.repeated,
         connections: status.connections,
         chart,
+        ways: None,
+    }
+}
+
+/// What a vessel said of its ways; while no link stands, none of them carries anything.
+fn ways(up: bool, report: WaysReport) -> LinkWays {
+    let way = |way: WayReport| LinkWay {
+        name: way.name,
+        metered: way.metered,
+        state: if up { way.state } else { link::WayState::Down }.name().to_owned(),
+        round_trip_ms: (way.round_trip_us > 0).then_some(way.round_trip_us / 1000),
+        late_per_mille: way.late_per_mille,
+        rate_bytes_per_s: Some(way.rate_bytes_per_s).filter(|rate| *rate > 0),
+        today_bytes: way.today_bytes,
+        daily_bytes: Some(way.daily_bytes).filter(|bytes| *bytes > 0),
+        thinning: way.thinning.name().to_owned(),
+        failures: way.failures,
+    };
+    LinkWays {
+        live: report.live.filter(|_| up),
+        live_why: report.live_why.name().to_owned(),
+        records: report.records.filter(|_| up),
+        records_why: report.records_why.name().to_owned(),
+        ways: report.ways.into_iter().map(way).collect(),
     }
 }
 

@@ -40,6 +40,7 @@ impl Holder {
             stamp: Stamp::default(),
             name: "otter-1".to_owned(),
             software: "a test".to_owned(),
+            way: None,
         };
         holder.say(&Frame::Hello(hello)).await;
         let resume = holder.hear(|frame| match frame {

@@ -30,3 +30,4 @@ mod tls;
 mod upgrade;
 mod vessel;
 mod vpn;
+mod ways;

@@ -7,6 +7,7 @@
 mod chart;
 mod figures;
 mod vessel;
+mod ways;
 
 use crate::charts::{Charts, ChartsAboard};
 use crate::recorder::Recorder;
@@ -14,7 +15,7 @@ use crate::router::Router;
 use api::VesselChart;
 use bytes::Bytes;
 use imc::Address;
-use link::{ConnectionId, ShoreStatus};
+use link::{ConnectionId, ShoreStatus, WaysReport};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -68,6 +69,7 @@ struct Shared {
 struct Handle {
     events: mpsc::Sender<Event>,
     status: watch::Receiver<ShoreStatus>,
+    ways: watch::Receiver<Option<WaysReport>>,
     /// Stick positions that came too late or never.
     late: Arc<AtomicU64>,
     /// Which vessel it was, counted as they came in.
@@ -100,6 +102,13 @@ impl Links {
         vessels.iter().map(|(address, handle)| (Address(*address), *handle.status.borrow())).collect()
     }
 
+    /// What a vessel with several ways to the shore said of them last.
+    pub fn ways(&self, vessel: Address) -> Option<WaysReport> {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        let ways = vessels.get(&vessel.0)?.ways.borrow();
+        ways.clone()
+    }
+
     /// How many stick positions came to a vessel too late or never, since the start.
     pub fn late_sticks(&self, vessel: Address) -> u64 {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
@@ -128,18 +137,19 @@ impl Links {
         let index = lost.map_or(vessels.len(), |lost| lost.index);
         let (events, coming) = mpsc::channel(WAITING);
         let (told, status) = watch::channel(ShoreStatus::default());
+        let (told_ways, ways) = watch::channel(None);
         let late = Arc::new(AtomicU64::new(0));
         let task = vessel::Task::new(
             Address(address),
             shared.router.clone(),
             shared.recorder.clone(),
             (shared.charts.offered(), shared.aboard.clone()),
-            told,
+            (told, told_ways),
             Arc::clone(&late),
             index,
         );
         shared.tasks.spawn(task.run(coming, shared.stop.clone()));
-        vessels.insert(address, Handle { events: events.clone(), status, late, index });
+        vessels.insert(address, Handle { events: events.clone(), status, ways, late, index });
         events
     }
 

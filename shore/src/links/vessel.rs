@@ -13,7 +13,7 @@ use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
     ByeCode, ChartRequest, Commander, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore,
-    ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus,
+    ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus, WaysReport,
 };
 use operations::{Operations, Receipt};
 use std::collections::{BTreeMap, BTreeSet};
@@ -71,6 +71,8 @@ pub(crate) struct Task {
     late: Arc<AtomicU64>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
+    /// What the vessel said last of its ways; nothing where it has one.
+    pub(super) ways: watch::Sender<Option<WaysReport>>,
     /// How often the figures were told.
     told: u32,
 }
@@ -81,7 +83,7 @@ impl Task {
         router: Router,
         recorder: Recorder,
         (chart, aboard): (watch::Receiver<Option<Arc<ChartPackage>>>, ChartsAboard),
-        status: watch::Sender<ShoreStatus>,
+        (status, ways): (watch::Sender<ShoreStatus>, watch::Sender<Option<WaysReport>>),
         late: Arc<AtomicU64>,
         index: usize,
     ) -> Self {
@@ -94,7 +96,7 @@ impl Task {
             vessel,
             router,
             recorder,
-            shore: Shore::new(ShoreSettings::default()),
+            shore: Shore::new(ShoreSettings { run: next_command, ..ShoreSettings::default() }),
             connections: BTreeMap::new(),
             chart,
             aboard,
@@ -109,6 +111,7 @@ impl Task {
             late,
             figures,
             status,
+            ways,
             told: 0,
         }
     }
@@ -125,7 +128,7 @@ impl Task {
         let mut chart = self.chart.clone();
         self.offer_chart();
         loop {
-            let due = self.shore.poll_timeout();
+            let due = self.shore.poll_timeout(self.now());
             tokio::select! {
                 () = stop.cancelled() => break,
                 event = events.recv() => match event {
@@ -241,6 +244,10 @@ impl Task {
                     self.connections.remove(&id);
                 }
                 ShoreOutput::Hello(id, hello) => self.greeted(id, &hello),
+                ShoreOutput::Up(_) if self.shore.standing() > 1 => {
+                    tracing::info!(vessel = %self.vessel, "the link stands by one more way");
+                    self.tell_status();
+                }
                 ShoreOutput::Up(_) => {
                     tracing::info!(vessel = %self.vessel, "the link stands");
                     self.router.ledger().link_changed(self.vessel);
@@ -267,6 +274,7 @@ impl Task {
                 }
                 ShoreOutput::ChartPart(id, ask) => self.read_chart(id, ask),
                 ShoreOutput::ChartReport(report) => self.chart_aboard(report),
+                ShoreOutput::Ways(report) => self.ways_told(report),
                 ShoreOutput::Outcome(id, outcome) => {
                     self.outcome(id, &outcome);
                     if let Some(command) = self.orders.remove(&id) {
@@ -311,11 +319,16 @@ impl Task {
     fn answered(&mut self, answer: Answer) {
         match answer {
             Answer::Durable(id, stream, durable) => {
-                // What was only declared missing holds for the connection over which it was: who still has it
-                // sends it, and who has not says so again.
-                self.stream = Some(stream);
-                self.gaps.clear();
-                self.durable = durable;
+                if self.shore.joins(id) {
+                    // One more way of the same vessel: what the others brought goes on.
+                    self.durable = self.durable.max(durable);
+                } else {
+                    // What was only declared missing holds for the connection over which it was: who still has it
+                    // sends it, and who has not says so again.
+                    self.stream = Some(stream);
+                    self.gaps.clear();
+                    self.durable = durable;
+                }
                 self.handle(ShoreInput::Resume(id, durable));
             }
             Answer::Part(id, ask, bytes) => self.handle(ShoreInput::ChartPart(id, ask, bytes)),

@@ -155,7 +155,7 @@ fn link(arguments: &DoctorArguments, config: &Config, patience: Duration) -> Fin
             "enable it, with the server's URL and a token",
         ),
         Ok(Some(settings)) => match uplink::reach(&settings, patience) {
-            Ok(()) => Finding::ok(part, format!("{} answers and knows the token", settings.server.url)),
+            Ok(reached) => Finding::ok(part, format!("{reached} answers and knows the token")),
             Err(why) => Finding::fail(part, why, "is the network there (`ping`), and the server on?"),
         },
     }

@@ -8,12 +8,14 @@
 mod chart;
 mod filter;
 mod queue;
+mod server;
 mod settings;
 mod socket;
 mod spool;
 mod sync;
 #[cfg(test)]
 mod tests;
+mod ways;
 mod worker;
 
 pub(crate) use settings::UplinkSettings;
@@ -40,12 +42,20 @@ const OPEN_EVERY: Duration = Duration::from_secs(5);
 const ANEW_AFTER: Duration = Duration::from_secs(1);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Connects to the shore as the vessel would, and hangs up.
+/// Connects to the shore as the vessel would, by each of its ways, and hangs up. Answers what was reached.
 ///
 /// # Errors
 /// Why the shore is not reached or refuses, in words.
-pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<(), String> {
-    socket::connect(&settings.server, patience).map(drop).map_err(|(_, why)| why)
+pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<String, String> {
+    let (mut reached, mut failed) = (Vec::new(), Vec::new());
+    for door in &settings.ways {
+        match socket::connect(door, patience) {
+            Ok(_) => reached.push(door.called()),
+            Err((_, why)) if settings.ways.len() > 1 => failed.push(format!("{}: {why}", door.way.name)),
+            Err((_, why)) => failed.push(why),
+        }
+    }
+    if failed.is_empty() { Ok(reached.join(", ")) } else { Err(failed.join("; ")) }
 }
 
 /// What the shore says, or what the way to it has to tell.

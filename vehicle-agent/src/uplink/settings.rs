@@ -1,10 +1,13 @@
 //! What `[Transports.Lutra]` says.
 
 use super::filter::Filter;
+use super::server::Server;
 use super::spool::Bounds;
+use super::ways::{Door, Leaves};
 use anyhow::{Context as _, bail};
 use config::schema::transport::{MESSAGES, RATES, lutra};
 use config::{Config, Section};
+use link::{MOST_WAY_NAME_BYTES, MOST_WAYS, WaySettings};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,7 +19,8 @@ pub(crate) struct UplinkSettings {
     pub(crate) address: u16,
     /// The vessel's name.
     pub(crate) name: String,
-    pub(crate) server: Server,
+    /// The ways to the shore, one at least.
+    pub(crate) ways: Vec<Door>,
     pub(crate) filter: Filter,
     /// Folder of the spool.
     pub(crate) spool: PathBuf,
@@ -26,24 +30,6 @@ pub(crate) struct UplinkSettings {
     pub(crate) sync_every: Duration,
     /// The agent's folder of data, where the shore's chart comes; `None` where it is not wanted.
     pub(crate) chart: Option<PathBuf>,
-}
-
-/// Where the shore is, and by what it knows this vessel.
-#[derive(Clone, PartialEq, Eq)]
-pub(crate) struct Server {
-    pub(crate) url: String,
-    pub(crate) host: String,
-    pub(crate) port: u16,
-    pub(crate) token: String,
-    /// Certificates to trust; only for `wss`.
-    pub(crate) authority: Option<PathBuf>,
-}
-
-impl std::fmt::Debug for Server {
-    /// Without the token.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Server").field("url", &self.url).finish_non_exhaustive()
-    }
 }
 
 impl UplinkSettings {
@@ -62,13 +48,13 @@ impl UplinkSettings {
         let name = config.vehicle().to_owned();
         let address = config.address().with_context(|| format!("the vehicle `{name}` has no address"))?;
         let beside = |path: String| file.parent().unwrap_or(Path::new(".")).join(path);
-        let server = Server::read(section, beside).with_context(|| format!("[{}]", section.name()))?;
+        let server = server(section, beside).with_context(|| format!("[{}]", section.name()))?;
         let spool = section.get(&lutra::SPOOL_FOLDER);
         let mebibytes = section.get(&lutra::SPOOL_SIZE).unsigned_abs();
         let budget = section.get(&lutra::BYTE_BUDGET);
         Ok(Some(Self {
             address,
-            server,
+            ways: ways(config, server)?,
             filter: filter(section, doubts),
             spool: if spool.is_empty() { data.join("spool").join(&name) } else { PathBuf::from(spool) },
             bounds: Bounds::of(mebibytes << 20),
@@ -80,43 +66,67 @@ impl UplinkSettings {
     }
 }
 
-impl Server {
-    fn read(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Result<Self> {
-        let url = section.get(&lutra::URL);
-        let token_file = section.get(&lutra::TOKEN_FILE);
-        let authority = section.get(&lutra::AUTHORITY);
-        let path = beside(token_file);
-        let token = fs::read_to_string(&path).with_context(|| {
-            format!("Token File: reading {}; `lutra-server token create` makes one", path.display())
-        })?;
-        let token = token.trim().to_owned();
-        if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
-            bail!("Token File: {} holds no token", path.display());
-        }
-        let authority = (!authority.is_empty()).then(|| beside(authority));
-        Self::at(url, token, authority)
+fn server(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Result<Server> {
+    let url = section.get(&lutra::URL);
+    let token_file = section.get(&lutra::TOKEN_FILE);
+    let authority = section.get(&lutra::AUTHORITY);
+    let path = beside(token_file);
+    let token = fs::read_to_string(&path).with_context(|| {
+        format!("Token File: reading {}; `lutra-server token create` makes one", path.display())
+    })?;
+    let token = token.trim().to_owned();
+    if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
+        bail!("Token File: {} holds no token", path.display());
     }
+    let authority = (!authority.is_empty()).then(|| beside(authority));
+    Server::at(url, token, authority)
+}
 
-    /// The server at a URL.
-    pub(super) fn at(url: String, token: String, authority: Option<PathBuf>) -> anyhow::Result<Self> {
-        let uri: tungstenite::http::Uri = url.parse().with_context(|| format!("URL: `{url}`"))?;
-        let usual = match uri.scheme_str() {
-            Some("ws") => 80,
-            Some("wss") => 443,
-            _ => bail!("URL: `{url}` must begin with ws:// or wss://"),
-        };
-        if usual == 443 && authority.is_none() {
-            bail!("URL: wss:// needs `Certificate Authority`, the file that `lutra-server tls init` made");
-        }
-        let host = uri.host().with_context(|| format!("URL: `{url}` has no host"))?;
-        let host = host.trim_matches(['[', ']']).to_owned();
-        let port = uri.port_u16().unwrap_or(usual);
-        Ok(Self { url, host, port, token, authority })
+/// The ways that are enabled, in the order of their names; the one by the computer's routes where none is.
+fn ways(config: &Config, server: Server) -> anyhow::Result<Vec<Door>> {
+    let sections: Vec<&Section> = config.running(&lutra::WAY).collect();
+    if sections.is_empty() {
+        return Ok(vec![Door::only(server)]);
     }
+    if sections.len() > MOST_WAYS {
+        bail!("{} ways to the shore are enabled, and at most {MOST_WAYS} can be", sections.len());
+    }
+    sections
+        .into_iter()
+        .map(|section| way(section, &server).with_context(|| format!("[{}]", section.name())))
+        .collect()
+}
 
-    pub(super) fn is_secure(&self) -> bool {
-        self.url.starts_with("wss:")
+fn way(section: &Section, server: &Server) -> anyhow::Result<Door> {
+    let name = section.label().unwrap_or_default().to_owned();
+    if name.is_empty() || name.len() > MOST_WAY_NAME_BYTES || name.contains(char::is_control) {
+        bail!("Entity Label: a way needs a name of at most {MOST_WAY_NAME_BYTES} bytes");
     }
+    let url = section.get(&lutra::WAY_URL);
+    let server = if url.is_empty() {
+        server.clone()
+    } else {
+        Server::at(url, server.token.clone(), server.authority.clone())?
+    };
+    let interface = section.get(&lutra::INTERFACE);
+    if interface.len() > 15 {
+        bail!("Interface: `{interface}` is longer than a name of an interface (15 letters) can be");
+    }
+    let address = section.get(&lutra::SOURCE_ADDRESS);
+    let address = (!address.is_empty()).then(|| {
+        address
+            .parse()
+            .with_context(|| format!("Source Address: `{address}` is no IP address, such as 192.0.2.7"))
+    });
+    let daily_bytes = Some(section.get(&lutra::DAILY_BUDGET).unsigned_abs() << 20).filter(|bytes| *bytes > 0);
+    let metered = section.get(&lutra::METERED);
+    if daily_bytes.is_some() && !metered {
+        bail!("Daily Budget: only a way that is `Metered` has one");
+    }
+    let way = WaySettings { name, metered, daily_bytes, ..WaySettings::default() };
+    let leaves =
+        Leaves { interface: (!interface.is_empty()).then_some(interface), address: address.transpose()? };
+    Ok(Door { way, server, leaves })
 }
 
 fn filter(section: &Section, doubts: &mut Vec<String>) -> Filter {

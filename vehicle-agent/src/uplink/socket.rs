@@ -1,6 +1,7 @@
 //! A WebSocket to the shore: made in a thread that may wait, used by one that does not.
 
-use super::settings::Server;
+use super::server::Server;
+use super::ways::{Door, Leaves};
 use anyhow::Context as _;
 use bytes::Bytes;
 use link::{Failure, MAX_MESSAGE_BYTES};
@@ -72,9 +73,10 @@ impl Write for Stream {
 ///
 /// # Errors
 /// What to tell the link, and what to tell people.
-pub(super) fn connect(server: &Server, patience: Duration) -> Result<Socket, (Failure, String)> {
+pub(super) fn connect(door: &Door, patience: Duration) -> Result<Socket, (Failure, String)> {
+    let server = &door.server;
     let unanswered = |error: anyhow::Error| (Failure::Unanswered, format!("{error:#}"));
-    let tcp = dial(server, patience).map_err(unanswered)?;
+    let tcp = dial(server, &door.leaves, patience).map_err(unanswered)?;
     let stream = match &server.authority {
         Some(authority) if server.is_secure() => {
             let tls =
@@ -112,14 +114,14 @@ pub(super) fn connect(server: &Server, patience: Duration) -> Result<Socket, (Fa
     }
 }
 
-fn dial(server: &Server, patience: Duration) -> anyhow::Result<TcpStream> {
+fn dial(server: &Server, leaves: &Leaves, patience: Duration) -> anyhow::Result<TcpStream> {
     let Server { host, port, .. } = server;
-    let addresses: Vec<_> =
-        (host.as_str(), *port).to_socket_addrs().with_context(|| format!("looking up {host}"))?.collect();
+    let found = (host.as_str(), *port).to_socket_addrs().with_context(|| format!("looking up {host}"))?;
+    let addresses: Vec<_> = found.filter(|address| leaves.suits(address)).collect();
     let each = patience / u32::try_from(addresses.len().max(1)).unwrap_or(1);
     let mut last = None;
     for address in addresses {
-        match TcpStream::connect_timeout(&address, each) {
+        match leaves.connect(address, each) {
             Ok(tcp) => {
                 tcp.set_nodelay(true)?;
                 tcp.set_read_timeout(Some(patience))?;
@@ -129,7 +131,7 @@ fn dial(server: &Server, patience: Duration) -> anyhow::Result<TcpStream> {
             Err(error) => last = Some(error),
         }
     }
-    let error = last.unwrap_or_else(|| io::ErrorKind::AddrNotAvailable.into());
+    let error = last.unwrap_or_else(|| io::Error::from(io::ErrorKind::AddrNotAvailable).into());
     Err(error).with_context(|| format!("connecting to {host}:{port}"))
 }
 

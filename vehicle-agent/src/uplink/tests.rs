@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::uplink::filter::Filter;
-use crate::uplink::settings::Server;
+use crate::uplink::server::Server;
 use crate::uplink::spool::Bounds;
+use crate::uplink::ways::Door;
 use link::{ConnectionId, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
 use std::io;
@@ -18,7 +19,7 @@ fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
     UplinkSettings {
         address: 0x2810,
         name: "ntnu-otter-01".to_owned(),
-        server: Server::at(format!("ws://127.0.0.1:{port}/link"), "secret".to_owned(), None).unwrap(),
+        ways: vec![Door::only(server(port))],
         filter: Filter::default(),
         spool: folder.join("spool"),
         bounds: Bounds::of(16 << 20),
@@ -26,6 +27,10 @@ fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
         sync_every: Duration::from_millis(20),
         chart: None,
     }
+}
+
+fn server(port: u16) -> Server {
+    Server::at(format!("ws://127.0.0.1:{port}/link"), "secret".to_owned(), None).unwrap()
 }
 
 fn packet(number: u64) -> Vec<u8> {
@@ -129,7 +134,8 @@ impl SmallShore {
                 ShoreOutput::Up(_)
                 | ShoreOutput::Down
                 | ShoreOutput::ChartPart(..)
-                | ShoreOutput::ChartReport(_) => {}
+                | ShoreOutput::ChartReport(_)
+                | ShoreOutput::Ways(_) => {}
             }
         }
     }
@@ -264,7 +270,7 @@ fn attempt(
     let port = listener.local_addr().unwrap().port();
     let serving = std::thread::spawn(move || handle(listener.accept().unwrap().0));
     let server = Server::at(url(port), "secret".to_owned(), authority).unwrap();
-    let outcome = socket::connect(&server, Duration::from_secs(10));
+    let outcome = socket::connect(&Door::only(server), Duration::from_secs(10));
     serving.join().unwrap();
     outcome
 }
@@ -437,4 +443,57 @@ fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
     let text = told.lock().unwrap()[0].clone();
     assert!(text.contains("the disk does not take the spool"), "{text}");
     drop(uplink);
+}
+
+/// What the sections of ways say, or why they are refused.
+fn ways(sections: &str) -> Result<Vec<Door>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lutra.token"), "secret").unwrap();
+    let text = format!(
+        "[General]\nVehicle = ntnu-otter-01\n[IMC Addresses]\nntnu-otter-01 = 0x2810\n[Transports.Lutra]\nEnabled = Always\n{sections}"
+    );
+    let files = config::InMemory::new().with("otter.ini", text);
+    let config = config::Config::load(&files, "otter.ini".as_ref(), &["Hardware"]);
+    let settings =
+        UplinkSettings::read(&config, &folder.path().join("otter.ini"), folder.path(), &mut Vec::new());
+    settings.map(|settings| settings.unwrap().ways).map_err(|error| format!("{error:#}"))
+}
+
+#[test]
+fn ways_are_what_their_sections_say() {
+    let only = ways("").unwrap();
+    assert_eq!((only.len(), &only[0].way.name[..], &only[0].server.host[..]), (1, "", "127.0.0.1"));
+    let two = ways(
+        "[Transports.LutraWay/1]\nEnabled = Always\nEntity Label = radio\nInterface = wlan5\n\
+         [Transports.LutraWay/2]\nEnabled = Always\nEntity Label = 4G\nURL = ws://10.77.0.1:8080/link\n\
+         Source Address = 10.77.0.11\nMetered = true\nDaily Budget = 50\n\
+         [Transports.LutraWay/3]\nEnabled = Never\nEntity Label = satellite\n",
+    );
+    let [radio, mobile] = &two.unwrap()[..] else { panic!("two are enabled") };
+    assert_eq!((&radio.way.name[..], radio.way.metered, radio.way.daily_bytes), ("radio", false, None));
+    assert_eq!((radio.leaves.interface.as_deref(), radio.leaves.address), (Some("wlan5"), None));
+    assert_eq!(
+        (&mobile.way.name[..], mobile.way.metered, mobile.way.daily_bytes),
+        ("4G", true, Some(50 << 20))
+    );
+    assert_eq!((&mobile.server.host[..], &mobile.server.token[..]), ("10.77.0.1", "secret"));
+    assert_eq!(mobile.leaves.address, Some("10.77.0.11".parse().unwrap()));
+}
+
+#[test]
+fn a_way_that_cannot_be_used_is_refused_with_its_section() {
+    let way =
+        |more: &str| ways(&format!("[Transports.LutraWay/4G]\nEnabled = Always\nEntity Label = 4G\n{more}"));
+    for (more, wrong) in [
+        ("Source Address = wwan0", "`wwan0` is no IP address"),
+        ("Interface = an-interface-too-long", "longer than a name of an interface"),
+        ("Daily Budget = 5", "only a way that is `Metered`"),
+        ("URL = http://x/", "ws:// or wss://"),
+    ] {
+        let why = way(more).unwrap_err();
+        assert!(why.contains("[Transports.LutraWay/4G]") && why.contains(wrong), "{why}");
+    }
+    let one = |at| format!("[Transports.LutraWay/{at}]\nEnabled = Always\nEntity Label = way {at}\n");
+    let many = (0..9).map(one).collect::<Vec<_>>().concat();
+    assert!(ways(&many).unwrap_err().contains("at most 8"));
 }

@@ -8,28 +8,42 @@ use super::settings::UplinkSettings;
 use super::socket::{Socket, connect};
 use super::spool::{Spool, random};
 use super::sync::Syncer;
+use super::ways;
 use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
-use link::{Answer, ChartAboard, ConnectionId, Failure, Vessel, VesselInput, VesselOutput, VesselSettings};
+use link::{
+    Answer, ChartAboard, ConnectionId, Failure, Used, Vessel, VesselInput, VesselOutput, VesselSettings,
+};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::collections::BTreeMap;
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 use units::MonoTime;
 
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
-/// Messages taken from the socket before packets are looked at again.
+/// Messages taken from a socket before packets are looked at again.
 const MESSAGES_AT_ONCE: usize = 32;
-/// Attempts that may hang, in the lookup of a name above all.
+/// Attempts by one way that may hang, in the lookup of a name above all.
 const MOST_ATTEMPTS: usize = 3;
 /// A disk that goes on refusing is told of this often.
 const TROUBLE_TOLD: Duration = Duration::from_secs(30);
 const SOFTWARE: &str = concat!("lutra-agent ", env!("CARGO_PKG_VERSION"));
 
-type Attempt = (ConnectionId, Result<Socket, (Failure, String)>);
+/// What the ways have carried is kept this often.
+const USED_KEPT: Duration = Duration::from_secs(10);
+
+type Attempt = (usize, ConnectionId, Result<Socket, (Failure, String)>);
+
+/// A connection of a way.
+struct Connection {
+    way: usize,
+    socket: Socket,
+}
 
 pub(super) struct Worker {
     settings: UplinkSettings,
@@ -40,10 +54,12 @@ pub(super) struct Worker {
     rate_filter: RateFilter,
     vessel: Vessel,
     deliver: Deliver,
-    socket: Option<(ConnectionId, Socket)>,
-    /// The attempt that the link waits for, and until when.
-    opening: Option<(ConnectionId, MonoTime)>,
-    attempts: usize,
+    /// One for each way at most.
+    connections: BTreeMap<ConnectionId, Connection>,
+    /// The attempts that the link waits for: by which way, and until when.
+    opening: BTreeMap<ConnectionId, (usize, MonoTime)>,
+    /// Attempts of each way that are under way.
+    attempts: Vec<usize>,
     attempted: (Sender<Attempt>, Receiver<Attempt>),
     syncer: Option<Syncer>,
     /// `None` where the shore's chart is not wanted, or nobody can take it.
@@ -51,15 +67,19 @@ pub(super) struct Worker {
     /// The chart aboard, as the link was told.
     chart: Option<ChartAboard>,
     next_sync: MonoTime,
-    /// What was last said of a connection that could not be made.
-    complaint: String,
+    /// What was last said of a connection that could not be made, for each way.
+    complaints: Vec<String>,
+    /// What the ways have carried, as it is on the disk.
+    used: Vec<Used>,
+    next_used: MonoTime,
+    keeping: Option<JoinHandle<std::io::Result<()>>>,
     next_trouble: MonoTime,
     is_ending: bool,
 }
 
 impl Worker {
     pub(super) fn new(
-        settings: UplinkSettings,
+        mut settings: UplinkSettings,
         spool: Spool,
         queue: Arc<Queue>,
         clock: Clock,
@@ -67,6 +87,7 @@ impl Worker {
         deliver: Deliver,
     ) -> Self {
         let now = clock.now();
+        ways::load(&settings.spool, &mut settings.ways);
         let vessel = VesselSettings {
             address: settings.address,
             name: settings.name.clone(),
@@ -75,6 +96,7 @@ impl Worker {
             seed: random().unwrap_or(u64::from(settings.address)),
             budget_bytes_per_s: settings.budget_bytes_per_s,
             spool: spool.state(),
+            ways: settings.ways.iter().map(|door| door.way.clone()).collect(),
         };
         let syncer = Syncer::start(Arc::clone(&queue)).inspect_err(|error| {
             tracing::error!("uplink: no thread to sync the spool: {error}; it is synced when it is closed");
@@ -85,6 +107,9 @@ impl Worker {
         });
         Self {
             rate_filter: RateFilter::new(settings.filter.clone()),
+            used: vessel.ways.iter().map(|way| way.used).collect(),
+            attempts: vec![0; vessel.ways.len()],
+            complaints: vec![String::new(); vessel.ways.len()],
             vessel: Vessel::new(now, vessel),
             settings,
             clock,
@@ -92,15 +117,15 @@ impl Worker {
             wake,
             spool,
             deliver,
-            socket: None,
-            opening: None,
-            attempts: 0,
+            connections: BTreeMap::new(),
+            opening: BTreeMap::new(),
             attempted: channel(),
             syncer: syncer.ok(),
             keeper: keeper.ok().flatten(),
             chart: None,
             next_sync: now.mono,
-            complaint: String::new(),
+            next_used: now.mono + USED_KEPT,
+            keeping: None,
             next_trouble: now.mono,
             is_ending: false,
         }
@@ -116,6 +141,7 @@ impl Worker {
             self.handle(if self.is_ending { VesselInput::Shutdown } else { VesselInput::Timer });
             self.flush();
             self.sync();
+            self.keep_used();
             if self.is_ending {
                 if let Err(error) = self.spool.close() {
                     tracing::error!("uplink: closing the spool: {error:#}");
@@ -179,44 +205,57 @@ impl Worker {
     }
 
     fn take_attempts(&mut self) {
-        while let Ok((id, outcome)) = self.attempted.1.try_recv() {
-            self.attempts -= 1;
+        while let Ok((way, id, outcome)) = self.attempted.1.try_recv() {
+            self.attempts[way] -= 1;
             // One that the link does not wait for any more is closed by dropping it.
-            if self.opening.take_if(|(waited, _)| *waited == id).is_none() {
+            if self.opening.remove(&id).is_none() {
                 continue;
             }
             match outcome {
                 Ok(socket) => {
-                    self.socket = Some((id, socket));
+                    self.connections.insert(id, Connection { way, socket });
                     self.handle(VesselInput::Opened(id));
                 }
                 Err((failure, text)) => {
-                    self.complain(text);
+                    self.complain(way, text);
                     self.handle(VesselInput::Failed(id, failure));
                 }
             }
         }
         let now = self.clock.now().mono;
-        if let Some((id, _)) = self.opening.take_if(|(_, until)| now >= *until) {
-            self.complain(format!("{} does not answer", self.settings.server.url));
+        let late = self.opening.iter().filter(|(_, (_, until))| now >= *until);
+        for (id, way) in late.map(|(id, (way, _))| (*id, *way)).collect::<Vec<_>>() {
+            self.opening.remove(&id);
+            self.complain(way, format!("{} does not answer", self.settings.ways[way].server.url));
             self.handle(VesselInput::Failed(id, Failure::Unanswered));
         }
     }
 
-    /// Says why there is no connection, once for each reason.
-    fn complain(&mut self, text: String) {
-        if text != self.complaint {
-            tracing::warn!("uplink: {text}");
-            self.complaint = text;
+    /// Says why there is no connection by a way, once for each reason.
+    fn complain(&mut self, way: usize, text: String) {
+        if text != self.complaints[way] {
+            match self.settings.ways[way].way.name.as_str() {
+                "" => tracing::warn!("uplink: {text}"),
+                name => tracing::warn!(way = name, "uplink: {text}"),
+            }
+            self.complaints[way] = text;
         }
     }
 
     /// Takes messages; answers whether there may be more, which the kernel need not know of.
     fn receive(&mut self) -> bool {
+        let ids: Vec<ConnectionId> = self.connections.keys().copied().collect();
+        let mut more = false;
+        for id in ids {
+            more |= self.receive_by(id);
+        }
+        more
+    }
+
+    fn receive_by(&mut self, id: ConnectionId) -> bool {
         for _ in 0..MESSAGES_AT_ONCE {
-            let Some((id, socket)) = &mut self.socket else { return false };
-            let id = *id;
-            match socket.receive() {
+            let Some(connection) = self.connections.get_mut(&id) else { return false };
+            match connection.socket.receive() {
                 Ok(None) => return false,
                 Ok(Some(message)) => self.handle(VesselInput::Message(id, message)),
                 Err(error) => {
@@ -229,17 +268,17 @@ impl Worker {
     }
 
     fn flush(&mut self) {
-        if let Some((id, socket)) = &mut self.socket {
-            let id = *id;
-            if let Err(error) = socket.flush() {
-                self.broken(id, error);
-            }
+        let flushed = self.connections.iter_mut().map(|(id, one)| (*id, one.socket.flush()));
+        let broken = flushed.filter_map(|(id, outcome)| outcome.err().map(|error| (id, error)));
+        for (id, error) in broken.collect::<Vec<_>>() {
+            self.broken(id, error);
         }
     }
 
     fn broken(&mut self, id: ConnectionId, error: String) {
-        self.socket = None;
-        self.complain(error);
+        if let Some(connection) = self.connections.remove(&id) {
+            self.complain(connection.way, error);
+        }
         self.handle(VesselInput::Closed(id));
     }
 
@@ -257,22 +296,25 @@ impl Worker {
             worker.vessel.handle(now, input);
         };
         match output {
-            VesselOutput::Open(id, patience) => self.attempt(id, patience),
+            VesselOutput::Open(id, way, patience) => self.attempt(id, way, patience),
             VesselOutput::Send(id, message) => {
-                let Some((_, socket)) = self.socket.as_mut().filter(|(open, _)| *open == id) else { return };
-                if let Err(error) = socket.send(message) {
-                    self.socket = None;
-                    self.complain(error);
+                let Some(connection) = self.connections.get_mut(&id) else { return };
+                let way = connection.way;
+                if let Err(error) = connection.socket.send(message) {
+                    self.connections.remove(&id);
+                    self.complain(way, error);
                     tell(self, VesselInput::Closed(id));
                 }
             }
             VesselOutput::Close(id, reason) => {
-                if let Some((_, mut socket)) = self.socket.take_if(|(open, _)| *open == id) {
+                let given_up = self.opening.remove(&id).map(|(way, _)| way);
+                let closed = self.connections.remove(&id).map(|mut connection| {
                     // A last word, if the kernel takes it at once.
-                    socket.flush().ok();
-                }
-                if !self.is_ending {
-                    self.complain(reason);
+                    connection.socket.flush().ok();
+                    connection.way
+                });
+                if let Some(way) = closed.or(given_up).filter(|_| !self.is_ending) {
+                    self.complain(way, reason);
                 }
             }
             VesselOutput::Need(from, bytes) => {
@@ -308,12 +350,56 @@ impl Worker {
             VesselOutput::ChartPart { digest, offset, bytes } => {
                 self.keep_chart(Job::Part(digest, offset, bytes));
             }
-            VesselOutput::Up => {
-                self.complaint.clear();
-                let now = self.clock.now();
-                let backlog = self.vessel.status(now).backlog;
-                tracing::info!(backlog, "uplink: connected to {}", self.settings.server.url);
+            VesselOutput::Up(id) => self.is_up(id),
+            VesselOutput::Switched(report) => {
+                let name =
+                    |place: Option<u8>| place.and_then(|place| self.settings.ways.get(usize::from(place)));
+                let name = |place| name(place).map_or("none", |door| &door.way.name);
+                tracing::info!(
+                    live = name(report.live),
+                    live_why = report.live_why.name(),
+                    records = name(report.records),
+                    records_why = report.records_why.name(),
+                    "uplink: ways"
+                );
             }
+        }
+    }
+
+    fn is_up(&mut self, id: ConnectionId) {
+        let Some(way) = self.connections.get(&id).map(|connection| connection.way) else { return };
+        self.complaints[way].clear();
+        let now = self.clock.now();
+        let backlog = self.vessel.status(now).backlog;
+        tracing::info!(backlog, "uplink: connected to {}", self.settings.ways[way].called());
+    }
+
+    /// Keeps what the ways have carried today, so that a start forgets little of it.
+    fn keep_used(&mut self) {
+        let now = self.clock.now().mono;
+        if self.settings.ways.iter().all(|door| !door.way.metered)
+            || !(self.is_ending || now >= self.next_used)
+        {
+            return;
+        }
+        self.next_used = now + USED_KEPT;
+        let used = self.vessel.used();
+        if used == self.used || !(self.is_ending || self.keeping.as_ref().is_none_or(JoinHandle::is_finished))
+        {
+            return;
+        }
+        // What is under way is of earlier: it must not come last.
+        if let Some(Ok(Err(error))) = self.keeping.take().map(JoinHandle::join) {
+            self.trouble(&format!("what the ways have carried today cannot be kept: {error}"));
+        }
+        let (folder, ways) = (self.settings.spool.clone(), self.settings.ways.clone());
+        self.used.clone_from(&used);
+        let keep = move || ways::save(&folder, &ways, &used);
+        if self.is_ending {
+            keep().ok();
+        } else {
+            // A disk may take long, and live values do not wait for it.
+            self.keeping = std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(keep).ok();
         }
     }
 
@@ -360,21 +446,21 @@ impl Worker {
         }
     }
 
-    fn attempt(&mut self, id: ConnectionId, patience: Duration) {
+    fn attempt(&mut self, id: ConnectionId, way: usize, patience: Duration) {
         let now = self.clock.now().mono;
-        self.opening = Some((id, now + patience * 2));
-        if self.attempts >= MOST_ATTEMPTS {
+        self.opening.insert(id, (way, now + patience * 2));
+        if self.attempts[way] >= MOST_ATTEMPTS {
             return;
         }
-        let (server, done, queue) =
-            (self.settings.server.clone(), self.attempted.0.clone(), Arc::clone(&self.queue));
+        let door = self.settings.ways[way].clone();
+        let (done, queue) = (self.attempted.0.clone(), Arc::clone(&self.queue));
         let work = move || {
-            done.send((id, connect(&server, patience))).ok();
+            done.send((way, id, connect(&door, patience))).ok();
             queue.ring();
         };
         match std::thread::Builder::new().name("uplink-connect".to_owned()).spawn(work) {
-            Ok(_) => self.attempts += 1,
-            Err(error) => self.complain(format!("no thread to connect with: {error}")),
+            Ok(_) => self.attempts[way] += 1,
+            Err(error) => self.complain(way, format!("no thread to connect with: {error}")),
         }
     }
 
@@ -404,16 +490,14 @@ impl Worker {
         if let Some(at) = self.vessel.poll_timeout(now) {
             due = due.min(at);
         }
-        if let Some((_, until)) = self.opening {
-            due = due.min(until);
-        }
+        due = self.opening.values().map(|(_, until)| *until).fold(due, MonoTime::min);
         if self.spool.is_unsynced() && self.syncer.as_ref().is_some_and(|syncer| !syncer.is_busy()) {
             due = due.min(self.next_sync);
         }
         let wait = due.since(now.mono);
         let timeout = Timespec { tv_sec: wait.as_secs() as i64, tv_nsec: wait.subsec_nanos().into() };
         let mut fds = vec![PollFd::from_borrowed_fd(self.wake.as_fd(), PollFlags::IN)];
-        if let Some((_, socket)) = &self.socket {
+        for Connection { socket, .. } in self.connections.values() {
             let write = if socket.wants_to_write { PollFlags::OUT } else { PollFlags::empty() };
             fds.push(PollFd::from_borrowed_fd(socket.fd(), PollFlags::IN | write));
         }

@@ -180,6 +180,7 @@ impl<'a> SmallShore<'a> {
                 | ShoreOutput::Live(_)
                 | ShoreOutput::ChartPart(..)
                 | ShoreOutput::ChartReport(_)
+                | ShoreOutput::Ways(_)
                 | ShoreOutput::Down => {}
             }
         }

@@ -1945,7 +1945,76 @@ connections: number,
 /**
  * The sea chart aboard.
  */
-chart: VesselChart, };
+chart: VesselChart, 
+/**
+ * The ways of a vessel that has several; null for one that has one.
+ */
+ways: LinkWays | null, };
+
+export type LinkWay = { 
+/**
+ * Its name aboard.
+ */
+name: string, 
+/**
+ * Its bytes cost.
+ */
+metered: boolean, 
+/**
+ * `up`, `suspect` while it does not answer in time, or `down`.
+ */
+state: string, 
+/**
+ * From sending a message to knowing that it arrived, ms; null while unknown.
+ */
+round_trip_ms: number | null, 
+/**
+ * Of the last messages so many in a thousand were late by a packet that was lost.
+ */
+late_per_mille: number, 
+/**
+ * The fastest that it lately carried, B/s; null while unknown.
+ */
+rate_bytes_per_s: number | null, 
+/**
+ * Bytes of the day (UTC), both directions.
+ */
+today_bytes: number, 
+/**
+ * Bytes that it may carry in a day; null for no bound.
+ */
+daily_bytes: number | null, 
+/**
+ * What it leaves out for that: `nothing`, `records`, `most`, or `all_but_last`.
+ */
+thinning: string, 
+/**
+ * How often it broke or stopped answering since the start of the vessel's program.
+ */
+failures: number, };
+
+export type LinkWays = { 
+/**
+ * Place of the way that carries live values and commands; null for none.
+ */
+live: number | null, 
+/**
+ * Why: `only` one that stood, `better`, `cheaper`, `failover` from one that did not answer, `budget` of another used
+ * up, or `none`.
+ */
+live_why: string, 
+/**
+ * Place of the way that carries records; null while they wait aboard.
+ */
+records: number | null, 
+/**
+ * Why, in the same words.
+ */
+records_why: string, 
+/**
+ * All ways, in the order of their places.
+ */
+ways: Array<LinkWay>, };
 
 export type LiveAnswer = { "stop": LiveStopped };
 

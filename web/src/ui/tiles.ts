@@ -5,6 +5,7 @@ import { chartDiffers } from "../state/alarmwords";
 import { LIVENESS } from "../state/card";
 import { doing, progressText, runs, whyText } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
+import { waysText } from "../state/ways";
 import { t } from "../words/words";
 import { createDial } from "./dial";
 import { make, setAttribute, setText } from "./dom";
@@ -23,7 +24,7 @@ export interface Tiles {
   update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null, legs?: readonly RouteLeg[]): void;
 }
 
-type Name = "link" | "chart" | keyof Vitals;
+type Name = "link" | "chart" | "ways" | keyof Vitals;
 /** What is read at each look. */
 const FIRST: readonly (readonly [Name, string])[] = [
   ["mode", t("State")],
@@ -37,6 +38,7 @@ const FIRST: readonly (readonly [Name, string])[] = [
 /** What is there for who wants more. */
 const FURTHER: readonly (readonly [Name, string])[] = [
   ["chart", t("Sea chart aboard")],
+  ["ways", t("Way ashore")],
   ["course_rad", t("Course over ground")],
   ["port_rpm", t("Motor port")],
   ["starboard_rpm", t("Motor starboard")],
@@ -56,6 +58,7 @@ const MEANS: Readonly<Partial<Record<Name, string>>> = {
   battery: t("Charge as the vessel reports it"),
   link: t("How long ago it was heard, by which way, and how long a message takes there and back"),
   chart: t("Whether the vessel holds the chart that the server has"),
+  ways: t("By which of its ways live values and commands go, why, and how each way is: time there and back, share of late messages, bytes today"),
   voltage: t("The lowest of its batteries"),
   snr: t("Signal of the last tag above the noise, dB"),
 };
@@ -118,6 +121,9 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       const told = link?.chart.told_us ?? null;
       const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
+      const ways = waysText(link);
+      tiles.get("ways")?.root.toggleAttribute("hidden", ways === undefined);
+      if (ways) show("ways", ways.word, "", ways.note, { ageS: past === undefined ? silence : null, old: !link?.up || !live }, linked, ways.alert);
       show("mode", doing(mode, plan), "", whyText(mode), mode, linked, mode.word === "ERROR" && whyText(mode) === mode.note ? "bad" : "");
       show("plan", plan.note || t("none"), "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.

@@ -57,6 +57,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &transport::logging::LOGGING,
     &transport::log_book::LOG_BOOK,
     &transport::lutra::LUTRA,
+    &transport::lutra::WAY,
     &device::compass::COMPASS,
     &device::hydrophone::HYDROPHONE,
     &device::line_receiver::LINE_RECEIVER,

@@ -242,7 +242,7 @@ pub mod log_book {
 }
 
 pub mod lutra {
-    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, texts};
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, flag, float, int, text, texts};
 
     pub const URL: Param<String> = text("URL", "ws://127.0.0.1:8080/link")
         .doc("Lutra: where the server's transport for vessels is; wss:// needs a certificate authority.");
@@ -293,5 +293,24 @@ pub mod lutra {
                 BYTE_BUDGET.spec,
                 SYNC_INTERVAL.spec,
             ],
+        ]);
+
+    pub const WAY_URL: Param<String> =
+        text("URL", "").doc("Lutra: where the server is by this way; empty for the URL of Transports.Lutra.");
+    pub const INTERFACE: Param<String> = text("Interface", "")
+        .doc("Lutra: network interface that it goes by, such as wwan0; empty for the computer's routes.");
+    pub const SOURCE_ADDRESS: Param<String> = text("Source Address", "")
+        .doc("Lutra: address of this computer that it goes from; empty for the computer's choice.");
+    pub const METERED: Param<bool> = flag("Metered", false)
+        .doc("Lutra: whether its bytes cost, so that records go by another where one is good.");
+    pub const DAILY_BUDGET: Param<i64> = int("Daily Budget", 0, Unit::Mebibyte).within(0, 1 << 20).doc(
+        "Lutra: what a metered way may carry in a day (UTC), thinned from 70 % on; 0 does not limit it.",
+    );
+
+    pub static WAY: SectionSpec = SectionSpec::task(&["Transports.LutraWay"], "Way", "Never")
+        .doc("One of several ways to the Lutra server, such as Transports.LutraWay/4G, called by its label.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[WAY_URL.spec, INTERFACE.spec, SOURCE_ADDRESS.spec, METERED.spec, DAILY_BUDGET.spec],
         ]);
 }

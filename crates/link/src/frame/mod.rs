@@ -28,6 +28,12 @@
 //! | 13 | Chart ask | vessel | digest (32), offset u64, length u32 |
 //! | 14 | Chart part | shore | digest (32), offset u64, raw bytes u32, method u8, data to the end of the frame |
 //! | 15 | Chart report | vessel | digest held (32), edition, stage u8, bytes aboard u64, of u64, text |
+//! | 16 | Ways | vessel | choice u64, way of live values u8, why u8, way of records u8, why u8, count u8, ways |
+//!
+//! Where both have [`Capabilities::WAYS`], a Hello ends with the way: place u8, flags u8 (1 metered), name; a Welcome with the
+//! number of the shore's start u64; a Lease with its number u64; and Live batches are numbered by their first. A place of 255 is
+//! none. Each of the ways is: flags u8 (1 metered), state u8 (0 down, 1 suspect, 2 up), thinning u8, late u16 (per mille), round
+//! trip u32 (µs), rate u32 (B/s), failures u32, bytes today u64, of u64, name.
 //!
 //! A stamp is: steady time u64, UTC i64, echo u64, echo received u64, all in µs. A batch is: first u64, base time
 //! i64, count u32, raw bytes u32, method u8 (0 plain, 1 zstd), data to the end of the frame. Texts have their
@@ -42,6 +48,7 @@ pub use chart::{ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest, C
 pub use read::{Frames, decode};
 pub use write::{encode, message};
 
+use crate::ways::{WayHello, WaysReport};
 use bytes::Bytes;
 use units::{MonoTime, UtcTime};
 
@@ -54,6 +61,9 @@ pub const OLDEST_VERSION: u16 = 2;
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
 /// Most bytes of a text.
 pub const MAX_TEXT_BYTES: usize = 200;
+
+/// Stands for no way where a place of one is expected.
+const NO_WAY: u8 = u8::MAX;
 
 /// What a peer can do beyond the least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -68,8 +78,12 @@ impl Capabilities {
     pub const COMMANDS: Self = Self(4);
     /// Knows the chart's frames: a vessel tells what it holds and asks, a shore offers and gives.
     pub const CHARTS: Self = Self(8);
+    /// Keeps several connections beside each other, one for each way.
+    pub const WAYS: Self = Self(16);
     /// Everything that this version can do.
-    pub const ALL: Self = Self(15);
+    pub const ALL: Self = Self(31);
+    /// What a vessel with one way asks for.
+    pub const OF_ONE_WAY: Self = Self(15);
 
     /// What both can do.
     #[must_use]
@@ -116,6 +130,8 @@ pub enum Frame {
     ChartPart(ChartPart),
     /// What the vessel holds.
     ChartReport(ChartReport),
+    /// How the vessel's ways are, and which carries what.
+    Ways(WaysReport),
 }
 
 /// Clocks for the other side to compare with its own.
@@ -158,6 +174,8 @@ pub struct Hello {
     pub name: String,
     /// Program and version.
     pub software: String,
+    /// The way of this connection, where the vessel has several.
+    pub way: Option<WayHello>,
 }
 
 /// The shore's side of the greeting.
@@ -173,6 +191,8 @@ pub struct Welcome {
     pub window_bytes: u32,
     /// The shore's clocks.
     pub stamp: Stamp,
+    /// The shore's start, where both know ways: its commands are numbered upwards.
+    pub run: Option<u64>,
 }
 
 /// Numbers of a stream behind which there is, or is no more, a packet.
@@ -287,6 +307,8 @@ pub struct Lease {
     pub ttl_ms: u32,
     /// Who has it, for people.
     pub holder: String,
+    /// Rises with each that the shore sends, where both know ways; 0 where not.
+    pub number: u64,
 }
 
 /// What became of a command.

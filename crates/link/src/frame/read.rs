@@ -5,6 +5,7 @@ use super::{
     ChartStage, Command, Frame, Gap, GapReason, Heartbeat, Hello, Lease, MAX_MESSAGE_BYTES, MAX_TEXT_BYTES,
     Receipt, Stamp, Verdict, Welcome,
 };
+use crate::ways::{MOST_WAY_NAME_BYTES, MOST_WAYS, Thinning, WayHello, WayReport, WayState, WaysReport, Why};
 use crate::wire::{DecodeError, Reader};
 use bytes::Bytes;
 use units::{MonoTime, UtcTime};
@@ -65,6 +66,7 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         13 => Frame::ChartRequest(chart_ask(body)?),
         14 => Frame::ChartPart(chart_part(body)?),
         15 => Frame::ChartReport(chart_report(body)?),
+        16 => Frame::Ways(ways(body)?),
         _ => return Ok(None),
     }))
 }
@@ -74,7 +76,7 @@ fn hello(mut body: Reader) -> Result<Hello, DecodeError> {
     if &body.take(4, WHAT)?[..] != b"LLNK" {
         return Err(DecodeError::NoLink);
     }
-    Ok(Hello {
+    let mut hello = Hello {
         version: body.u16(WHAT)?,
         oldest_version: body.u16(WHAT)?,
         capabilities: Capabilities(body.u32(WHAT)?),
@@ -87,18 +89,34 @@ fn hello(mut body: Reader) -> Result<Hello, DecodeError> {
         stamp: stamp(&mut body)?,
         name: body.text(MAX_TEXT_BYTES, "the vessel's name")?,
         software: body.text(MAX_TEXT_BYTES, "the program's name")?,
-    })
+        way: None,
+    };
+    if hello.capabilities.has(Capabilities::WAYS) && !body.is_empty() {
+        let index = body.u8(WHAT)?;
+        if usize::from(index) >= MOST_WAYS {
+            return Err(DecodeError::BadValue { what: "the place of a way", value: u64::from(index) });
+        }
+        let metered = body.u8(WHAT)? & 1 == 1;
+        let name = body.text(MOST_WAY_NAME_BYTES, "the name of a way")?;
+        hello.way = Some(WayHello { index, metered, name });
+    }
+    Ok(hello)
 }
 
 fn welcome(mut body: Reader) -> Result<Welcome, DecodeError> {
     const WHAT: &str = "the welcome";
-    Ok(Welcome {
+    let mut welcome = Welcome {
         version: body.u16(WHAT)?,
         capabilities: Capabilities(body.u32(WHAT)?),
         resume: body.u64(WHAT)?,
         window_bytes: body.u32(WHAT)?,
         stamp: stamp(&mut body)?,
-    })
+        run: None,
+    };
+    if welcome.capabilities.has(Capabilities::WAYS) && !body.is_empty() {
+        welcome.run = Some(body.u64(WHAT)?);
+    }
+    Ok(welcome)
 }
 
 fn batch(mut body: Reader) -> Result<Batch, DecodeError> {
@@ -192,7 +210,41 @@ fn lease(mut body: Reader) -> Result<Lease, DecodeError> {
         epoch: body.u64(WHAT)?,
         ttl_ms: body.u32(WHAT)?,
         holder: body.text(MAX_TEXT_BYTES, "the holder of a lease")?,
+        number: if body.is_empty() { 0 } else { body.u64(WHAT)? },
     })
+}
+
+fn ways(mut body: Reader) -> Result<WaysReport, DecodeError> {
+    const WHAT: &str = "the report of ways";
+    let place = |byte: u8| (usize::from(byte) < MOST_WAYS).then_some(byte);
+    let mut report = WaysReport {
+        choice: body.u64(WHAT)?,
+        live: place(body.u8(WHAT)?),
+        live_why: Why::from_code(body.u8(WHAT)?),
+        records: place(body.u8(WHAT)?),
+        records_why: Why::from_code(body.u8(WHAT)?),
+        ways: Vec::new(),
+    };
+    let count = usize::from(body.u8(WHAT)?);
+    if count > MOST_WAYS {
+        let (have, most) = (count as u64, MOST_WAYS as u64);
+        return Err(DecodeError::TooLong { what: "the ways of a vessel", have, most });
+    }
+    for _ in 0..count {
+        report.ways.push(WayReport {
+            metered: body.u8(WHAT)? & 1 == 1,
+            state: WayState::from_code(body.u8(WHAT)?),
+            thinning: Thinning::from_code(body.u8(WHAT)?),
+            late_per_mille: body.u16(WHAT)?,
+            round_trip_us: body.u32(WHAT)?,
+            rate_bytes_per_s: body.u32(WHAT)?,
+            failures: body.u32(WHAT)?,
+            today_bytes: body.u64(WHAT)?,
+            daily_bytes: body.u64(WHAT)?,
+            name: body.text(MOST_WAY_NAME_BYTES, "the name of a way")?,
+        });
+    }
+    Ok(report)
 }
 
 fn chart_offer(mut body: Reader) -> Result<ChartOffer, DecodeError> {

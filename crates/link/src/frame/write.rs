@@ -1,6 +1,9 @@
 //! Frames to bytes.
 
-use super::{Batch, ChartDigest, ChartOffer, ChartPart, ChartReport, Frame, MAX_TEXT_BYTES, Stamp, Verdict};
+use super::{
+    Batch, ChartDigest, ChartOffer, ChartPart, ChartReport, Frame, MAX_TEXT_BYTES, NO_WAY, Stamp, Verdict,
+};
+use crate::ways::{MOST_WAY_NAME_BYTES, MOST_WAYS, WaysReport};
 use crate::wire::put_text;
 use bytes::Bytes;
 
@@ -39,6 +42,7 @@ fn number(frame: &Frame) -> u8 {
         Frame::ChartRequest(_) => 13,
         Frame::ChartPart(_) => 14,
         Frame::ChartReport(_) => 15,
+        Frame::Ways(_) => 16,
     }
 }
 
@@ -54,6 +58,10 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             put_stamp(out, &hello.stamp);
             put_text(out, &hello.name, MAX_TEXT_BYTES);
             put_text(out, &hello.software, MAX_TEXT_BYTES);
+            if let Some(way) = &hello.way {
+                out.extend_from_slice(&[way.index, u8::from(way.metered)]);
+                put_text(out, &way.name, MOST_WAY_NAME_BYTES);
+            }
         }
         Frame::Welcome(welcome) => {
             out.extend_from_slice(&welcome.version.to_le_bytes());
@@ -61,6 +69,7 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             put_u64s(out, &[welcome.resume]);
             out.extend_from_slice(&welcome.window_bytes.to_le_bytes());
             put_stamp(out, &welcome.stamp);
+            out.extend(welcome.run.iter().flat_map(|run| run.to_le_bytes()));
         }
         Frame::Records(batch) | Frame::Live(batch) => put_batch(out, batch),
         Frame::Gap(gap) => {
@@ -93,6 +102,9 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             put_u64s(out, &[lease.epoch]);
             out.extend_from_slice(&lease.ttl_ms.to_le_bytes());
             put_text(out, &lease.holder, MAX_TEXT_BYTES);
+            if lease.number > 0 {
+                put_u64s(out, &[lease.number]);
+            }
         }
         Frame::Bye(bye) => {
             out.push(bye.code.code());
@@ -105,6 +117,30 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
         }
         Frame::ChartPart(part) => put_part(out, part),
         Frame::ChartReport(report) => put_report(out, report),
+        Frame::Ways(report) => put_ways(out, report),
+    }
+}
+
+fn put_ways(out: &mut Vec<u8>, report: &WaysReport) {
+    put_u64s(out, &[report.choice]);
+    let ways = &report.ways[..report.ways.len().min(MOST_WAYS)];
+    let place = |place: Option<u8>| place.unwrap_or(NO_WAY);
+    let (live_why, records_why) = (report.live_why.code(), report.records_why.code());
+    out.extend_from_slice(&[
+        place(report.live),
+        live_why,
+        place(report.records),
+        records_why,
+        ways.len() as u8,
+    ]);
+    for way in ways {
+        out.extend_from_slice(&[u8::from(way.metered), way.state as u8, way.thinning as u8]);
+        out.extend_from_slice(&way.late_per_mille.to_le_bytes());
+        for number in [way.round_trip_us, way.rate_bytes_per_s, way.failures] {
+            out.extend_from_slice(&number.to_le_bytes());
+        }
+        put_u64s(out, &[way.today_bytes, way.daily_bytes]);
+        put_text(out, &way.name, MOST_WAY_NAME_BYTES);
     }
 }
 

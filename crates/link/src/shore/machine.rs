@@ -1,50 +1,61 @@
 //! The shore's state machine: which connection counts, what is received, what is sent down.
 
-use super::connected::Connected;
+use super::connected::{Connected, Joined};
 use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
-    Bye, ByeCode, Capabilities, ChartOffer, ChartPart, ChartRequest, Command, Commander, Frame, Hello, Lease,
-    MAX_PART_BYTES, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome, decode, message,
+    Bye, ByeCode, Capabilities, ChartOffer, ChartRequest, Commander, Frame, Hello, OLDEST_VERSION, Receipt,
+    VERSION, Verdict, Welcome, decode, message,
 };
-use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
+use crate::ways::MOST_WAYS;
+use crate::{ConnectionId, GREETING_WITHIN, Latency, unpack};
 use bytes::Bytes;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{MonoTime, Now};
 
 /// Connections that may greet at once; the oldest is closed for one more.
-const MOST_GREETING: usize = 4;
+const MOST_GREETING: usize = MOST_WAYS + 4;
 const GREATEST_TTL: Duration = Duration::from_hours(24);
-/// A lease is told again this often, and dies aboard when it was not for so long.
-const LEASE_EVERY: Duration = Duration::from_secs(10);
-const LEASE_LASTS: Duration = Duration::from_secs(30);
 
 /// The shore's end of the link to one vessel, over all its connections. It holds commands that wait for an answer
 /// (256 at most; one more is refused) and no records: those go out as they come.
 #[derive(Debug)]
 pub struct Shore {
     settings: ShoreSettings,
-    outputs: VecDeque<ShoreOutput>,
+    pub(super) outputs: VecDeque<ShoreOutput>,
     greeting: BTreeMap<ConnectionId, Greeting>,
-    connected: Option<Connected>,
-    latest: Option<Which>,
-    commands: Pending,
-    lease: Option<Commander>,
+    /// Those that stand: one, or one for each way of a vessel that has several.
+    pub(super) sessions: BTreeMap<ConnectionId, Connected>,
+    /// What they brought together; there while one of them stands.
+    joined: Option<Joined>,
+    /// The connection that commands go by, and the choice of the vessel's that it follows from.
+    bearer: Option<ConnectionId>,
+    choice: u64,
+    /// The connection by which records came last.
+    records_by: Option<ConnectionId>,
+    /// The latest connection of each way; without ways the only one's.
+    latest: BTreeMap<Option<u8>, Which>,
+    /// The number of the newest live message of that start of the vessel's program.
+    last_live: u64,
+    pub(super) commands: Pending,
+    pub(super) lease: Option<Commander>,
     /// What vessels are to have, once that is known.
-    chart: Option<ChartOffer>,
+    pub(super) chart: Option<ChartOffer>,
     /// The part that the driver reads, over which connection it goes.
-    reading: Option<(ConnectionId, ChartRequest)>,
+    pub(super) reading: Option<(ConnectionId, ChartRequest)>,
     /// When the lease is told again.
-    next_lease: MonoTime,
+    pub(super) next_lease: MonoTime,
+    /// Leases told to vessels with several ways.
+    pub(super) leases: u64,
     transit: Latency,
     received_bytes: u64,
     repeated: u64,
     connections: u64,
 }
 
-/// The connection that counts, or counted last.
+/// The connection that counts, or counted last, on a way.
 #[derive(Debug, Clone, Copy)]
 struct Which {
     stream: u64,
@@ -55,6 +66,11 @@ struct Which {
 impl Which {
     fn of(hello: &Hello) -> Self {
         Self { stream: hello.stream, incarnation: hello.incarnation, attempt: hello.attempt }
+    }
+
+    /// Whether both are of one start of the vessel's program.
+    fn is_same_start(self, other: Self) -> bool {
+        (self.stream, self.incarnation) == (other.stream, other.incarnation)
     }
 
     /// Whether this connection is `latest` or an earlier one. A spool that was rebuilt counts from the beginning.
@@ -87,13 +103,19 @@ impl Shore {
             settings,
             outputs: VecDeque::new(),
             greeting: BTreeMap::new(),
-            connected: None,
-            latest: None,
+            sessions: BTreeMap::new(),
+            joined: None,
+            bearer: None,
+            choice: 0,
+            records_by: None,
+            latest: BTreeMap::new(),
+            last_live: 0,
             commands: Pending::default(),
             lease: None,
             chart: None,
             reading: None,
             next_lease: MonoTime::default(),
+            leases: 0,
             transit: Latency::default(),
             received_bytes: 0,
             repeated: 0,
@@ -114,22 +136,14 @@ impl Shore {
             ShoreInput::Closed(id) => self.forget(id),
             ShoreInput::Resume(id, durable) => self.resume(now, id, durable),
             ShoreInput::Refuse(id, text) => self.end(id, (ByeCode::Refused, text)),
-            ShoreInput::Durable { stream, seq } => {
-                if let Some(connected) = self.connected.as_mut().filter(|one| one.stream == stream) {
-                    connected.kept(seq.saturating_add(1));
-                }
-            }
+            ShoreInput::Durable { stream, seq } => self.kept(stream, seq),
             ShoreInput::Command { id, ttl, lease, overtakes, packet } => {
-                for off in if overtakes { self.commands.call_off() } else { Vec::new() } {
-                    let text = "a stop was ordered before it could be sent".to_owned();
-                    self.outputs.push_back(ShoreOutput::Outcome(off, Outcome::Refused(text)));
-                }
-                let expires = now.mono + ttl.min(GREATEST_TTL);
-                if !self.commands.put(id, Waiting { lease, packet, expires, sent: false, called_off: false })
-                {
-                    let text = "too many commands wait for this vessel, or its identity is taken";
-                    self.outputs.push_back(ShoreOutput::Outcome(id, Outcome::Refused(text.to_owned())));
-                }
+                self.command(
+                    now,
+                    id,
+                    Waiting::new(lease, packet, now.mono + ttl.min(GREATEST_TTL)),
+                    overtakes,
+                );
             }
             ShoreInput::Lease(commander) => {
                 self.lease = Some(commander);
@@ -137,12 +151,12 @@ impl Shore {
             }
             ShoreInput::Chart(chart) => {
                 self.chart = Some(chart.unwrap_or_else(ChartOffer::none));
-                self.offer_chart();
+                self.offer_chart(None);
             }
             ShoreInput::ChartPart(id, ask, bytes) => self.give_part(id, &ask, bytes),
             ShoreInput::Shutdown => {
                 let all: Vec<ConnectionId> =
-                    self.greeting.keys().copied().chain(self.connected.iter().map(|one| one.id)).collect();
+                    self.greeting.keys().chain(self.sessions.keys()).copied().collect();
                 for id in all {
                     self.end(id, (ByeCode::Ending, "the server ends".to_owned()));
                 }
@@ -157,29 +171,69 @@ impl Shore {
     }
 
     /// When to come back with [`ShoreInput::Timer`] at the latest; `None` for never.
-    pub fn poll_timeout(&self) -> Option<MonoTime> {
+    pub fn poll_timeout(&self, now: Now) -> Option<MonoTime> {
         let greeting = self.greeting.values().map(|one| one.since + GREETING_WITHIN);
-        let connected = self.connected.iter().map(|one| one.next_heartbeat.min(one.heard + DEAD_AFTER));
-        greeting.chain(connected).chain(self.commands.next_end()).chain(self.lease_due()).min()
+        let connected = self.sessions.values().map(|one| one.next_heartbeat.min(one.dead_at()));
+        let late = self.commands.late_at(now.mono).filter(|_| self.sessions.len() > 1);
+        greeting.chain(connected).chain(self.commands.next_end()).chain(self.lease_due()).chain(late).min()
     }
 
     /// How the vessel's clocks stand to ours.
     pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
-        self.connected.as_ref().and_then(|one| one.clocks.estimate(now))
+        self.carrier().and_then(|one| one.clocks.estimate(now))
+    }
+
+    /// Whether the answer to a greeting joins connections that stand: then nothing that came by them begins anew.
+    pub fn joins(&self, id: ConnectionId) -> bool {
+        let hello = self.greeting.get(&id).and_then(|greeting| greeting.hello.as_ref());
+        hello.is_some_and(|hello| self.is_joining(hello))
+    }
+
+    /// Connections that stand.
+    pub fn standing(&self) -> usize {
+        self.sessions.len()
     }
 
     /// How the link is. Latencies start over.
     pub fn status(&mut self, now: Now) -> ShoreStatus {
-        let connected = self.connected.as_ref();
+        let carrier = self.carrier();
         ShoreStatus {
-            up: connected.is_some(),
-            clocks: connected.and_then(|one| one.clocks.estimate(now)),
-            round_trip: connected.and_then(|one| one.clocks.round_trip()),
+            up: carrier.is_some(),
+            clocks: carrier.and_then(|one| one.clocks.estimate(now)),
+            round_trip: carrier.and_then(|one| one.clocks.round_trip()),
             transit: std::mem::take(&mut self.transit),
-            backlog: connected.map(|one| one.backlog).unwrap_or_default(),
+            backlog: self.joined.as_ref().map(|joined| joined.backlog).unwrap_or_default(),
             received_bytes: self.received_bytes,
             repeated: self.repeated,
             connections: self.connections,
+            standing: self.sessions.len() as u32,
+        }
+    }
+
+    /// The connection that commands go by: the one that the vessel chose, or the one that was heard last.
+    pub(super) fn carrier(&self) -> Option<&Connected> {
+        let chosen = self.bearer.and_then(|id| self.sessions.get(&id));
+        chosen.or_else(|| self.sessions.values().max_by_key(|one| one.heard))
+    }
+
+    /// Whether a connection by this greeting stands beside others: of the same start of the vessel's program, by other ways.
+    fn is_joining(&self, hello: &Hello) -> bool {
+        let Some(way) = &hello.way else { return false };
+        let which = Which::of(hello);
+        self.latest.values().all(|latest| latest.is_same_start(which))
+            && self.sessions.values().all(|one| one.way.is_some())
+            && self.sessions.values().any(|one| one.place() != Some(way.index))
+    }
+
+    fn kept(&mut self, stream: u64, seq: u64) {
+        let Some(joined) = self.joined.as_mut().filter(|joined| joined.stream == stream) else { return };
+        if joined.kept(seq.saturating_add(1)) {
+            // Who sent the records waits for it; over the other ways it goes with their next beat.
+            let sender = self.records_by.filter(|id| self.sessions.contains_key(id));
+            let sender = sender.or_else(|| self.carrier().map(|one| one.id));
+            if let Some(one) = sender.and_then(|id| self.sessions.get_mut(&id)) {
+                one.ack_due = true;
+            }
         }
     }
 
@@ -196,16 +250,19 @@ impl Shore {
     /// Drops what is known of a connection.
     fn forget(&mut self, id: ConnectionId) {
         self.greeting.remove(&id);
-        if self.connected.take_if(|one| one.id == id).is_some() {
+        if self.sessions.remove(&id).is_none() {
+            return;
+        }
+        self.commands.forget(id);
+        if self.sessions.is_empty() {
+            (self.joined, self.bearer, self.records_by) = (None, None, None);
             self.outputs.push_back(ShoreOutput::Down);
         }
     }
 
     /// Closes a connection that is known.
     fn end(&mut self, id: ConnectionId, (code, text): End) {
-        let known =
-            self.greeting.contains_key(&id) || self.connected.as_ref().is_some_and(|one| one.id == id);
-        if !known {
+        if !self.greeting.contains_key(&id) && !self.sessions.contains_key(&id) {
             return;
         }
         if code != ByeCode::Silent {
@@ -215,13 +272,13 @@ impl Shore {
         self.forget(id);
     }
 
-    fn send(&mut self, id: ConnectionId, frame: &Frame) {
+    pub(super) fn send(&mut self, id: ConnectionId, frame: &Frame) {
         self.outputs.push_back(ShoreOutput::Send(id, message(frame)));
     }
 
     fn message(&mut self, now: Now, id: ConnectionId, bytes: Bytes) -> Result<(), End> {
         let length = bytes.len() as u64;
-        if let Some(connected) = self.connected.as_mut().filter(|one| one.id == id) {
+        if let Some(connected) = self.sessions.get_mut(&id) {
             connected.heard = now.mono;
             connected.bytes += length;
         } else if let Some(greeting) = self.greeting.get_mut(&id) {
@@ -235,7 +292,7 @@ impl Shore {
             if self.greeting.contains_key(&id) {
                 self.greet(now, id, frame)?;
             } else {
-                self.frame(now, frame)?;
+                self.frame(now, id, frame)?;
             }
         }
         Ok(())
@@ -255,11 +312,13 @@ impl Shore {
             );
             return Err((ByeCode::Version, text));
         }
-        if self.latest.is_some_and(|latest| Which::of(&hello).is_no_later_than(latest)) {
+        if self.is_overtaken(&hello) {
             return Err((ByeCode::Replaced, "a later connection of this vessel was seen".to_owned()));
         }
-        greeting.clocks.heard(now, hello.stamp);
-        greeting.hello = Some(hello.clone());
+        if let Some(greeting) = self.greeting.get_mut(&id) {
+            greeting.clocks.heard(now, hello.stamp);
+            greeting.hello = Some(hello.clone());
+        }
         self.outputs.push_back(ShoreOutput::Hello(id, Box::new(hello)));
         Ok(())
     }
@@ -268,64 +327,108 @@ impl Shore {
         let Some(Greeting { clocks, bytes, hello: Some(hello), .. }) = self.greeting.remove(&id) else {
             return;
         };
-        let which = Which::of(&hello);
-        if self.latest.is_some_and(|latest| which.is_no_later_than(latest)) {
+        if self.is_overtaken(&hello) {
             let text = "a later connection of this vessel was seen".to_owned();
             self.send(id, &Frame::Bye(Bye { code: ByeCode::Replaced, text: text.clone() }));
             self.outputs.push_back(ShoreOutput::Close(id, ByeCode::Replaced, text));
             return;
         }
-        if let Some(old) = self.connected.as_ref().map(|one| one.id) {
-            self.end(old, (ByeCode::Replaced, "the vessel connected again".to_owned()));
-        }
-        self.latest = Some(which);
-        self.connections += 1;
         let resume = durable.map_or(0, |seq| seq.saturating_add(1));
-        let capabilities = hello.capabilities.and(Capabilities::ALL);
+        self.make_room(&hello, resume);
+        self.connections += 1;
+        let mut capabilities = hello.capabilities.and(Capabilities::ALL);
+        if hello.way.is_none() {
+            capabilities = capabilities.and(Capabilities::OF_ONE_WAY);
+        }
         let welcome = Welcome {
             version: hello.version.min(VERSION),
             capabilities,
             resume,
             window_bytes: self.settings.window_bytes,
             stamp: clocks.stamp(now),
+            run: hello.way.is_some().then_some(self.settings.run),
         };
         self.send(id, &Frame::Welcome(welcome));
-        let rest = (capabilities, clocks, bytes);
-        self.connected = Some(Connected::new(now.mono, id, hello.stream, resume, rest));
+        self.sessions.insert(id, Connected::new(now.mono, id, hello.way, (capabilities, clocks, bytes)));
         self.outputs.push_back(ShoreOutput::Up(id));
         // Before the commands, which are obeyed by it.
         self.tell_lease(now);
-        self.commands(now, true);
-        self.reading = None;
-        self.offer_chart();
+        self.commands(now);
+        self.offer_chart(Some(id));
     }
 
-    fn frame(&mut self, now: Now, frame: Frame) -> Result<(), End> {
-        let Some(connected) = &mut self.connected else { return Ok(()) };
+    /// Closes the connections that a new one takes the place of, and begins the stream anew where none is left.
+    fn make_room(&mut self, hello: &Hello, resume: u64) {
+        let (way, which) = (hello.way.as_ref().map(|way| way.index), Which::of(hello));
+        let joined = self.joined.take().filter(|_| self.is_joining(hello));
+        let stays = |one: &Connected| joined.is_some() && one.place() != way;
+        let replaced = self.sessions.values().filter(|one| !stays(one));
+        for old in replaced.map(|one| one.id).collect::<Vec<_>>() {
+            self.end(old, (ByeCode::Replaced, "the vessel connected again".to_owned()));
+        }
+        if self.latest.values().any(|latest| !latest.is_same_start(which)) {
+            self.latest.clear();
+            (self.choice, self.last_live) = (0, 0);
+        }
+        self.latest.insert(way, which);
+        let mut joined = joined.unwrap_or_else(|| {
+            self.reading = None;
+            Joined::new(hello, resume)
+        });
+        joined.again(resume);
+        self.joined = Some(joined);
+    }
+
+    /// Whether a later connection was seen: of this way, or of a later start of the vessel's program.
+    fn is_overtaken(&self, hello: &Hello) -> bool {
+        let (way, which) = (hello.way.as_ref().map(|way| way.index), Which::of(hello));
+        self.latest.iter().any(|(other, latest)| {
+            let alike = *other == way || way.is_none() || other.is_none();
+            let latest = if alike { *latest } else { Which { attempt: 0, ..*latest } };
+            which.is_no_later_than(latest)
+        })
+    }
+
+    fn frame(&mut self, now: Now, id: ConnectionId, frame: Frame) -> Result<(), End> {
+        let (Some(one), Some(joined)) = (self.sessions.get_mut(&id), &mut self.joined) else { return Ok(()) };
         match frame {
             Frame::Records(batch) => {
+                (one.ack_due, self.records_by) = (true, Some(id));
                 let records = unpack(&batch).map_err(protocol)?;
                 let counters = (&mut self.transit, &mut self.repeated);
-                self.outputs.extend(connected.records(now, records, counters).map_err(protocol)?);
+                let output = joined.records(now, &one.clocks, records, counters);
+                self.outputs.extend(output.map_err(protocol)?);
             }
-            Frame::Gap(gap) => self.outputs.extend(connected.gap(gap).map_err(protocol)?),
+            Frame::Gap(gap) => {
+                (one.ack_due, self.records_by) = (true, Some(id));
+                self.outputs.extend(joined.gap(gap).map_err(protocol)?);
+            }
             Frame::Live(batch) => {
-                connected.live();
-                self.outputs.push_back(ShoreOutput::Live(unpack(&batch).map_err(protocol)?));
-            }
-            Frame::Heartbeat(beat) => connected.heartbeat(now, &beat),
-            Frame::Receipt(Receipt { id, verdict, text }) => {
-                if self.commands.answered(id) {
-                    let outcome = match verdict {
-                        Verdict::Received => Outcome::Received,
-                        Verdict::Expired => Outcome::Expired,
-                        Verdict::Refused => Outcome::Refused(text),
-                    };
-                    self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
+                one.ack_due = true;
+                let records = unpack(&batch).map_err(protocol)?;
+                let newer = batch.first > self.last_live;
+                self.last_live = self.last_live.max(batch.first);
+                if one.way.is_none() || newer {
+                    self.outputs.push_back(ShoreOutput::Live(records));
                 }
             }
-            Frame::ChartRequest(ask) => self.chart_ask(ask),
+            Frame::Heartbeat(beat) => {
+                one.clocks.heard(now, beat.stamp);
+                // By how soon it is answered the vessel knows how its way is.
+                one.ack_due |= one.way.is_some();
+                let alone = self.records_by.is_none_or(|by| by == id);
+                joined.heartbeat(&beat, alone || one.way.is_none());
+            }
+            Frame::Receipt(receipt) => self.receipt(receipt),
+            Frame::ChartRequest(ask) => self.chart_ask(id, ask),
             Frame::ChartReport(report) => self.outputs.push_back(ShoreOutput::ChartReport(report)),
+            Frame::Ways(report) => {
+                one.ack_due = true;
+                if report.choice >= self.choice {
+                    (self.choice, self.bearer) = (report.choice, Some(id));
+                    self.outputs.push_back(ShoreOutput::Ways(report));
+                }
+            }
             Frame::Bye(bye) => {
                 return Err((ByeCode::Ending, format!("the vessel closes the link: {}", bye.text)));
             }
@@ -342,77 +445,15 @@ impl Shore {
         Ok(())
     }
 
-    fn offer_chart(&mut self) {
-        let (Some(connected), Some(offer)) = (&self.connected, &self.chart) else { return };
-        if connected.capabilities.has(Capabilities::CHARTS) {
-            let (id, frame) = (connected.id, Frame::Chart(offer.clone()));
-            self.send(id, &frame);
+    fn receipt(&mut self, Receipt { id, verdict, text }: Receipt) {
+        if self.commands.answered(id) {
+            let outcome = match verdict {
+                Verdict::Received => Outcome::Received,
+                Verdict::Expired => Outcome::Expired,
+                Verdict::Refused => Outcome::Refused(text),
+            };
+            self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
         }
-    }
-
-    /// Has a part read, if it is of the chart that is offered; one at a time, whatever a vessel asks.
-    fn chart_ask(&mut self, ask: ChartRequest) {
-        let Some(id) = self.connected.as_ref().map(|one| one.id) else { return };
-        let offered = self.chart.as_ref().filter(|chart| chart.digest == ask.digest);
-        let Some(left) =
-            offered.and_then(|chart| chart.bytes.checked_sub(ask.offset)).filter(|left| *left > 0)
-        else {
-            self.send(id, &Frame::ChartPart(ChartPart::gone(&ask)));
-            return;
-        };
-        if self.reading.is_none() {
-            let length = u64::from(ask.length).min(MAX_PART_BYTES as u64).min(left) as u32;
-            let ask = ChartRequest { length, ..ask };
-            self.reading = Some((id, ask));
-            self.outputs.push_back(ShoreOutput::ChartPart(id, ask));
-        }
-    }
-
-    fn give_part(&mut self, id: ConnectionId, ask: &ChartRequest, bytes: Option<Bytes>) {
-        if self.reading.take_if(|reading| *reading == (id, *ask)).is_none() {
-            return;
-        }
-        let Some(connected) = self.connected.as_ref().filter(|one| one.id == id) else { return };
-        let zstd = connected.capabilities.has(Capabilities::ZSTD);
-        let bytes = bytes.filter(|bytes| !bytes.is_empty() && bytes.len() <= ask.length as usize);
-        let part = bytes.map_or_else(|| ChartPart::gone(ask), |bytes| ChartPart::pack(ask, bytes, zstd));
-        self.send(id, &Frame::ChartPart(part));
-    }
-
-    /// Sends the commands that can still be in time: all, or those that were not sent yet.
-    fn commands(&mut self, now: Now, all: bool) {
-        let Some(connected) = &self.connected else { return };
-        if !connected.capabilities.has(Capabilities::COMMANDS) {
-            return;
-        }
-        let id = connected.id;
-        for (command, waiting) in self.commands.sendable(now.mono, all) {
-            // Rounded down: better too early than too late.
-            let ttl_ms = waiting.expires.since(now.mono).as_millis() as u32;
-            let Waiting { lease, packet, .. } = waiting;
-            let frame = Command { id: command, sent: now.mono, ttl_ms, lease, packet };
-            self.send(id, &Frame::Command(frame));
-        }
-    }
-
-    /// When the lease is to be told again: while somebody has it and the link stands.
-    fn lease_due(&self) -> Option<MonoTime> {
-        let held = matches!(self.lease, Some(Commander { holder: Some(_), .. }));
-        self.connected.as_ref().filter(|_| held).map(|_| self.next_lease)
-    }
-
-    fn tell_lease(&mut self, now: Now) {
-        self.next_lease = now.mono + LEASE_EVERY;
-        let (Some(connected), Some(Commander { epoch, holder })) = (&self.connected, &self.lease) else {
-            return;
-        };
-        let lasts = if holder.is_some() { LEASE_LASTS } else { Duration::ZERO };
-        let frame = Lease {
-            epoch: *epoch,
-            ttl_ms: lasts.as_millis() as u32,
-            holder: holder.clone().unwrap_or_default(),
-        };
-        self.send(connected.id, &Frame::Lease(frame));
     }
 
     fn step(&mut self, now: Now) {
@@ -421,9 +462,7 @@ impl Shore {
             .iter()
             .filter(|(_, one)| now.mono.since(one.since) >= GREETING_WITHIN)
             .map(|(id, _)| *id)
-            .chain(
-                self.connected.iter().filter(|one| now.mono.since(one.heard) >= DEAD_AFTER).map(|one| one.id),
-            )
+            .chain(self.sessions.values().filter(|one| now.mono >= one.dead_at()).map(|one| one.id))
             .collect();
         for id in silent {
             self.end(id, (ByeCode::Silent, "nothing heard in time".to_owned()));
@@ -431,11 +470,13 @@ impl Shore {
         if self.lease_due().is_some_and(|due| now.mono >= due) {
             self.tell_lease(now);
         }
-        self.commands(now, false);
-        if let Some(connected) = &mut self.connected {
-            let id = connected.id;
-            for frame in connected.due(now) {
-                self.send(id, &frame);
+        self.commands(now);
+        if let Some(joined) = &self.joined {
+            let due = self.sessions.values_mut().map(|one| (one.id, one.due(now, joined)));
+            for (id, frames) in due.collect::<Vec<_>>() {
+                for frame in frames {
+                    self.send(id, &frame);
+                }
             }
         }
         for (id, sent) in self.commands.overdue(now.mono) {

@@ -1,12 +1,14 @@
 //! The shore's end of the link to one vessel.
 
 mod connected;
+mod down;
 mod machine;
 
 pub use machine::Shore;
 
 use crate::clocks::ClockEstimate;
 use crate::frame::{ByeCode, ChartOffer, ChartReport, ChartRequest, Commander, Gap, Hello};
+use crate::ways::WaysReport;
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -16,11 +18,13 @@ use std::time::Duration;
 pub struct ShoreSettings {
     /// Bytes of records that the vessel may send before they are durable.
     pub window_bytes: u32,
+    /// Another number at each start of the program, so that a vessel with several ways tells its commands apart.
+    pub run: u64,
 }
 
 impl Default for ShoreSettings {
     fn default() -> Self {
-        Self { window_bytes: 4 << 20 }
+        Self { window_bytes: 4 << 20, run: 0 }
     }
 }
 
@@ -83,9 +87,9 @@ pub enum ShoreOutput {
     /// A vessel greets: look up what is durable and answer by [`ShoreInput::Resume`] or
     /// [`ShoreInput::Refuse`].
     Hello(ConnectionId, Box<Hello>),
-    /// The link stands, over this connection.
+    /// The link stands, over this connection; it may stand over others already.
     Up(ConnectionId),
-    /// The link does not stand any more.
+    /// The link does not stand any more, over no connection.
     Down,
     /// Packets to keep, with consecutive numbers that follow those before; tell when they are durable.
     Records {
@@ -109,6 +113,8 @@ pub enum ShoreOutput {
     ChartPart(ConnectionId, ChartRequest),
     /// What the vessel says of its chart.
     ChartReport(ChartReport),
+    /// What the vessel says of its ways.
+    Ways(WaysReport),
 }
 
 /// What became of a command.
@@ -154,4 +160,6 @@ pub struct ShoreStatus {
     pub repeated: u64,
     /// Connections that stood so far.
     pub connections: u64,
+    /// Connections that stand.
+    pub standing: u32,
 }

@@ -1,19 +1,17 @@
-//! The vessel's state machine: when to connect, what to say, what to believe.
+//! The vessel's state machine: when to connect by which way, what to say, what to believe.
 
 use super::chart::{Pull, Want};
 use super::records::LagTracker;
-use super::up::{Step, Up};
-use super::{Answer, Entry, Failure, VesselInput, VesselOutput, VesselSettings, VesselStatus};
-use crate::backoff::Backoff;
+use super::up::Step;
+use super::way::{Open, Phase, Way};
+use super::{Entry, Failure, VesselInput, VesselOutput, VesselSettings, VesselStatus};
 use crate::clocks::Clocks;
-use crate::commands::{First, Seen};
-use crate::frame::{
-    Bye, ByeCode, Capabilities, ChartPart, Command, Frame, Hello, OLDEST_VERSION, VERSION, Verdict, Welcome,
-    decode, message,
-};
+use crate::commands::Seen;
+use crate::frame::{Bye, ByeCode, Capabilities, Frame, Hello, OLDEST_VERSION, VERSION, message};
 use crate::live::LiveSet;
 use crate::pace::Pace;
-use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency};
+use crate::ways::{MOST_WAYS, Used, WayHello, WaySettings, WayState, WaysReport};
+use crate::{ConnectionId, GREETING_WITHIN, Latency};
 use bytes::Bytes;
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -28,71 +26,89 @@ const PATIENT_ATTEMPT: Duration = Duration::from_secs(4);
 /// values and the identities of the last commands.
 #[derive(Debug)]
 pub struct Vessel {
-    settings: VesselSettings,
-    outputs: VecDeque<VesselOutput>,
-    phase: Phase,
+    pub(super) settings: VesselSettings,
+    pub(super) outputs: VecDeque<VesselOutput>,
+    /// One at least.
+    pub(super) ways: Vec<Way>,
+    /// Connections, over all ways.
     attempt: u64,
-    backoff: Backoff,
-    growth: LagTracker,
-    live: LiveSet,
-    pull: Pull,
-    seen: Seen,
+    /// The shore keeps connections beside each other, as far as it is known.
+    pub(super) joint: bool,
+    /// While it does not: the way whose turn it is.
+    pub(super) turn: usize,
+    /// Which way carries what. The places hold good while nothing has broken since the last step.
+    pub(super) report: WaysReport,
+    pub(super) next_report: MonoTime,
+    pub(super) told_states: Vec<WayState>,
+    pub(super) growth: LagTracker,
+    pub(super) live: LiveSet,
+    pub(super) live_number: u64,
+    pub(super) pull: Pull,
+    pub(super) seen: Seen,
+    /// The shore's start, and what came of it last: the greatest number of a command, and of a lease.
+    pub(super) run: Option<u64>,
+    /// Starts of the shore that another followed, the last few.
+    pub(super) past_runs: VecDeque<u64>,
+    pub(super) newest_command: u64,
+    pub(super) newest_lease: u64,
     /// What the shore last called durable.
-    durable: u64,
-    connections: u64,
+    pub(super) durable: u64,
+    pub(super) connections: u64,
     sent_bytes: u64,
-    arriving: Latency,
-    keeping: Latency,
-}
-
-#[derive(Debug)]
-enum Phase {
-    /// Until then no attempt is made.
-    Pausing(MonoTime),
-    /// The driver connects.
-    Opening,
-    /// A connection is there.
-    Open(Box<Open>),
-    /// For good.
-    Ended,
-}
-
-#[derive(Debug)]
-struct Open {
-    heard: MonoTime,
-    /// Given up when the shore has not agreed by then.
-    greeting_until: MonoTime,
-    clocks: Clocks,
-    pace: Pace,
-    /// After the shore agreed.
-    up: Option<Up>,
+    pub(super) arriving: Latency,
+    pub(super) keeping: Latency,
 }
 
 /// Why a connection is given up: what to tell the other side, what to tell the log.
-struct End {
-    code: Option<ByeCode>,
-    reason: String,
-    refused: bool,
+pub(super) struct End {
+    pub(super) code: Option<ByeCode>,
+    pub(super) reason: String,
+    pub(super) refused: bool,
 }
 
 impl End {
-    fn protocol(reason: impl std::fmt::Display) -> Self {
+    pub(super) fn protocol(reason: impl std::fmt::Display) -> Self {
         Self { code: Some(ByeCode::Protocol), reason: reason.to_string(), refused: true }
+    }
+
+    pub(super) fn ending(reason: impl std::fmt::Display) -> Self {
+        Self { code: Some(ByeCode::Ending), reason: reason.to_string(), refused: false }
+    }
+
+    pub(super) fn silent(reason: impl std::fmt::Display) -> Self {
+        Self { code: None, reason: reason.to_string(), refused: false }
     }
 }
 
 impl Vessel {
     /// A vessel that connects at once.
-    pub fn new(now: Now, settings: VesselSettings) -> Self {
+    pub fn new(now: Now, mut settings: VesselSettings) -> Self {
+        settings.ways.truncate(MOST_WAYS);
+        if settings.ways.is_empty() {
+            settings.ways.push(WaySettings::default());
+        }
+        // Not the same chance on each way, and on the first what it was without others.
+        let seed = |place: usize| settings.seed ^ (place as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let ways = settings.ways.iter().enumerate();
+        let ways = ways.map(|(place, way)| Way::new(now.mono, seed(place), way.clone())).collect();
         Self {
             outputs: VecDeque::new(),
-            phase: Phase::Pausing(now.mono),
+            ways,
             attempt: 0,
-            backoff: Backoff::new(settings.seed),
+            joint: false,
+            turn: 0,
+            report: WaysReport::default(),
+            next_report: now.mono,
+            told_states: Vec::new(),
             growth: LagTracker::new(now, settings.spool),
             live: LiveSet::default(),
+            live_number: 0,
             pull: Pull::new(now.mono),
             seen: Seen::default(),
+            run: None,
+            past_runs: VecDeque::new(),
+            newest_command: 0,
+            newest_lease: 0,
             durable: settings.spool.first,
             connections: 0,
             sent_bytes: 0,
@@ -105,37 +121,35 @@ impl Vessel {
     /// Something happened.
     pub fn handle(&mut self, now: Now, input: VesselInput) {
         match input {
-            VesselInput::Spool(spool) => {
-                let renumbered = spool.stream != self.settings.spool.stream;
-                self.settings.spool = spool;
-                if renumbered {
-                    self.growth = LagTracker::new(now, spool);
-                    self.durable = spool.first;
-                    let reason = "the spool began another stream".to_owned();
-                    self.end(now, End { code: Some(ByeCode::Ending), reason, refused: false });
-                }
-            }
+            VesselInput::Spool(spool) => self.spool(now, spool),
             VesselInput::SpoolRefused(refused) => self.growth.refuse(refused),
             VesselInput::Entries(from, entries) => self.entries(now, from, entries),
             VesselInput::Live(packet) => {
                 self.live.put(now, packet);
             }
-            VesselInput::Opened(id) if self.is_current(id) => self.opened(now),
-            VesselInput::Failed(id, failure) if self.is_current(id) => {
-                self.pause(now, failure == Failure::Refused);
-            }
-            VesselInput::Message(id, bytes) if self.is_current(id) => {
-                if let Err(end) = self.message(now, bytes) {
-                    self.end(now, end);
+            VesselInput::Opened(id) => {
+                if let Some(place) = self.current(id) {
+                    self.opened(now, place);
                 }
             }
-            VesselInput::Closed(id) if self.is_current(id) => self.pause(now, false),
-            // Only time has passed, or it is about a connection that was given up.
-            VesselInput::Timer
-            | VesselInput::Opened(_)
-            | VesselInput::Failed(..)
-            | VesselInput::Message(..)
-            | VesselInput::Closed(_) => {}
+            VesselInput::Failed(id, failure) => {
+                if let Some(place) = self.current(id) {
+                    self.pause(now, place, failure == Failure::Refused);
+                }
+            }
+            VesselInput::Message(id, bytes) => {
+                if let Some(place) = self.current(id)
+                    && let Err(end) = self.message(now, place, bytes)
+                {
+                    self.end(now, place, end);
+                }
+            }
+            VesselInput::Closed(id) => {
+                if let Some(place) = self.current(id) {
+                    self.pause(now, place, false);
+                }
+            }
+            VesselInput::Timer => {}
             VesselInput::Answer(id, answer) => self.answer(now, id, answer),
             VesselInput::ChartAboard(aboard) => {
                 let want = self.pull.aboard(aboard);
@@ -145,9 +159,10 @@ impl Vessel {
             VesselInput::ChartKept(digest) => self.pull.kept(&digest),
             VesselInput::ChartFailed(digest, text) => self.pull.failed(now.mono, &digest, text),
             VesselInput::Shutdown => {
-                let reason = "the program ends".to_owned();
-                self.end(now, End { code: Some(ByeCode::Ending), reason, refused: false });
-                self.phase = Phase::Ended;
+                self.end_all(now, |_| true, || End::ending("the program ends"));
+                for way in &mut self.ways {
+                    way.phase = Phase::Ended;
+                }
             }
         }
         self.step(now);
@@ -160,32 +175,39 @@ impl Vessel {
 
     /// When to come back with [`VesselInput::Timer`] at the latest; `None` for never.
     pub fn poll_timeout(&mut self, now: Now) -> Option<MonoTime> {
-        match &mut self.phase {
-            Phase::Pausing(until) => Some(*until),
-            Phase::Opening | Phase::Ended => None,
-            Phase::Open(open) => {
-                let Open { heard, greeting_until, clocks, pace, up } = &mut **open;
-                let dead = *heard + DEAD_AFTER;
-                Some(match up {
-                    None => dead.min(*greeting_until),
-                    Some(up) => {
-                        let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
-                        let due = up.poll_timeout(&mut Step { now, spool, pace, clocks, growth, live });
-                        dead.min(self.pull.poll_timeout().map_or(due, |chart| chart.min(due)))
-                    }
-                })
-            }
-        }
+        (0..self.ways.len()).filter_map(|place| self.way_timeout(now, place)).min()
+    }
+
+    fn way_timeout(&mut self, now: Now, place: usize) -> Option<MonoTime> {
+        let may_open = self.may_open(place);
+        let several = self.ways.len() > 1;
+        let lanes = self.lanes(place);
+        let way = &mut self.ways[place];
+        let dead = way.open().map(|open| way.dead_at(open));
+        let suspect = way.suspect_at().filter(|at| several && *at > now.mono);
+        let proven = way.proven_at().filter(|at| several && *at > now.mono);
+        let open = match &mut way.phase {
+            Phase::Pausing(until) => return may_open.then_some(*until),
+            Phase::Opening | Phase::Ended => return None,
+            Phase::Open(open) => open,
+        };
+        let Open { greeting_until, clocks, pace, up, .. } = &mut **open;
+        let Some(up) = up else { return dead.map(|dead| dead.min(*greeting_until)) };
+        let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
+        let mut step = Step { lanes, live_number: None, now, spool, pace, clocks, growth, live };
+        let due = up.poll_timeout(&mut step);
+        let chart = self.pull.poll_timeout().filter(|_| lanes.records);
+        let report = (self.joint && lanes.live).then_some(self.next_report);
+        [dead, suspect, proven, chart, report].into_iter().flatten().chain([due]).min()
     }
 
     /// How the link is. Latencies start over.
     pub fn status(&mut self, now: Now) -> VesselStatus {
-        let (clocks, cursor) = match &self.phase {
-            Phase::Open(open) => (open.clocks.estimate(now), open.up.as_ref().map(|up| up.cursor)),
-            _ => (None, None),
-        };
+        let cursor = self.records_at();
+        let live = self.report.live.and_then(|place| self.ways.get(usize::from(place)));
+        let clocks = live.and_then(Way::open).and_then(|open| open.clocks.estimate(now));
         VesselStatus {
-            up: cursor.is_some(),
+            up: self.ways.iter().any(Way::stands),
             backlog: self.settings.spool.next.saturating_sub(self.durable.max(self.settings.spool.first)),
             lagging: cursor.is_none_or(|cursor| self.growth.lags(now.mono, cursor)),
             connections: self.connections,
@@ -197,250 +219,192 @@ impl Vessel {
         }
     }
 
-    fn is_current(&self, id: ConnectionId) -> bool {
-        id.0 == self.attempt && matches!(self.phase, Phase::Opening | Phase::Open(_))
+    /// What each way has carried today, in their order.
+    pub fn used(&self) -> Vec<Used> {
+        self.ways.iter().map(|way| way.meter.used()).collect()
     }
 
-    fn opened(&mut self, now: Now) {
+    /// The place of the way whose connection this is.
+    fn current(&self, id: ConnectionId) -> Option<usize> {
+        self.ways.iter().position(|way| way.id() == id && way.is_active())
+    }
+
+    fn spool(&mut self, now: Now, spool: super::SpoolState) {
+        let renumbered = spool.stream != self.settings.spool.stream;
+        self.settings.spool = spool;
+        if renumbered {
+            self.growth = LagTracker::new(now, spool);
+            self.durable = spool.first;
+            self.end_all(now, |_| true, || End::ending("the spool began another stream"));
+        }
+    }
+
+    fn opened(&mut self, now: Now, place: usize) {
         let clocks = Clocks::default();
+        let several = self.ways.len() > 1;
+        let way = &self.ways[place];
         let hello = Hello {
             version: VERSION,
             oldest_version: OLDEST_VERSION,
-            capabilities: Capabilities::ALL,
+            capabilities: if several { Capabilities::ALL } else { Capabilities::OF_ONE_WAY },
             address: self.settings.address,
             incarnation: self.settings.incarnation,
-            attempt: self.attempt,
+            attempt: way.attempt,
             stream: self.settings.spool.stream,
             first: self.settings.spool.first,
             next: self.settings.spool.next,
             stamp: clocks.stamp(now),
             name: self.settings.name.clone(),
             software: self.settings.software.clone(),
+            way: several.then(|| WayHello {
+                index: place as u8,
+                metered: way.settings.metered,
+                name: way.settings.name.clone(),
+            }),
         };
-        self.phase = Phase::Open(Box::new(Open {
-            heard: now.mono,
-            greeting_until: now.mono + GREETING_WITHIN,
-            clocks,
-            pace: Pace::new(now.mono, self.settings.budget_bytes_per_s),
-            up: None,
-        }));
-        self.send(now, message(&Frame::Hello(hello)));
+        let pace = Pace::new(now.mono, self.settings.budget_bytes_per_s);
+        self.ways[place].phase = Phase::Open(Box::new(Open::new(now.mono, GREETING_WITHIN, clocks, pace)));
+        self.send(now, place, message(&Frame::Hello(hello)));
     }
 
-    fn send(&mut self, now: Now, message: Bytes) {
-        let Phase::Open(open) = &mut self.phase else { return };
+    pub(super) fn send(&mut self, now: Now, place: usize, message: Bytes) {
+        let way = &mut self.ways[place];
+        let Some(open) = way.open_mut() else { return };
         open.pace.sent(now.mono, message.len());
+        way.count(now.utc, message.len());
         self.sent_bytes += message.len() as u64;
-        self.outputs.push_back(VesselOutput::Send(ConnectionId(self.attempt), message));
+        self.outputs.push_back(VesselOutput::Send(way.id(), message));
     }
 
-    fn pause(&mut self, now: Now, refused: bool) {
-        self.pull.unlinked(now.mono);
-        let pause = if refused { self.backoff.refused() } else { self.backoff.unanswered() };
-        self.phase = Phase::Pausing(now.mono + pause);
+    fn pause(&mut self, now: Now, place: usize, refused: bool) {
+        if self.report.records == Some(place as u8) {
+            self.pull.unlinked(now.mono);
+        }
+        let way = &mut self.ways[place];
+        way.lost();
+        let pause = if refused { way.backoff.refused() } else { way.backoff.unanswered() };
+        way.phase = Phase::Pausing(now.mono + pause);
+        if self.turn == place {
+            self.turn = (place + 1) % self.ways.len();
+        }
     }
 
-    /// Gives the connection up.
-    fn end(&mut self, now: Now, end: End) {
-        if !matches!(self.phase, Phase::Opening | Phase::Open(_)) {
+    /// Gives the connection of a way up.
+    pub(super) fn end(&mut self, now: Now, place: usize, end: End) {
+        if !self.ways[place].is_active() {
             return;
         }
         if let Some(code) = end.code {
-            self.send(now, message(&Frame::Bye(Bye { code, text: end.reason.clone() })));
+            self.send(now, place, message(&Frame::Bye(Bye { code, text: end.reason.clone() })));
         }
-        self.outputs.push_back(VesselOutput::Close(ConnectionId(self.attempt), end.reason));
-        self.pause(now, end.refused);
+        self.outputs.push_back(VesselOutput::Close(self.ways[place].id(), end.reason));
+        self.pause(now, place, end.refused);
+    }
+
+    pub(super) fn end_all(&mut self, now: Now, which: impl Fn(usize) -> bool, why: impl Fn() -> End) {
+        for place in (0..self.ways.len()).filter(|place| which(*place)) {
+            self.end(now, place, why());
+        }
+    }
+
+    /// Whether a connection may be made by a way: with a shore that keeps one at a time only where there is none.
+    fn may_open(&self, place: usize) -> bool {
+        self.joint || (self.turn == place && !self.ways.iter().any(Way::is_active))
     }
 
     fn step(&mut self, now: Now) {
         self.growth.mark(now.mono, self.settings.spool.next);
-        match &mut self.phase {
-            Phase::Pausing(until) if now.mono >= *until => {
-                self.attempt += 1;
-                self.phase = Phase::Opening;
-                let patience = if self.attempt.is_multiple_of(5) { PATIENT_ATTEMPT } else { ATTEMPT };
-                self.outputs.push_back(VesselOutput::Open(ConnectionId(self.attempt), patience));
+        for way in &mut self.ways {
+            way.meter.turn(now.utc);
+        }
+        for place in 0..self.ways.len() {
+            self.look(now, place);
+        }
+        self.assign(now);
+        // A way that was ended by now may give its turn to one before it.
+        for _ in 0..2 {
+            for place in 0..self.ways.len() {
+                self.open(now, place);
             }
-            Phase::Open(open) if now.mono.since(open.heard) >= DEAD_AFTER => {
-                let reason = format!("nothing heard for {} s", DEAD_AFTER.as_secs());
-                self.end(now, End { code: None, reason, refused: false });
-            }
-            Phase::Open(open) => {
-                let Open { greeting_until, clocks, pace, up, .. } = &mut **open;
-                let Some(up) = up else {
-                    if now.mono >= *greeting_until {
-                        let reason = "the greeting was not answered".to_owned();
-                        self.end(now, End { code: None, reason, refused: false });
-                    }
-                    return;
-                };
-                let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
-                let (messages, need) = up.step(&mut Step { now, spool, pace, clocks, growth, live });
-                for message in messages {
-                    self.send(now, message);
-                }
-                self.outputs.extend(need.map(|(from, bytes)| VesselOutput::Need(from, bytes)));
-                // Last: nothing of the vessel's own waits for it.
-                let wants = self.pull.step(now.mono);
-                self.want(now, wants);
-            }
-            Phase::Pausing(_) | Phase::Opening | Phase::Ended => {}
+        }
+        for place in 0..self.ways.len() {
+            self.carry(now, place);
+        }
+        self.tell_ways(now);
+    }
+
+    fn open(&mut self, now: Now, place: usize) {
+        let may_open = self.may_open(place);
+        if let Phase::Pausing(until) = self.ways[place].phase
+            && now.mono >= until
+            && may_open
+        {
+            self.attempt += 1;
+            let way = &mut self.ways[place];
+            (way.attempt, way.phase) = (self.attempt, Phase::Opening);
+            let patience = if self.attempt.is_multiple_of(5) { PATIENT_ATTEMPT } else { ATTEMPT };
+            self.outputs.push_back(VesselOutput::Open(ConnectionId(self.attempt), place, patience));
         }
     }
 
-    fn want(&mut self, now: Now, wants: impl IntoIterator<Item = Want>) {
+    /// Gives up what is silent for too long, and notes what does not answer in time.
+    fn look(&mut self, now: Now, place: usize) {
+        let several = self.ways.len() > 1;
+        let way = &mut self.ways[place];
+        let Some(open) = way.open() else { return };
+        if now.mono >= way.dead_at(open) {
+            let silent = now.mono.since(open.heard).as_secs();
+            return self.end(now, place, End::silent(format_args!("nothing heard for {silent} s")));
+        }
+        if open.up.is_none() && now.mono >= open.greeting_until {
+            return self.end(now, place, End::silent("the greeting was not answered"));
+        }
+        if several && way.look(now.mono) && !self.joint {
+            way.backoff.succeeded();
+            self.end(now, place, End::silent("it does not answer in time, the next way is tried"));
+        }
+    }
+
+    /// Sends what falls due over a connection that stands.
+    fn carry(&mut self, now: Now, place: usize) {
+        let lanes = self.lanes(place);
+        let several = self.ways.len() > 1;
+        let Some(Open { clocks, pace, up: Some(up), .. }) = self.ways[place].open_mut() else { return };
+        let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
+        let live_number = (several && self.joint).then_some(&mut self.live_number);
+        let mut step = Step { lanes, live_number, now, spool, pace, clocks, growth, live };
+        let (messages, need) = up.step(&mut step);
+        for message in messages {
+            self.send(now, place, message);
+        }
+        self.outputs.extend(need.map(|(from, bytes)| VesselOutput::Need(from, bytes)));
+        if lanes.records {
+            // Last: nothing of the vessel's own waits for it.
+            let wants = self.pull.step(now.mono);
+            self.want(now, wants);
+        }
+    }
+
+    /// Does what the chart needs, by the way of the records.
+    pub(super) fn want(&mut self, now: Now, wants: impl IntoIterator<Item = Want>) {
         for want in wants {
-            match want {
-                Want::Send(frame) => self.send(now, message(&frame)),
-                Want::Begin(offer) => self.outputs.push_back(VesselOutput::ChartBegin(offer)),
+            match (want, self.report.records) {
+                (Want::Send(frame), Some(place)) => self.send(now, usize::from(place), message(&frame)),
+                (Want::Send(_), None) => {}
+                (Want::Begin(offer), _) => self.outputs.push_back(VesselOutput::ChartBegin(offer)),
             }
         }
     }
 
     fn entries(&mut self, now: Now, from: u64, entries: Vec<Entry>) {
-        let Phase::Open(open) = &mut self.phase else { return };
-        let Open { clocks, pace, up: Some(up), .. } = &mut **open else { return };
+        let Some(place) = self.report.records.map(usize::from) else { return };
+        let lanes = self.lanes(place);
+        let Some(Open { clocks, pace, up: Some(up), .. }) = self.ways[place].open_mut() else { return };
         let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
-        let messages = up.entries(&Step { now, spool, pace, clocks, growth, live }, from, entries);
+        let step = Step { lanes, live_number: None, now, spool, pace, clocks, growth, live };
+        let messages = up.entries(&step, from, entries);
         for message in messages {
-            self.send(now, message);
-        }
-    }
-
-    fn message(&mut self, now: Now, bytes: Bytes) -> Result<(), End> {
-        if let Phase::Open(open) = &mut self.phase {
-            open.heard = now.mono;
-        }
-        for frame in decode(bytes).map_err(End::protocol)? {
-            self.frame(now, frame.map_err(End::protocol)?)?;
-        }
-        Ok(())
-    }
-
-    fn frame(&mut self, now: Now, frame: Frame) -> Result<(), End> {
-        let Phase::Open(open) = &mut self.phase else { return Ok(()) };
-        match (frame, &mut open.up) {
-            (Frame::Bye(bye), _) => {
-                let refused = !matches!(bye.code, ByeCode::Ending | ByeCode::Silent);
-                let reason = format!("the shore closes the link: {} ({:?})", bye.text, bye.code);
-                return Err(End { code: None, reason, refused });
-            }
-            (Frame::Welcome(welcome), None) => return self.welcome(now, &welcome),
-            (Frame::Ack(ack), Some(up)) => {
-                if let Some(took) = open.pace.arrived(now.mono, ack.bytes) {
-                    self.arriving.add(took);
-                }
-                match up.ack(now.mono, ack, &mut self.keeping) {
-                    None => return Err(End::protocol("the shore acknowledges what was never sent")),
-                    Some(true) => {
-                        self.durable = ack.durable;
-                        self.outputs.push_back(VesselOutput::Acknowledged(ack.durable));
-                    }
-                    Some(false) => {}
-                }
-            }
-            (Frame::Heartbeat(beat), Some(_)) => {
-                // A shore that welcomes and then throws out is no success.
-                self.backoff.succeeded();
-                open.clocks.heard(now, beat.stamp);
-                if let Some(took) = open.pace.arrived(now.mono, beat.bytes) {
-                    self.arriving.add(took);
-                }
-            }
-            (Frame::Command(command), Some(_)) => self.command(now, command),
-            (Frame::Lease(lease), Some(_)) => self.outputs.push_back(VesselOutput::Lease(lease)),
-            (Frame::Chart(offer), Some(_)) => {
-                let want = self.pull.offered(offer);
-                self.want(now, want);
-            }
-            (Frame::ChartPart(part), Some(_)) => return self.chart_part(now, &part),
-            (
-                Frame::Ack(_)
-                | Frame::Heartbeat(_)
-                | Frame::Command(_)
-                | Frame::Lease(_)
-                | Frame::Chart(_)
-                | Frame::ChartPart(_),
-                None,
-            ) => {
-                return Err(End::protocol("the shore speaks before it agreed"));
-            }
-            (_, _) => return Err(End::protocol("a frame that only a vessel sends, or a second welcome")),
-        }
-        Ok(())
-    }
-
-    fn chart_part(&mut self, now: Now, part: &ChartPart) -> Result<(), End> {
-        let Phase::Open(open) = &self.phase else { return Ok(()) };
-        let round_trip = open.clocks.shortest_round_trip();
-        let came = self.pull.part(now.mono, part, round_trip).map_err(End::protocol)?;
-        self.outputs.extend(came.map(|(offset, bytes)| VesselOutput::ChartPart {
-            digest: part.digest,
-            offset,
-            bytes,
-        }));
-        Ok(())
-    }
-
-    fn welcome(&mut self, now: Now, welcome: &Welcome) -> Result<(), End> {
-        if welcome.version > VERSION || welcome.version < OLDEST_VERSION {
-            return Err(End::protocol(format_args!(
-                "the shore chose version {}, this program speaks {OLDEST_VERSION} to {VERSION}",
-                welcome.version
-            )));
-        }
-        if welcome.resume > self.settings.spool.next {
-            self.outputs.push_back(VesselOutput::Renumber);
-            let reason = format!("the shore has records below {}, more than were spooled", welcome.resume);
-            return Err(End { code: Some(ByeCode::Ending), reason, refused: false });
-        }
-        let Phase::Open(open) = &mut self.phase else { return Ok(()) };
-        open.clocks.heard(now, welcome.stamp);
-        open.up = Some(Up::new(now.mono, welcome, self.settings.budget_bytes_per_s));
-        self.pull.linked(welcome.capabilities.has(Capabilities::CHARTS));
-        self.connections += 1;
-        self.live.refresh();
-        self.outputs.push_back(VesselOutput::Up);
-        if welcome.resume > self.durable {
-            self.durable = welcome.resume;
-            self.outputs.push_back(VesselOutput::Acknowledged(welcome.resume));
-        }
-        Ok(())
-    }
-
-    fn command(&mut self, now: Now, command: Command) {
-        let Phase::Open(open) = &self.phase else { return };
-        let id = command.id;
-        let age = open.clocks.greatest_age(now.mono, command.sent);
-        match self.seen.look(id) {
-            First::Unanswered => {}
-            First::Answered(receipt) => self.send(now, message(&Frame::Receipt(receipt))),
-            First::New => {
-                let left = age.and_then(|age| {
-                    let ttl = Duration::from_millis(u64::from(command.ttl_ms));
-                    ttl.checked_sub(age).filter(|left| !left.is_zero())
-                });
-                match left {
-                    Some(left) => {
-                        let (lease, packet, expires) = (command.lease, command.packet, now.mono + left);
-                        self.outputs.push_back(VesselOutput::Command { id, lease, packet, expires });
-                    }
-                    None => self.answer(now, id, Answer::Expired),
-                }
-            }
-        }
-    }
-
-    fn answer(&mut self, now: Now, id: u64, answer: Answer) {
-        let (verdict, text) = match answer {
-            Answer::Received => (Verdict::Received, String::new()),
-            Answer::Expired => (Verdict::Expired, String::new()),
-            Answer::Refused(text) => (Verdict::Refused, text),
-        };
-        let receipt = self.seen.answer(id, verdict, text);
-        let is_up = matches!(&self.phase, Phase::Open(open) if open.up.is_some());
-        if let Some(receipt) = receipt.filter(|_| is_up) {
-            self.send(now, message(&Frame::Receipt(receipt)));
+            self.send(now, place, message);
         }
     }
 }

@@ -1,15 +1,19 @@
 //! The vessel's end of the link.
 
 mod chart;
+mod frames;
+mod lanes;
 mod machine;
 mod records;
 mod up;
+mod way;
 
 pub use chart::ChartAboard;
 pub use machine::Vessel;
 
 use crate::clocks::ClockEstimate;
 use crate::frame::{ChartDigest, ChartOffer, Gap, Lease};
+use crate::ways::{WaySettings, WaysReport};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -33,6 +37,9 @@ pub struct VesselSettings {
     pub budget_bytes_per_s: Option<u32>,
     /// The spool when the program starts.
     pub spool: SpoolState,
+    /// The ways to the shore, the first tried first; at most [`MOST_WAYS`](crate::MOST_WAYS). None stands for one without
+    /// a name.
+    pub ways: Vec<WaySettings>,
 }
 
 /// What the spool holds. Its driver tells changes by [`VesselInput::Spool`].
@@ -125,11 +132,11 @@ pub enum VesselInput {
 /// Something to do aboard, in this order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VesselOutput {
-    /// Connect; answer with `Opened` or `Failed` within this time.
-    Open(ConnectionId, Duration),
+    /// Connect by the way of this place; answer with `Opened` or `Failed` within this time.
+    Open(ConnectionId, usize, Duration),
     /// Send a message.
     Send(ConnectionId, Bytes),
-    /// Close the connection without waiting for anything. A reason for the log.
+    /// Close the connection, or give up making it, without waiting for anything. A reason for the log.
     Close(ConnectionId, String),
     /// Answer with [`VesselInput::Entries`] from this number on: consecutive entries of about so many bytes, at
     /// least one.
@@ -152,8 +159,10 @@ pub enum VesselOutput {
     },
     /// Who commands the vessel.
     Lease(Lease),
-    /// The shore agreed: the link stands.
-    Up,
+    /// The shore agreed: the link stands, or stands by one more way.
+    Up(ConnectionId),
+    /// A lane is on another way.
+    Switched(WaysReport),
     /// The shore has a chart that is not aboard. Answer with [`VesselInput::ChartGoOn`] from where what is there of
     /// it ends, or with [`VesselInput::ChartKept`] or [`VesselInput::ChartFailed`].
     ChartBegin(ChartOffer),
@@ -168,7 +177,7 @@ pub enum VesselOutput {
     },
 }
 
-/// How the link is, for people and series.
+/// How the link is by all ways together, for people and series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct VesselStatus {
     /// Whether the link stands.
@@ -183,7 +192,7 @@ pub struct VesselStatus {
     pub sent_bytes: u64,
     /// Kinds of packets that found no room in the live lane.
     pub live_left_out: u64,
-    /// The shore's clocks.
+    /// The shore's clocks, by the way that carries live values.
     pub clocks: Option<ClockEstimate>,
     /// From sending a message to knowing that it arrived.
     pub arriving: Latency,

@@ -6,6 +6,7 @@ use crate::clocks::Clocks;
 use crate::frame::{Ack, Capabilities, Frame, Gap, GapReason, Heartbeat, Welcome, message};
 use crate::live::LiveSet;
 use crate::pace::Pace;
+use crate::ways::Thinning;
 use crate::{HEARTBEAT, Latency, MAX_BATCH_RAW_BYTES, Packer, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -20,6 +21,8 @@ const SPOOL_RETRY: Duration = Duration::from_secs(1);
 const GREATEST_READ_BYTES: usize = 64 << 10;
 const LEAST_READ_BYTES: usize = 2 << 10;
 const LIVE_EVERY: Duration = Duration::from_millis(250);
+/// After a switch, records alone for so long.
+const RECORDS_FIRST: Duration = Duration::from_millis(500);
 const LIVE_LOOK_EVERY: Duration = Duration::from_millis(25);
 const LIVE_FIRST_BYTES: usize = 64 << 10;
 const LIVE_BYTES: usize = 16 << 10;
@@ -43,14 +46,31 @@ pub(crate) struct Up {
     asked: Option<u64>,
     not_before: MonoTime,
     pub(crate) durable: u64,
+    /// What the shore last said over this connection to have received.
+    received: u64,
     unkept: InFlight,
     next_live: MonoTime,
     live_is_first: bool,
     last_kept: Duration,
 }
 
+/// What a connection carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Lanes {
+    pub(crate) live: bool,
+    pub(crate) records: bool,
+    /// The number that the record lane is at; `None` where it is on no way.
+    pub(crate) records_at: Option<u64>,
+    pub(crate) thinning: Thinning,
+    /// How often the vessel says that it lives.
+    pub(crate) beat: Duration,
+}
+
 /// What all parts of a step need.
 pub(crate) struct Step<'a> {
+    pub(crate) lanes: Lanes,
+    /// Counts live messages where the vessel has several ways.
+    pub(crate) live_number: Option<&'a mut u64>,
     pub(crate) now: Now,
     pub(crate) spool: SpoolState,
     pub(crate) pace: &'a mut Pace,
@@ -73,6 +93,7 @@ impl Up {
             asked: None,
             not_before: now,
             durable: welcome.resume,
+            received: welcome.resume,
             unkept: InFlight::default(),
             next_live: now,
             live_is_first: true,
@@ -80,11 +101,31 @@ impl Up {
         }
     }
 
+    /// Records go by this connection from now on, from where the shore has said over it that it is.
+    pub(crate) fn take_records(&mut self) {
+        self.cursor = self.received;
+        self.unkept = InFlight::default();
+        (self.asked, self.waits_since) = (None, None);
+    }
+
+    /// Records go by another.
+    pub(crate) fn leave_records(&mut self) {
+        (self.asked, self.waits_since) = (None, None);
+    }
+
+    /// Live values go by this connection from now on. After a switch records come again in their order by it, and what is
+    /// newer must not come before them: live values wait a moment, and go where records still lag then.
+    pub(crate) fn take_live(&mut self, now: MonoTime, is_switch: bool, with_records: bool) {
+        self.live_is_first = !is_switch;
+        self.next_live = if is_switch && with_records { now + RECORDS_FIRST } else { now };
+        self.next_heartbeat = self.next_heartbeat.min(now + HEARTBEAT);
+    }
+
     /// What falls due: messages to send, and where the spool is to be read.
     pub(crate) fn step(&mut self, step: &mut Step<'_>) -> (Vec<Bytes>, Option<(u64, usize)>) {
         let mut messages = Vec::new();
         if step.now.mono >= self.next_heartbeat {
-            self.next_heartbeat = step.now.mono + HEARTBEAT;
+            self.next_heartbeat = step.now.mono + step.lanes.beat;
             messages.push(message(&Frame::Heartbeat(self.heartbeat(step))));
         }
         messages.extend(self.live(step));
@@ -111,8 +152,10 @@ impl Up {
 
     fn live(&mut self, step: &mut Step<'_>) -> Option<Bytes> {
         let now = step.now.mono;
-        let due = self.live_is_first
-            || (now >= self.next_live && step.growth.lags(now, self.cursor) && step.pace.room() > 0);
+        if !step.lanes.live {
+            return None;
+        }
+        let due = self.live_is_first || (now >= self.next_live && self.lags(step) && step.pace.room() > 0);
         if !self.capabilities.has(Capabilities::LIVE) {
             self.live_is_first = false;
             return None;
@@ -120,7 +163,8 @@ impl Up {
         if !due {
             return None;
         }
-        let most = if self.live_is_first {
+        let thinning = step.lanes.thinning;
+        let most = if self.live_is_first && step.live_number.is_none() {
             LIVE_FIRST_BYTES
         } else {
             // Three quarters of the budget at most, so that the records always move.
@@ -130,14 +174,25 @@ impl Up {
             })
         };
         self.live_is_first = false;
-        self.next_live = now + LIVE_EVERY;
-        step.live.take(now, most, &mut self.packer).map(|batch| message(&Frame::Live(batch)))
+        self.next_live = now + thinning.live_every().unwrap_or(LIVE_EVERY);
+        let mut batch = step.live.take(now, most, &mut self.packer, thinning)?;
+        if let Some(number) = &mut step.live_number {
+            **number += 1;
+            batch.first = **number;
+        }
+        Some(message(&Frame::Live(batch)))
+    }
+
+    /// Whether records lag, by whatever way they go.
+    fn lags(&self, step: &Step<'_>) -> bool {
+        let at = if step.lanes.records { Some(self.cursor) } else { step.lanes.records_at };
+        at.is_none_or(|at| step.growth.lags(step.now.mono, at))
     }
 
     /// When records may be asked for; `None` while nothing that time brings would allow it.
     fn records_due(&mut self, step: &mut Step<'_>) -> Option<MonoTime> {
         let now = step.now.mono;
-        if self.asked.is_some() || self.cursor >= step.spool.next {
+        if !step.lanes.records || self.asked.is_some() || self.cursor >= step.spool.next {
             return None;
         }
         if step.pace.room() == 0 || self.unkept.bytes() >= self.window_bytes {
@@ -167,9 +222,14 @@ impl Up {
         if let Some(records) = self.records_due(step) {
             due = due.min(records);
         }
+        if !step.lanes.live {
+            return due;
+        }
+        let at = if step.lanes.records { Some(self.cursor) } else { step.lanes.records_at };
+        let waits = at.is_none_or(|at| at < step.spool.next) || step.growth.is_refused();
         if self.live_is_first {
             due = step.now.mono;
-        } else if (self.cursor < step.spool.next || step.growth.is_refused()) && step.live.is_fresh() {
+        } else if waits && step.live.is_fresh(step.lanes.thinning) {
             // Whether the lane lags by then is not known now.
             due = due.min(self.next_live.max(step.now.mono + LIVE_LOOK_EVERY));
         }
@@ -239,11 +299,13 @@ impl Up {
         messages.push(message);
     }
 
-    /// The shore says how far it is; answers whether more is durable, or `None` when it cannot be that far.
-    pub(crate) fn ack(&mut self, now: MonoTime, ack: Ack, keeping: &mut Latency) -> Option<bool> {
-        if ack.durable > ack.received || ack.received > self.cursor {
+    /// The shore says how far it is; answers whether more is durable, or `None` when it cannot be that far. `most` is
+    /// what was sent over other connections.
+    pub(crate) fn ack(&mut self, now: MonoTime, ack: Ack, most: u64, keeping: &mut Latency) -> Option<bool> {
+        if ack.durable > ack.received || ack.received > self.cursor.max(most) {
             return None;
         }
+        self.received = self.received.max(ack.received);
         if ack.durable <= self.durable {
             return Some(false);
         }

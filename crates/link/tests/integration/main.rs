@@ -5,4 +5,5 @@
 mod fuzz_seeds;
 mod sessions;
 mod simulation;
+mod ways;
 mod world;

@@ -61,7 +61,7 @@ fn after_ten_minutes_without_a_link_it_is_live_in_2_s_and_complete_in_60_s() {
     let (mut slowest_live, mut slowest_whole) = (0, 0);
     for seed in 1..=so_many(2, 10) {
         let mut world = World::new(seed, SECOND / 100, None);
-        world.network.bytes_per_s = 80_000;
+        world.network.paths[0].bytes_per_s = 80_000;
         world.run(30 * SECOND + seed * 77_000);
         world.at(0, Event::Fault(Fault::Cut(10 * MINUTE)));
         world.run(10 * MINUTE);
@@ -83,7 +83,7 @@ fn after_ten_minutes_without_a_link_it_is_live_in_2_s_and_complete_in_60_s() {
 #[test]
 fn live_values_do_not_queue_behind_a_backlog() {
     let mut world = World::new(3, SECOND / 50, Some(15_000));
-    world.network.bytes_per_s = 16_000;
+    world.network.paths[0].bytes_per_s = 16_000;
     world.run(10 * SECOND);
     world.at(0, Event::Fault(Fault::Cut(10 * MINUTE)));
     world.run(10 * MINUTE);
@@ -102,7 +102,7 @@ fn live_values_do_not_queue_behind_a_backlog() {
 fn a_budget_is_not_exceeded_over_time() {
     let mut world = World::new(5, SECOND / 100, Some(4_000));
     world.run(10 * MINUTE);
-    let rate = world.network.carried_bytes / (10 * 60);
+    let rate = world.network.paths[0].carried_bytes / (10 * 60);
     // Both ways: the budget, and what comes down.
     assert!(rate < 5_000, "{rate} B/s");
     assert!(world.missing() > 1000);
@@ -112,7 +112,7 @@ fn a_budget_is_not_exceeded_over_time() {
 /// shore's disk (all µs); and how long the chart took, if there is one.
 fn worst(bytes_per_s: u64, chart: Option<u64>) -> ([u64; 3], Option<u64>) {
     let mut world = World::new(8, SECOND / 20, None).with_commands(SECOND / 3);
-    world.network.bytes_per_s = bytes_per_s;
+    world.network.paths[0].bytes_per_s = bytes_per_s;
     world.run(20 * SECOND);
     let (from_us, first) = (world.now_us, world.shore.commands);
     if let Some(bytes) = chart {
@@ -154,7 +154,7 @@ fn a_chart_on_its_way_delays_neither_live_values_nor_commands_nor_records() {
 #[test]
 fn a_chart_goes_on_where_it_was_after_cuts_and_restarts_of_both() {
     let mut world = World::new(11, SECOND, None);
-    world.network.bytes_per_s = 80_000;
+    world.network.paths[0].bytes_per_s = 80_000;
     let whole = 5_000_000;
     world.publish(whole);
     let faults = [Fault::Cut(20 * SECOND), Fault::KillVessel(SECOND), Fault::KillShore(SECOND), Fault::Reset];
@@ -221,7 +221,7 @@ proptest! {
         corrupted in proptest::collection::vec(0..3 * MINUTE, 0..4),
     ) {
         let mut world = World::new(seed, SECOND, None);
-        world.network.bytes_per_s = 60_000;
+        world.network.paths[0].bytes_per_s = 60_000;
         for (at, fault) in faults {
             world.at(at, Event::Fault(fault));
         }

@@ -21,6 +21,7 @@ mod thin;
 mod tests;
 
 pub(crate) use identity::random;
+pub(super) use identity::write_whole;
 
 use crate::disk::DataLock;
 use anyhow::Context as _;

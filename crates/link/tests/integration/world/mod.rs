@@ -12,8 +12,8 @@ use bytes::Bytes;
 use chance::Chance;
 use imc::messages::EstimatedState;
 use imc::{Address, Header, Packet};
-use link::ConnectionId;
-use network::{Direction, Network};
+use link::{ConnectionId, WaySettings};
+use network::{Direction, Network, Path};
 use shore::ShoreNode;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -52,6 +52,12 @@ pub(crate) enum Fault {
     /// Only one way.
     CutUp(u64),
     CutDown(u64),
+    /// One of the ways.
+    CutWay(usize, u64),
+    CutWayUp(usize, u64),
+    CutWayDown(usize, u64),
+    /// One of the ways takes so long in one direction from now on.
+    Delay(usize, u64),
     KillVessel(u64),
     KillShore(u64),
     /// All connections break and both ends are told.
@@ -106,6 +112,12 @@ impl World {
         world.at(1000, Event::VesselStarts);
         world.at(2000, Event::Say);
         world
+    }
+
+    /// With as many ways as there are paths.
+    pub(crate) fn with_ways(mut self, ways: Vec<WaySettings>, paths: Vec<Path>) -> Self {
+        (self.vessel.ways, self.network.paths) = (ways, paths);
+        self
     }
 
     pub(crate) fn with_commands(mut self, every_us: u64) -> Self {
@@ -208,6 +220,16 @@ impl World {
             }
             Fault::CutUp(us) => self.network.cut(Direction::Up, self.now_us + us),
             Fault::CutDown(us) => self.network.cut(Direction::Down, self.now_us + us),
+            Fault::CutWay(way, us) => {
+                self.network.cut_way(way, Direction::Up, self.now_us + us);
+                self.network.cut_way(way, Direction::Down, self.now_us + us);
+            }
+            Fault::CutWayUp(way, us) => self.network.cut_way(way, Direction::Up, self.now_us + us),
+            Fault::CutWayDown(way, us) => self.network.cut_way(way, Direction::Down, self.now_us + us),
+            Fault::Delay(way, us) => {
+                let way = way % self.network.paths.len();
+                self.network.paths[way].delay_us = us;
+            }
             Fault::KillVessel(us) => {
                 if self.vessel.machine.take().is_some() {
                     self.hang_up(Direction::Down);
@@ -228,7 +250,10 @@ impl World {
                 }
             }
             Fault::DiskFull(us) => self.shore.disk_full_until_us = self.now_us + us,
-            Fault::Slow(rate, us) => self.network.slow = (rate, self.now_us + us),
+            Fault::Slow(rate, us) => {
+                let until = self.now_us + us;
+                self.network.paths.iter_mut().for_each(|path| path.slow = (rate, until));
+            }
             Fault::StepClock(us) => self.vessel_utc_us += us,
             Fault::Duplicate => self.network.duplicate_next = true,
             Fault::Swap => self.network.swap_next = true,

@@ -26,6 +26,8 @@ impl Direction {
 /// One connection. `ends` are those that still have it: at the end of `Up` the shore.
 #[derive(Debug, Default)]
 struct Wire {
+    /// The way that it goes by.
+    way: usize,
     up: VecDeque<(u64, Bytes)>,
     down: VecDeque<(u64, Bytes)>,
     shore_has_it: bool,
@@ -50,9 +52,9 @@ impl Wire {
     }
 }
 
-#[derive(Debug)]
-pub(crate) struct Network {
-    wires: BTreeMap<u64, Wire>,
+/// One way between vessel and shore.
+#[derive(Debug, Clone)]
+pub(crate) struct Path {
     cut_until: [u64; 2],
     /// When the last byte sent leaves the sender.
     free_at: [u64; 2],
@@ -60,24 +62,41 @@ pub(crate) struct Network {
     pub(crate) bytes_per_s: u64,
     /// Bytes a second until a time.
     pub(crate) slow: (u64, u64),
+    /// Bytes sent, both directions together.
+    pub(crate) carried_bytes: u64,
+}
+
+impl Default for Path {
+    fn default() -> Self {
+        Self {
+            cut_until: [0; 2],
+            free_at: [0; 2],
+            delay_us: 40_000,
+            bytes_per_s: 250_000,
+            slow: (0, 0),
+            carried_bytes: 0,
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct Network {
+    wires: BTreeMap<u64, Wire>,
+    /// The ways of connections that are being made.
+    connecting: BTreeMap<u64, usize>,
+    pub(crate) paths: Vec<Path>,
     pub(crate) duplicate_next: bool,
     pub(crate) swap_next: bool,
-    /// Bytes sent, both ways together.
-    pub(crate) carried_bytes: u64,
 }
 
 impl Default for Network {
     fn default() -> Self {
         Self {
             wires: BTreeMap::new(),
-            cut_until: [0; 2],
-            free_at: [0; 2],
-            delay_us: 40_000,
-            bytes_per_s: 250_000,
-            slow: (0, 0),
+            connecting: BTreeMap::new(),
+            paths: vec![Path::default()],
             duplicate_next: false,
             swap_next: false,
-            carried_bytes: 0,
         }
     }
 }
@@ -87,24 +106,31 @@ impl Network {
         self.wires.keys().copied().collect()
     }
 
+    /// Cuts all ways.
     pub(crate) fn cut(&mut self, direction: Direction, until_us: u64) {
-        let cut = &mut self.cut_until[direction as usize];
+        (0..self.paths.len()).for_each(|way| self.cut_way(way, direction, until_us));
+    }
+
+    pub(crate) fn cut_way(&mut self, way: usize, direction: Direction, until_us: u64) {
+        let way = way % self.paths.len();
+        let cut = &mut self.paths[way].cut_until[direction as usize];
         *cut = (*cut).max(until_us);
     }
 
-    fn is_cut(&self, now_us: u64) -> bool {
-        self.cut_until.iter().any(|until| *until > now_us)
+    fn is_cut(&self, way: usize, now_us: u64) -> bool {
+        self.paths[way].cut_until.iter().any(|until| *until > now_us)
     }
 }
 
 impl World {
     /// The vessel connects.
-    pub(crate) fn connect(&mut self, id: u64, patience: Duration) {
-        let (delay, jitter) = (self.network.delay_us, self.chance.below(20_000));
-        if self.network.is_cut(self.now_us) {
+    pub(crate) fn connect(&mut self, id: u64, way: usize, patience: Duration) {
+        self.network.connecting.insert(id, way);
+        let (delay, jitter) = (self.network.paths[way].delay_us, self.chance.below(20_000));
+        if self.network.is_cut(way, self.now_us) {
             // The kernel sends its first packet again after a second.
             let again = self.now_us + 1_000_000;
-            if micros(patience) <= 1_000_000 + 4 * delay || self.network.is_cut(again) {
+            if micros(patience) <= 1_000_000 + 4 * delay || self.network.is_cut(way, again) {
                 return self.at(micros(patience), Event::ConnectFailed(id));
             }
             return self.at(1_000_000 + 4 * delay + jitter, Event::Connected(id));
@@ -114,29 +140,32 @@ impl World {
     }
 
     pub(crate) fn connected(&mut self, id: u64) {
-        if self.network.is_cut(self.now_us) || self.shore.machine.is_none() {
+        let way = self.network.connecting.get(&id).copied().unwrap_or(0);
+        if self.network.is_cut(way, self.now_us) || self.shore.machine.is_none() {
             return self.connect_failed(id);
         }
-        let wire =
-            Wire { shore_has_it: true, vessel_has_it: self.vessel.machine.is_some(), ..Wire::default() };
+        self.network.connecting.remove(&id);
+        let vessel_has_it = self.vessel.machine.is_some();
+        let wire = Wire { way, shore_has_it: true, vessel_has_it, ..Wire::default() };
         self.network.wires.insert(id, wire);
         self.shore_handle(ShoreInput::Opened(connection(id)));
         self.vessel_handle(VesselInput::Opened(connection(id)));
     }
 
     pub(crate) fn connect_failed(&mut self, id: u64) {
+        self.network.connecting.remove(&id);
         self.vessel_handle(VesselInput::Failed(connection(id), Failure::Unanswered));
     }
 
     pub(crate) fn transmit(&mut self, id: u64, direction: Direction, bytes: Bytes) {
         let (now, network) = (self.now_us, &mut self.network);
         let Some(wire) = network.wires.get_mut(&id) else { return };
-        let rate = if network.slow.1 > now { network.slow.0 } else { network.bytes_per_s };
-        let leaves = network.free_at[direction as usize].max(now) + bytes.len() as u64 * 1_000_000 / rate;
-        network.free_at[direction as usize] = leaves;
-        network.carried_bytes += bytes.len() as u64;
-        let arrives =
-            (leaves + network.delay_us + self.chance.below(5_000)).max(wire.last[direction as usize]);
+        let path = &mut network.paths[wire.way];
+        let rate = if path.slow.1 > now { path.slow.0 } else { path.bytes_per_s };
+        let leaves = path.free_at[direction as usize].max(now) + bytes.len() as u64 * 1_000_000 / rate;
+        path.free_at[direction as usize] = leaves;
+        path.carried_bytes += bytes.len() as u64;
+        let arrives = (leaves + path.delay_us + self.chance.below(5_000)).max(wire.last[direction as usize]);
         wire.last[direction as usize] = arrives;
         let queue = wire.queue(direction);
         queue.push_back((arrives, bytes.clone()));
@@ -156,8 +185,9 @@ impl World {
 
     pub(crate) fn deliver(&mut self, id: u64, direction: Direction) {
         let now = self.now_us;
-        let cut_until = self.network.cut_until[direction as usize];
         let Some(wire) = self.network.wires.get_mut(&id) else { return };
+        let path = &self.network.paths[wire.way];
+        let (cut_until, delay_us) = (path.cut_until[direction as usize], path.delay_us);
         if cut_until > now {
             // TCP tries again later than at once, and each connection in its own time.
             let stall = self.chance.below((cut_until - now).min(5_000_000));
@@ -175,7 +205,7 @@ impl World {
         let Some((_, bytes)) = wire.queue(direction).pop_front() else { return };
         if !has_it {
             // Nobody there: the sender is told.
-            let back = self.network.delay_us;
+            let back = delay_us;
             return self.at(back, Event::Gone(id, direction.other()));
         }
         match direction {
@@ -188,10 +218,11 @@ impl World {
     pub(crate) fn close(&mut self, id: u64, closer: Direction) {
         let Some(wire) = self.network.wires.get_mut(&id) else { return };
         *wire.end(closer) = false;
+        let path = &self.network.paths[wire.way];
         let towards = closer.other();
         // Behind what was sent before.
-        let after = wire.last[towards as usize].saturating_sub(self.now_us).max(self.network.delay_us);
-        if self.network.cut_until[towards as usize] <= self.now_us {
+        let after = wire.last[towards as usize].saturating_sub(self.now_us).max(path.delay_us);
+        if path.cut_until[towards as usize] <= self.now_us {
             self.at(after, Event::Gone(id, towards));
         }
     }
@@ -204,10 +235,10 @@ impl World {
     }
 
     pub(crate) fn gone(&mut self, id: u64, end: Direction) {
-        if self.network.cut_until[end as usize] > self.now_us {
+        let Some(wire) = self.network.wires.get_mut(&id) else { return };
+        if self.network.paths[wire.way].cut_until[end as usize] > self.now_us {
             return;
         }
-        let Some(wire) = self.network.wires.get_mut(&id) else { return };
         let had_it = std::mem::take(wire.end(end));
         if !wire.shore_has_it && !wire.vessel_has_it {
             self.network.wires.remove(&id);

@@ -4,7 +4,8 @@ use super::chart::ChartAshore;
 use super::network::Direction;
 use super::{Event, SECOND, World, said_at};
 use bytes::Bytes;
-use link::{Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use link::frame::{self, Frame};
+use link::{Capabilities, Hello, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings, WaysReport};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -28,6 +29,18 @@ pub(crate) struct ShoreNode {
     /// Identity to the time it was given (µs), its time to live and what became of it.
     pub(crate) asked: BTreeMap<u64, (u64, Duration, Option<Outcome>)>,
     pub(crate) ups: u64,
+    starts: u64,
+    /// The record that was given last since the link stands.
+    last_given: Option<u64>,
+    last_live_us: u64,
+    pub(crate) ways: Option<WaysReport>,
+    /// It is of a version that knows nothing of ways.
+    pub(crate) is_older: bool,
+    /// When the newest value came last, and the longest time without a newer one (µs), since it was set to zero.
+    heard_us: u64,
+    pub(crate) longest_gap_us: u64,
+    /// Records that came after a live value that was said later.
+    pub(crate) overtaken: u64,
     pub(crate) chart: ChartAshore,
 }
 
@@ -42,7 +55,10 @@ impl World {
     pub(crate) fn shore_starts(&mut self) {
         self.shore.started_us = self.now_us;
         self.shore.timer_us = u64::MAX;
-        self.shore.machine = Some(Shore::new(ShoreSettings::default()));
+        (self.shore.last_given, self.shore.last_live_us) = (None, 0);
+        self.shore.starts += 1;
+        self.shore.machine =
+            Some(Shore::new(ShoreSettings { run: self.shore.starts, ..ShoreSettings::default() }));
         self.offer();
     }
 
@@ -55,12 +71,13 @@ impl World {
 
     pub(crate) fn shore_handle(&mut self, input: ShoreInput) {
         let now = self.shore_now();
+        let input = if self.shore.is_older { as_read_by_an_older_shore(input) } else { input };
         let Some(machine) = &mut self.shore.machine else { return };
         machine.handle(now, input);
         while let Some(output) = self.shore.machine.as_mut().and_then(Shore::poll_output) {
             self.shore_does(output);
         }
-        let due = self.shore.machine.as_ref().and_then(Shore::poll_timeout);
+        let due = self.shore.machine.as_ref().and_then(|shore| shore.poll_timeout(now));
         if let Some(due) = due {
             let at = self.now_us + super::micros(due.since(now.mono)).max(100);
             if at < self.shore.timer_us {
@@ -81,14 +98,24 @@ impl World {
             }
             ShoreOutput::Records { records, .. } => {
                 for record in records {
-                    self.shore.newest_us = self.shore.newest_us.max(said_at(&record.packet));
+                    assert!(
+                        self.shore.last_given.is_none_or(|last| record.seq == last + 1),
+                        "once, and in order"
+                    );
+                    self.shore.last_given = Some(record.seq);
+                    self.heard(said_at(&record.packet));
                     self.shore.pending.push((record.seq, record.packet));
                 }
                 self.plan_commit();
             }
             ShoreOutput::Live(records) => {
                 for record in records {
-                    self.shore.newest_us = self.shore.newest_us.max(said_at(&record.packet));
+                    let at_us = said_at(&record.packet);
+                    if self.vessel.ways.len() > 1 {
+                        assert!(at_us >= self.shore.last_live_us, "no older value after a newer one");
+                    }
+                    self.shore.last_live_us = at_us;
+                    self.heard(at_us);
                 }
             }
             ShoreOutput::Gap { gap, .. } => panic!("nothing is lost here: {gap:?}"),
@@ -99,7 +126,18 @@ impl World {
             ShoreOutput::Up(_) => self.shore.ups += 1,
             ShoreOutput::ChartPart(id, ask) => self.shore_reads(id, ask),
             ShoreOutput::ChartReport(report) => self.shore.chart.report = Some(report),
-            ShoreOutput::Down => {}
+            ShoreOutput::Ways(report) => self.shore.ways = Some(report),
+            ShoreOutput::Down => self.shore.last_given = None,
+        }
+    }
+
+    /// A value that was said then is ashore.
+    fn heard(&mut self, said_us: u64) {
+        self.shore.overtaken += u64::from(said_us < self.shore.newest_us);
+        if said_us > self.shore.newest_us {
+            let gap_us = self.now_us - self.shore.heard_us;
+            self.shore.longest_gap_us = self.shore.longest_gap_us.max(gap_us);
+            (self.shore.newest_us, self.shore.heard_us) = (said_us, self.now_us);
         }
     }
 
@@ -164,5 +202,20 @@ impl World {
                 None => assert!(*asked_us < self.shore.started_us || self.now_us - asked_us < 30 * SECOND),
             }
         }
+    }
+}
+
+/// A greeting without what an older shore does not read of it.
+fn as_read_by_an_older_shore(input: ShoreInput) -> ShoreInput {
+    match input {
+        ShoreInput::Message(id, bytes) => match frame::decode(bytes.clone()).unwrap().next() {
+            Some(Ok(Frame::Hello(hello))) => {
+                let capabilities = hello.capabilities.and(Capabilities::OF_ONE_WAY);
+                let hello = Hello { capabilities, way: None, ..hello };
+                ShoreInput::Message(id, frame::message(&Frame::Hello(hello)))
+            }
+            _ => ShoreInput::Message(id, bytes),
+        },
+        other => other,
     }
 }

@@ -2,10 +2,11 @@
 
 use super::chart::ChartAtSea;
 use super::network::Direction;
-use super::{Event, World};
+use super::{Event, SECOND, World};
 use bytes::Bytes;
 use link::{
-    Answer, Entry, Gap, GapReason, Record, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
+    Answer, Entry, Gap, GapReason, Record, SpoolState, Used, Vessel, VesselInput, VesselOutput,
+    VesselSettings, WaySettings, WaysReport,
 };
 use std::collections::BTreeMap;
 use units::UtcTime;
@@ -26,6 +27,14 @@ pub(crate) struct VesselNode {
     pub(crate) told: Vec<u64>,
     /// Commands that were delivered: identity and world time.
     pub(crate) delivered: Vec<(u64, u64)>,
+    /// So many of them by earlier starts.
+    delivered_before: usize,
+    pub(crate) ways: Vec<WaySettings>,
+    /// What each way had carried, as is on the disk.
+    used: Vec<Used>,
+    next_used_us: u64,
+    /// When which way carried what.
+    pub(crate) switches: Vec<(u64, WaysReport)>,
     pub(crate) chart: ChartAtSea,
 }
 
@@ -41,6 +50,11 @@ impl VesselNode {
             timer_us: u64::MAX,
             told: Vec::new(),
             delivered: Vec::new(),
+            delivered_before: 0,
+            ways: Vec::new(),
+            used: Vec::new(),
+            next_used_us: 0,
+            switches: Vec::new(),
             chart: ChartAtSea::default(),
         }
     }
@@ -73,6 +87,22 @@ impl VesselNode {
             .collect()
     }
 
+    fn configured(&self) -> Vec<WaySettings> {
+        let mut ways = self.ways.clone();
+        for (way, used) in ways.iter_mut().zip(&self.used) {
+            way.used = *used;
+        }
+        ways
+    }
+
+    /// Keeps from time to time what the ways have carried.
+    fn keep_used(&mut self, now_us: u64) {
+        if now_us >= self.next_used_us {
+            self.next_used_us = now_us + 10 * SECOND;
+            self.used = self.machine.as_ref().map(Vessel::used).unwrap_or_default();
+        }
+    }
+
     /// Forgets what the shore has, as a disk does that forgets whole files.
     fn forget(&mut self, below: u64) {
         self.spool = self.spool.split_off(&(below / 500 * 500));
@@ -83,6 +113,7 @@ impl World {
     pub(crate) fn vessel_starts(&mut self) {
         self.vessel.started_us = self.now_us;
         self.vessel.starts += 1;
+        self.vessel.delivered_before = self.vessel.delivered.len();
         let settings = VesselSettings {
             address: 0x2810,
             name: "ntnu-otter-01".to_owned(),
@@ -91,6 +122,7 @@ impl World {
             seed: self.vessel.starts,
             budget_bytes_per_s: self.vessel.budget,
             spool: self.vessel.state(),
+            ways: self.vessel.configured(),
         };
         self.vessel.machine = Some(Vessel::new(self.vessel_now(), settings));
         self.tell_chart_aboard();
@@ -120,6 +152,7 @@ impl World {
         let now = self.vessel_now();
         let Some(machine) = &mut self.vessel.machine else { return };
         machine.handle(now, input);
+        self.vessel.keep_used(self.now_us);
         while let Some(output) = self.vessel.machine.as_mut().and_then(Vessel::poll_output) {
             self.vessel_does(output);
         }
@@ -135,9 +168,9 @@ impl World {
 
     fn vessel_does(&mut self, output: VesselOutput) {
         match output {
-            VesselOutput::Open(id, patience) => {
+            VesselOutput::Open(id, way, patience) => {
                 let id = self.world_number(id.0);
-                self.connect(id, patience);
+                self.connect(id, way, patience);
             }
             VesselOutput::Send(id, bytes) => {
                 let id = self.world_number(id.0);
@@ -160,6 +193,17 @@ impl World {
             VesselOutput::Renumber => panic!("no number is given out twice when only programs die"),
             VesselOutput::Command { id, expires, .. } => {
                 assert!(self.vessel_now().mono < expires);
+                let this_start = &self.vessel.delivered[self.vessel.delivered_before..];
+                assert!(
+                    this_start.iter().all(|(before, _)| *before != id),
+                    "command {id} is carried out twice"
+                );
+                if self.vessel.ways.len() > 1 {
+                    assert!(
+                        this_start.iter().all(|(before, _)| *before < id),
+                        "command {id} is out of order"
+                    );
+                }
                 self.vessel.delivered.push((id, self.now_us));
                 self.vessel_handle(VesselInput::Answer(id, Answer::Received));
             }
@@ -167,7 +211,8 @@ impl World {
             VesselOutput::ChartPart { digest, offset, bytes } => {
                 self.chart_part_came(&digest, offset, &bytes);
             }
-            VesselOutput::Up | VesselOutput::Lease(_) => {}
+            VesselOutput::Switched(report) => self.vessel.switches.push((self.now_us, report)),
+            VesselOutput::Up(_) | VesselOutput::Lease(_) => {}
         }
     }
 

@@ -1,0 +1,217 @@
+//! A vessel with several ways in a bad world: whichever dies, the reader ashore has each value once, in order and in time.
+
+use crate::world::chance::Chance;
+use crate::world::network::Path;
+use crate::world::{Event, Fault, SECOND, World};
+use link::{Thinning, WaySettings, WayState, Why};
+use proptest::prelude::*;
+use testkit::so_many;
+
+const MINUTE: u64 = 60 * SECOND;
+const RADIO: usize = 0;
+const MOBILE: usize = 1;
+
+fn way(name: &str, metered: bool, daily_bytes: Option<u64>) -> WaySettings {
+    WaySettings { name: name.to_owned(), metered, daily_bytes, ..WaySettings::default() }
+}
+
+fn path(delay_us: u64, bytes_per_s: u64) -> Path {
+    let mut path = Path::default();
+    (path.delay_us, path.bytes_per_s) = (delay_us, bytes_per_s);
+    path
+}
+
+/// A radio that is fast and free, and 4G that is neither. A packet each 50 ms, a command each second.
+fn world(seed: u64, daily_bytes: Option<u64>) -> World {
+    World::new(seed, SECOND / 20, None).with_ways(ways(daily_bytes), paths()).with_commands(SECOND)
+}
+
+fn ways(daily_bytes: Option<u64>) -> Vec<WaySettings> {
+    vec![way("radio", false, None), way("4g", true, daily_bytes)]
+}
+
+fn paths() -> Vec<Path> {
+    vec![path(3_000, 500_000), path(40_000, 120_000)]
+}
+
+fn complete(mut world: World) -> World {
+    world.stop_saying();
+    world.run_to(10 * MINUTE, "complete", |world| world.missing() == 0);
+    world.check_everything_arrived();
+    world.check_commands();
+    world
+}
+
+/// One way after the other is cut without a word, at random moments, and comes back.
+#[test]
+fn values_pause_for_less_than_two_seconds_in_each_of_many_cuts() {
+    let mut longest = 0;
+    for seed in 1..=so_many(3, 30) {
+        let (mut world, mut chance) = (world(seed, None), Chance::new(seed));
+        world.run(30 * SECOND);
+        (world.shore.longest_gap_us, world.shore.overtaken) = (0, 0);
+        for cut in 0..20 {
+            world.at(0, Event::Fault(Fault::CutWay(cut % 2, chance.between(SECOND, 12 * SECOND))));
+            world.run(chance.between(15 * SECOND, 25 * SECOND));
+        }
+        let took = world.shore.longest_gap_us;
+        assert!(took <= 2 * SECOND, "seed {seed}: no value for {took} us");
+        assert_eq!(world.shore.overtaken, 0, "seed {seed}: older after newer");
+        longest = longest.max(took);
+        let failovers = world.vessel.switches.iter().filter(|(_, now)| now.live_why == Why::Failover).count();
+        assert!(failovers >= 10, "seed {seed}: {failovers}");
+        let world = complete(world);
+        let said = world.vessel.delivered.len() as u64;
+        assert!(said * 10 > world.shore.commands * 9, "{said} of {} commands", world.shore.commands);
+    }
+    println!("no value for {longest} us at most");
+}
+
+#[test]
+fn each_lane_goes_by_its_way_and_the_shore_hears_which() {
+    let mut world = world(7, None);
+    world.run(MINUTE);
+    let report = world.shore.ways.clone().unwrap();
+    assert_eq!((report.live, report.records), (Some(RADIO as u8), Some(RADIO as u8)));
+    let told: Vec<(&str, bool, WayState)> =
+        report.ways.iter().map(|way| (&way.name[..], way.metered, way.state)).collect();
+    assert_eq!(told, [("radio", false, WayState::Up), ("4g", true, WayState::Up)]);
+    assert!((6_000..20_000).contains(&report.ways[RADIO].round_trip_us), "{report:?}");
+    assert!((80_000..140_000).contains(&report.ways[MOBILE].round_trip_us), "{report:?}");
+    // A radio at the end of its reach: live values take 4G, records stay where they cost nothing.
+    world.at(0, Event::Fault(Fault::Delay(RADIO, 150_000)));
+    world.run(MINUTE);
+    let report = world.shore.ways.clone().unwrap();
+    assert_eq!((report.live, report.live_why), (Some(MOBILE as u8), Why::Better), "{report:?}");
+    assert_eq!(report.records, Some(RADIO as u8));
+    complete(world);
+}
+
+#[test]
+fn a_way_that_comes_and_goes_is_not_gone_back_to_each_time() {
+    let mut world = world(8, None);
+    world.run(MINUTE);
+    let before = world.vessel.switches.len();
+    for _ in 0..60 {
+        world.at(0, Event::Fault(Fault::CutWay(RADIO, 2 * SECOND)));
+        world.run(10 * SECOND);
+    }
+    let switches = world.vessel.switches.len() - before;
+    assert!(switches <= 16, "{switches} in ten minutes");
+    // It is, once it has done well for long.
+    world.run(6 * MINUTE);
+    assert_eq!(world.shore.ways.as_ref().unwrap().live, Some(RADIO as u8));
+    complete(world);
+}
+
+#[test]
+fn a_metered_way_alone_keeps_to_its_day() {
+    let daily = 2_000_000;
+    let mut world = World::new(9, SECOND / 20, None).with_ways(ways(Some(daily)), paths());
+    world.run(10 * SECOND);
+    world.at(0, Event::Fault(Fault::CutWay(RADIO, 60 * MINUTE)));
+    let mut seen = Vec::new();
+    for _ in 0..60 {
+        world.run(MINUTE);
+        let used = world.vessel.machine.as_ref().unwrap().used()[MOBILE];
+        seen.push((used.bytes, world.shore.ways.as_ref().unwrap().ways[MOBILE].thinning));
+    }
+    let levels = [Thinning::Nothing, Thinning::Records, Thinning::Most, Thinning::AllButLast];
+    let first = levels.map(|level| seen.iter().position(|(_, now)| *now == level).unwrap());
+    assert!(first.is_sorted(), "{seen:?}");
+    // What is beyond are beats and the last to go: 7 MB in a whole day.
+    let (beyond, minutes) = (seen[59].0 - seen[first[3]].0, 59 - first[3] as u64);
+    println!("{} B a minute beyond the budget, which {} minutes used up", beyond / minutes, first[3]);
+    assert!(beyond / minutes < 5_500, "{seen:?}");
+    assert!(world.missing() > 10_000, "records wait for the radio");
+    let old_us = world.now_us - world.shore.newest_us;
+    assert!(old_us < 2 * MINUTE, "position comes to the last, {old_us} us old");
+    complete(world);
+}
+
+#[test]
+fn what_the_day_has_used_is_known_after_a_start() {
+    let mut world = world(10, Some(50_000_000));
+    world.at(MINUTE, Event::Fault(Fault::CutWay(RADIO, MINUTE)));
+    world.run(90 * SECOND);
+    let used = |world: &World| world.vessel.machine.as_ref().unwrap().used()[MOBILE].bytes;
+    let before = used(&world);
+    assert!(before > 50_000, "{before}");
+    world.at(0, Event::Fault(Fault::KillVessel(SECOND)));
+    world.run(5 * SECOND);
+    assert!(used(&world) >= before / 2, "what was on the disk: {} of {before}", used(&world));
+    complete(world);
+}
+
+fn random_fault(chance: &mut Chance) -> Fault {
+    let short = chance.between(SECOND / 10, 12 * SECOND);
+    let way = chance.below(2) as usize;
+    match chance.below(14) {
+        0 | 1 => Fault::CutWay(way, short),
+        2 => Fault::CutWay(way, chance.between(MINUTE, 3 * MINUTE)),
+        3 => Fault::CutWayUp(way, short),
+        4 => Fault::CutWayDown(way, short),
+        5 => Fault::Cut(short),
+        6 => Fault::KillVessel(chance.between(SECOND, 30 * SECOND)),
+        7 => Fault::KillShore(chance.between(SECOND / 5, 60 * SECOND)),
+        8 => Fault::Reset,
+        9 => Fault::DiskFull(chance.between(SECOND, MINUTE)),
+        10 => Fault::Slow(chance.between(4_000, 30_000), chance.between(SECOND, MINUTE)),
+        11 => Fault::Delay(way, chance.between(1_000, 400_000)),
+        12 => Fault::Duplicate,
+        _ => Fault::Swap,
+    }
+}
+
+fn fault() -> impl Strategy<Value = (u64, Fault)> {
+    (0..3 * MINUTE, any::<u64>()).prop_map(|(at, seed)| (at, random_fault(&mut Chance::new(seed))))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(so_many(8, 200) as u32))]
+    /// The world itself looks at each record, live value and command: once, and in order.
+    #[test]
+    fn any_faults_of_any_way_lose_double_and_mix_nothing(
+        seed: u64,
+        faults in proptest::collection::vec(fault(), 0..30),
+        every in 20_000..200_000_u64,
+        budget in proptest::option::of(50_000..5_000_000_u64),
+    ) {
+        let mut world = World::new(seed, every, None).with_ways(ways(budget), paths()).with_commands(SECOND / 2);
+        for (at, fault) in faults {
+            world.at(at, Event::Fault(fault));
+        }
+        world.run(8 * MINUTE);
+        complete(world);
+    }
+
+    /// A shore that knows nothing of ways takes one connection at a time.
+    #[test]
+    fn any_faults_before_an_older_shore_lose_and_double_nothing(
+        seed: u64,
+        faults in proptest::collection::vec(fault(), 0..20),
+    ) {
+        let mut world = world(seed, None);
+        world.shore.is_older = true;
+        for (at, fault) in faults {
+            world.at(at, Event::Fault(fault));
+        }
+        world.run(8 * MINUTE);
+        let world = complete(world);
+        prop_assert!(world.shore.ways.is_none());
+    }
+}
+
+#[test]
+fn before_an_older_shore_a_way_that_dies_is_left_for_the_next() {
+    let mut world = world(11, None);
+    world.shore.is_older = true;
+    world.run(20 * SECOND);
+    world.shore.longest_gap_us = 0;
+    for cut in 0..6 {
+        world.at(0, Event::Fault(Fault::CutWay(cut % 2, 20 * SECOND)));
+        world.run(40 * SECOND);
+    }
+    assert!(world.shore.longest_gap_us < 6 * SECOND, "{}", world.shore.longest_gap_us);
+    complete(world);
+}

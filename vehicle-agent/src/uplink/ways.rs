@@ -1,0 +1,157 @@
+//! The ways to the shore aboard: by which interface or from which address each goes, and what it has carried today.
+
+use super::server::Server;
+use super::spool::write_whole;
+use anyhow::Context as _;
+use link::{Used, WaySettings};
+use socket2::{Domain, Protocol, SockAddr, Socket, Type};
+use std::fmt::Write as _;
+use std::io;
+use std::net::{IpAddr, SocketAddr, TcpStream};
+use std::path::Path;
+use std::time::Duration;
+
+/// Beside the spool, what each way has carried.
+const FILE: &str = "ways";
+
+/// A way, and where it leads.
+#[derive(Debug, Clone)]
+pub(crate) struct Door {
+    pub(crate) way: WaySettings,
+    pub(crate) server: Server,
+    pub(crate) leaves: Leaves,
+}
+
+/// Where connections leave the vessel's computer; by its routes where nothing is said.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Leaves {
+    /// By this interface.
+    pub(crate) interface: Option<String>,
+    /// From this address.
+    pub(crate) address: Option<IpAddr>,
+}
+
+impl Door {
+    /// The one way where no others are configured.
+    pub(crate) fn only(server: Server) -> Self {
+        Self { way: WaySettings::default(), server, leaves: Leaves::default() }
+    }
+
+    /// For people: `4G (wss://…)`, or the URL where the way has no name.
+    pub(crate) fn called(&self) -> String {
+        let url = &self.server.url;
+        if self.way.name.is_empty() { url.clone() } else { format!("{} ({url})", self.way.name) }
+    }
+}
+
+impl Leaves {
+    /// Connects to an address of the right family.
+    pub(super) fn connect(&self, to: SocketAddr, patience: Duration) -> anyhow::Result<TcpStream> {
+        if *self == Self::default() {
+            return Ok(TcpStream::connect_timeout(&to, patience)?);
+        }
+        let socket = Socket::new(Domain::for_address(to), Type::STREAM, Some(Protocol::TCP))?;
+        if let Some(interface) = &self.interface {
+            socket
+                .bind_device(Some(interface.as_bytes()))
+                .map_err(|error| no_interface(interface, &error))?;
+        }
+        if let Some(address) = self.address {
+            let from = SockAddr::from(SocketAddr::new(address, 0));
+            socket.bind(&from).with_context(|| {
+                format!("Source Address: {address} is not an address of this computer now (`ip address`)")
+            })?;
+        }
+        socket.connect_timeout(&to.into(), patience)?;
+        Ok(socket.into())
+    }
+
+    /// Whether an address can be reached from the source address.
+    pub(super) fn suits(&self, to: &SocketAddr) -> bool {
+        self.address.is_none_or(|from| from.is_ipv4() == to.is_ipv4())
+    }
+}
+
+fn no_interface(interface: &str, error: &io::Error) -> anyhow::Error {
+    match error.raw_os_error() {
+        // ENODEV
+        Some(19) => {
+            anyhow::anyhow!("Interface: there is no `{interface}` now (`ip link` shows which there are)")
+        }
+        // EPERM
+        Some(1) => anyhow::anyhow!(
+            "Interface: this kernel lets only those with the right CAP_NET_RAW choose `{interface}`: add \
+             `AmbientCapabilities=CAP_NET_RAW` to the agent's unit, or give `Source Address` instead"
+        ),
+        _ => anyhow::anyhow!("Interface: `{interface}` cannot be used: {error}"),
+    }
+}
+
+/// What each way had carried when that was last kept; nothing for one that is not known.
+pub(super) fn load(folder: &Path, ways: &mut [Door]) {
+    let text = std::fs::read_to_string(folder.join(FILE)).unwrap_or_default();
+    for line in text.lines() {
+        let mut parts = line.splitn(3, ' ');
+        let (Some(day), Some(bytes), Some(name)) = (parts.next(), parts.next(), parts.next()) else {
+            continue;
+        };
+        let (Ok(day), Ok(bytes)) = (day.parse(), bytes.parse()) else { continue };
+        if let Some(door) = ways.iter_mut().find(|door| door.way.name == name) {
+            door.way.used = Used { day, bytes };
+        }
+    }
+}
+
+/// Keeps what each way has carried.
+pub(super) fn save(folder: &Path, ways: &[Door], used: &[Used]) -> io::Result<()> {
+    let mut text = String::new();
+    for (door, used) in ways.iter().zip(used) {
+        writeln!(text, "{} {} {}", used.day, used.bytes, door.way.name).ok();
+    }
+    write_whole(&folder.join(FILE), text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn door(name: &str) -> Door {
+        let server = Server::at("ws://127.0.0.1:1/link".to_owned(), "t".to_owned(), None).unwrap();
+        Door { way: WaySettings { name: name.to_owned(), ..WaySettings::default() }, ..Door::only(server) }
+    }
+
+    #[test]
+    fn bytes_of_the_day_return_by_the_names_of_ways() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut ways = vec![door("5 GHz radio"), door("4G")];
+        load(folder.path(), &mut ways);
+        assert_eq!(ways[0].way.used, Used::default(), "nothing is known yet");
+        let used = [Used { day: 20_000, bytes: 7 }, Used { day: 20_001, bytes: u64::MAX }];
+        save(folder.path(), &ways, &used).unwrap();
+        let mut ways = vec![door("4G"), door("satellite"), door("5 GHz radio")];
+        load(folder.path(), &mut ways);
+        assert_eq!([ways[0].way.used, ways[2].way.used], [used[1], used[0]]);
+        assert_eq!(ways[1].way.used, Used::default());
+        std::fs::write(folder.path().join(FILE), "rubbish\n1 x 4G\n\n").unwrap();
+        load(folder.path(), &mut ways);
+    }
+
+    #[test]
+    fn a_connection_leaves_from_where_it_is_to_and_says_why_it_cannot() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let to = listener.local_addr().unwrap();
+        let patience = Duration::from_secs(5);
+        let from = Leaves { address: Some("127.0.0.7".parse().unwrap()), interface: None };
+        assert!(from.suits(&to) && !from.suits(&"[::1]:1".parse().unwrap()));
+        let tcp = from.connect(to, patience).unwrap();
+        assert_eq!(tcp.local_addr().unwrap().ip(), from.address.unwrap());
+        let from = Leaves { address: Some("192.0.2.77".parse().unwrap()), interface: None };
+        let why = format!("{:#}", from.connect(to, patience).unwrap_err());
+        assert!(why.contains("192.0.2.77 is not an address of this computer"), "{why}");
+        let by = Leaves { address: None, interface: Some("wwan77".to_owned()) };
+        let why = format!("{:#}", by.connect(to, patience).unwrap_err());
+        assert!(why.contains("there is no `wwan77`") || why.contains("CAP_NET_RAW"), "{why}");
+        let why = no_interface("wwan0", &io::Error::from_raw_os_error(1)).to_string();
+        assert!(why.contains("CAP_NET_RAW"), "{why}");
+    }
+}

@@ -1,0 +1,41 @@
+import assert from "node:assert/strict";
+import { mkdtemp } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { build } from "esbuild";
+
+const folder = await mkdtemp(join(tmpdir(), "lutra-web-"));
+async function load(path) {
+  const outfile = join(folder, `${path.replaceAll("/", "-")}.mjs`);
+  await build({ entryPoints: [`src/${path}.ts`], bundle: true, format: "esm", outfile, logLevel: "warning" });
+  return import(outfile);
+}
+
+const { waysText } = await load("state/ways");
+
+const way = (name, more = {}) => ({ name, metered: false, state: "up", round_trip_ms: 12, late_per_mille: 0, rate_bytes_per_s: null, today_bytes: 1_234_567, daily_bytes: null, thinning: "nothing", failures: 0, ...more });
+const link = (more = {}) => ({ up: true, ways: { live: 0, live_why: "better", records: 0, records_why: "only", ways: [way("radio"), way("4G", { metered: true, daily_bytes: 50_000_000 })], ...more } });
+
+test("a vessel with one way has nothing to say of ways", () => {
+  assert.equal(waysText(undefined), undefined);
+  assert.equal(waysText({ up: true, ways: null }), undefined);
+});
+
+test("which way, why, and how each is", () => {
+  const told = waysText(link());
+  assert.equal(told.word, "radio");
+  assert.equal(told.note, "the fastest; radio: 12 ms, 1.2 MB today; 4G: 12 ms, 1.2 of 50.0 MB today");
+  assert.equal(told.alert, "");
+});
+
+test("what is wrong with a way is said, and whether records go elsewhere or wait", () => {
+  const ways = [way("radio", { state: "suspect", failures: 2 }), way("4G", { thinning: "most", late_per_mille: 23, rate_bytes_per_s: 120_400 })];
+  const told = waysText(link({ live: 1, live_why: "failover", records: null, ways }));
+  assert.equal(told.word, "4G");
+  assert.equal(told.note, "another stopped answering; records wait aboard; radio: does not answer, 1.2 MB today; 4G: 12 ms, 2 % late, 120 kB/s, 1.2 MB today, only position, alarms and answers today");
+  assert.equal(told.alert, "warn");
+  assert.equal(waysText(link({ live: 1, records: 0 })).note.split("; ")[1], "records by radio");
+  const down = waysText(link({ live: null, records: null, ways: [way("radio", { state: "down" })] }));
+  assert.deepEqual([down.word, down.alert], ["none", "bad"]);
+});
