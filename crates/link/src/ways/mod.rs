@@ -11,7 +11,7 @@
 //!
 //! The shore acknowledges every message of such a session at once, heartbeats too. A message that has no acknowledgement after
 //! 0.6 s and three times the usual (and the time that the bytes under way need) makes its way *suspect*, long before its
-//! connection is given up ([`DEAD_AFTER`](crate::DEAD_AFTER)): the lanes go over to another at once. Back they go when the
+//! connection is given up ([`DEAD_AFTER`]): the lanes go over to another at once. Back they go when the
 //! better way has answered without a break for 5 s, after each further break twice as long, up to 5 min: no flapping.
 //!
 //! # How the shore joins the sessions of one vessel
@@ -20,7 +20,7 @@
 //! received. On a switch the vessel goes on with the number that the shore last said *on the way that takes over*: it may send
 //! again, and never leaves a hole, whatever is still under way on the other. Records with a known number are dropped. Live
 //! messages are numbered; one that was overtaken by another way's is dropped, and after a switch records come first, in order, and the
-//! latest of each kind again where they lag.
+//! latest of each kind again where they lag. (Records that lag for a second are overtaken by the newest values, as over one way.)
 //!
 //! # Commands
 //!
