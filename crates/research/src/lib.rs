@@ -30,7 +30,7 @@ mod template;
 pub use check::{Fault, check, check_all};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
-pub use dataset::{
+pub use dataset::{CANONICAL_FORMAT, SOFTWARE, 
     Access, Described, Grid, LICENCES, Limits, PRECISIONS_M, check_draft, citation, datacite, datapackage,
     doi, embargo_us, json_ld, lacking, licence_name, licence_page, python, r,
 };
