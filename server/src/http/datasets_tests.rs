@@ -261,9 +261,16 @@ async fn a_dataset_is_seen_and_changed_by_the_roles_on_its_vessels() {
         (gone.state, &*gone.withdrawn.unwrap().reason),
         (DatasetState::Withdrawn, "A clock was wrong.")
     );
-    for name in
-        ["", "/check", "/detections.csv", "/datacite.json", "/datapackage.json", "/schema.jsonld", "/notebook.py", "/notebook.R"]
-    {
+    for name in [
+        "",
+        "/check",
+        "/detections.csv",
+        "/datacite.json",
+        "/datapackage.json",
+        "/schema.jsonld",
+        "/notebook.py",
+        "/notebook.R",
+    ] {
         let of = say(&shore, "GET", &format!("{at}/versions/1{name}"), &all, json!({})).await;
         assert_eq!(of.status, StatusCode::GONE, "{name}");
         for told in ["A clock was wrong.", "Salmon in the fjord", &*out.versions[0].citation] {
@@ -272,8 +279,16 @@ async fn a_dataset_is_seen_and_changed_by_the_roles_on_its_vessels() {
         assert!(!of.body.contains(&out.versions[0].content.sha256), "{name}");
     }
     let seen = say(&shore, "GET", &at, &viewer, json!({})).await;
-    assert!(seen.body.contains("A clock was wrong.") && seen.body.contains(&out.versions[0].citation), "{}", seen.body);
-    assert!(!seen.body.contains(&out.versions[0].content.sha256) && !seen.body.contains("63.43"), "{}", seen.body);
+    assert!(
+        seen.body.contains("A clock was wrong.") && seen.body.contains(&out.versions[0].citation),
+        "{}",
+        seen.body
+    );
+    assert!(
+        !seen.body.contains(&out.versions[0].content.sha256) && !seen.body.contains("63.43"),
+        "{}",
+        seen.body
+    );
     let again = json!({"revision": gone.revision});
     assert_eq!(say(&shore, "POST", &format!("{at}/publish"), &own, again).await.status, StatusCode::GONE);
 }
@@ -339,7 +354,7 @@ async fn what_is_heard_after_the_end_of_a_version_or_outside_a_link_changes_no_b
             let _: Value = done(&shore, "POST", "/register", &token, tag).await;
         }
         let end = json!(START_US + 10_000_000);
-        let mut of = async |query: Value| published(&shore, &token, &[("query", query)]).await;
+        let of = async |query: Value| published(&shore, &token, &[("query", query)]).await;
         let all = of(json!({"vessels": [FIRST], "to_us": end})).await;
         let sure = of(json!({"vessels": [FIRST], "to_us": end, "without": ["unconfirmed"]})).await;
         let open = of(json!({"vessels": [FIRST], "without": ["unconfirmed"]})).await;

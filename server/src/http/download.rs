@@ -114,12 +114,7 @@ impl Download {
     }
 
     /// What is sent, while it is written: all, or a part of what the data of a version give.
-    async fn body(
-        self,
-        state: &AppState,
-        place: Place,
-        part: Option<(Part, u64)>,
-    ) -> Result<Body, ApiError> {
+    async fn body(self, state: &AppState, place: Place, part: Option<(Part, u64)>) -> Result<Body, ApiError> {
         let data = state.shore.history.data().to_owned();
         let (chunks, taken) = mpsc::channel(CHUNKS);
         let runtime = Handle::current();

@@ -172,7 +172,11 @@ async fn under_embargo_no_route_of_a_link_gives_data() {
         for path in reached(&link.path) {
             let answer = scene.stranger(&path).await;
             tells_nothing(&answer, &path, &sha256);
-            assert!(!answer.body.contains("Heard by one boat."), "{path} gives the description: {}", answer.body);
+            assert!(
+                !answer.body.contains("Heard by one boat."),
+                "{path} gives the description: {}",
+                answer.body
+            );
             assert!(answer.body.contains("2099-01-01"), "{path}: {}", answer.body);
             if path == link.path {
                 assert!(answer.body.contains("Salmon in the fjord") && answer.body.contains("under embargo"));
@@ -194,7 +198,11 @@ async fn an_embargo_that_is_over_gives_the_data() {
     let page = scene.stranger(&link.path).await;
     assert!(page.body.contains(&scene.dataset.versions[0].content.sha256), "{}", page.body);
     assert!(page.body.contains("Heard by one boat."), "{}", page.body);
-    assert!(!page.body.contains("ld+json"), "JSON-LD names what it describes to search engines: {}", page.body);
+    assert!(
+        !page.body.contains("ld+json"),
+        "JSON-LD names what it describes to search engines: {}",
+        page.body
+    );
 }
 
 #[tokio::test]
@@ -207,11 +215,6 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
     assert_eq!(page.status, StatusCode::OK, "{}", page.body);
     assert!(!page.body.contains("ld+json") && page.body.contains("noindex"), "{}", page.body);
     let secret = link.path.trim_start_matches("/s/");
-    for path in reached(&link.path) {
-        let answer = scene.stranger(&path).await;
-        assert_eq!(answer.headers["x-robots-tag"], "noindex, nofollow", "{path}");
-        assert!(path == link.path || !answer.body.contains(secret), "{path} has the address of the link");
-    }
     assert!(page.body.contains("the archive gives exactly these bytes"), "{}", page.body);
     assert!(page.body.contains(&version.content.sha256) && page.body.contains(&version.citation));
     let csv = scene.stranger(&format!("{}/detections.csv", link.path)).await;
@@ -251,6 +254,11 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
     let log = std::fs::read(scene.shore.data().join("app.db-wal")).unwrap_or_default();
     let held = |bytes: &[u8]| bytes.windows(secret.len()).any(|part| part == secret.as_bytes());
     assert!(!held(&app_db) && !held(&log), "app.db keeps its hash alone");
+    for path in reached(&link.path) {
+        let answer = scene.stranger(&path).await;
+        assert_eq!(answer.headers["x-robots-tag"], "noindex, nofollow", "{path}");
+        assert!(path == link.path || !answer.body.contains(secret), "{path} has the address of the link");
+    }
 }
 
 #[tokio::test]
@@ -387,7 +395,11 @@ async fn a_link_says_where_the_archive_had_changed_before_it_was_made_and_since(
     assert!(!before.share.had_changed);
     let page = scene.stranger(&before.path).await;
     assert!(page.body.contains("the same bytes as when this link was made"), "{}", page.body);
-    assert!(page.body.contains("changed since this link was made, or another"), "the notebook: {}", page.body);
+    assert!(
+        page.body.contains("changed since this link was made, or another"),
+        "the notebook: {}",
+        page.body
+    );
     let tag = json!({"kind": "tag", "protocol": "S256", "tag_id": 101, "serial": "77"});
     let _: Value = done(&scene.shore, "POST", "/register", &scene.token, tag).await;
     let after = scene.link(json!({"tags": ["S256-102"]})).await;
@@ -406,7 +418,11 @@ async fn places_of_a_version_with_an_area_are_not_coarsened() {
     let scene = Scene::of(&[("query", area)]).await;
     let asked = json!({"label": "x", "days": 1, "precision_m": 1_000});
     let answer = say(&scene.shore, "POST", &scene.shares(), &scene.token, asked).await;
-    assert!(answer.status == StatusCode::BAD_REQUEST && answer.body.contains("precision_m: "), "{}", answer.body);
+    assert!(
+        answer.status == StatusCode::BAD_REQUEST && answer.body.contains("precision_m: "),
+        "{}",
+        answer.body
+    );
     scene.link(json!({})).await;
 }
 
@@ -418,8 +434,13 @@ async fn links_are_opened_no_more_often_than_their_budget_and_download_in_places
         .map(|_| std::sync::Arc::clone(&scene.shore.state.shore.history.exports).try_acquire_owned().unwrap())
         .collect();
     let file = format!("{}/detections.csv", link.path);
-    assert_eq!(scene.stranger(&file).await.status, StatusCode::OK, "exports of people take no place of links");
-    let open = scene.shore.state.shore.datasets.open(link.path.trim_start_matches("/s/"), [198, 51, 100, 7].into());
+    assert_eq!(
+        scene.stranger(&file).await.status,
+        StatusCode::OK,
+        "exports of people take no place of links"
+    );
+    let open =
+        scene.shore.state.shore.datasets.open(link.path.trim_start_matches("/s/"), [198, 51, 100, 7].into());
     let held = scene.shore.state.shore.datasets.place(&open.await.unwrap().unwrap()).unwrap();
     let busy = scene.stranger(&file).await;
     assert!(busy.status == StatusCode::SERVICE_UNAVAILABLE && busy.headers.contains_key(header::RETRY_AFTER));

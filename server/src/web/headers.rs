@@ -41,7 +41,8 @@ pub(crate) async fn add(request: Request, next: Next) -> Response {
     }
     if is_link {
         // Whoever knows the address of a link has what it gives: it belongs into no search engine, whatever it answers.
-        headers.insert(HeaderName::from_static("x-robots-tag"), HeaderValue::from_static("noindex, nofollow"));
+        headers
+            .insert(HeaderName::from_static("x-robots-tag"), HeaderValue::from_static("noindex, nofollow"));
     }
     headers.entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     if encrypted && by_name {

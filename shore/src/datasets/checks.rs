@@ -110,8 +110,9 @@ fn compared(said: &DatasetContent, now: DatasetContent, checked_us: i64) -> Data
     let is_same = now.sha256 == said.sha256;
     let (rows, rows_now) = (said.rows, now.rows);
     let is_other_format = !is_same && said.format != now.format;
-    let written_by = is_other_format
-        .then(|| if said.software.is_empty() { "another version of Lutra".to_owned() } else { said.software.clone() });
+    let written_by = is_other_format.then(|| {
+        if said.software.is_empty() { "another version of Lutra".to_owned() } else { said.software.clone() }
+    });
     let text = match (&written_by, rows == rows_now) {
         _ if is_same => "The archive still gives exactly these bytes.".to_owned(),
         (Some(by), _) => format!(
@@ -120,7 +121,9 @@ fn compared(said: &DatasetContent, now: DatasetContent, checked_us: i64) -> Data
         ),
         (None, false) => format!("The archive has changed since: {rows} rows then, {rows_now} now."),
         (None, true) => {
-            format!("The archive or the register has changed since: {rows} rows then and now, but other bytes.")
+            format!(
+                "The archive or the register has changed since: {rows} rows then and now, but other bytes."
+            )
         }
     };
     DatasetCheck { checked_us, is_same, rows, rows_now, sha256_now: now.sha256, written_by, text }
@@ -144,7 +147,12 @@ impl Datasets {
     }
 
     /// Whether a file still has what was said of it; it is computed where that is not known.
-    pub(super) async fn checked(&self, of: Checked, frozen: Frozen, said: &DatasetContent) -> Result<DatasetCheck> {
+    pub(super) async fn checked(
+        &self,
+        of: Checked,
+        frozen: Frozen,
+        said: &DatasetContent,
+    ) -> Result<DatasetCheck> {
         let now_us = self.clock.utc().micros();
         let known = lock(&self.checks.known).kept.get(&of).map(|(_, check)| check.clone());
         match known.filter(|check| now_us.saturating_sub(check.checked_us) < HOLDS_US) {
@@ -212,7 +220,9 @@ mod tests {
     fn other_bytes_of_another_format_do_not_blame_the_archive() {
         let check = compared(&content("a", 1), content("b", 2), 7);
         assert!(!check.is_same && check.written_by.as_deref() == Some("Lutra 0.0.1"), "{check:?}");
-        assert!(check.text.starts_with("Written by Lutra 0.0.1") && !check.text.contains("has changed since"));
+        assert!(
+            check.text.starts_with("Written by Lutra 0.0.1") && !check.text.contains("has changed since")
+        );
         let check = compared(&content("a", 1), content("a", 2), 7);
         assert!(check.is_same && check.written_by.is_none(), "the same bytes are the same");
         let check = compared(&content("a", 2), content("b", 2), 7);

@@ -31,7 +31,9 @@ impl Request for Add {
         let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
         let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::Refused(format!("{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more.")));
+            return Err(Fault::Refused(format!(
+                "{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more."
+            )));
         }
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);

@@ -14,8 +14,8 @@ use crate::identity::{People, Principal, Request};
 use crate::logbook::{NEWER, check_text};
 use crate::register::Register;
 use api::{
-    Dataset, DatasetAuthor, DatasetChange, DatasetContent, DatasetDraft, DatasetQuery, DatasetShare, DatasetState,
-    DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, LogWord, Role,
+    Dataset, DatasetAuthor, DatasetChange, DatasetContent, DatasetDraft, DatasetQuery, DatasetShare,
+    DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, LogWord, Role,
 };
 use research::{Study, check_draft, citation, lacking};
 

@@ -85,7 +85,11 @@ impl Datasets {
             return Ok(Err(ShareClosed::Expired));
         }
         if let Some((_, _, reason)) = dataset.withdrawn {
-            let closed = if password.is_none() { ShareClosed::Withdrawn(reason) } else { ShareClosed::WithdrawnUntold };
+            let closed = if password.is_none() {
+                ShareClosed::Withdrawn(reason)
+            } else {
+                ShareClosed::WithdrawnUntold
+            };
             return Ok(Err(closed));
         }
         let version = find_version(&dataset.versions, share.version)?.clone();

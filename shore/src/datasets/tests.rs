@@ -170,7 +170,12 @@ async fn links_that_are_revoked_or_have_ended_make_room_for_others() {
     let id = published(db).await;
     let add = |time_us, expires_us| {
         let made = LogWord { by: "kari".to_owned(), time_us };
-        Add { dataset: id, hash: Secret::random().hash(), password: None, share: DatasetShare { made, expires_us, ..share() } }
+        Add {
+            dataset: id,
+            hash: Secret::random().hash(),
+            password: None,
+            share: DatasetShare { made, expires_us, ..share() },
+        }
     };
     let first = done(db, add(5, 9)).await;
     for _ in 1..200 {

@@ -7,7 +7,10 @@
 use crate::decode;
 use api::{DatasetContent, DatasetCovered, FlagCode};
 use detections::{Detection, TagFilter};
-use research::{CANONICAL_FORMAT, Format, HORIZON_S, Heard, LUTRA, Lag, Lags, Limits, Narrowed, SOFTWARE, Study, Writer, format};
+use research::{
+    CANONICAL_FORMAT, Format, HORIZON_S, Heard, LUTRA, Lag, Lags, Limits, Narrowed, SOFTWARE, Study, Writer,
+    format,
+};
 use sha2::{Digest as _, Sha256};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};

@@ -163,7 +163,10 @@ mod tests {
         let taken = (0..400).filter(|_| limiter.take_link(here, at(1)).is_ok()).count();
         assert_eq!(taken, 300);
         assert!(limiter.take_link(here, at(1)).is_err() && limiter.take_link(here, at(2)).is_ok());
-        assert!(limiter.take_link(there, at(2)).is_ok() && limiter.take(&guess("192.0.2.1", "nils"), at(2)).is_ok());
+        assert!(
+            limiter.take_link(there, at(2)).is_ok()
+                && limiter.take(&guess("192.0.2.1", "nils"), at(2)).is_ok()
+        );
     }
 
     #[test]

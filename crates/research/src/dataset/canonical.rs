@@ -27,6 +27,10 @@ mod tests {
             assert!(writer.row(&mut out, &study.heard(one, "otter, \"old\"", lag)));
         }
         let text = String::from_utf8(out).unwrap();
-        assert_eq!((CANONICAL_FORMAT, text.as_str()), (1, include_str!("canonical-1.csv")), "give CANONICAL_FORMAT a new number");
+        assert_eq!(
+            (CANONICAL_FORMAT, text.as_str()),
+            (1, include_str!("canonical-1.csv")),
+            "give CANONICAL_FORMAT a new number"
+        );
     }
 }

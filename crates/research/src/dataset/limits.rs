@@ -94,7 +94,8 @@ impl Limits {
 /// Whether the value of a tag's sensor says nothing of the depth.
 fn is_harmless(heard: &Heard<'_>) -> bool {
     let kind = heard.tag.map(|tag| tag.sensor_type.to_lowercase()).unwrap_or_default();
-    let mut words = kind.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty()).peekable();
+    let mut words =
+        kind.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty()).peekable();
     words.peek().is_some() && words.all(|word| HARMLESS.contains(&word))
 }
 
@@ -192,8 +193,20 @@ pub(crate) mod tests {
             assert_eq!(data(sensor), Some(42), "{sensor}");
         }
         for sensor in [
-            "", " / ", "depth", "temperature/depth", "temperature,pressure", "temp+dybde", "depth activity", "tempdepth",
-            "attemperature", "inactivated", "temperature2", "D-T", "temperature (m)", "activity sensor",
+            "",
+            " / ",
+            "depth",
+            "temperature/depth",
+            "temperature,pressure",
+            "temp+dybde",
+            "depth activity",
+            "tempdepth",
+            "attemperature",
+            "inactivated",
+            "temperature2",
+            "D-T",
+            "temperature (m)",
+            "activity sensor",
         ] {
             assert_eq!(data(sensor), None, "{sensor}");
         }

@@ -114,7 +114,8 @@ pub fn datacite(of: &Described<'_>) -> Value {
         "rightsList": [rights],
     });
     if let Some((page, _)) = addresses {
-        all["alternateIdentifiers"] = json!([{"alternateIdentifier": page, "alternateIdentifierType": "URL"}]);
+        all["alternateIdentifiers"] =
+            json!([{"alternateIdentifier": page, "alternateIdentifierType": "URL"}]);
     }
     let about = of.is_about();
     if !about.is_empty() {
