@@ -459,6 +459,24 @@ async fn links_are_opened_no_more_often_than_their_budget_and_download_in_places
 }
 
 #[tokio::test]
+async fn a_check_is_computed_once_for_all_who_ask_and_its_answer_waits_for_no_place() {
+    let scene = Scene::of(&[]).await;
+    let datasets = &scene.shore.state.shore.datasets;
+    let mut opened = Vec::new();
+    for tag in ["S256-101", "S256-102", "S256-102"] {
+        let link = scene.link(json!({"tags": [tag]})).await;
+        let secret = link.path.trim_start_matches("/s/").to_owned();
+        opened.push(datasets.open(&secret, [198, 51, 100, 7].into()).await.unwrap().unwrap());
+    }
+    let (one, other) = tokio::join!(datasets.shared_check(&opened[0]), datasets.shared_check(&opened[0]));
+    let (one, other) = (one.unwrap(), other.unwrap());
+    assert!(one == other && one.is_same, "{one:?}");
+    let _held = (datasets.place(&opened[1]).unwrap(), datasets.place(&opened[2]).unwrap());
+    assert!(datasets.place(&opened[0]).is_err(), "all places are taken");
+    assert_eq!(datasets.shared_check(&opened[0]).await.unwrap(), one, "what is known needs none");
+}
+
+#[tokio::test]
 async fn a_link_opens_nothing_else_of_the_server() {
     let scene = Scene::of(&[]).await;
     let link = scene.link(json!({"password": PASSWORD})).await;
