@@ -20,6 +20,12 @@ CREATE TABLE dataset_version (
     PRIMARY KEY (dataset, number)
 ) STRICT, WITHOUT ROWID;
 
+CREATE TRIGGER dataset_version_stays BEFORE UPDATE ON dataset_version
+BEGIN SELECT RAISE(ABORT, 'a published version of a dataset never changes'); END;
+
+CREATE TRIGGER dataset_version_remains BEFORE DELETE ON dataset_version
+BEGIN SELECT RAISE(ABORT, 'a published version of a dataset is never deleted'); END;
+
 -- body is the JSON of api::DatasetShare without what is counted and what revoking adds.
 CREATE TABLE dataset_share (
     id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -47,3 +53,4 @@ CREATE TABLE dataset_visit (
 ) STRICT;
 
 CREATE INDEX dataset_visit_of ON dataset_visit (share, id);
+CREATE INDEX dataset_visit_kind ON dataset_visit (share, what, id);

@@ -122,6 +122,12 @@ pub struct DatasetContent {
     pub sha256: String,
     /// What they reach over.
     pub covered: DatasetCovered,
+    /// The number of the canonical format: bytes of another number are not compared. 0 where it was not kept.
+    #[serde(default)]
+    pub format: u32,
+    /// What wrote it, like `Lutra 0.1.0`.
+    #[serde(default)]
+    pub software: String,
 }
 
 /// A published version. It never changes.
@@ -237,6 +243,9 @@ pub struct DatasetCheck {
     pub rows_now: u64,
     /// SHA-256 of the canonical CSV now.
     pub sha256_now: String,
+    /// What wrote the bytes that were published, where its canonical format is another one than now: other bytes say nothing of the
+    /// archive then.
+    pub written_by: Option<String>,
     /// In words.
     pub text: String,
 }
@@ -308,6 +317,9 @@ pub struct DatasetShare {
     pub precision_m: Option<u32>,
     /// What it gives.
     pub content: DatasetContent,
+    /// Whether the archive gave other bytes than were published when the link was made.
+    #[serde(default)]
+    pub had_changed: bool,
     /// Who made it, and when.
     pub made: LogWord,
     /// Who revoked it, and when; null while it holds.

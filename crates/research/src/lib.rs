@@ -31,8 +31,9 @@ pub use check::{Fault, check, check_all};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
 pub use dataset::{
-    Access, Described, Grid, LICENCES, Limits, PRECISIONS_M, check_draft, citation, datacite, datapackage,
-    doi, embargo_us, json_ld, lacking, licence_name, licence_page, python, r,
+    Access, CANONICAL_FORMAT, Described, Grid, LICENCES, Limits, PRECISIONS_M, SOFTWARE, check_draft,
+    citation, datacite, datapackage, doi, embargo_us, json_ld, lacking, licence_name, licence_page, python,
+    r,
 };
 pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};

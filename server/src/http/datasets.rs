@@ -152,9 +152,8 @@ async fn described(
 ) -> Result<Value, ApiError> {
     let version = state.shore.datasets.version(who, id, number).await?;
     let (page, file) = addresses(origin, id, number);
-    let of =
-        Described { version: &version, content: &version.content, share: None, page: &page, file: &file };
-    Ok(describe(&of))
+    let addresses = Some((&*page, &*file));
+    Ok(describe(&Described { version: &version, content: &version.content, share: None, addresses }))
 }
 
 /// `GET /api/v1/datasets/{id}/versions/{number}/datacite.json`.

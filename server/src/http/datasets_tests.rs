@@ -261,8 +261,34 @@ async fn a_dataset_is_seen_and_changed_by_the_roles_on_its_vessels() {
         (gone.state, &*gone.withdrawn.unwrap().reason),
         (DatasetState::Withdrawn, "A clock was wrong.")
     );
-    let file = say(&shore, "GET", &file, &all, json!({})).await;
-    assert!(file.status == StatusCode::GONE && file.body.contains("A clock was wrong."), "{}", file.body);
+    for name in [
+        "",
+        "/check",
+        "/detections.csv",
+        "/datacite.json",
+        "/datapackage.json",
+        "/schema.jsonld",
+        "/notebook.py",
+        "/notebook.R",
+    ] {
+        let of = say(&shore, "GET", &format!("{at}/versions/1{name}"), &all, json!({})).await;
+        assert_eq!(of.status, StatusCode::GONE, "{name}");
+        for told in ["A clock was wrong.", "Salmon in the fjord", &*out.versions[0].citation] {
+            assert!(of.body.contains(told), "{name}: {}", of.body);
+        }
+        assert!(!of.body.contains(&out.versions[0].content.sha256), "{name}");
+    }
+    let seen = say(&shore, "GET", &at, &viewer, json!({})).await;
+    assert!(
+        seen.body.contains("A clock was wrong.") && seen.body.contains(&out.versions[0].citation),
+        "{}",
+        seen.body
+    );
+    assert!(
+        !seen.body.contains(&out.versions[0].content.sha256) && !seen.body.contains("63.43"),
+        "{}",
+        seen.body
+    );
     let again = json!({"revision": gone.revision});
     assert_eq!(say(&shore, "POST", &format!("{at}/publish"), &own, again).await.status, StatusCode::GONE);
 }
@@ -302,4 +328,48 @@ async fn a_question_that_finds_nothing_or_names_nothing_known_is_refused_at_its_
     )
     .await;
     assert_eq!(off.versions[0].content.rows, 1);
+}
+
+/// Tag 101 after 1 and 3 s, and tag 102 after 2 s; with `later` both again a minute after that. Their clocks run with the vessel's.
+fn two_tags(data: &Path, later: bool) {
+    let tell = |(id, at_s): (u32, u32)| {
+        let time = START_US + i64::from(at_s) * 1_000_000;
+        let heard = TBRFishTag { unix_timestamp: 1_732_176_000 + at_s, ..heard(id, 63.432, 10.398) };
+        (2, time, heard.into())
+    };
+    let mut said = vec![(101, 1), (102, 2), (101, 3)];
+    said.extend(later.then_some([(101, 63), (102, 64)]).into_iter().flatten());
+    put(data, &said.into_iter().map(tell).collect::<Vec<(u8, i64, imc::Message)>>());
+}
+
+#[tokio::test]
+async fn what_is_heard_after_the_end_of_a_version_or_outside_a_link_changes_no_byte_of_it() {
+    let mut files = Vec::new();
+    for later in [false, true] {
+        let shore = Shore::with(|data| two_tags(data, later)).await;
+        let token = shore.token(None, Role::Researcher).await;
+        kari(&shore, &token).await;
+        for id in [101, 102] {
+            let tag = json!({"kind": "tag", "protocol": "S256", "tag_id": id, "interval_min_s": 60, "interval_max_s": 60});
+            let _: Value = done(&shore, "POST", "/register", &token, tag).await;
+        }
+        let end = json!(START_US + 10_000_000);
+        let of = async |query: Value| published(&shore, &token, &[("query", query)]).await;
+        let all = of(json!({"vessels": [FIRST], "to_us": end})).await;
+        let sure = of(json!({"vessels": [FIRST], "to_us": end, "without": ["unconfirmed"]})).await;
+        let open = of(json!({"vessels": [FIRST], "without": ["unconfirmed"]})).await;
+        assert_eq!(all.versions[0].content.rows, 3);
+        assert_eq!(sure.versions[0].content.rows, 2, "nothing of the version confirms tag 102");
+        assert_eq!(open.versions[0].content.rows, if later { 5 } else { 2 });
+        let asked = json!({"label": "Ola", "days": 30, "to_us": end});
+        let shares = format!("/datasets/{}/shares", open.id);
+        let link: api::DatasetShareMade = done(&shore, "POST", &shares, &token, asked).await;
+        let csv = shore.get(&format!("{}/detections.csv", link.path), "").await;
+        files.push([
+            all.versions[0].content.sha256.clone(),
+            sure.versions[0].content.sha256.clone(),
+            sha256(&csv.bytes),
+        ]);
+    }
+    assert_eq!(files[0], files[1]);
 }

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use store::StoreError;
 use tokio::runtime::Handle;
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 /// Bytes that are handed to the connection at once.
@@ -34,6 +34,9 @@ const PATIENCE: Duration = Duration::from_mins(1);
 pub(super) type Writer = Arc<dyn Fn(&Path, &mut dyn Write) -> store::Result<()> + Send + Sync>;
 /// Which state of the data it would be written from.
 pub(super) type Version = Arc<dyn Fn(&Path) -> store::Result<u64> + Send + Sync>;
+
+/// What bounds how many files are written at once; free again when it is dropped.
+pub(super) type Place = Box<dyn Send>;
 
 /// A file that can be asked for.
 pub(super) struct Download {
@@ -50,9 +53,19 @@ pub(super) struct Download {
 impl Download {
     /// The answer to a request with these headers.
     pub(super) async fn answer(self, state: &AppState, asked: &HeaderMap) -> Result<Response, ApiError> {
-        let Ok(mut place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
+        let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
             return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
         };
+        self.answer_in(Box::new(place), state, asked).await
+    }
+
+    /// The answer, for which a place is held until it is sent.
+    pub(super) async fn answer_in(
+        self,
+        mut place: Place,
+        state: &AppState,
+        asked: &HeaderMap,
+    ) -> Result<Response, ApiError> {
         let (data, version) = (state.shore.history.data().to_owned(), Arc::clone(&self.version));
         let version = blocking(move || version(&data)).await?;
         let tag = self.tag(version);
@@ -101,12 +114,7 @@ impl Download {
     }
 
     /// What is sent, while it is written: all, or a part of what the data of a version give.
-    async fn body(
-        self,
-        state: &AppState,
-        place: OwnedSemaphorePermit,
-        part: Option<(Part, u64)>,
-    ) -> Result<Body, ApiError> {
+    async fn body(self, state: &AppState, place: Place, part: Option<(Part, u64)>) -> Result<Body, ApiError> {
         let data = state.shore.history.data().to_owned();
         let (chunks, taken) = mpsc::channel(CHUNKS);
         let runtime = Handle::current();

@@ -22,7 +22,13 @@ impl From<ShareClosed> for ApiError {
             ShareClosed::Unknown => Self::not_found(text),
             ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),
             ShareClosed::Expired => Self::new(StatusCode::GONE, "expired", text),
-            ShareClosed::Withdrawn(_) => Self::new(StatusCode::GONE, "withdrawn", text),
+            ShareClosed::Withdrawn(_) | ShareClosed::WithdrawnUntold => {
+                Self::new(StatusCode::GONE, "withdrawn", text)
+            }
+            ShareClosed::Wait(wait) => Self {
+                wait_s: Some(wait.as_secs() + 1),
+                ..Self::new(StatusCode::TOO_MANY_REQUESTS, "too_many_attempts", text)
+            },
         }
     }
 }
@@ -35,7 +41,7 @@ async fn given(
     headers: &HeaderMap,
 ) -> Result<OpenShare, ApiError> {
     let datasets = &state.shore.datasets;
-    let open = datasets.open(token).await??;
+    let open = datasets.open(token, remote.address).await??;
     if !datasets.is_unlocked(&open, plain_cookie(headers, &cookie_name(&open.cookie_name(), remote))) {
         let password =
             headers.get(PASSWORD).map(|given| String::from_utf8_lossy(given.as_bytes()).into_owned());
@@ -67,9 +73,10 @@ pub(crate) async fn detections(
     let open = given(&state, &token, remote, &headers).await?;
     let datasets = &state.shore.datasets;
     let frozen = datasets.shared_file(&open, query.format.as_deref()).await?;
+    let place = datasets.place(&open)?;
     let what = ShareVisitKind::Download;
     datasets.note(&open, what, remote.address, &format!("detections.csv {}", frozen.format())).await?;
-    download(frozen, query.gzip.unwrap_or(false)).answer(&state, &headers).await
+    download(frozen, query.gzip.unwrap_or(false)).answer_in(Box::new(place), &state, &headers).await
 }
 
 /// What describes what a link gives.
@@ -82,10 +89,8 @@ async fn described(
 ) -> Result<Value, ApiError> {
     let open = given(state, token, remote, headers).await?;
     state.shore.datasets.note(&open, ShareVisitKind::Download, remote.address, file).await?;
-    let page = format!("{}/s/{token}", remote.origin(headers));
-    let csv = format!("{page}/detections.csv");
     let OpenShare { share, version, .. } = &open;
-    Ok(describe(&Described { version, content: &share.content, share: Some(share), page: &page, file: &csv }))
+    Ok(describe(&Described { version, content: &share.content, share: Some(share), addresses: None }))
 }
 
 /// `GET /s/{token}/datacite.json`.

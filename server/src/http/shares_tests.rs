@@ -147,12 +147,18 @@ async fn the_links_of_a_withdrawn_dataset_end_with_the_reason() {
     let scene = Scene::of(&[]).await;
     let sha256 = scene.dataset.versions[0].content.sha256.clone();
     let link = scene.link(json!({})).await;
+    let locked = scene.link(json!({"password": PASSWORD})).await;
     let step = json!({"revision": scene.dataset.revision, "reason": "A clock was wrong."});
     let path = format!("/datasets/{}/withdraw", scene.dataset.id);
     let _: Dataset = done(&scene.shore, "POST", &path, &scene.token, step).await;
     for path in reached(&link.path) {
         let answer = scene.stranger(&path).await;
         assert!(answer.status == StatusCode::GONE && answer.body.contains("A clock was wrong."), "{path}");
+        tells_nothing(&answer, &path, &sha256);
+    }
+    for path in reached(&locked.path) {
+        let answer = scene.stranger(&path).await;
+        assert!(answer.status == StatusCode::GONE && !answer.body.contains("A clock was wrong."), "{path}");
         tells_nothing(&answer, &path, &sha256);
     }
 }
@@ -166,6 +172,11 @@ async fn under_embargo_no_route_of_a_link_gives_data() {
         for path in reached(&link.path) {
             let answer = scene.stranger(&path).await;
             tells_nothing(&answer, &path, &sha256);
+            assert!(
+                !answer.body.contains("Heard by one boat."),
+                "{path} gives the description: {}",
+                answer.body
+            );
             assert!(answer.body.contains("2099-01-01"), "{path}: {}", answer.body);
             if path == link.path {
                 assert!(answer.body.contains("Salmon in the fjord") && answer.body.contains("under embargo"));
@@ -181,11 +192,17 @@ async fn under_embargo_no_route_of_a_link_gives_data() {
 }
 
 #[tokio::test]
-async fn an_embargo_that_is_over_gives_the_data_and_no_json_ld() {
+async fn an_embargo_that_is_over_gives_the_data() {
     let scene = Scene::of(&[("embargo_until", json!("2020-01-01"))]).await;
     let link = scene.link(json!({})).await;
     let page = scene.stranger(&link.path).await;
     assert!(page.body.contains(&scene.dataset.versions[0].content.sha256), "{}", page.body);
+    assert!(page.body.contains("Heard by one boat."), "{}", page.body);
+    assert!(
+        !page.body.contains("ld+json"),
+        "JSON-LD names what it describes to search engines: {}",
+        page.body
+    );
 }
 
 #[tokio::test]
@@ -196,7 +213,8 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
     assert_eq!(link.share.content, version.content, "the whole of it is the version itself");
     let page = scene.stranger(&link.path).await;
     assert_eq!(page.status, StatusCode::OK, "{}", page.body);
-    assert!(page.body.contains("application/ld+json") && !page.body.contains("noindex"), "{}", page.body);
+    assert!(!page.body.contains("ld+json") && page.body.contains("noindex"), "{}", page.body);
+    let secret = link.path.trim_start_matches("/s/");
     assert!(page.body.contains("the archive gives exactly these bytes"), "{}", page.body);
     assert!(page.body.contains(&version.content.sha256) && page.body.contains(&version.citation));
     let csv = scene.stranger(&format!("{}/detections.csv", link.path)).await;
@@ -231,12 +249,16 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
         scene.shore.get(&format!("/api/v1{}", scene.shares()), &other).await.status,
         StatusCode::NOT_FOUND
     );
-    let secret = link.path.trim_start_matches("/s/");
     assert!(!serde_json::to_string(&listed).unwrap().contains(secret));
     let app_db = std::fs::read(scene.shore.data().join("app.db")).unwrap();
     let log = std::fs::read(scene.shore.data().join("app.db-wal")).unwrap_or_default();
     let held = |bytes: &[u8]| bytes.windows(secret.len()).any(|part| part == secret.as_bytes());
     assert!(!held(&app_db) && !held(&log), "app.db keeps its hash alone");
+    for path in reached(&link.path) {
+        let answer = scene.stranger(&path).await;
+        assert_eq!(answer.headers["x-robots-tag"], "noindex, nofollow", "{path}");
+        assert!(path == link.path || !answer.body.contains(secret), "{path} has the address of the link");
+    }
 }
 
 #[tokio::test]
@@ -364,6 +386,94 @@ async fn a_link_gives_no_more_than_its_part_and_no_place_finer_than_its_cells() 
         let answer = say(&scene.shore, "POST", &scene.shares(), &scene.token, asked.clone()).await;
         assert!(answer.status.is_client_error() && answer.body.contains(named), "{asked}: {}", answer.body);
     }
+}
+
+#[tokio::test]
+async fn a_link_says_where_the_archive_had_changed_before_it_was_made_and_since() {
+    let scene = Scene::of(&[]).await;
+    let before = scene.link(json!({"tags": ["S256-101"]})).await;
+    assert!(!before.share.had_changed);
+    let page = scene.stranger(&before.path).await;
+    assert!(page.body.contains("the same bytes as when this link was made"), "{}", page.body);
+    assert!(
+        page.body.contains("changed since this link was made, or another"),
+        "the notebook: {}",
+        page.body
+    );
+    let tag = json!({"kind": "tag", "protocol": "S256", "tag_id": 101, "serial": "77"});
+    let _: Value = done(&scene.shore, "POST", "/register", &scene.token, tag).await;
+    let after = scene.link(json!({"tags": ["S256-102"]})).await;
+    assert!(after.share.had_changed, "{:?}", after.share);
+    let page = scene.stranger(&after.path).await;
+    assert!(page.body.contains("other bytes than were published"), "{}", page.body);
+    assert!(page.body.contains("the same bytes as when this link was made"), "{}", page.body);
+    scene.hand.advance(Duration::from_mins(11));
+    let page = scene.stranger(&before.path).await;
+    assert!(page.body.contains("has changed since this link was made: 2 rows then and now"), "{}", page.body);
+}
+
+#[tokio::test]
+async fn places_of_a_version_with_an_area_are_not_coarsened() {
+    let area = json!({"vessels": [FIRST], "area": "63.43,10.3;63.46,10.3;63.46,10.5;63.43,10.5"});
+    let scene = Scene::of(&[("query", area)]).await;
+    let asked = json!({"label": "x", "days": 1, "precision_m": 1_000});
+    let answer = say(&scene.shore, "POST", &scene.shares(), &scene.token, asked).await;
+    assert!(
+        answer.status == StatusCode::BAD_REQUEST && answer.body.contains("precision_m: "),
+        "{}",
+        answer.body
+    );
+    scene.link(json!({})).await;
+}
+
+#[tokio::test]
+async fn links_are_opened_no_more_often_than_their_budget_and_download_in_places_of_their_own() {
+    let scene = Scene::of(&[]).await;
+    let link = scene.link(json!({})).await;
+    let _taken: Vec<_> = (0..4)
+        .map(|_| std::sync::Arc::clone(&scene.shore.state.shore.history.exports).try_acquire_owned().unwrap())
+        .collect();
+    let file = format!("{}/detections.csv", link.path);
+    assert_eq!(
+        scene.stranger(&file).await.status,
+        StatusCode::OK,
+        "exports of people take no place of links"
+    );
+    let open =
+        scene.shore.state.shore.datasets.open(link.path.trim_start_matches("/s/"), [198, 51, 100, 7].into());
+    let held = scene.shore.state.shore.datasets.place(&open.await.unwrap().unwrap()).unwrap();
+    let busy = scene.stranger(&file).await;
+    assert!(busy.status == StatusCode::SERVICE_UNAVAILABLE && busy.headers.contains_key(header::RETRY_AFTER));
+    drop(held);
+    let unknown = format!("/s/{}", "0".repeat(64));
+    for _ in 0..300 {
+        scene.stranger(&format!("{unknown}/datacite.json")).await;
+    }
+    for path in [&*unknown, &*link.path, &*file] {
+        let answer = scene.stranger(path).await;
+        assert_eq!(answer.status, StatusCode::TOO_MANY_REQUESTS, "{path}");
+        assert!(answer.headers.contains_key(header::RETRY_AFTER), "{path}");
+    }
+    scene.hand.advance(Duration::from_mins(2));
+    assert_eq!(scene.stranger(&file).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_check_is_computed_once_for_all_who_ask_and_its_answer_waits_for_no_place() {
+    let scene = Scene::of(&[]).await;
+    let datasets = &scene.shore.state.shore.datasets;
+    let mut opened = Vec::new();
+    for tag in ["S256-101", "S256-102", "S256-102"] {
+        let link = scene.link(json!({"tags": [tag]})).await;
+        let secret = link.path.trim_start_matches("/s/").to_owned();
+        opened.push(datasets.open(&secret, [198, 51, 100, 7].into()).await.unwrap().unwrap());
+    }
+    let (one, other) = tokio::join!(datasets.shared_check(&opened[0]), datasets.shared_check(&opened[0]));
+    let (one, other) = (one.unwrap(), other.unwrap());
+    assert!(one == other && one.is_same, "{one:?}");
+    let _held = (datasets.place(&opened[1]).unwrap(), datasets.place(&opened[2]).unwrap());
+    assert!(datasets.place(&opened[0]).is_err(), "all places are taken");
+    assert_eq!(datasets.shared_check(&opened[0]).await.unwrap(), one, "what is known needs none");
 }
 
 #[tokio::test]

@@ -10,7 +10,7 @@ use askama::Template;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Redirect, Response};
-use research::{Access, Described};
+use research::Access;
 use serde::Deserialize;
 use shore::datasets::{OpenShare, ShareClosed};
 use std::time::Duration;
@@ -62,22 +62,18 @@ struct SharePage {
     licence: String,
     licence_page: &'static str,
     ends: String,
-    /// Whether search engines may have it: it has no password and no embargo.
-    is_public: bool,
-    /// JSON-LD where it is public.
-    json_ld: String,
     /// About how large a cell is; empty where places are given as they are.
     cell: String,
     /// Whether the link gives a part of the dataset.
     is_part: bool,
+    /// Whether the archive had changed before the link was made.
+    had_changed: bool,
     /// Absent while an embargo stands.
     data: Option<Data>,
 }
 
 /// What the page says of the data.
 struct Data {
-    /// Where files are, without their names.
-    base: String,
     rows: u64,
     sha256: String,
     bytes: String,
@@ -85,6 +81,10 @@ struct Data {
     place: String,
     formats: [(&'static str, &'static str); 10],
     check: Option<DatasetCheck>,
+    /// Whether a check runs that took longer than the page waits.
+    is_being_checked: bool,
+    /// Whether what the link gives is compared with its making: the version has other bytes.
+    is_own: bool,
     python: String,
     r: String,
 }
@@ -98,7 +98,7 @@ pub(super) async fn page(
     InPath(token): InPath<String>,
 ) -> Result<Response, PageError> {
     let datasets = &state.shore.datasets;
-    let open = match datasets.open(&token).await? {
+    let open = match datasets.open(&token, remote.address).await? {
         Ok(open) => open,
         Err(closed) => return Ok(closed_page(frame, &closed)),
     };
@@ -108,7 +108,7 @@ pub(super) async fn page(
     }
     datasets.note(&open, ShareVisitKind::View, remote.address, "").await?;
     let base = format!("{}/s/{token}", remote.origin(&headers));
-    let data = if open.embargo_us.is_some() { None } else { Some(data(&state, &frame, &open, base).await) };
+    let data = if open.embargo_us.is_some() { None } else { Some(data(&state, &frame, &open, &base).await) };
     Ok(html(&share_page(frame, &open, data)))
 }
 
@@ -127,7 +127,7 @@ pub(super) async fn unlock(
     Sent(given): Sent<Given>,
 ) -> Result<Response, PageError> {
     let datasets = &state.shore.datasets;
-    let open = match datasets.open(&token).await? {
+    let open = match datasets.open(&token, remote.address).await? {
         Ok(open) => open,
         Err(closed) => return Ok(closed_page(frame, &closed)),
     };
@@ -176,9 +176,23 @@ fn closed_page(frame: Frame, closed: &ShareClosed) -> Response {
             frame.t("The dataset was withdrawn"),
             frame.t("Its data are given to nobody any more. The reason: {reason}").with("reason", reason),
         ),
+        ShareClosed::WithdrawnUntold => (
+            StatusCode::GONE,
+            frame.t("The dataset was withdrawn"),
+            frame.t("Its data are given to nobody any more. Those who sent you this link know why."),
+        ),
+        ShareClosed::Wait(wait) => (
+            StatusCode::TOO_MANY_REQUESTS,
+            frame.t("Wait a moment"),
+            frame.t("Too many attempts. Try again in {n} s.").with("n", wait.as_secs() + 1),
+        ),
     };
     let page = ClosedPage { title: title.to_string(), text: text.to_string(), frame };
-    with_status(html(&page), status)
+    let mut response = with_status(html(&page), status);
+    if let ShareClosed::Wait(wait) = closed {
+        response.headers_mut().insert(header::RETRY_AFTER, (wait.as_secs() + 1).into());
+    }
+    response
 }
 
 fn password_page(frame: Frame, problem: String, status: StatusCode) -> Response {
@@ -192,35 +206,27 @@ fn with_status(mut response: Response, status: StatusCode) -> Response {
 
 fn share_page(frame: Frame, open: &OpenShare, data: Option<Data>) -> SharePage {
     let OpenShare { share, version, .. } = open;
-    let is_public = !share.has_password && version.embargo_until.is_empty();
-    let described = data.as_ref().filter(|_| is_public).map(|data| {
-        let file = format!("{}/detections.csv", data.base);
-        let content = &share.content;
-        let of = Described { version, content, share: Some(share), page: &data.base, file: &file };
-        in_script(&research::json_ld(&of).to_string())
-    });
     let is_part =
         share.from_us.is_some() || share.to_us.is_some() || !share.tags.is_empty() || !share.area.is_empty();
     SharePage {
         licence: research::licence_name(&version.licence).to_owned(),
         licence_page: research::licence_page(&version.licence).unwrap_or_default(),
         ends: minute(share.expires_us),
-        is_public,
-        json_ld: described.unwrap_or_default(),
         cell: share.precision_m.map(|size_m| size_m.to_string()).unwrap_or_default(),
         is_part,
+        had_changed: share.had_changed,
         version: version.clone(),
         data,
         frame,
     }
 }
 
-async fn data(state: &AppState, frame: &Frame, open: &OpenShare, base: String) -> Data {
+async fn data(state: &AppState, frame: &Frame, open: &OpenShare, base: &str) -> Data {
     let OpenShare { share, version, .. } = open;
     let content = &share.content;
     let access = if share.has_password { Access::Password } else { Access::Address };
     let file = format!("{base}/detections.csv");
-    // Where that takes too long or fails, the page says nothing of it.
+    // Where that fails, the page says nothing of it; where it takes longer, it goes on without the page.
     let check = tokio::time::timeout(PATIENCE, state.shore.datasets.shared_check(open)).await;
     Data {
         rows: content.rows,
@@ -229,16 +235,12 @@ async fn data(state: &AppState, frame: &Frame, open: &OpenShare, base: String) -
         time: time(frame, content),
         place: place(frame, content),
         formats: FORMATS,
+        is_being_checked: check.is_err(),
         check: check.ok().and_then(Result::ok),
+        is_own: content.sha256 != version.content.sha256,
         python: research::python(version, content, &file, access),
         r: research::r(version, content, &file, access),
-        base,
     }
-}
-
-/// JSON as it may stand in a page: nothing in it ends the script.
-fn in_script(json: &str) -> String {
-    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
 fn minute(us: i64) -> String {
@@ -296,11 +298,6 @@ mod tests {
         let names: Vec<&str> =
             of_detections.map(|format| format.name).filter(|name| *name != "lutra").collect();
         assert_eq!(names, FORMATS.map(|(name, _)| name));
-    }
-
-    #[test]
-    fn nothing_ends_the_script_that_holds_json() {
-        assert_eq!(in_script(r#"{"a":"</script><!-- &"}"#), r#"{"a":"\u003c/script\u003e\u003c!-- \u0026"}"#);
     }
 
     #[test]

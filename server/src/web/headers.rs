@@ -33,10 +33,16 @@ const ALWAYS: [(HeaderName, &str); 8] = [
 pub(crate) async fn add(request: Request, next: Next) -> Response {
     let encrypted = request.extensions().get::<Peer>().is_some_and(|peer| peer.encrypted);
     let by_name = is_by_name(request.headers());
+    let is_link = request.uri().path().starts_with("/s/");
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
     for (name, value) in ALWAYS {
         headers.insert(name, HeaderValue::from_static(value));
+    }
+    if is_link {
+        // Whoever knows the address of a link has what it gives: it belongs into no search engine, whatever it answers.
+        headers
+            .insert(HeaderName::from_static("x-robots-tag"), HeaderValue::from_static("noindex, nofollow"));
     }
     headers.entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     if encrypted && by_name {

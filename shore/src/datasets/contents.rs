@@ -11,6 +11,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use store::{DetectionsWanted, Exported, Reader, Selection, StoreError, TimeRange};
+use tokio::sync::OwnedSemaphorePermit;
 use tokio_util::sync::CancellationToken;
 
 /// All that a file of a published version is made of, but the archive.
@@ -48,6 +49,8 @@ impl Frozen {
         file.narrowed = Narrowed::new(Some(&query.projects.join(";")), Some(&query.area), &study)
             .map_err(|text| Error::refused(format!("The archive has changed since: {text}")))?;
         file.without.clone_from(&query.without);
+        // What is heard after publication, or lies outside a link's part, would change rows as a neighbour.
+        file.is_closed = true;
         let mut range =
             TimeRange { from_us: query.from_us.unwrap_or(0), to_us: query.to_us.unwrap_or(i64::MAX) };
         if let Some(share) = share {
@@ -108,14 +111,13 @@ impl Frozen {
         Ok((self.version(data)?, self.register))
     }
 
-    /// What the file has. It takes the place of an export while it is computed, and ends when nobody waits for it.
-    pub(super) async fn content(self: Arc<Self>, history: &History) -> Result<DatasetContent> {
-        let Ok(place) = Arc::clone(&history.exports).try_acquire_owned() else {
-            let text = "As many exports as may are running; try again in a moment.";
-            return Err(Error::new(ErrorKind::Busy, text));
-        };
-        let given_up = CancellationToken::new();
-        let _here = given_up.clone().drop_guard();
+    /// What the file has. It holds a place while it is computed.
+    pub(super) async fn content(
+        self: Arc<Self>,
+        history: &History,
+        place: OwnedSemaphorePermit,
+        given_up: CancellationToken,
+    ) -> Result<DatasetContent> {
         let data = history.data().to_owned();
         let computed = crate::error::slow(move || {
             let _place = place;
@@ -124,6 +126,17 @@ impl Frozen {
         });
         Ok(computed.await??)
     }
+}
+
+/// What a file has. It takes the place of an export while it is computed, and ends when nobody waits for it.
+pub(super) async fn content_of(history: &History, frozen: Frozen) -> Result<DatasetContent> {
+    let Ok(place) = Arc::clone(&history.exports).try_acquire_owned() else {
+        let text = "As many exports as may are running; try again in a moment.";
+        return Err(Error::new(ErrorKind::Busy, text));
+    };
+    let given_up = CancellationToken::new();
+    let _here = given_up.clone().drop_guard();
+    Arc::new(frozen).content(history, place, given_up).await
 }
 
 /// The vessels that the archive has, of which detections may be.

@@ -6,9 +6,9 @@ use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Links of one dataset.
+/// Links of one dataset that still open.
 const SHARES: i64 = 200;
-/// Uses of one link that are kept, the newest.
+/// Uses of one link that are kept of each kind, the newest: many views forget no download.
 const VISITS: i64 = 10_000;
 /// Uses that are listed.
 const LISTED: i64 = 500;
@@ -27,10 +27,13 @@ impl Request for Add {
     type Answer = i64;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
-        let sql = "SELECT count(*) FROM dataset_share WHERE dataset = ?1";
-        let count: i64 = sqlx::query_scalar(sql).bind(self.dataset).fetch_one(&mut *db).await?;
+        let sql = "SELECT count(*) FROM dataset_share WHERE dataset = ?1 AND revoked_us IS NULL AND expires_us > ?2";
+        let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
+        let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::Refused(format!("The dataset has {SHARES} links: no more can be kept.")));
+            return Err(Fault::Refused(format!(
+                "{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more."
+            )));
         }
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);
@@ -128,9 +131,9 @@ impl Request for Visit {
             "INSERT INTO dataset_visit (share, time_us, address, what, file) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(share).bind(time_us).bind(address).bind(word(what)).bind(file);
         query.execute(&mut *db).await?;
-        let sql = "DELETE FROM dataset_visit WHERE share = ?1 AND id <=
-                   (SELECT id FROM dataset_visit WHERE share = ?1 ORDER BY id DESC LIMIT 1 OFFSET ?2)";
-        sqlx::query(sql).bind(share).bind(VISITS).execute(&mut *db).await?;
+        let sql = "DELETE FROM dataset_visit WHERE share = ?1 AND what = ?3 AND id <=
+                   (SELECT id FROM dataset_visit WHERE share = ?1 AND what = ?3 ORDER BY id DESC LIMIT 1 OFFSET ?2)";
+        sqlx::query(sql).bind(share).bind(VISITS).bind(word(what)).execute(&mut *db).await?;
         let (view, download) = (what == ShareVisitKind::View, what == ShareVisitKind::Download);
         let sql = "UPDATE dataset_share SET views = views + ?2, downloads = downloads + ?3,
                    used_us = CASE WHEN ?2 OR ?3 THEN ?4 ELSE used_us END WHERE id = ?1";

@@ -3,42 +3,24 @@
 //! A dataset is of vessels. Who has the role researcher on all of them changes, publishes, shares and downloads it; who may see all of
 //! them reads what is published of it.
 
-use super::contents::{CANONICAL, Frozen, recorded};
-use super::links;
+use super::checks::Checks;
+use super::contents::{CANONICAL, Frozen, content_of, recorded};
+use super::places::LinkPlaces;
 use super::rows::{Create, Listed, Publish, Row, SetDraft, Withdraw};
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;
-use crate::identity::{People, Principal, Request, Secret, password};
+use crate::identity::{People, Principal, Request};
 use crate::logbook::{NEWER, check_text};
 use crate::register::Register;
 use api::{
-    Dataset, DatasetAuthor, DatasetChange, DatasetCheck, DatasetContent, DatasetDraft, DatasetShare,
-    DatasetShareMade, DatasetShareRequest, DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal,
-    DatasetWithdrawn, LogWord, Role, ShareVisit,
+    Dataset, DatasetAuthor, DatasetChange, DatasetContent, DatasetDraft, DatasetQuery, DatasetShare,
+    DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, LogWord, Role,
 };
-use research::{Limits, Study, check_draft, citation, lacking};
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use research::{Study, check_draft, citation, lacking};
 
-/// Answers of checks that are kept.
-const CHECKS: usize = 1_000;
-/// So long the answer of a check is given again although the archive grew (µs): a boat that sails changes it every second.
-const CHECK_HOLDS_US: i64 = 600_000_000;
-/// Letters of a reason, and of what says for whom a link is.
+/// Letters of a reason.
 const REASON: usize = 2_000;
-const LABEL: usize = 100;
-/// Characters that a link's password has at least: it is given to somebody, not thought of by them.
-const PASSWORD: usize = 8;
-/// Days that a link opens at most.
-const DAYS: u32 = 730;
-const DAY_US: i64 = 86_400_000_000;
-
-/// A file that is checked: dataset, version, and the link by which it is given (0 for none).
-type Checked = (i64, u32, i64);
-
-/// The answer of a check, and of which state of archive and register it is.
-type Kept = ((u64, i64), DatasetCheck);
 
 /// The datasets; cheap to clone.
 #[derive(Clone)]
@@ -47,14 +29,13 @@ pub struct Datasets {
     pub(super) clock: Clock,
     pub(super) history: History,
     register: Register,
-    checks: Arc<Mutex<BTreeMap<Checked, Kept>>>,
-    /// One file is computed for checks at a time, so that strangers with a link leave places for exports.
-    checking: Arc<tokio::sync::Mutex<()>>,
+    pub(super) checks: Checks,
+    pub(super) places: LinkPlaces,
 }
 
 impl Datasets {
     pub(crate) fn new(people: People, clock: Clock, history: History, register: Register) -> Self {
-        Self { people, clock, history, register, checks: Arc::default(), checking: Arc::default() }
+        Self { people, clock, history, register, checks: Checks::default(), places: LinkPlaces::default() }
     }
 
     /// Those that the person may see, those that were made last first.
@@ -80,10 +61,12 @@ impl Datasets {
     /// A published version of one.
     ///
     /// # Errors
-    /// There is none, or not for this person.
+    /// There is none, or not for this person; or it was withdrawn: then title, citation and reason are all that is left of it.
     pub async fn version(&self, who: &Principal, id: i64, number: u32) -> Result<DatasetVersion> {
         let dataset = self.one(who, id).await?;
-        find_version(&dataset.versions, number).cloned()
+        let version = find_version(&dataset.versions, number)?;
+        is_not_withdrawn(&dataset, Some(version))?;
+        Ok(version.clone())
     }
 
     /// Makes a dataset.
@@ -166,7 +149,7 @@ impl Datasets {
         let number = dataset.versions.first().map_or(0, |version| version.number) + 1;
         let mut version = self.frozen_version(who, draft, number, &study).await?;
         let frozen = Frozen::new(&version, None, Some(CANONICAL), (register, study))?;
-        version.content = Arc::new(frozen).content(&self.history).await?;
+        version.content = content_of(&self.history, frozen).await?;
         if version.content.rows == 0 {
             let text = "It has no detections. Choose a longer time, more vessels, or all tags.";
             return Err(Error::refused(text));
@@ -255,7 +238,7 @@ impl Datasets {
         let dataset = self.one(who, id).await?;
         let version = find_version(&dataset.versions, number)?;
         may(who, &version.query.vessels)?;
-        is_not_withdrawn(&dataset)?;
+        is_not_withdrawn(&dataset, Some(version))?;
         self.frozen(version, None, format).await
     }
 
@@ -268,190 +251,7 @@ impl Datasets {
         Frozen::new(version, share, Some(format.unwrap_or(CANONICAL)), self.register.study().await?)
     }
 
-    /// Whether the archive still gives the bytes of a published version.
-    ///
-    /// # Errors
-    /// There is no such version, or not for this person; too much else is computed; or the archive cannot be read.
-    pub async fn check(&self, who: &Principal, id: i64, number: u32) -> Result<DatasetCheck> {
-        let frozen = self.file(who, id, number, None).await?;
-        let version = self.version(who, id, number).await?;
-        self.checked((id, number, 0), frozen, &version.content).await
-    }
-
-    /// Whether a file still has what was said of it; it is computed where that is not known.
-    pub(super) async fn checked(
-        &self,
-        of: Checked,
-        frozen: Frozen,
-        said: &DatasetContent,
-    ) -> Result<DatasetCheck> {
-        let _one = self.checking.lock().await;
-        let frozen = Arc::new(frozen);
-        let (data, asked) = (self.history.data().to_owned(), Arc::clone(&frozen));
-        let state = crate::error::slow(move || asked.state(&data)).await??;
-        let now_us = self.clock.utc().micros();
-        if let Some((known, check)) = self.checks().get(&of)
-            && (*known == state || now_us.saturating_sub(check.checked_us) < CHECK_HOLDS_US)
-        {
-            return Ok(check.clone());
-        }
-        let now = frozen.content(&self.history).await?;
-        let is_same = now.sha256 == said.sha256;
-        let (rows, rows_now) = (said.rows, now.rows);
-        let text = match (is_same, rows == rows_now) {
-            (true, _) => "The archive still gives exactly these bytes.".to_owned(),
-            (false, false) => format!("The archive has changed since: {rows} rows then, {rows_now} now."),
-            (false, true) => format!(
-                "The archive or the register has changed since: {rows} rows then and now, but other bytes."
-            ),
-        };
-        let check =
-            DatasetCheck { checked_us: now_us, is_same, rows, rows_now, sha256_now: now.sha256, text };
-        let mut checks = self.checks();
-        if checks.len() >= CHECKS {
-            checks.clear();
-        }
-        checks.insert(of, (state, check.clone()));
-        drop(checks);
-        Ok(check)
-    }
-
-    fn checks(&self) -> std::sync::MutexGuard<'_, BTreeMap<Checked, Kept>> {
-        // What a panic left is as good as before: every change of it is one insert.
-        self.checks.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Links of a dataset, the newest first.
-    ///
-    /// # Errors
-    /// The person may not see them.
-    pub async fn shares(&self, who: &Principal, id: i64) -> Result<Vec<DatasetShare>> {
-        self.changeable(who, id).await?;
-        Ok(self.people.ask(links::Of(id)).await?)
-    }
-
-    /// How a link of a dataset was used, the newest first.
-    ///
-    /// # Errors
-    /// The person may not see it.
-    pub async fn visits(&self, who: &Principal, id: i64, share: i64) -> Result<Vec<ShareVisit>> {
-        self.changeable(who, id).await?;
-        Ok(self.people.ask(links::Visits { dataset: id, share }).await?)
-    }
-
-    /// Makes a link.
-    ///
-    /// # Errors
-    /// The person may not, the field that is named cannot be, or it would give nothing.
-    pub async fn share(
-        &self,
-        who: &Principal,
-        from: String,
-        id: i64,
-        asked: DatasetShareRequest,
-    ) -> Result<DatasetShareMade> {
-        let dataset = self.changeable(who, id).await?;
-        is_not_withdrawn(&dataset)?;
-        let newest = dataset.versions.first().map(|version| version.number);
-        let number = asked.version.or(newest);
-        let number = number.ok_or_else(|| Error::refused("It has no version yet: publish it first."))?;
-        let version = find_version(&dataset.versions, number)?;
-        let mut share = self.checked_share(who, &asked, number)?;
-        share.content = self.content_of(version, &share).await?;
-        if share.content.rows == 0 {
-            return Err(Error::refused("The link would give no detections: leave out less."));
-        }
-        let kept =
-            if asked.password.is_empty() { None } else { Some(self.people.hash(asked.password).await?) };
-        let secret = Secret::random();
-        let subject = format!("{id} {}, version {number}, for {}", version.title, share.label);
-        let add = links::Add { dataset: id, hash: secret.hash(), password: kept, share };
-        let number = self.act(who, from, "dataset.share", subject, add).await?;
-        let share = self.people.ask(links::Of(id)).await?.into_iter().find(|share| share.id == number);
-        let share = share.ok_or_else(|| Error::new(ErrorKind::NotFound, "The link is gone."))?;
-        Ok(DatasetShareMade { share, path: format!("/s/{}", secret.text()) })
-    }
-
-    /// A link as it is asked for, if it can be.
-    fn checked_share(
-        &self,
-        who: &Principal,
-        asked: &DatasetShareRequest,
-        version: u32,
-    ) -> Result<DatasetShare> {
-        let label = check_text("label", &asked.label, 1..=LABEL)?;
-        if !(1..=DAYS).contains(&asked.days) {
-            return Err(malformed(format!("days: a link opens 1 to {DAYS} days")));
-        }
-        if !asked.password.is_empty() {
-            password::check_new("lutra", &asked.password, PASSWORD)
-                .map_err(|text| malformed(format!("password: {text}")))?;
-        }
-        for (field, time) in [("from_us", asked.from_us), ("to_us", asked.to_us)] {
-            if time.is_some_and(|time| !(0..=9_007_199_254_740_991).contains(&time)) {
-                return Err(malformed(format!(
-                    "{field}: is no time from 1970 to 2255; give µs since 1970 UTC"
-                )));
-            }
-        }
-        if asked.from_us.zip(asked.to_us).is_some_and(|(from, to)| to <= from) {
-            return Err(malformed("to_us: the end is not after the beginning"));
-        }
-        let tags: Vec<String> =
-            asked.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
-        if tags.len() > 200 {
-            return Err(malformed(format!("tags: there are {}, 200 may be", tags.len())));
-        }
-        Limits::new(&tags, &asked.area, asked.precision_m, false).map_err(malformed)?;
-        let now_us = self.clock.utc().micros();
-        Ok(DatasetShare {
-            id: 0,
-            version,
-            label,
-            has_password: !asked.password.is_empty(),
-            expires_us: now_us + i64::from(asked.days) * DAY_US,
-            from_us: asked.from_us,
-            to_us: asked.to_us,
-            tags,
-            area: asked.area.trim().to_owned(),
-            precision_m: asked.precision_m,
-            content: DatasetContent::default(),
-            made: LogWord { by: who.name.clone(), time_us: now_us },
-            revoked: None,
-            views: 0,
-            downloads: 0,
-            used_us: None,
-        })
-    }
-
-    /// What a link gives: the version itself where it leaves nothing out.
-    async fn content_of(&self, version: &DatasetVersion, share: &DatasetShare) -> Result<DatasetContent> {
-        let is_whole = share.from_us.is_none()
-            && share.to_us.is_none()
-            && share.tags.is_empty()
-            && share.area.is_empty()
-            && share.precision_m.is_none();
-        if is_whole {
-            return Ok(version.content.clone());
-        }
-        let frozen = self.frozen(version, Some(share), None).await?;
-        Arc::new(frozen).content(&self.history).await
-    }
-
-    /// Revokes a link.
-    ///
-    /// # Errors
-    /// The person may not, or it is revoked already.
-    pub async fn revoke(&self, who: &Principal, from: String, id: i64, share: i64) -> Result<()> {
-        self.changeable(who, id).await?;
-        let known = self.people.ask(links::Of(id)).await?.into_iter().find(|one| one.id == share);
-        let known = known.ok_or_else(|| Error::new(ErrorKind::NotFound, "There is no such link."))?;
-        let subject = format!("{id}, link {share} for {}", known.label);
-        let revoke = links::Revoke { dataset: id, share, by: who.name.clone(), now: self.clock.utc() };
-        self.act(who, from, "dataset.share.revoke", subject, revoke).await
-    }
-
-    async fn act<R: Request>(
+    pub(super) async fn act<R: Request>(
         &self,
         who: &Principal,
         from: String,
@@ -463,7 +263,7 @@ impl Datasets {
     }
 
     /// A dataset that the person may change.
-    async fn changeable(&self, who: &Principal, id: i64) -> Result<Dataset> {
+    pub(super) async fn changeable(&self, who: &Principal, id: i64) -> Result<Dataset> {
         let dataset = self.one(who, id).await?;
         if dataset.may_change {
             return Ok(dataset);
@@ -475,7 +275,7 @@ impl Datasets {
     /// A dataset of this revision that the person may change, and that is not withdrawn.
     async fn mine(&self, who: &Principal, id: i64, revision: u32) -> Result<Dataset> {
         let dataset = self.changeable(who, id).await?;
-        is_not_withdrawn(&dataset)?;
+        is_not_withdrawn(&dataset, None)?;
         if dataset.revision != revision {
             return Err(Error::new(ErrorKind::Newer, NEWER));
         }
@@ -492,9 +292,13 @@ pub(super) fn find_version(versions: &[DatasetVersion], number: u32) -> Result<&
     })
 }
 
-fn is_not_withdrawn(dataset: &Dataset) -> Result<()> {
+pub(super) fn is_not_withdrawn(dataset: &Dataset, version: Option<&DatasetVersion>) -> Result<()> {
     let Some(withdrawn) = &dataset.withdrawn else { return Ok(()) };
-    Err(Error::new(ErrorKind::Gone, format!("The dataset was withdrawn: {}", withdrawn.reason)))
+    let mut text = format!("The dataset was withdrawn: {}", withdrawn.reason);
+    if let Some(DatasetVersion { title, citation, .. }) = version {
+        text = format!("{text}\nTitle: {title}\nCitation: {citation}");
+    }
+    Err(Error::new(ErrorKind::Gone, text))
 }
 
 /// What is to be kept, if it can be.
@@ -552,7 +356,14 @@ fn told(who: &Principal, row: Row) -> Option<Dataset> {
         .all(|query| has(who, &query.vessels, Role::Researcher));
     let draft = draft.filter(|_| may_change);
     let sees = |version: &DatasetVersion| has(who, &version.query.vessels, Role::Viewer);
-    let versions: Vec<DatasetVersion> = versions.into_iter().filter(sees).collect();
+    let mut versions: Vec<DatasetVersion> = versions.into_iter().filter(sees).collect();
+    if withdrawn.is_some() && !may_change {
+        // Title, citation and reason stay; the figures and the question belong to the data.
+        for version in &mut versions {
+            (version.content, version.query) = (DatasetContent::default(), DatasetQuery::default());
+            (version.vessels, version.description) = (Vec::new(), String::new());
+        }
+    }
     if draft.is_none() && versions.is_empty() {
         return None;
     }

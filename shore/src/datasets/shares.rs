@@ -11,6 +11,7 @@ use crate::identity::{Refused, Secret, same};
 use api::{DatasetCheck, DatasetShare, DatasetVersion, ShareVisit, ShareVisitKind};
 use research::embargo_us;
 use std::net::IpAddr;
+use std::time::Duration;
 
 /// How long a right password opens a link in a browser (µs).
 const OPEN_US: i64 = 43_200_000_000;
@@ -30,6 +31,12 @@ pub enum ShareClosed {
     /// The dataset was withdrawn, and why.
     #[error("The dataset was withdrawn: {0}")]
     Withdrawn(String),
+    /// The dataset of a link with a password was withdrawn: the reason is only for those who have the password.
+    #[error("The dataset was withdrawn. Ask those who sent you this link.")]
+    WithdrawnUntold,
+    /// Links were opened too often from this address.
+    #[error("Links are opened too often from your network. Try again in {} s.", .0.as_secs() + 1)]
+    Wait(Duration),
 }
 
 /// A link that holds.
@@ -58,7 +65,14 @@ impl Datasets {
     ///
     /// # Errors
     /// app.db cannot be read, or, within, why the link gives nothing.
-    pub async fn open(&self, secret: &str) -> Result<std::result::Result<OpenShare, ShareClosed>> {
+    pub async fn open(
+        &self,
+        secret: &str,
+        address: IpAddr,
+    ) -> Result<std::result::Result<OpenShare, ShareClosed>> {
+        if let Err(wait) = self.people.may_open_link(address) {
+            return Ok(Err(ShareClosed::Wait(wait)));
+        }
         let Some(secret) = Secret::parse(secret) else { return Ok(Err(ShareClosed::Unknown)) };
         let Some(Led { share, password, dataset }) = self.people.ask(By(secret.hash())).await? else {
             return Ok(Err(ShareClosed::Unknown));
@@ -71,7 +85,12 @@ impl Datasets {
             return Ok(Err(ShareClosed::Expired));
         }
         if let Some((_, _, reason)) = dataset.withdrawn {
-            return Ok(Err(ShareClosed::Withdrawn(reason)));
+            let closed = if password.is_none() {
+                ShareClosed::Withdrawn(reason)
+            } else {
+                ShareClosed::WithdrawnUntold
+            };
+            return Ok(Err(closed));
         }
         let version = find_version(&dataset.versions, share.version)?.clone();
         let embargo_us = embargo_us(&version.embargo_until).filter(|end_us| now_us < *end_us);

@@ -51,6 +51,7 @@ fn share() -> DatasetShare {
         area: String::new(),
         precision_m: Some(100),
         content: DatasetContent::default(),
+        had_changed: false,
         made: LogWord { by: "kari".to_owned(), time_us: 5 },
         revoked: None,
         views: 0,
@@ -131,6 +132,11 @@ async fn of_the_uses_of_a_link_the_newest_are_kept() {
     let sql = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 10000)
                INSERT INTO dataset_visit (share, time_us, address, what, file) SELECT ?1, i, '::1', 'view', '' FROM n";
     sqlx::query(sql).bind(number).execute(&mut db).await.unwrap();
+    sqlx::query("INSERT INTO dataset_visit (share, time_us, address, what, file) VALUES (?1, 0, '::1', 'download', 'x')")
+        .bind(number)
+        .execute(&mut db)
+        .await
+        .unwrap();
     let visit = ShareVisit {
         time_us: 20_000,
         address: "::1".to_owned(),
@@ -138,7 +144,46 @@ async fn of_the_uses_of_a_link_the_newest_are_kept() {
         file: String::new(),
     };
     done(&mut db, Visit { share: number, visit }).await;
-    let (count, first): (i64, i64) =
-        sqlx::query_as("SELECT count(*), min(time_us) FROM dataset_visit").fetch_one(&mut db).await.unwrap();
+    let of = "SELECT count(*), min(time_us) FROM dataset_visit WHERE what = 'view'";
+    let (count, first): (i64, i64) = sqlx::query_as(of).fetch_one(&mut db).await.unwrap();
     assert_eq!((count, first), (10_000, 2));
+    let of = "SELECT count(*) FROM dataset_visit WHERE what = 'download'";
+    let downloads: i64 = sqlx::query_scalar(of).fetch_one(&mut db).await.unwrap();
+    assert_eq!(downloads, 1, "views forget no download");
+}
+
+#[tokio::test]
+async fn a_published_version_cannot_be_changed_in_the_database() {
+    let mut db = migrated().await;
+    let id = published(&mut db).await;
+    for sql in ["UPDATE dataset_version SET body = '{}'", "DELETE FROM dataset_version"] {
+        let error = sqlx::query(sql).execute(&mut db).await.unwrap_err();
+        assert!(error.to_string().contains("a published version of a dataset"), "{error}");
+    }
+    assert_eq!(done(&mut db, Listed(Some(id))).await.remove(0).versions, [version(1)]);
+}
+
+#[tokio::test]
+async fn links_that_are_revoked_or_have_ended_make_room_for_others() {
+    let mut db = migrated().await;
+    let db = &mut db;
+    let id = published(db).await;
+    let add = |time_us, expires_us| {
+        let made = LogWord { by: "kari".to_owned(), time_us };
+        Add {
+            dataset: id,
+            hash: Secret::random().hash(),
+            password: None,
+            share: DatasetShare { made, expires_us, ..share() },
+        }
+    };
+    let first = done(db, add(5, 9)).await;
+    for _ in 1..200 {
+        done(db, add(5, 9)).await;
+    }
+    assert!(matches!(within_transaction(db, add(5, 9)).await, Err(Fault::Refused(_))));
+    done(db, Revoke { dataset: id, share: first, by: "kari".to_owned(), now: NOW }).await;
+    done(db, add(5, 9)).await;
+    assert!(within_transaction(db, add(5, 9)).await.is_err());
+    done(db, add(9, 20)).await;
 }

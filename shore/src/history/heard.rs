@@ -7,7 +7,10 @@
 use crate::decode;
 use api::{DatasetContent, DatasetCovered, FlagCode};
 use detections::{Detection, TagFilter};
-use research::{Format, HORIZON_S, Heard, LUTRA, Lag, Lags, Limits, Narrowed, Study, Writer, format};
+use research::{
+    CANONICAL_FORMAT, Format, HORIZON_S, Heard, LUTRA, Lag, Lags, Limits, Narrowed, SOFTWARE, Study, Writer,
+    format,
+};
 use sha2::{Digest as _, Sha256};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,6 +37,8 @@ pub struct HeardFile {
     pub without: Vec<FlagCode>,
     /// What others are given of it.
     pub limits: Limits,
+    /// Whether a neighbour is only a detection that may itself stand in the file: what lies outside changes nothing then.
+    pub is_closed: bool,
 }
 
 impl HeardFile {
@@ -67,13 +72,14 @@ impl HeardFile {
             narrowed: Narrowed::default(),
             without: Vec::new(),
             limits: Limits::default(),
+            is_closed: false,
         })
     }
 
     /// The time of which detections are read for rows of a time: the neighbours of the first and the last one too, where the
     /// format tells how far those are.
     pub fn read_range(&self, range: TimeRange) -> TimeRange {
-        let beside_us = if self.needs_lag() { HORIZON_S * 1_000_000 } else { 0 };
+        let beside_us = if self.needs_lag() && !self.is_closed { HORIZON_S * 1_000_000 } else { 0 };
         TimeRange {
             from_us: range.from_us.saturating_sub(beside_us),
             to_us: range.to_us.saturating_add(beside_us),
@@ -156,7 +162,8 @@ pub fn content(
     let mut hashed = Hashed { hash: Sha256::new(), given_up: given_up.clone() };
     let (done, covered) = write_told(data, wanted, names, study, file, &mut hashed)?;
     let sha256 = hex::encode(hashed.hash.finalize());
-    Ok(DatasetContent { rows: done.rows, bytes: done.bytes, sha256, covered })
+    let (format, software) = (CANONICAL_FORMAT, SOFTWARE.to_owned());
+    Ok(DatasetContent { rows: done.rows, bytes: done.bytes, sha256, covered, format, software })
 }
 
 /// Takes bytes only to hash them.
@@ -372,6 +379,9 @@ impl<'r> Rows<'r> {
                 }
                 self.is_within_bounds()?;
                 let Some(lags) = &mut lags else { return self.row(&one, Lag::Unknown) };
+                if self.file.is_closed && self.given(&one, Lag::Unknown).is_none() {
+                    return Ok(());
+                }
                 lags.push(one);
                 while let Some((one, lag)) = lags.pop() {
                     self.row(&one, lag)?;
@@ -404,28 +414,33 @@ impl<'r> Rows<'r> {
         if self.read > bounds.detections || is_late { Err(StoreError::Cancelled) } else { Ok(()) }
     }
 
-    fn row(&mut self, one: &Detection, lag: Lag) -> store::Result<()> {
+    /// The detection as the file gives it; `None` where it does not. With an unknown lag no flag that comes of neighbours is asked.
+    fn given<'d>(&self, one: &'d Detection, lag: Lag) -> Option<Cow<'d, Detection>>
+    where
+        'r: 'd,
+    {
         let reported_us = one.origin.reported.micros();
         let is_asked = self.tags.is_empty() || self.tags.iter().any(|tag| tag.admits(one));
         if reported_us < self.range.from_us || reported_us >= self.range.to_us || !is_asked {
-            return Ok(());
+            return None;
         }
-        let vessel = one.origin.system.0;
-        let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
-        let heard = self.study.heard(one, called, lag);
+        let heard = self.study.heard(one, "", lag);
         let HeardFile { narrowed, without, limits, .. } = self.file;
         let is_without = |code: &FlagCode| !without.contains(code);
         if !narrowed.admits(&heard)
             || (!without.is_empty() && !heard.flags().iter().map(|flag| &flag.code).all(is_without))
         {
-            return Ok(());
+            return None;
         }
-        let Some(given) = limits.given(&heard) else { return Ok(()) };
-        let lag = if limits.hides_neighbours() { Lag::Unknown } else { lag };
-        let heard = match &given {
-            Cow::Borrowed(_) => Heard { lag, ..heard },
-            Cow::Owned(given) => self.study.heard(given, called, lag),
-        };
+        limits.given(&heard)
+    }
+
+    fn row(&mut self, one: &Detection, lag: Lag) -> store::Result<()> {
+        let Some(given) = self.given(one, lag) else { return Ok(()) };
+        let lag = if self.file.limits.hides_neighbours() { Lag::Unknown } else { lag };
+        let vessel = one.origin.system.0;
+        let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
+        let heard = self.study.heard(&given, called, lag);
         self.wanted += 1;
         if self.writer.row(&mut self.buffer, &heard) {
             self.done.rows += 1;

@@ -31,16 +31,18 @@ enum Key {
     Both(IpAddr, String),
     Account(String),
     Device([u8; 32]),
+    Link(IpAddr),
 }
 
 impl Key {
-    /// Failures at once, and the time after which one is forgiven.
+    /// Failures (of links: uses) at once, and the time after which one is forgiven.
     const fn allowance(&self) -> (u32, Duration) {
         match self {
             Self::Address(_) => (30, Duration::from_secs(20)),
             Self::Both(..) => (6, Duration::from_secs(30)),
             Self::Account(_) => (60, Duration::from_secs(10)),
             Self::Device(_) => (10, Duration::from_secs(10)),
+            Self::Link(_) => (300, Duration::from_secs(1)),
         }
     }
 }
@@ -58,7 +60,18 @@ impl Limiter {
     /// # Errors
     /// The time after which to try again.
     pub(crate) fn take(&mut self, guess: &Guess, now: MonoTime) -> Result<(), Duration> {
-        let keys = keys(guess);
+        self.take_all(keys(guess), now)
+    }
+
+    /// Takes one use of a link by an address.
+    ///
+    /// # Errors
+    /// The time after which to try again.
+    pub(crate) fn take_link(&mut self, address: IpAddr, now: MonoTime) -> Result<(), Duration> {
+        self.take_all(vec![Key::Link(network(address))], now)
+    }
+
+    fn take_all(&mut self, keys: Vec<Key>, now: MonoTime) -> Result<(), Duration> {
         let wait = keys.iter().filter_map(|key| self.wait(key, now)).max();
         if let Some(wait) = wait {
             return Err(wait);
@@ -141,6 +154,19 @@ mod tests {
 
     fn guess(address: &str, account: &str) -> Guess {
         Guess { address: address.parse().unwrap(), account: account.to_owned(), device: None }
+    }
+
+    #[test]
+    fn links_are_opened_300_times_at_once_from_a_network_and_then_once_a_second() {
+        let mut limiter = Limiter::default();
+        let (here, there) = ("192.0.2.1".parse().unwrap(), "192.0.2.2".parse().unwrap());
+        let taken = (0..400).filter(|_| limiter.take_link(here, at(1)).is_ok()).count();
+        assert_eq!(taken, 300);
+        assert!(limiter.take_link(here, at(1)).is_err() && limiter.take_link(here, at(2)).is_ok());
+        assert!(
+            limiter.take_link(there, at(2)).is_ok()
+                && limiter.take(&guess("192.0.2.1", "nils"), at(2)).is_ok()
+        );
     }
 
     #[test]

@@ -137,6 +137,14 @@ impl People {
         Ok(())
     }
 
+    /// Takes one use of links from the budget of a network address: each is written down, and nobody is known.
+    ///
+    /// # Errors
+    /// The time after which to try again.
+    pub(crate) fn may_open_link(&self, address: IpAddr) -> Result<(), Duration> {
+        self.limit(|limiter, now| limiter.take_link(address, now))
+    }
+
     /// Compares, when its turn comes.
     async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Refused> {
         match tokio::time::timeout(PATIENCE, self.hashing.is_right(password, kept)).await {

@@ -809,6 +809,11 @@ rows_now: number,
  */
 sha256_now: string, 
 /**
+ * What wrote the bytes that were published, where its canonical format is another one than now: other bytes say nothing of the
+ * archive then.
+ */
+written_by: string | null, 
+/**
  * In words.
  */
 text: string, };
@@ -829,7 +834,15 @@ sha256: string,
 /**
  * What they reach over.
  */
-covered: DatasetCovered, };
+covered: DatasetCovered, 
+/**
+ * The number of the canonical format: bytes of another number are not compared. 0 where it was not kept.
+ */
+format: number, 
+/**
+ * What wrote it, like `Lutra 0.1.0`.
+ */
+software: string, };
 
 export type DatasetCovered = { 
 /**
@@ -966,6 +979,10 @@ precision_m: number | null,
  * What it gives.
  */
 content: DatasetContent, 
+/**
+ * Whether the archive gave other bytes than were published when the link was made.
+ */
+had_changed: boolean, 
 /**
  * Who made it, and when.
  */

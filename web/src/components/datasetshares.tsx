@@ -97,6 +97,7 @@ function Made({ links, made }: { readonly links: Links; readonly made: DatasetSh
       <p>{t("The link for {name}. Copy it now: it is shown this once.", { name: made.share.label })}</p>
       <p><code class="secret">{address}</code></p>
       <p class="row"><button type="button" onClick={() => void links.copy(address)}>{t("Copy")}</button><span class="dim" role="status">{links.said.value}</span></p>
+      {made.share.had_changed && <p class="warn">{t("When this link was made, the archive gave other bytes than were published as this version.")} {t("Its page says so too.")}</p>}
       {made.share.has_password && <p>{t("Give the password by another way than the link.")}</p>}
     </div>
   );

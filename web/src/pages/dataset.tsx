@@ -110,6 +110,7 @@ function Check({ page, number }: { readonly page: Page; readonly number: number 
   if (check.busy.value) return <p role="status">{t("Checking whether the archive still gives these bytes …")}</p>;
   if (!value) return check.trouble.value ? <p class="note">{t("Not checked: {why}", { why: check.trouble.value })}</p> : null;
   if (value.is_same) return <p class="note" role="status">{t("Checked {time}: the archive gives exactly these bytes.", { time: utc(value.checked_us) })}</p>;
+  if (value.written_by) return <p class="note" role="status">{t("These bytes were written by {by}, and this version of Lutra writes others. Whether the archive has changed is not known.", { by: value.written_by })}</p>;
   const then = count(value.rows);
   return <p class="note warn" role="status">{value.rows === value.rows_now ? t("The archive or the register has changed since: {then} rows then and now, but other bytes.", { then }) : t("The archive has changed since: {then} rows then, {now} now.", { then, now: count(value.rows_now) })}</p>;
 }
@@ -202,7 +203,7 @@ function Whole({ page }: { readonly page: Page }) {
       {trouble && <p class="bad-text" role="alert">{trouble}</p>}
       {versions.length > 1 && <p><label class="inline">{tn(versions.length, "1 version", "{n} versions")} <select value={String(version?.number)} onChange={(event) => (page.number.value = Number(event.currentTarget.value))}>{versions.map(({ number, published }) => <option key={number} value={String(number)}>{t("version {n}", { n: number })}, {utc(published.time_us)}</option>)}</select></label></p>}
       <Draft page={page} dataset={dataset} />
-      {version && <Version page={page} version={version} />}
+      {version && (withdrawn && !may_change ? <p class="words">{version.citation}</p> : <Version page={page} version={version} />)}
       {version && may_change && !withdrawn && <><Check key={version.number} page={page} number={version.number} /><Downloads page={page} version={version} /></>}
       {version && may_change && <DatasetShares dataset={dataset.id} version={version.number} may={!withdrawn} />}
       {may_change && !withdrawn && version && !dataset.draft && <section><h2>{t("New version")}</h2><p><button type="button" aria-disabled={page.busy.value} onClick={() => void page.step("versions")}>{t("Make a new version")}</button></p></section>}

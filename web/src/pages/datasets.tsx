@@ -42,8 +42,8 @@ function Table({ all }: { readonly all: readonly Dataset[] }) {
               <th scope="row"><a href={`/datasets/${id}`}>{newest?.title || draft?.title || t("Dataset without a title")}</a></th>
               <td>{stateWord(state)}{newest && draft && state !== "withdrawn" ? `, ${t("with a draft")}` : ""}</td>
               <td class="num">{newest?.number ?? ""}</td>
-              <td class="num">{newest ? count(newest.content.rows) : ""}</td>
-              <td class="num">{newest ? timeWords(newest.content) : ""}</td>
+              <td class="num">{newest?.content.rows ? count(newest.content.rows) : ""}</td>
+              <td class="num">{newest?.content.rows ? timeWords(newest.content) : ""}</td>
               <td>{made.by}</td>
               <td class="num">{utc(made.time_us)}</td>
             </tr>

@@ -5,8 +5,21 @@ use crate::study::Heard;
 use detections::{Area, Detection, Effort, Pose, TagFilter};
 use std::borrow::Cow;
 
-/// Kinds of sensors whose values do not tell how deep the water is, by a part of the word that the register has.
-const HARMLESS: [&str; 5] = ["temp", "accel", "activ", "aktiv", "tilt"];
+/// Words for sensors whose values do not tell how deep the water is. The register takes any words for a sensor: a value is given
+/// where all of them stand here.
+const HARMLESS: [&str; 11] = [
+    "temp",
+    "temperature",
+    "temperatur",
+    "accel",
+    "acceleration",
+    "accelerometer",
+    "akselerasjon",
+    "akselerometer",
+    "activity",
+    "aktivitet",
+    "tilt",
+];
 
 /// What a link leaves out of detections. Times are the asker's.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,11 +94,13 @@ impl Limits {
 /// Whether the value of a tag's sensor says nothing of the depth.
 fn is_harmless(heard: &Heard<'_>) -> bool {
     let kind = heard.tag.map(|tag| tag.sensor_type.to_lowercase()).unwrap_or_default();
-    HARMLESS.iter().any(|part| kind.contains(part))
+    let mut words =
+        kind.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty()).peekable();
+    words.peek().is_some() && words.all(|word| HARMLESS.contains(&word))
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::study::Study;
     use crate::{Lag, Writer};
@@ -94,7 +109,7 @@ mod tests {
     use imc::Address;
     use units::{LatLon, UtcTime};
 
-    fn detection(lat_deg: f64, lon_deg: f64) -> Detection {
+    pub(crate) fn detection(lat_deg: f64, lon_deg: f64) -> Detection {
         Detection {
             origin: Origin {
                 system: Address(2_068),
@@ -124,7 +139,7 @@ mod tests {
         }
     }
 
-    fn study(sensor_type: &str) -> Study {
+    pub(crate) fn study(sensor_type: &str) -> Study {
         let tag = RegisterTag {
             name: "S256-101".into(),
             protocol: "S256".into(),
@@ -168,7 +183,33 @@ mod tests {
             given(&limits, &self::study("temperature"), &detection(63.0, 10.0)).unwrap().data,
             Some(42)
         );
-        assert_eq!(given(&limits, &self::study(""), &detection(63.0, 10.0)).unwrap().data, None);
+    }
+
+    #[test]
+    fn a_value_is_given_only_where_every_word_of_the_sensor_is_harmless() {
+        let limits = Limits::new(&[], "", Some(1_000), false).unwrap();
+        let data = |sensor: &str| given(&limits, &study(sensor), &detection(63.0, 10.0)).unwrap().data;
+        for sensor in ["temperature", "Temp", "acceleration / tilt", "Temperatur, aktivitet"] {
+            assert_eq!(data(sensor), Some(42), "{sensor}");
+        }
+        for sensor in [
+            "",
+            " / ",
+            "depth",
+            "temperature/depth",
+            "temperature,pressure",
+            "temp+dybde",
+            "depth activity",
+            "tempdepth",
+            "attemperature",
+            "inactivated",
+            "temperature2",
+            "D-T",
+            "temperature (m)",
+            "activity sensor",
+        ] {
+            assert_eq!(data(sensor), None, "{sensor}");
+        }
     }
 
     #[test]

@@ -16,10 +16,9 @@ pub struct Described<'a> {
     pub content: &'a DatasetContent,
     /// The link by which it is given, where it is by one: what that leaves out is not described either.
     pub share: Option<&'a DatasetShare>,
-    /// Address of its page.
-    pub page: &'a str,
-    /// Address of its canonical CSV.
-    pub file: &'a str,
+    /// Addresses of its page and of its canonical CSV; absent where it is given by a link: descriptions go to registries and search
+    /// engines, and the address of a link is its secret.
+    pub addresses: Option<(&'a str, &'a str)>,
 }
 
 impl Described<'_> {
@@ -85,7 +84,7 @@ fn day(us: i64) -> String {
 
 /// JSON of DataCite's schema 4.5, as a registry takes it to make a DOI, or gives it for one.
 pub fn datacite(of: &Described<'_>) -> Value {
-    let Described { version, content, page, .. } = *of;
+    let Described { version, content, addresses, .. } = *of;
     let mut dates = vec![json!({"date": day(version.published.time_us), "dateType": "Issued"})];
     if embargo_us(&version.embargo_until).is_some() {
         dates.push(json!({"date": version.embargo_until, "dateType": "Available"}));
@@ -109,12 +108,15 @@ pub fn datacite(of: &Described<'_>) -> Value {
         "publicationYear": of.year().to_string(),
         "subjects": [{"subject": "acoustic telemetry"}],
         "dates": dates,
-        "alternateIdentifiers": [{"alternateIdentifier": page, "alternateIdentifierType": "URL"}],
         "sizes": [format!("{} detections", content.rows), format!("{} bytes", content.bytes)],
         "formats": ["text/csv"],
         "version": version.number.to_string(),
         "rightsList": [rights],
     });
+    if let Some((page, _)) = addresses {
+        all["alternateIdentifiers"] =
+            json!([{"alternateIdentifier": page, "alternateIdentifierType": "URL"}]);
+    }
     let about = of.is_about();
     if !about.is_empty() {
         all["descriptions"] = json!([{"description": about, "descriptionType": "Abstract"}]);
@@ -152,7 +154,7 @@ fn creator(author: &DatasetAuthor) -> Value {
 
 /// JSON-LD of schema.org, by which search engines find datasets.
 pub fn json_ld(of: &Described<'_>) -> Value {
-    let Described { version, content, page, file, .. } = *of;
+    let Described { version, content, addresses, .. } = *of;
     let creators = version.authors.iter().map(|author| {
         let mut person = json!({"@type": "Person", "name": author.name});
         if !author.orcid.is_empty() {
@@ -167,7 +169,6 @@ pub fn json_ld(of: &Described<'_>) -> Value {
         "@context": "https://schema.org/",
         "@type": "Dataset",
         "name": version.title,
-        "url": page,
         "version": version.number.to_string(),
         "creator": creators.collect::<Vec<_>>(),
         "publisher": {"@type": "Organization", "name": version.publisher},
@@ -177,10 +178,14 @@ pub fn json_ld(of: &Described<'_>) -> Value {
         "keywords": ["acoustic telemetry"],
         "isAccessibleForFree": true,
         "distribution": [{
-            "@type": "DataDownload", "encodingFormat": "text/csv", "contentUrl": file, "contentSize": format!("{} B", content.bytes),
+            "@type": "DataDownload", "encodingFormat": "text/csv", "contentSize": format!("{} B", content.bytes),
             "sha256": content.sha256,
         }],
     });
+    if let Some((page, file)) = addresses {
+        all["url"] = json!(page);
+        all["distribution"][0]["contentUrl"] = json!(file);
+    }
     let about = of.is_about();
     // Search engines want 50 letters and more.
     all["description"] = if about.is_empty() {
@@ -189,7 +194,11 @@ pub fn json_ld(of: &Described<'_>) -> Value {
         json!(about)
     };
     if !version.doi.is_empty() {
-        all["identifier"] = json!(format!("https://doi.org/{}", version.doi));
+        let doi = json!(format!("https://doi.org/{}", version.doi));
+        if addresses.is_none() {
+            all["url"] = doi.clone();
+        }
+        all["identifier"] = doi;
     }
     if let Some(covered) = of.time_covered() {
         all["temporalCoverage"] = json!(covered);
@@ -205,7 +214,7 @@ pub fn json_ld(of: &Described<'_>) -> Value {
 
 /// Frictionless Data's `datapackage.json` for the canonical CSV, which lies beside it.
 pub fn datapackage(of: &Described<'_>) -> Value {
-    let Described { version, content, page, .. } = *of;
+    let Described { version, content, addresses, .. } = *of;
     let contributors = version.authors.iter().map(|author| {
         let mut one = json!({"title": author.name, "role": "author"});
         if !author.orcid.is_empty() {
@@ -225,7 +234,6 @@ pub fn datapackage(of: &Described<'_>) -> Value {
         "name": "lutra-detections",
         "title": version.title,
         "version": version.number.to_string(),
-        "homepage": page,
         "created": iso(version.published.time_us),
         "licenses": [licence],
         "contributors": contributors.collect::<Vec<_>>(),
@@ -234,7 +242,7 @@ pub fn datapackage(of: &Described<'_>) -> Value {
         "query": of.query(),
         "timeZone": "UTC",
         "coordinateReferenceSystem": "EPSG:4326",
-        "software": concat!("Lutra ", env!("CARGO_PKG_VERSION")),
+        "software": content.software,
         "resources": [{
             "profile": "tabular-data-resource",
             "name": "detections",
@@ -252,6 +260,9 @@ pub fn datapackage(of: &Described<'_>) -> Value {
     let about = of.is_about();
     if !about.is_empty() {
         all["description"] = json!(about);
+    }
+    if let Some((page, _)) = addresses {
+        all["homepage"] = json!(page);
     }
     if !version.doi.is_empty() {
         all["id"] = json!(format!("https://doi.org/{}", version.doi));
@@ -345,7 +356,13 @@ mod tests {
                 ..DatasetQuery::default()
             },
             vessels: Vec::new(),
-            content: DatasetContent { rows: 2, bytes: 300, sha256: "ab".into(), covered },
+            content: DatasetContent {
+                rows: 2,
+                bytes: 300,
+                sha256: "ab".into(),
+                covered,
+                ..DatasetContent::default()
+            },
             published: LogWord { by: "kari".into(), time_us: 1_795_248_000_000_000 },
             citation: "Nordmann, Kari (2026): Salmon.".into(),
         }
@@ -364,6 +381,7 @@ mod tests {
             area: "63.1,10.1;63.9,10.1;63.9,10.9".into(),
             precision_m,
             content: DatasetContent::default(),
+            had_changed: false,
             made: LogWord { by: "kari".into(), time_us: 0 },
             revoked: None,
             views: 0,
@@ -373,8 +391,8 @@ mod tests {
     }
 
     fn described<'a>(version: &'a DatasetVersion, share: Option<&'a DatasetShare>) -> Described<'a> {
-        let (page, file) = ("https://lutra.example/datasets/1", "https://lutra.example/detections.csv");
-        Described { version, content: &version.content, share, page, file }
+        let own = ("https://lutra.example/datasets/1", "https://lutra.example/detections.csv");
+        Described { version, content: &version.content, share, addresses: share.is_none().then_some(own) }
     }
 
     #[test]
@@ -434,6 +452,12 @@ mod tests {
             [datacite(&described(&version, Some(&coarse))), json_ld(&described(&version, Some(&coarse)))]
         {
             assert!(all.to_string().contains("coarsened") && !all.to_string().contains("S256-102"), "{all}");
+        }
+        let all = json_ld(&described(&version, Some(&exact)));
+        assert_eq!(all["url"], "https://doi.org/10.5281/zenodo.1234", "no address but that of the DOI");
+        for describe in [datacite, json_ld, datapackage] {
+            assert!(!describe(&described(&version, Some(&exact))).to_string().contains("lutra.example"));
+            assert!(describe(&described(&version, None)).to_string().contains("lutra.example"));
         }
     }
 }

@@ -29,6 +29,16 @@ fn about(version: &DatasetVersion, content: &DatasetContent) -> String {
     format!("# {title}, version {}: {} detections\n", version.number, content.rows)
 }
 
+/// What is said of other bytes. Those of a part are compared with the making of its link.
+fn other_bytes(version: &DatasetVersion, content: &DatasetContent) -> &'static str {
+    if content.sha256 == version.content.sha256 {
+        "These are not the bytes that were published: the archive has changed since, or another version of Lutra writes them."
+    } else {
+        "These are not the bytes that the link gave at first: the archive has changed since this link was made, or another version \
+         of Lutra writes them."
+    }
+}
+
 /// For Python with pandas.
 pub fn python(version: &DatasetVersion, content: &DatasetContent, file: &str, access: Access) -> String {
     let (imports, headers) = match access.header() {
@@ -44,10 +54,11 @@ pub fn python(version: &DatasetVersion, content: &DatasetContent, file: &str, ac
          request = urllib.request.Request(\"{file}\"{headers})\n\
          data = urllib.request.urlopen(request).read()\n\
          if hashlib.sha256(data).hexdigest() != \"{}\":\n    \
-         print(\"The archive has changed since: these are not the bytes that were published.\")\n\
+         print(\"{}\")\n\
          detections = pd.read_csv(io.BytesIO(data), parse_dates=[\"heard_utc\", \"reported_utc\", \"received_utc\"])\n",
         about(version, content),
         content.sha256,
+        other_bytes(version, content),
     )
 }
 
@@ -60,10 +71,11 @@ pub fn r(version: &DatasetVersion, content: &DatasetContent, file: &str, access:
         "{}file <- tempfile(fileext = \".csv\")\n\
          download.file(\"{file}\", file, mode = \"wb\"{})\n\
          if (digest::digest(file = file, algo = \"sha256\") != \"{}\")\n  \
-         warning(\"The archive has changed since: these are not the bytes that were published.\")\n\
+         warning(\"{}\")\n\
          detections <- read.csv(file, check.names = FALSE)\n",
         about(version, content),
         headers.unwrap_or_default(),
         content.sha256,
+        other_bytes(version, content),
     )
 }

@@ -52,11 +52,12 @@ pub(super) fn datasets_table() -> Vec<Route> {
     ]
     .into_iter()
     .chain(versions_table())
+    .chain(descriptions_table())
     .chain(shares_table())
     .collect()
 }
 
-/// Versions: their files, and what describes them.
+/// Versions, and their files.
 fn versions_table() -> Vec<Route> {
     let (viewer, researcher) = (Need::Somewhere(Role::Viewer), Need::Somewhere(Role::Researcher));
     vec![
@@ -83,6 +84,13 @@ fn versions_table() -> Vec<Route> {
         .query::<DatasetFileQuery>()
         .media("text/csv")
         .packed(),
+    ]
+}
+
+/// What describes versions to programs.
+fn descriptions_table() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    vec![
         Route::get(
             "/api/v1/datasets/{id}/versions/{number}/datacite.json",
             viewer,
