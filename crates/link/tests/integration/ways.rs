@@ -93,6 +93,25 @@ fn each_lane_goes_by_its_way_and_the_shore_hears_which() {
     complete(world);
 }
 
+/// The receipt of a command is answered at once like all else, though no beat falls due.
+#[test]
+fn commands_between_the_beats_make_no_way_suspect() {
+    for say_every_us in [SECOND / 20, 3 * SECOND] {
+        let world = World::new(12, say_every_us, None).with_ways(ways(None), paths());
+        let mut world = world.with_commands(7_370_000);
+        world.at(0, Event::Fault(Fault::Delay(RADIO, 150_000)));
+        world.run(MINUTE);
+        let report = world.shore.ways.clone().unwrap();
+        assert_eq!((report.live, report.records), (Some(MOBILE as u8), Some(RADIO as u8)), "{report:?}");
+        let before = world.vessel.switches.len();
+        world.run(10 * MINUTE);
+        let report = world.shore.ways.clone().unwrap();
+        let failures: Vec<u32> = report.ways.iter().map(|way| way.failures).collect();
+        assert_eq!((failures, world.vessel.switches.len() - before), (vec![0, 0], 0));
+        complete(world);
+    }
+}
+
 #[test]
 fn a_way_that_comes_and_goes_is_not_gone_back_to_each_time() {
     let mut world = world(8, None);
