@@ -3,7 +3,7 @@
 use crate::world::chance::Chance;
 use crate::world::network::Path;
 use crate::world::{Event, Fault, SECOND, World};
-use link::{Thinning, WaySettings, WayState, Why};
+use link::{Outcome, Thinning, WaySettings, WayState, Why};
 use proptest::prelude::*;
 use testkit::so_many;
 
@@ -108,6 +108,26 @@ fn commands_between_the_beats_make_no_way_suspect() {
         let report = world.shore.ways.clone().unwrap();
         let failures: Vec<u32> = report.ways.iter().map(|way| way.failures).collect();
         assert_eq!((failures, world.vessel.switches.len() - before), (vec![0, 0], 0));
+        complete(world);
+    }
+}
+
+/// Whatever way dies under a receipt, it comes by another while the shore still waits for it.
+#[test]
+fn what_the_vessel_obeyed_is_answered_while_one_way_stands() {
+    for seed in 1..=so_many(4, 40) {
+        let (world, mut chance) = (World::new(seed, SECOND / 5, None), Chance::new(seed));
+        let mut world = world.with_ways(ways(None), paths()).with_commands(SECOND / 7);
+        world.run(30 * SECOND);
+        for _ in 0..12 {
+            world.at(chance.below(SECOND), Event::Fault(Fault::CutWay(RADIO, 25 * SECOND)));
+            world.run(chance.between(35 * SECOND, 70 * SECOND));
+        }
+        world.run(30 * SECOND);
+        let outcome = |id: u64| world.shore.asked[&id].2.clone();
+        let delivered = world.vessel.delivered.iter().map(|(id, _)| *id);
+        let lost: Vec<u64> = delivered.filter(|id| outcome(*id) == Some(Outcome::Unanswered)).collect();
+        assert!(lost.is_empty(), "seed {seed}: {lost:?} of {}", world.vessel.delivered.len());
         complete(world);
     }
 }
