@@ -3,7 +3,7 @@
 use crate::ConnectionId;
 use crate::frame::{Receipt, Verdict};
 use bytes::Bytes;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use units::MonoTime;
 
@@ -128,8 +128,15 @@ fn end(one: &Waiting) -> MonoTime {
 /// What the vessel knows of commands it has seen.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Seen {
-    receipts: BTreeMap<u64, Option<Receipt>>,
+    known: BTreeMap<u64, Known>,
     order: VecDeque<u64>,
+}
+
+/// A command that was seen: the ways that it came on while it had no answer, its answer, and when that was given.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    came_on: BTreeSet<usize>,
+    answer: Option<(MonoTime, Receipt)>,
 }
 
 /// What to do with a command that came.
@@ -144,33 +151,48 @@ pub(crate) enum First {
 }
 
 impl Seen {
-    /// Looks a command up and remembers it.
-    pub(crate) fn look(&mut self, id: u64) -> First {
-        match self.receipts.get(&id) {
-            Some(Some(receipt)) => First::Answered(receipt.clone()),
-            Some(None) => First::Unanswered,
-            None => {
-                if self.order.len() == MOST_REMEMBERED
-                    && let Some(oldest) = self.order.pop_front()
-                {
-                    self.receipts.remove(&oldest);
-                }
-                self.order.push_back(id);
-                self.receipts.insert(id, None);
-                First::New
+    /// Looks a command up that came on a way, and remembers both.
+    pub(crate) fn look(&mut self, id: u64, place: usize) -> First {
+        if let Some(known) = self.known.get_mut(&id) {
+            if let Some((_, receipt)) = &known.answer {
+                return First::Answered(receipt.clone());
             }
+            known.came_on.insert(place);
+            return First::Unanswered;
         }
+        if self.order.len() == MOST_REMEMBERED
+            && let Some(oldest) = self.order.pop_front()
+        {
+            self.known.remove(&oldest);
+        }
+        self.order.push_back(id);
+        self.known.insert(id, Known { came_on: BTreeSet::from([place]), answer: None });
+        First::New
     }
 
-    /// Keeps the answer to a command that was looked up; `None` when it is unknown or was answered before.
-    pub(crate) fn answer(&mut self, id: u64, verdict: Verdict, text: String) -> Option<Receipt> {
-        let slot = self.receipts.get_mut(&id)?;
-        if slot.is_some() {
+    /// Keeps the answer to a command that was looked up, and gives it with the ways that the command came on; `None` when it
+    /// is unknown or was answered before.
+    pub(crate) fn answer(
+        &mut self,
+        now: MonoTime,
+        id: u64,
+        verdict: Verdict,
+        text: String,
+    ) -> Option<(Receipt, BTreeSet<usize>)> {
+        let known = self.known.get_mut(&id)?;
+        if known.answer.is_some() {
             return None;
         }
         let receipt = Receipt { id, verdict, text };
-        *slot = Some(receipt.clone());
-        Some(receipt)
+        known.answer = Some((now, receipt.clone()));
+        Some((receipt, std::mem::take(&mut known.came_on)))
+    }
+
+    /// The answers that are no older than this, as many as the shore can wait for.
+    pub(crate) fn answered_within(&self, now: MonoTime, age: Duration) -> Vec<Receipt> {
+        let newest = self.order.iter().rev().take(MOST_WAITING).filter_map(|id| self.known.get(id));
+        let young = newest.filter_map(|known| known.answer.as_ref()).filter(|(at, _)| now.since(*at) <= age);
+        young.map(|(_, receipt)| receipt.clone()).collect()
     }
 }
 
@@ -181,15 +203,19 @@ mod tests {
     #[test]
     fn a_command_is_new_once_and_its_answer_is_kept() {
         let mut seen = Seen::default();
-        assert_eq!(seen.look(9), First::New);
-        assert_eq!(seen.look(9), First::Unanswered);
-        let receipt = seen.answer(9, Verdict::Received, String::new()).unwrap();
-        assert_eq!(seen.answer(9, Verdict::Refused, String::new()), None);
-        assert_eq!(seen.look(9), First::Answered(receipt));
+        let at = |s| MonoTime::default() + Duration::from_secs(s);
+        assert_eq!(seen.look(9, 0), First::New);
+        assert_eq!(seen.look(9, 2), First::Unanswered);
+        let (receipt, ways) = seen.answer(at(1), 9, Verdict::Received, String::new()).unwrap();
+        assert_eq!(ways, BTreeSet::from([0, 2]));
+        assert_eq!(seen.answer(at(1), 9, Verdict::Refused, String::new()), None);
+        assert_eq!(seen.look(9, 1), First::Answered(receipt.clone()));
+        assert_eq!(seen.answered_within(at(4), Duration::from_secs(3)), [receipt]);
+        assert_eq!(seen.answered_within(at(5), Duration::from_secs(3)), []);
         for id in 10..10 + MOST_REMEMBERED as u64 {
-            assert_eq!(seen.look(id), First::New);
+            assert_eq!(seen.look(id, 0), First::New);
         }
-        assert_eq!(seen.receipts.len(), MOST_REMEMBERED);
+        assert_eq!(seen.known.len(), MOST_REMEMBERED);
     }
 
     #[test]

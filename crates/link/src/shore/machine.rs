@@ -391,6 +391,8 @@ impl Shore {
 
     fn frame(&mut self, now: Now, id: ConnectionId, frame: Frame) -> Result<(), End> {
         let (Some(one), Some(joined)) = (self.sessions.get_mut(&id), &mut self.joined) else { return Ok(()) };
+        // By how soon each message is answered the vessel knows how its way is: one that waits for the next beat makes it suspect.
+        one.ack_due |= one.way.is_some();
         match frame {
             Frame::Records(batch) => {
                 (one.ack_due, self.records_by) = (true, Some(id));
@@ -414,8 +416,6 @@ impl Shore {
             }
             Frame::Heartbeat(beat) => {
                 one.clocks.heard(now, beat.stamp);
-                // By how soon it is answered the vessel knows how its way is.
-                one.ack_due |= one.way.is_some();
                 let alone = self.records_by.is_none_or(|by| by == id);
                 joined.heartbeat(&beat, alone || one.way.is_none());
             }
@@ -423,7 +423,6 @@ impl Shore {
             Frame::ChartRequest(ask) => self.chart_ask(id, ask),
             Frame::ChartReport(report) => self.outputs.push_back(ShoreOutput::ChartReport(report)),
             Frame::Ways(report) => {
-                one.ack_due = true;
                 if report.choice >= self.choice {
                     (self.choice, self.bearer) = (report.choice, Some(id));
                     self.outputs.push_back(ShoreOutput::Ways(report));

@@ -9,6 +9,7 @@ use crate::frame::{
     Ack, ByeCode, ChartOffer, ChartPart, Command, Frame, Heartbeat, Lease, OLDEST_VERSION, VERSION, Verdict,
     Welcome, decode, message,
 };
+use crate::ways::LONGEST_SILENCE;
 use bytes::Bytes;
 use std::time::Duration;
 use units::Now;
@@ -188,7 +189,7 @@ impl Vessel {
         let Some(open) = self.ways[place].open() else { return };
         let (id, joint) = (command.id, open.joint);
         let age = open.clocks.greatest_age(now.mono, command.sent);
-        match self.seen.look(id) {
+        match self.seen.look(id, place) {
             First::Unanswered => {}
             First::Answered(receipt) => self.send(now, place, message(&Frame::Receipt(receipt))),
             First::New if joint && id < self.newest_command => {
@@ -218,9 +219,23 @@ impl Vessel {
             Answer::Expired => (Verdict::Expired, String::new()),
             Answer::Refused(text) => (Verdict::Refused, text),
         };
-        let Some(receipt) = self.seen.answer(id, verdict, text) else { return };
-        let place = self.report.live.map(usize::from).filter(|place| self.ways[*place].stands());
-        if let Some(place) = place.or_else(|| self.ways.iter().position(Way::stands)) {
+        let Some((receipt, came_on)) = self.seen.answer(now.mono, id, verdict, text) else { return };
+        // Either way may be dead though it stands; one that comes twice harms nothing ashore.
+        let live = self.report.live.map(usize::from);
+        let stands: Vec<usize> = (0..self.ways.len()).filter(|place| self.ways[*place].stands()).collect();
+        let wanted = |place: &usize| came_on.contains(place) || live == Some(*place);
+        let mut places: Vec<usize> = stands.iter().copied().filter(wanted).collect();
+        if places.is_empty() {
+            places.extend(stands.first());
+        }
+        for place in places {
+            self.send(now, place, message(&Frame::Receipt(receipt.clone())));
+        }
+    }
+
+    /// Says the answers again that may have gone into a way that was dead for as long as that can last.
+    pub(super) fn answer_again(&mut self, now: Now, place: usize) {
+        for receipt in self.seen.answered_within(now.mono, LONGEST_SILENCE) {
             self.send(now, place, message(&Frame::Receipt(receipt)));
         }
     }

@@ -63,6 +63,9 @@ impl Vessel {
         }
         // What was sent by the way before may never arrive.
         self.live.refresh();
+        if self.ways.len() > 1 {
+            self.answer_again(now, place);
+        }
     }
 
     fn take_records(&mut self, now: Now, before: Option<usize>, place: Option<usize>) {

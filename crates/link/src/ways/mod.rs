@@ -65,6 +65,8 @@ pub const MOST_WAY_NAME_BYTES: usize = 32;
 /// Beats of a metered way that carries nothing, or is thinned.
 pub(crate) const SLOW_HEARTBEAT: Duration = Duration::from_secs(5);
 const METERED_DEAD_AFTER: Duration = Duration::from_secs(15);
+/// No connection is silent for longer without being given up.
+pub(crate) const LONGEST_SILENCE: Duration = METERED_DEAD_AFTER;
 
 /// How long a way that both ends know of may be silent.
 pub(crate) fn dead_after(metered: bool) -> Duration {

@@ -3,7 +3,7 @@
 use crate::world::chance::Chance;
 use crate::world::network::Path;
 use crate::world::{Event, Fault, SECOND, World};
-use link::{Thinning, WaySettings, WayState, Why};
+use link::{Outcome, Thinning, WaySettings, WayState, Why};
 use proptest::prelude::*;
 use testkit::so_many;
 
@@ -91,6 +91,45 @@ fn each_lane_goes_by_its_way_and_the_shore_hears_which() {
     assert_eq!((report.live, report.live_why), (Some(MOBILE as u8), Why::Better), "{report:?}");
     assert_eq!(report.records, Some(RADIO as u8));
     complete(world);
+}
+
+/// The receipt of a command is answered at once like all else, though no beat falls due.
+#[test]
+fn commands_between_the_beats_make_no_way_suspect() {
+    for say_every_us in [SECOND / 20, 3 * SECOND] {
+        let world = World::new(12, say_every_us, None).with_ways(ways(None), paths());
+        let mut world = world.with_commands(7_370_000);
+        world.at(0, Event::Fault(Fault::Delay(RADIO, 150_000)));
+        world.run(MINUTE);
+        let report = world.shore.ways.clone().unwrap();
+        assert_eq!((report.live, report.records), (Some(MOBILE as u8), Some(RADIO as u8)), "{report:?}");
+        let before = world.vessel.switches.len();
+        world.run(10 * MINUTE);
+        let report = world.shore.ways.clone().unwrap();
+        let failures: Vec<u32> = report.ways.iter().map(|way| way.failures).collect();
+        assert_eq!((failures, world.vessel.switches.len() - before), (vec![0, 0], 0));
+        complete(world);
+    }
+}
+
+/// Whatever way dies under a receipt, it comes by another while the shore still waits for it.
+#[test]
+fn what_the_vessel_obeyed_is_answered_while_one_way_stands() {
+    for seed in 1..=so_many(4, 40) {
+        let (world, mut chance) = (World::new(seed, SECOND / 5, None), Chance::new(seed));
+        let mut world = world.with_ways(ways(None), paths()).with_commands(SECOND / 7);
+        world.run(30 * SECOND);
+        for _ in 0..12 {
+            world.at(chance.below(SECOND), Event::Fault(Fault::CutWay(RADIO, 25 * SECOND)));
+            world.run(chance.between(35 * SECOND, 70 * SECOND));
+        }
+        world.run(30 * SECOND);
+        let outcome = |id: u64| world.shore.asked[&id].2.clone();
+        let delivered = world.vessel.delivered.iter().map(|(id, _)| *id);
+        let lost: Vec<u64> = delivered.filter(|id| outcome(*id) == Some(Outcome::Unanswered)).collect();
+        assert!(lost.is_empty(), "seed {seed}: {lost:?} of {}", world.vessel.delivered.len());
+        complete(world);
+    }
 }
 
 #[test]
