@@ -123,7 +123,7 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
       const ways = waysText(link);
       tiles.get("ways")?.root.toggleAttribute("hidden", ways === undefined);
-      if (ways) show("ways", ways.word, "", ways.note, { ageS: past === undefined ? silence : null, old: !link?.up || !live }, linked, ways.alert);
+      show("ways", ways?.word ?? "", "", ways?.note ?? "", { ageS: ways && past === undefined ? silence : null, old: !ways || !link?.up || !live }, linked, ways?.alert);
       show("mode", doing(mode, plan), "", whyText(mode), mode, linked, mode.word === "ERROR" && whyText(mode) === mode.note ? "bad" : "");
       show("plan", plan.note || t("none"), "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
