@@ -3,8 +3,8 @@
 //! A check may take minutes. It is computed once for all who ask, by a task that goes on when they go away; who comes back finds its
 //! answer.
 
+use super::Datasets;
 use super::contents::{CANONICAL, Frozen};
-use super::service::Datasets;
 use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;

@@ -19,4 +19,5 @@ mod tests;
 pub use contents::Frozen;
 pub use places::LinkPlace;
 pub use service::Datasets;
+use service::find_version;
 pub use shares::{OpenShare, ShareClosed};

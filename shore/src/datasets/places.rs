@@ -1,6 +1,6 @@
 //! Places for what is computed for links, apart from those of people with an account.
 
-use super::service::Datasets;
+use super::Datasets;
 use super::shares::OpenShare;
 use crate::error::{Error, ErrorKind, Result};
 use std::collections::BTreeSet;

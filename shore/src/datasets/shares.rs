@@ -5,7 +5,7 @@
 
 use super::contents::Frozen;
 use super::links::{By, Led, Visit};
-use super::service::{Datasets, find_version};
+use super::{Datasets, find_version};
 use crate::error::Result;
 use crate::identity::{Refused, Secret, same};
 use api::{DatasetCheck, DatasetShare, DatasetVersion, ShareVisit, ShareVisitKind};

@@ -2,7 +2,8 @@
 
 use super::contents::content_of;
 use super::links;
-use super::service::{Datasets, find_version, is_not_withdrawn, malformed};
+use super::service::{is_not_withdrawn, malformed};
+use super::{Datasets, find_version};
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{Principal, Secret, password};
 use crate::logbook::check_text;
