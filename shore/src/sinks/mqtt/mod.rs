@@ -190,13 +190,22 @@ impl Sink for Mqtt {
 
 fn options(settings: &settings::Mqtt) -> anyhow::Result<MqttOptions> {
     let url = &settings.url;
-    let uri: Uri = url.parse().with_context(|| format!("sinks.mqtt.url: {url:?} is no address"))?;
-    let host = uri.host().with_context(|| format!("sinks.mqtt.url: {url:?} names no host"))?;
-    let has_user = uri.authority().is_some_and(|authority| authority.as_str().contains('@'));
-    ensure!(!has_user, "sinks.mqtt.url must not hold a user: name it by sinks.mqtt.user and password_file");
+    // No error shows the address: a password may stand in it, also where it does not look like one.
+    ensure!(
+        !url.contains(['@', '#']) && !url.contains(char::is_whitespace),
+        "sinks.mqtt.url must be like mqtt://host:1883, without @, # and spaces; user and password are named by sinks.mqtt.user and \
+         password_file"
+    );
+    let uri: Uri = url.parse().context("sinks.mqtt.url is no address; it must be like mqtt://host:1883")?;
+    let host = uri.host().context("sinks.mqtt.url names no host; it must be like mqtt://host:1883")?;
+    let has_port = uri.authority().is_some_and(|authority| authority.as_str().len() > host.len());
+    ensure!(
+        !has_port || uri.port_u16().is_some_and(|port| port > 0),
+        "sinks.mqtt.url: the port behind the host must be a number from 1 to 65535"
+    );
     ensure!(
         matches!(uri.path(), "" | "/") && uri.query().is_none(),
-        "sinks.mqtt.url: {url:?} must end behind host and port; topics are named by sinks.mqtt.topic"
+        "sinks.mqtt.url must end behind host and port; topics are named by sinks.mqtt.topic"
     );
     let tls = match uri.scheme_str() {
         Some("mqtt") => None,
@@ -207,11 +216,11 @@ fn options(settings: &settings::Mqtt) -> anyhow::Result<MqttOptions> {
             );
             ensure!(
                 !host.starts_with('['),
-                "sinks.mqtt.url: {url:?} is encrypted and names an address of IPv6: name the host as its certificate does"
+                "sinks.mqtt.url is encrypted and names an address of IPv6: name the host as its certificate does"
             );
             Some(trusting("sinks.mqtt.ca_file", &settings.ca_file)?)
         }
-        _ => bail!("sinks.mqtt.url: {url:?} must begin with mqtt:// or mqtts://"),
+        _ => bail!("sinks.mqtt.url must begin with mqtt:// or mqtts://"),
     };
     let port = uri.port_u16().unwrap_or(if tls.is_some() { 8883 } else { 1883 });
     let mut options = MqttOptions::new(settings.client_id.clone(), host, port);
@@ -244,7 +253,16 @@ mod tests {
         for (url, ca, why) in [
             ("http://there", "", "must begin with mqtt://"),
             ("mqtt://", "", "sinks.mqtt.url"),
-            ("mqtt://me:hush@there", "", "must not hold a user"),
+            ("mqtt://me:hush@there", "", "without @"),
+            ("mqtt://me:hu#sh@there", "", "without @"),
+            ("mqtt://me:hu/sh@there", "", "without @"),
+            ("mqtt://there#hush", "", "without @"),
+            ("mqtt://me:hush there", "", "without @"),
+            ("mqtt://there:hush", "", "sinks.mqtt.url"),
+            ("mqtt://there:99999", "", "from 1 to 65535"),
+            ("mqtt://there:0", "", "from 1 to 65535"),
+            ("mqtt://there:", "", "from 1 to 65535"),
+            ("mqtt://there/hush?hush", "", "must end behind"),
             ("mqtt://there/lutra", "", "must end behind host and port"),
             ("mqtts://there", "", "sinks.mqtt.ca_file"),
             ("mqtts://there", "/none", "sinks.mqtt.ca_file /none"),
@@ -252,6 +270,7 @@ mod tests {
         ] {
             let error = made(url, ca).err().map(|error| format!("{error:#}")).unwrap_or_default();
             assert!(error.contains(why), "{url}: {error}");
+            assert!(!error.contains("hu"), "{url}: a password may be in it: {error}");
         }
     }
 }
