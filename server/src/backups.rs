@@ -70,9 +70,9 @@ fn wrong_disk(folder: Option<u64>, data: Option<u64>, root: Option<u64>) -> Opti
 /// The configured backup as it was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct State {
-    /// When the newest whole one was made; `None` where there is none, or it cannot be reached.
+    /// When the newest whole backup was made; `None` without a backup, or where it cannot be reached.
     pub(crate) made: Option<UtcTime>,
-    /// Why it does not protect, with the remedy; `None` while it does, or none is wanted.
+    /// Why it does not protect, with the remedy; `None` while it does, or where no backup is wanted.
     pub(crate) trouble: Option<String>,
     /// Whether somebody set a backup up.
     pub(crate) is_set_up: bool,

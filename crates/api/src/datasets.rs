@@ -92,7 +92,7 @@ pub struct DatasetVessel {
 #[serde(default)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct DatasetCovered {
-    /// When the first was heard; null where there are none.
+    /// When the first was heard; null without detections.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub first_us: Option<i64>,
     /// When the last was.

@@ -65,7 +65,7 @@ pub struct DetectionsSummary {
     /// How many there are.
     #[cfg_attr(test, ts(type = "number"))]
     pub detections: u64,
-    /// Begin of the plots, µs since 1970 UTC; null where there are none.
+    /// Begin of the plots, µs since 1970 UTC; null without detections.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub from_us: Option<i64>,
     /// Their end.

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
 
-/// 2024-11-21 08:00 UTC: before the present of whoever runs this, up to which a dataset reaches.
+/// 2024-11-21 08:00 UTC: in the past, as a dataset ends at the present.
 pub(super) const START_US: i64 = 1_732_176_000_000_000;
 const OTHER: u16 = FIRST + 1;
 

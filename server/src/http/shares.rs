@@ -1,4 +1,4 @@
-//! Files that a link gives, to whoever has its address. Nobody is asked who they are, and nothing of a session is looked at.
+//! Files that a link gives to those who have its address, without a login. Sessions are not looked at.
 
 use super::datasets::download;
 use crate::AppState;

@@ -174,12 +174,12 @@ fn closed_page(frame: Frame, closed: &ShareClosed) -> Response {
         ShareClosed::Withdrawn(reason) => (
             StatusCode::GONE,
             frame.t("The dataset was withdrawn"),
-            frame.t("Its data are given to nobody any more. The reason: {reason}").with("reason", reason),
+            frame.t("Its data are no longer available. Reason: {reason}").with("reason", reason),
         ),
         ShareClosed::WithdrawnUntold => (
             StatusCode::GONE,
             frame.t("The dataset was withdrawn"),
-            frame.t("Its data are given to nobody any more. Those who sent you this link know why."),
+            frame.t("Its data are no longer available. Ask those who sent you this link why."),
         ),
         ShareClosed::Wait(wait) => (
             StatusCode::TOO_MANY_REQUESTS,

@@ -846,7 +846,7 @@ software: string, };
 
 export type DatasetCovered = { 
 /**
- * When the first was heard; null where there are none.
+ * When the first was heard; null without detections.
  */
 first_us: number | null, 
 /**
@@ -1300,7 +1300,7 @@ export type DetectionsSummary = {
  */
 detections: number, 
 /**
- * Begin of the plots, µs since 1970 UTC; null where there are none.
+ * Begin of the plots, µs since 1970 UTC; null without detections.
  */
 from_us: number | null, 
 /**

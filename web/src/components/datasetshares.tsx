@@ -41,7 +41,7 @@ class Links {
   };
 
   readonly revoke = async ({ id, label }: DatasetShare): Promise<void> => {
-    if (!window.confirm(t("Revoke the link for {name}? Whoever has it gets nothing from then on.", { name: label }))) return;
+    if (!window.confirm(t("Revoke the link for {name}? It stops working at once.", { name: label }))) return;
     this.trouble.value = "";
     try {
       await deleteAt(`${this.way}/${id}`, PATIENCE_MS);

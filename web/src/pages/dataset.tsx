@@ -180,7 +180,7 @@ function Withdraw({ page }: { readonly page: Page }) {
   if (!page.withdrawing.value) return <p><button type="button" class="danger" onClick={() => (page.withdrawing.value = true)}>{t("Withdraw the dataset")}</button></p>;
   return (
     <form class="note-form" aria-label={t("Withdraw the dataset")} onSubmit={(event) => { event.preventDefault(); void page.withdraw(words.value); }}>
-      <p>{t("It stays in the list, with the reason. Its links end, and nobody gets its data any more. This cannot be undone.")}</p>
+      <p>{t("It stays in the list, with the reason. Its links stop working, and its data are no longer available. This cannot be undone.")}</p>
       <label for="withdraw-reason">{t("Reason, for those who cited it")}</label>
       <textarea id="withdraw-reason" rows={2} required value={words.value} onInput={(event) => (words.value = event.currentTarget.value)} />
       <p class="row"><button class="danger">{t("Withdraw")}</button><button type="button" onClick={() => (page.withdrawing.value = false)}>{t("Cancel")}</button></p>

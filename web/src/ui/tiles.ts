@@ -38,7 +38,7 @@ const FIRST: readonly (readonly [Name, string])[] = [
 /** What is there for who wants more. */
 const FURTHER: readonly (readonly [Name, string])[] = [
   ["chart", t("Sea chart aboard")],
-  ["ways", t("Way ashore")],
+  ["ways", t("Link in use")],
   ["course_rad", t("Course over ground")],
   ["port_rpm", t("Motor port")],
   ["starboard_rpm", t("Motor starboard")],
@@ -58,7 +58,7 @@ const MEANS: Readonly<Partial<Record<Name, string>>> = {
   battery: t("Charge as the vessel reports it"),
   link: t("How long ago it was heard, by which way, and how long a message takes there and back"),
   chart: t("Whether the vessel holds the chart that the server has"),
-  ways: t("By which of its ways live values and commands go, why, and how each way is: time there and back, share of late messages, bytes today"),
+  ways: t("Which link carries live values and commands, why, and how each link is: round trip, share of late messages, bytes today"),
   voltage: t("The lowest of its batteries"),
   snr: t("Signal of the last tag above the noise, dB"),
 };

@@ -307,7 +307,7 @@ impl Vessel {
         }
     }
 
-    /// Whether a connection may be made by a way: with a shore that keeps one at a time only where there is none.
+    /// Whether a way may connect. A shore that keeps one connection at a time gets the next when the last has ended.
     fn may_open(&self, place: usize) -> bool {
         self.joint || (self.turn == place && !self.ways.iter().any(Way::is_active))
     }

@@ -155,7 +155,7 @@ pub fn lacking(draft: &DatasetDraft) -> Vec<Wrong> {
 /// A DOI as registries write it, of what people paste; empty stays empty.
 ///
 /// # Errors
-/// It is none.
+/// The text is not a DOI.
 pub fn doi(text: &str) -> Result<String, String> {
     let text = text.trim();
     let start = ["https://doi.org/", "http://doi.org/", "https://dx.doi.org/", "http://dx.doi.org/", "doi:"]

@@ -2,7 +2,7 @@
 //!
 //! A place becomes the middle of the cell in which it lies. Which cell that is depends on the place and on the size alone: not on
 //! the question, not on chance, so that asking again, otherwise, or for the mean of many answers tells nothing more. Cells of a
-//! larger size are made of whole cells of the smaller ones, so that whoever has two sizes knows no more than the smaller tells.
+//! larger size are made of whole cells of the smaller ones, so that two sizes together say no more than the smaller one.
 //!
 //! Cells are 0.001, 0.01 or 0.1 degrees of latitude high. In longitude they are as many degrees wide up to 60 degrees of latitude, and
 //! twice, four and eight times as many from 60, 75 and 83 degrees on, where meridians draw together.
@@ -32,7 +32,7 @@ impl Grid {
             100 => PARTS / 1_000,
             1_000 => PARTS / 100,
             10_000 => PARTS / 10,
-            _ => return Err(format!("{precision_m} m is none of the sizes of cells, 100, 1000 and 10000 m")),
+            _ => return Err(format!("{precision_m} m is not a size of cells: choose 100, 1000 or 10000 m")),
         };
         Ok(Self { step })
     }
@@ -93,7 +93,7 @@ mod tests {
             let (lat, lon) = middle_of(10_000, lat, lon);
             assert!(lat.abs() < 90.0 && lon.abs() < 180.0);
         }
-        assert!(Grid::new(500).unwrap_err().contains("100, 1000 and 10000 m"));
+        assert!(Grid::new(500).unwrap_err().contains("100, 1000 or 10000 m"));
     }
 
     proptest! {

@@ -37,7 +37,7 @@ impl Limits {
     /// Of these tags, in the area of these corners (everywhere where empty), with places coarsened to cells of a size.
     ///
     /// # Errors
-    /// One is none; the text names the field and says what to do.
+    /// A tag, the area or the size is wrong; the text names the field and says what to do.
     pub fn new(
         tags: &[String],
         area: &str,
@@ -59,7 +59,7 @@ impl Limits {
         self.grid.is_some()
     }
 
-    /// Whether the neighbours of a detection are not told, as some of them are not given.
+    /// Whether times to the detections before and after are left out, as some of these detections are not given.
     pub fn hides_neighbours(&self) -> bool {
         self.area.is_some() || self.is_part_of_time
     }

@@ -419,7 +419,7 @@ mod tests {
         let own = DatasetVersion { licence: "Ask first".into(), doi: String::new(), ..version };
         let all = datacite(&described(&own, None));
         assert_eq!(all["rightsList"], json!([{"rights": "Ask first"}]));
-        assert!(all.get("doi").is_none(), "what nobody gave is not told");
+        assert!(all.get("doi").is_none(), "a DOI that is not given is left out");
     }
 
     #[test]

@@ -159,7 +159,7 @@ fn shares_table() -> Vec<Route> {
     ]
 }
 
-/// What a link gives to whoever has its address. Each of these looks at the link itself, for nobody is asked who they are.
+/// What a link gives to those who have its address, without a login. Each of these routes checks the link itself.
 pub(super) fn links() -> Vec<Route> {
     vec![
         Route::get(
