@@ -21,10 +21,18 @@ export function atKeyboard(page) {
       const label = one.getAttribute("aria-label") ?? (one.labels?.[0] ? own(one.labels[0]) : one.textContent);
       return {
         name: label.trim(),
+        box: [width, height, top, bottom].map(Math.round),
         seen: width > 0 && height > 0 && bottom > 0 && top < innerHeight && ((style.outlineStyle !== "none" && style.outlineWidth !== "0px") || style.boxShadow !== "none"),
         html: one.outerHTML.slice(0, 120),
       };
     });
+  /** The same as a person sees it: what the page is just moving is looked at once it is painted. */
+  const drawn = async () => {
+    const at = await focused();
+    if (!at || at.seen) return at;
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    return focused();
+  };
   /** Goes on with Tab to what has this name. */
   const to = async (name, key = "Tab") => {
     const passed = [];
@@ -32,9 +40,9 @@ export function atKeyboard(page) {
       const at = await focused();
       if (at && (typeof name === "string" ? at.name === name : name.test(at.name))) return;
       await press(key);
-      const now = await focused();
+      const now = await drawn();
       if (!now) continue;
-      check(now.seen, `the focus is not seen: ${now.html}`);
+      check(now.seen, `the focus is not seen: ${now.html} at ${now.box}`);
       passed.push(now.name);
     }
     throw new Error(`Tab does not come to ${name}, but to ${[...new Set(passed)].join(" | ")}`);

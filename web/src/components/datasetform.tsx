@@ -1,13 +1,13 @@
 // The form of a dataset's draft. What is wrong is said at its field.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import { draftWrong, type Fields, FLAGS, LICENCES, OWN } from "../state/datasets";
 import { flagWord } from "../state/flags";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
 import { Choices } from "./choices";
-import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
 
 /** What can be chosen. */
 export interface Choosable {
@@ -30,7 +30,7 @@ export function DatasetForm({ first, label, people, projects, vessels, send, can
   const form = useSent<Fields>({ id: "dataset", first, wrongOf: draftWrong, send });
   const { draft, change } = form;
   const title = useRef<HTMLInputElement>(null);
-  useEffect(() => title.current?.focus(), []);
+  useFirstFocus(() => title.current);
   const field = (name: string, text: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`dataset-${name}`} label={text} wrong={form.at(name)} input={input} />;
   const line = (name: keyof Fields, marks: Marks, more: object = {}) => <input {...marks} autocomplete="off" value={draft[name] as string} {...more} onInput={(event) => change({ [name]: event.currentTarget.value })} />;
   return (

@@ -1,11 +1,11 @@
 // The form of a mission. What is wrong is said at its field.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import { type MissionDraft, missionWrong } from "../state/missions";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
-import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
 
 interface Needs {
   readonly draft: MissionDraft;
@@ -21,7 +21,7 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
   const form = useSent<MissionDraft>({ id: "mission", first, wrongOf: missionWrong, send });
   const { draft, change } = form;
   const name = useRef<HTMLInputElement>(null);
-  useEffect(() => name.current?.focus(), []);
+  useFirstFocus(() => name.current);
   const field = (name: string, title: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`mission-${name}`} label={title} wrong={form.at(name)} input={input} />;
   return (
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>

@@ -1,12 +1,12 @@
 // The form of a no-go area beside the map that its corners are clicked on.
 
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import type { PlanPlace } from "../api/types.gen";
 import { type Corners, MOST_CORNERS, textOfCorners } from "../state/corners";
 import { areaWrong, type AreaDraft } from "../state/nogo";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
-import { Field, FormEnd, useSent } from "./sentform";
+import { Field, FormEnd, useFirstFocus, useSent } from "./sentform";
 
 interface Needs {
   readonly draft: AreaDraft;
@@ -26,7 +26,7 @@ export function NoGoForm({ draft: first, corners, title, save, centre, show, sen
   const form = useSent<AreaDraft>({ id: "nogo", first, wrongOf: (draft) => (corners.take() ? areaWrong(draft, corners.now.value) : { field: "text", text: corners.wrong.value }), send });
   const { draft, change, at } = form;
   const name = useRef<HTMLInputElement>(null);
-  useEffect(() => name.current?.focus(), []);
+  useFirstFocus(() => name.current);
   const act = (work: () => void): void => {
     work();
     form.told(undefined);

@@ -1,10 +1,10 @@
 // The form of a note: text first, then what it is about. What is wrong is said at its field.
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import { type Draft, LETTERS, PHOTO_KINDS, type Wrong, wrongOf } from "../state/notes";
 import { t } from "../words/words";
-import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
 
 interface Needs {
   readonly draft: Draft;
@@ -28,9 +28,7 @@ export function NoteForm(needs: Needs) {
   const { vessels, withPhoto, label, id, cancel, focus } = needs;
   const form = useNote(needs);
   const { draft, locating, text, photo, change } = form;
-  useEffect(() => {
-    if (focus) text.current?.focus();
-  }, []);
+  useFirstFocus(() => (focus ? text.current : undefined));
   const field = (name: string, title: string, input: (marks: Marks) => ComponentChildren) => <Field key={name} id={`${id}-${name}`} label={title} wrong={form.at(name)} input={input} />;
   return (
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>

@@ -1,11 +1,11 @@
 // The form of an entry of the register, made of the fields of its kind. What is wrong is said at its field.
 
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import type { RegisterEntry, RegisterKind } from "../api/types.gen";
 import type { Wrong } from "../state/notes";
 import { type Draft, draftOf, type Field as Column, FIELDS, nameOf, registerWrong } from "../state/register";
 import { t } from "../words/words";
-import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
 
 export interface RegisterFormNeeds {
   readonly kind: RegisterKind;
@@ -23,7 +23,7 @@ export interface RegisterFormNeeds {
 export function RegisterForm({ kind, entry, entries, vessels, label, send, cancel }: RegisterFormNeeds) {
   const form = useSent<Draft>({ id: "register", first: draftOf(kind, entry?.record), wrongOf: (draft) => registerWrong(kind, draft), send });
   const first = useRef<HTMLFormElement>(null);
-  useEffect(() => first.current?.querySelector<HTMLElement>("input, select")?.focus(), []);
+  useFirstFocus(() => first.current?.querySelector<HTMLElement>("input, select"));
   const { draft, change } = form;
   const input = (column: Column, marks: Marks) => {
     const { name, holds } = column;

@@ -1,7 +1,7 @@
 // What the forms of notes and missions share: a field with what is wrong with it, and a draft that is sent until it is answered.
 
 import type { ComponentChildren } from "preact";
-import { useState } from "preact/hooks";
+import { useLayoutEffect, useState } from "preact/hooks";
 import type { Wrong } from "../state/notes";
 import { sendingText } from "../state/sending";
 import { t } from "../words/words";
@@ -32,6 +32,12 @@ export interface Sending<D> {
   send(draft: D, waits: (tries: number) => void): Promise<Wrong | undefined>;
   /** After it was taken. */
   sent?(draft: D): void;
+}
+
+/** Leads the focus into a form as soon as it is there, and before another key is heard: later it could take the focus from where
+ * the person has gone meanwhile, and an Enter meant for a button would send the form. */
+export function useFirstFocus(field: () => HTMLElement | null | undefined): void {
+  useLayoutEffect(() => field()?.focus(), []);
 }
 
 /** The draft of a form, and what becomes of it. */
