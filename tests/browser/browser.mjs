@@ -162,7 +162,8 @@ export async function look(page, name) {
 }
 
 /** A page as it should be: no wider than its window at each size, and without a violation by axe in each palette. Texts that look
- * alike are judged by two of them, and of targets those that are small or under others. */
+ * alike are judged by two of them, on the first of a flow's pages that has them, and of targets those that are small or under
+ * others. */
 export async function lookInAll(page, name) {
   await lookIn(page, name, PALETTES, SIZES);
 }
@@ -221,19 +222,23 @@ export async function fits(page, where) {
   check(!out.length, `${where}: the page is wider than its window: ${out.join("\n    ")}`);
 }
 
+/** Looks of texts that axe has judged in this flow, as numbers: see [`choosing`]. */
+const judged = new Set();
+
 async function violations(page, where, runs) {
   // What fades in is judged once it is there; alarms flash on.
   await page.evaluate(() => Promise.allSettled(document.getAnimations().filter((one) => one.effect?.getComputedTiming().endTime !== Infinity).map((one) => one.finished)));
   if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(`${axe};(${choosing})()`);
-  const told = await page.evaluate(judge, runs);
+  const { told, looks } = await page.evaluate(judge, { runs, before: [...judged] });
   check(!told.length, `${where}: ${told.join("\n")}`);
+  for (const look of looks) judged.add(look);
 }
 
-/** In the page: what axe's rules say of what they are to look at. */
-async function judge(runs) {
-  const told = [];
+/** In the page: what axe's rules say of what they are to look at, and the looks of texts that were judged. */
+async function judge({ runs, before }) {
+  const [told, looks] = [[], []];
   for (const [names, which] of runs) {
-    const include = which === "all" ? document : window.chosen[which]();
+    const include = which === "all" ? document : window.chosen[which](new Set(before), looks);
     if (include.length === 0) continue;
     const byTag = names[0].startsWith("wcag");
     // Each rule runs once: those that are told by their names are left out of those that are told by their tags.
@@ -242,21 +247,31 @@ async function judge(runs) {
     const { violations } = await window.axe.run(include === document ? document : { include }, options);
     told.push(...violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`));
   }
-  return told;
+  return { told, looks };
 }
 
 /** In the page: brings `window.chosen`, what is enough for axe to look at. */
 function choosing() {
-  /** The first and the last text of those that look alike: same ink, size and strength on the same grounds, in the same layer. */
-  const texts = () => {
+  /** Of a text's look a number; two looks that share one are a matter of 2⁻⁵³. */
+  const numbered = (look) => {
+    let [one, other] = [0xdeadbeef, 0x41c6ce57];
+    for (let at = 0; at < look.length; at++) {
+      one = Math.imul(one ^ look.charCodeAt(at), 2654435761);
+      other = Math.imul(other ^ look.charCodeAt(at), 1597334677);
+    }
+    return 4294967296 * (2097151 & (other ^ (one >>> 16))) + ((one ^ (other >>> 13)) >>> 0);
+  };
+  /** The first and the last text of those that look alike: same ink, size and strength on the same grounds, in the same kind of
+   * layer; without those that look as what was judged `before`. `looks` gets what is new. */
+  const texts = (before, looks) => {
     const grounds = new Map();
-    // All that lies behind a node and how it is laid there, as one text; layers are told apart by their number.
+    // All that lies behind a node and how it is laid there, as one text; layers are told apart by their names.
     const ground = (node) => {
       if (!node) return "";
       if (!grounds.has(node)) {
         const { backgroundColor, backgroundImage, opacity, position, filter, mixBlendMode } = getComputedStyle(node);
         const own = [backgroundColor, backgroundImage, opacity, filter, mixBlendMode].join();
-        const layer = position === "static" || position === "relative" ? "" : `layer ${grounds.size}`;
+        const layer = position === "static" || position === "relative" ? "" : `layer ${node.localName}#${node.id}.${node.className}`;
         const behind = ground(node.parentElement);
         // What shows nothing of its own changes nothing.
         grounds.set(node, own === "rgba(0, 0, 0, 0),none,1,none,normal" && !layer ? behind : `${behind}/${own} ${layer}`);
@@ -272,7 +287,9 @@ function choosing() {
       const key = [node.localName, color, fontSize, fontWeight, textShadow, textDecorationLine, display, off, ground(node)].join();
       alike.set(key, [alike.get(key)?.[0] ?? node, node]);
     }
-    return [...new Set([...alike.values()].flat())];
+    const fresh = [...alike].map(([look, nodes]) => [numbered(look), nodes]).filter(([look]) => !before.has(look));
+    looks.push(...fresh.map(([look]) => look));
+    return [...new Set(fresh.flatMap(([, nodes]) => nodes))];
   };
   /** Targets that are less than 24 px wide or high, or over or under another: of others axe's rule says that they are well. */
   const targets = () => {
