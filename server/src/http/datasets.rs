@@ -16,8 +16,6 @@ use serde_json::Value;
 use shore::datasets::Frozen;
 use std::sync::Arc;
 
-const CSV: &str = "text/csv; charset=utf-8";
-
 /// `GET /api/v1/datasets`.
 pub(crate) async fn list(
     State(state): State<AppState>,
@@ -129,7 +127,7 @@ pub(super) fn download(frozen: Frozen, gzip: bool) -> Download {
     Download {
         question: format!("{name} {}", frozen.question()),
         name,
-        media: CSV,
+        media: frozen.media(),
         gzip,
         write: Arc::new(move |data, out| of_write.write(data, out).map(drop)),
         version: Arc::new(move |data| of_version.version(data)),

@@ -86,9 +86,12 @@ pub(crate) async fn detections(
     let carriers = Selection { messages, range: file.read_range(range), ..Selection::default() };
     let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
     let download = Download {
-        question: format!("{name} {wanted:?} {names:?} {:?} {:?} {register}", file.dialect, file.narrowed),
+        question: format!(
+            "{name} {} {wanted:?} {names:?} {:?} {:?} {register}",
+            file.format.name, file.dialect, file.narrowed
+        ),
         name,
-        media: CSV,
+        media: file.format.media(),
         gzip,
         write: Arc::new(move |data, out| heard::write(data, &wanted, &names, &study, &file, out).map(drop)),
         version: Arc::new(move |data| store::table_version(&mut Reader::open(data)?, &carriers)),

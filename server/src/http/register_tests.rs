@@ -220,9 +220,17 @@ async fn detections_come_in_the_formats_of_portals_with_what_the_register_knows(
     );
     assert_eq!(after.body, file("format=vue").await.body, "the same question, the same bytes");
     for format in research::FORMATS {
-        let body = file(&format!("format={}", format.name)).await.body;
+        let answer = file(&format!("format={}", format.name)).await;
+        let body = answer.body;
         assert!(body.starts_with(format.header), "{}", format.name);
-        let rows = if format.is_of_detections() { 2 } else { 1 };
+        assert_eq!(answer.headers[header::CONTENT_TYPE], format.media());
+        let disposition = answer.headers[header::CONTENT_DISPOSITION].to_str().unwrap();
+        assert!(disposition.ends_with(&format!(".{}\"", format.ending())), "{disposition}");
+        if !format.is_csv() {
+            continue;
+        }
+        // One of both tags is that of an animal.
+        let rows = if format.is_of_detections() && format.name != "darwin-core" { 2 } else { 1 };
         assert_eq!(
             body[format.header.len()..].lines().count(),
             rows + usize::from(format.name == "lutra"),

@@ -75,7 +75,7 @@ pub(crate) async fn detections(
     let frozen = datasets.shared_file(&open, query.format.as_deref()).await?;
     let place = datasets.place(&open)?;
     let what = ShareVisitKind::Download;
-    datasets.note(&open, what, remote.address, &format!("detections.csv {}", frozen.format())).await?;
+    datasets.note(&open, what, remote.address, &frozen.name()).await?;
     download(frozen, query.gzip.unwrap_or(false)).answer_in(Box::new(place), &state, &headers).await
 }
 

@@ -231,8 +231,8 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
     assert_eq!(
         uses,
         [
-            (ShareVisitKind::Download, "detections.csv vue".to_owned(), from.clone()),
-            (ShareVisitKind::Download, "detections.csv lutra".to_owned(), from.clone()),
+            (ShareVisitKind::Download, "detections-vue.csv".to_owned(), from.clone()),
+            (ShareVisitKind::Download, "detections.csv".to_owned(), from.clone()),
             (ShareVisitKind::View, String::new(), from),
         ]
     );

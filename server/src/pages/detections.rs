@@ -18,7 +18,7 @@ struct DetectionsPage {
     /// Whether the person may export data.
     researcher: bool,
     /// The columns of the file, each with what it tells.
-    columns: &'static [(&'static str, &'static str)],
+    columns: &'static [research::DetectionColumn],
 }
 
 /// `GET /detections`.

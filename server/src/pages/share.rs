@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 const KEPT_S: u32 = 43_200;
 
 /// Formats besides the canonical one, and what they are called on all pages.
-const FORMATS: [(&str, &str); 10] = [
+const FORMATS: [(&str, &str); 14] = [
     ("vue", "VUE (Innovasea)"),
     ("fathom", "Fathom (Innovasea)"),
     ("thelma", "Thelma Biotel ComPort"),
@@ -33,6 +33,10 @@ const FORMATS: [(&str, &str); 10] = [
     ("actel", word("actel, detections")),
     ("yaps", "yaps"),
     ("movebank", "Movebank"),
+    ("darwin-core", word("Darwin Core (OBIS, GBIF), occurrences")),
+    ("geojson", word("GeoJSON, for maps")),
+    ("kml", word("KML, for Google Earth")),
+    ("parquet", word("Parquet, for programs")),
 ];
 
 /// Why a link shows nothing, in plain words.
@@ -79,7 +83,7 @@ struct Data {
     bytes: String,
     time: String,
     place: String,
-    formats: [(&'static str, &'static str); 10],
+    formats: [(&'static str, &'static str); 14],
     check: Option<DatasetCheck>,
     /// Whether a check runs that took longer than the page waits.
     is_being_checked: bool,

@@ -78,6 +78,11 @@ impl Frozen {
         self.file.format.name
     }
 
+    /// Its media type.
+    pub fn media(&self) -> &'static str {
+        self.file.format.media()
+    }
+
     /// What is asked, in words that differ when the bytes may.
     pub fn question(&self) -> String {
         let Self { wanted, names, register, file, .. } = self;

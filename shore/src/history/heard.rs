@@ -102,10 +102,11 @@ impl HeardFile {
 
     /// The name of the file, without what packs it.
     pub fn name(&self) -> String {
-        if self.format.name == LUTRA.name {
-            "detections.csv".to_owned()
+        let Format { name, .. } = self.format;
+        if name == LUTRA.name || !self.format.is_csv() {
+            format!("detections.{}", self.format.ending())
         } else {
-            format!("detections-{}.csv", self.format.name)
+            format!("detections-{name}.csv")
         }
     }
 }
@@ -113,8 +114,9 @@ impl HeardFile {
 /// Writes a header, and a row for each detection that is wanted. Vessels are called by `names`, else as they announced.
 ///
 /// # Errors
-/// When the history cannot be read or `out` not be written. A table that was begun then ends with a line that begins with
-/// `#ERROR`, as far as it can be written, and is not whole.
+/// When the history cannot be read or `out` not be written. A table of comma-separated values that was begun then ends with a line
+/// that begins with `#ERROR`, as far as it can be written, and is not whole; files of other formats lack their end, without which no
+/// program reads them.
 pub fn write(
     data: &Path,
     wanted: &DetectionsWanted,
@@ -141,7 +143,9 @@ fn write_told(
     let written = rows.write(data, &read);
     if let Err(error) = written {
         let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
-        rows.out.write_all(line.as_bytes()).ok();
+        if file.format.is_csv() {
+            rows.out.write_all(line.as_bytes()).ok();
+        }
         return Err(error);
     }
     Ok((rows.done, rows.covered))
@@ -368,7 +372,7 @@ impl<'r> Rows<'r> {
     }
 
     fn write(&mut self, data: &Path, wanted: &DetectionsWanted) -> store::Result<()> {
-        self.writer.header(&mut self.buffer);
+        self.writer.header(&mut self.buffer).map_err(unwritable)?;
         self.fixed.bytes += self.buffer.len() as u64;
         if self.file.format.is_of_detections() {
             let mut lags = self.file.needs_lag().then(Lags::default);
@@ -395,13 +399,19 @@ impl<'r> Rows<'r> {
             while let Some((one, lag)) = lags.as_mut().and_then(Lags::take) {
                 self.row(&one, lag)?;
             }
-            read?;
+            if read.is_err() {
+                // Of a table rows are written by thousands: here are those of a sample.
+                self.writer.end(&mut self.buffer, self.study).map_err(unwritable)?;
+                return read;
+            }
         }
         let before = self.buffer.len();
-        let rows = self.writer.rows_of(&mut self.buffer, self.study);
+        let rows = self.writer.end(&mut self.buffer, self.study).map_err(unwritable)?;
         self.done.rows += rows;
-        self.fixed.rows += rows;
-        self.fixed.bytes += (self.buffer.len() - before) as u64;
+        if !self.file.format.is_of_detections() {
+            self.fixed.rows += rows;
+            self.fixed.bytes += (self.buffer.len() - before) as u64;
+        }
         self.flush()?;
         self.out.flush().map_err(unwritable)
     }
@@ -442,7 +452,7 @@ impl<'r> Rows<'r> {
         let called = self.names.get(&vessel).or_else(|| self.announced.get(&vessel)).map_or("", |name| name);
         let heard = self.study.heard(&given, called, lag);
         self.wanted += 1;
-        if self.writer.row(&mut self.buffer, &heard) {
+        if self.writer.row(&mut self.buffer, &heard).map_err(unwritable)? {
             self.done.rows += 1;
             cover(&mut self.covered, &heard);
         }

@@ -229,6 +229,10 @@ export const FORMATS: readonly (readonly [string, string])[] = [
   ["actel-biometrics", t("actel, biometrics")],
   ["yaps", "yaps"],
   ["movebank", "Movebank"],
+  ["darwin-core", t("Darwin Core (OBIS, GBIF), occurrences")],
+  ["geojson", t("GeoJSON, for maps")],
+  ["kml", t("KML, for Google Earth")],
+  ["parquet", t("Parquet, for programs")],
 ];
 
 /** Tags by protocol and number: whose a detection is. */

@@ -15,16 +15,16 @@ mod tests {
 
     #[test]
     fn the_canonical_bytes_change_only_with_their_number() {
-        let writer = Writer::new(LUTRA, tables::Dialect::Plain);
+        let mut writer = Writer::new(LUTRA, tables::Dialect::Plain);
         let study = study("temperature");
         let mut out = Vec::new();
-        writer.header(&mut out);
+        writer.header(&mut out).unwrap();
         let full = detection(63.432_123_4, 10.398_765_4);
         let mut bare = full.clone();
         (bare.pose, bare.data, bare.raw) = (None, None, None);
         bare.tag_id = 102;
         for (one, lag) in [(&full, Lag::Seconds(61.5)), (&bare, Lag::Nothing), (&bare, Lag::Unknown)] {
-            assert!(writer.row(&mut out, &study.heard(one, "otter, \"old\"", lag)));
+            assert!(writer.row(&mut out, &study.heard(one, "otter, \"old\"", lag)).unwrap());
         }
         let text = String::from_utf8(out).unwrap();
         assert_eq!(

@@ -2,7 +2,7 @@
 //! schema.org, and the `datapackage.json` of Frictionless Data.
 
 use super::draft::{embargo_us, licence_name, licence_page};
-use crate::formats::LUTRA_COLUMNS;
+use crate::formats::{ColumnKind, DetectionColumn, LUTRA_COLUMNS};
 use api::{DatasetAuthor, DatasetContent, DatasetQuery, DatasetShare, DatasetVersion};
 use serde_json::{Map, Value, json};
 use units::UtcTime;
@@ -273,50 +273,25 @@ pub fn datapackage(of: &Described<'_>) -> Value {
     all
 }
 
-/// Columns that are whole numbers, numbers and times; all others are texts.
-const WHOLE: [&str; 9] = [
-    "receiver",
-    "snr [dB]",
-    "sensor_value [count]",
-    "frequency [kHz]",
-    "tag_id",
-    "lines_lost_before",
-    "noise_average [count]",
-    "noise_peak [count]",
-    "memory_address",
-];
-const REAL: [&str; 9] = [
-    "latitude [deg]",
-    "longitude [deg]",
-    "position_age [s]",
-    "position_deviation [m]",
-    "clock_count [s]",
-    "noise_age [s]",
-    "propeller_speed [rpm]",
-    "sensor_reading",
-    "min_lag [s]",
-];
-const TIMES: [&str; 3] = ["heard_utc", "reported_utc", "received_utc"];
-
 fn fields() -> Vec<Value> {
-    let field = |(name, about): &(&str, &str)| {
+    let field = |column: &DetectionColumn| {
         let mut field = Map::new();
-        field.insert("name".to_owned(), json!(name));
-        let kind = match *name {
-            name if WHOLE.contains(&name) => "integer",
-            name if REAL.contains(&name) => "number",
-            name if TIMES.contains(&name) => "datetime",
-            _ => "string",
+        field.insert("name".to_owned(), json!(column.name));
+        let kind = match column.kind {
+            ColumnKind::Whole => "integer",
+            ColumnKind::Real => "number",
+            ColumnKind::Time => "datetime",
+            ColumnKind::Text => "string",
         };
         field.insert("type".to_owned(), json!(kind));
-        if kind == "datetime" {
+        if column.kind == ColumnKind::Time {
             // The default format has no parts of a second.
             field.insert("format".to_owned(), json!("%Y-%m-%dT%H:%M:%S.%fZ"));
         }
-        if let Some(unit) = name.split_once(" [").and_then(|(_, unit)| unit.strip_suffix(']')) {
+        if let Some(unit) = column.unit() {
             field.insert("unit".to_owned(), json!(unit));
         }
-        field.insert("description".to_owned(), json!(about));
+        field.insert("description".to_owned(), json!(column.about));
         Value::Object(field)
     };
     LUTRA_COLUMNS.iter().map(field).collect()
@@ -429,10 +404,6 @@ mod tests {
         let resource = &all["resources"][0];
         assert_eq!((&resource["hash"], &resource["rows"]), (&json!("sha256:ab"), &json!(2)));
         assert_eq!(resource["schema"]["fields"].as_array().unwrap().len(), LUTRA_COLUMNS.len());
-        let typed = WHOLE.iter().chain(&REAL).chain(&TIMES);
-        for name in typed {
-            assert!(LUTRA_COLUMNS.iter().any(|(column, _)| column == name), "{name} is a column");
-        }
         assert_eq!(all["query"]["tags"], json!(["S256-101", "S256-102"]));
         assert_eq!(json_ld(&described(&version, None))["distribution"][0]["sha256"], "ab");
     }

@@ -1,5 +1,6 @@
 //! The cells of a row.
 
+use super::columns::{Value, digits};
 use tables::{Dialect, Format, IsoTime};
 use units::UtcTime;
 
@@ -19,6 +20,20 @@ impl<'o> Cells<'o> {
     fn next(&mut self) {
         if !std::mem::replace(&mut self.is_first, false) {
             self.format.next(self.out);
+        }
+    }
+
+    /// A value as our own table has it.
+    pub(super) fn value(&mut self, value: Value<'_>) {
+        match value {
+            Value::Text(text) => self.text(text),
+            Value::Whole(value) => self.whole(value),
+            Value::Real(value) => self.real(value),
+            Value::Degrees(value) => self.degrees(value),
+            Value::Number(value) => self.number(value),
+            Value::Thousandths(seconds, millis) => self.decimals(&format!("{seconds}.{millis:03}")),
+            Value::Millis(time) => self.iso_ms(time.map(UtcTime::micros)),
+            Value::Micros(time) => self.iso_us(time),
         }
     }
 
@@ -60,13 +75,10 @@ impl<'o> Cells<'o> {
         tables::double(self.out, value, self.format.dialect);
     }
 
-    /// A number with the digits that it needs: `12`, `0.2`. Rounded to twelve digits, as a product of decimals has crumbs.
+    /// A number with the digits that it needs: `12`, `0.2`; see [`digits`].
     pub(super) fn number(&mut self, value: Option<f64>) {
         let Some(value) = value.filter(|value| value.is_finite()) else { return self.nothing() };
-        let digits = 11 - if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-        let text = format!("{value:.*}", usize::try_from(digits.clamp(0, 12)).unwrap_or(0));
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        self.decimals(if text == "-0" { "0" } else { text });
+        self.decimals(&digits(value));
     }
 
     /// Degrees with eight decimals.

@@ -1,5 +1,7 @@
 use super::*;
 use crate::lag::{Lag, Lags};
+use ::parquet::file::reader::{FileReader as _, SerializedFileReader};
+use ::parquet::record::Field;
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterPerson, RegisterProject, RegisterReceiver, RegisterRecord,
     RegisterTag,
@@ -110,14 +112,18 @@ fn lag_of(lag_s: Option<f64>) -> Lag {
     lag_s.map_or(Lag::Nothing, Lag::Seconds)
 }
 
-fn file(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> String {
-    let (writer, mut out) = (Writer::new(format, Dialect::Plain), Vec::new());
-    writer.header(&mut out);
+fn bytes(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> Vec<u8> {
+    let (mut writer, mut out) = (Writer::new(format, Dialect::Plain), Vec::new());
+    writer.header(&mut out).unwrap();
     for (one, lag) in all {
-        writer.row(&mut out, &study.heard(one, "otter-1", lag_of(*lag)));
+        writer.row(&mut out, &study.heard(one, "otter-1", lag_of(*lag))).unwrap();
     }
-    writer.rows_of(&mut out, study);
-    String::from_utf8(out).unwrap()
+    writer.end(&mut out, study).unwrap();
+    out
+}
+
+fn file(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> String {
+    String::from_utf8(bytes(format, study, all)).unwrap()
 }
 
 /// The rows of a format for a detection that is known whole and one of which little is known, without its header.
@@ -134,7 +140,8 @@ fn headers_are_those_of_the_fact_sheet() {
     else {
         return;
     };
-    for format in FORMATS.iter().filter(|format| format.name != "lutra" && format.name != "fathom") {
+    let of_others = |format: &&Format| format.is_csv() && !["lutra", "fathom"].contains(&format.name);
+    for format in FORMATS.iter().filter(of_others) {
         // Of GLATOS the sheet has 1.3, and what 1.4 adds.
         let header = format.header.trim_end().trim_end_matches(",record_status");
         // Of actel's biometrics too it names the columns one after another; of Movebank each in backticks of its own.
@@ -156,7 +163,7 @@ fn headers_are_those_of_the_fact_sheet() {
 
 #[test]
 fn every_row_has_a_cell_for_each_column() {
-    for format in FORMATS {
+    for format in FORMATS.into_iter().filter(Format::is_csv) {
         let study = study();
         let text = file(format, &study, &[(Detection { raw: None, ..whole() }, Some(1.0)), (bare(), None)]);
         let plain = text.replace("\"Lena, mouth\"", "").replace("\"Nordmann, K. (2026)\"", "");
@@ -257,6 +264,104 @@ fn rows_of_packages() {
 }
 
 #[test]
+fn rows_of_darwin_core() {
+    // What has no animal, or was heard nobody knows where, is no occurrence.
+    assert_eq!(
+        rows("darwin-core"),
+        [
+            "Event,,,,,FJORD,,MachineObservation,,0814-1024-1795248000.007-S256-7-2-1795248001000001,female,,present,Salmon 12,\
+             Salmon 12,0814-1024-1795248000.007-S256-7-2-1795248001000001,,2026-11-21T08:00:00.007Z,acoustic telemetry,,,Spring,\
+             63.44000000,-10.40000000,EPSG:4326,1002,,,Salmo salar,Animalia"
+        ]
+    );
+}
+
+/// The cells of the format `lutra` of the same detections, as plain texts: what other formats of all columns must say too.
+fn cells(all: &[(Detection, Option<f64>)]) -> Vec<Vec<String>> {
+    let text = file(LUTRA, &study(), all).replace("\"'=1024,1\"", "=1024;1");
+    let cells = |line: &str| line.split(',').map(|cell| cell.replace(';', ",")).collect();
+    text.lines().skip(1).map(cells).collect()
+}
+
+#[test]
+fn geojson_has_every_column_and_a_place_where_one_is_known() {
+    let all = [(whole(), Some(7.25)), (bare(), None)];
+    let text = file(format("geojson").unwrap(), &study(), &all);
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let features = json["features"].as_array().unwrap();
+    assert_eq!((&json["type"], features.len()), (&"FeatureCollection".into(), 2));
+    for (feature, cells) in features.iter().zip(cells(&all)) {
+        for (column, cell) in LUTRA_COLUMNS.iter().zip(cells) {
+            let value = &feature["properties"][column.name];
+            match column.kind {
+                _ if cell.is_empty() => assert!(value.is_null(), "{}", column.name),
+                ColumnKind::Text | ColumnKind::Time => assert_eq!(value, &cell, "{}", column.name),
+                ColumnKind::Whole | ColumnKind::Real => {
+                    assert_eq!(value.as_f64(), cell.parse().ok(), "{}", column.name);
+                }
+            }
+        }
+    }
+    assert_eq!(features[0]["geometry"], serde_json::json!({"type": "Point", "coordinates": [-10.4, 63.44]}));
+    assert!(features[1]["geometry"].is_null());
+    let none: serde_json::Value =
+        serde_json::from_str(&file(format("geojson").unwrap(), &study(), &[])).unwrap();
+    assert_eq!(none["features"], serde_json::json!([]));
+}
+
+#[test]
+fn kml_is_whole_and_escapes_what_vessels_said() {
+    let raw = Some("<1024 & \"1\"\u{7}>".to_owned());
+    let text =
+        file(format("kml").unwrap(), &study(), &[(Detection { raw, ..whole() }, None), (bare(), None)]);
+    let mut reader = quick_xml::Reader::from_str(&text);
+    let (mut depth, mut marks) = (0, 0);
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Start(start) => {
+                depth += 1;
+                marks += usize::from(start.name().as_ref() == "Placemark");
+            }
+            quick_xml::events::Event::End(_) => depth -= 1,
+            quick_xml::events::Event::Eof => break,
+            _ => {}
+        }
+    }
+    assert_eq!((depth, marks), (0, 1), "what has no place is left out");
+    assert!(text.contains("<value>&lt;1024 &amp; &quot;1&quot; &gt;</value>"), "{text}");
+    assert!(text.contains("<when>2026-11-21T08:00:00.007Z</when>"));
+    assert!(text.contains("<coordinates>-10.40000000,63.44000000</coordinates>"));
+    assert!(text.contains("<Placemark><name>Salmon 12</name>"));
+}
+
+#[test]
+fn a_table_of_parquet_has_the_same_values_with_their_types() {
+    let all: Vec<_> =
+        (0..32_800).map(|at| if at % 3 == 0 { (bare(), None) } else { (whole(), Some(7.25)) }).collect();
+    let bytes = bytes(format("parquet").unwrap(), &study(), &all);
+    let file = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
+    assert_eq!(file.metadata().num_row_groups(), 2);
+    let (mut rows, wanted) = (file.get_row_iter(None).unwrap(), cells(&all));
+    for wanted in &wanted {
+        let row = rows.next().unwrap().unwrap();
+        for ((name, field), (column, cell)) in row.get_column_iter().zip(LUTRA_COLUMNS.iter().zip(wanted)) {
+            assert_eq!(name, column.name);
+            match (column.kind, field) {
+                (_, Field::Null) => assert!(cell.is_empty(), "{name}"),
+                (ColumnKind::Text, Field::Str(text)) => assert_eq!(text, cell),
+                (ColumnKind::Whole, Field::Long(value)) => assert_eq!(value, &cell.parse::<i64>().unwrap()),
+                (ColumnKind::Real, Field::Double(value)) => assert_eq!(value, &cell.parse::<f64>().unwrap()),
+                (ColumnKind::Time, Field::TimestampMicros(us)) => {
+                    assert_eq!(UtcTime::from_micros(*us), cell.parse().unwrap(), "{name}");
+                }
+                (kind, field) => panic!("{name}: {field:?} is no {kind:?}"),
+            }
+        }
+    }
+    assert!(rows.next().is_none());
+}
+
+#[test]
 fn a_count_without_a_meaning_says_that_it_is_one() {
     for (name, cells) in
         [("etn", ",42,ADC,"), ("actel", ",42,ADC\n"), ("vue", ",42,ADC,"), ("glatos", ",42,ADC,")]
@@ -286,10 +391,10 @@ fn a_row_tells_everything_that_was_carried_and_what_the_register_knows() {
          2026-11-21T08:00:01.000001Z,2026-11-21T08:00:02.000000Z,S256,7,0,0,40,12.5,0.0,3,\"'=1024,1\",\
          1024-1795248000.007-S256-7-2-1795248001000001,S256-7 A,Salmon 12,Salmo salar,8.4,m,7.25,"
     );
-    let (writer, mut out) = (Writer::new(LUTRA, Dialect::SpreadsheetComma), Vec::new());
-    writer.header(&mut out);
+    let (mut writer, mut out) = (Writer::new(LUTRA, Dialect::SpreadsheetComma), Vec::new());
+    writer.header(&mut out).unwrap();
     let (study, one) = (study(), whole());
-    writer.row(&mut out, &study.heard(&one, "otter-1", Lag::Unknown));
+    writer.row(&mut out, &study.heard(&one, "otter-1", Lag::Unknown)).unwrap();
     let text = String::from_utf8(out).unwrap();
     assert!(
         text.starts_with("\u{FEFF}heard_utc;tag;") && text.contains(";63,44000000;-10,40000000;0,4;"),
