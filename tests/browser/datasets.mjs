@@ -109,7 +109,7 @@ await inBrowser(async (open) => {
   // Each use is told; taken back, the link says so.
   await page.getByRole("button", { name: "Uses of the link for Ola at IMR" }).click();
   await page.getByText(/wrong password, from 127\.0\.0\.1/).waitFor();
-  await page.getByText(/downloaded: detections\.csv lutra, from 127\.0\.0\.1/).waitFor();
+  await page.getByText(/downloaded: detections\.csv, from 127\.0\.0\.1/).waitFor();
   await look(page, "dataset-uses");
   await page.getByRole("button", { name: "Revoke the link for Ola at IMR" }).click();
   await page.getByRole("cell", { name: "revoked" }).waitFor();

@@ -73,11 +73,6 @@ impl Frozen {
         self.file.name()
     }
 
-    /// The name of its format.
-    pub fn format(&self) -> &'static str {
-        self.file.format.name
-    }
-
     /// Its media type.
     pub fn media(&self) -> &'static str {
         self.file.format.media()
