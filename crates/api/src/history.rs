@@ -70,7 +70,7 @@ pub struct TrackQuery {
     pub from_us: i64,
     /// Before this time, µs since 1970 UTC.
     pub to_us: i64,
-    /// At most so many points, 2 to 20000; 2000 when left out.
+    /// At most so many points, 2 to 20000; when left out 2000, and 20000 in a file.
     pub points: Option<u32>,
 }
 

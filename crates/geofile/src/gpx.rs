@@ -120,6 +120,27 @@ pub fn write(shapes: &Shapes) -> String {
     lines.join("\n")
 }
 
+/// Writes a track: a segment for each part that was sailed without a break, each position with its time (ISO 8601, UTC).
+pub fn write_track(name: &str, segments: &[Vec<(Position, String)>]) -> String {
+    let mut lines = vec![
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>".to_owned(),
+        "<gpx version=\"1.1\" creator=\"Lutra\" xmlns=\"http://www.topografix.com/GPX/1/1\">".to_owned(),
+        format!("<trk>\n  <name>{}</name>", escape(name)),
+    ];
+    for segment in segments {
+        lines.push("  <trkseg>".to_owned());
+        lines.extend(segment.iter().map(|(Position { lat_deg, lon_deg }, time)| {
+            format!(
+                "    <trkpt lat=\"{lat_deg:.8}\" lon=\"{lon_deg:.8}\"><time>{}</time></trkpt>",
+                escape(time.as_str())
+            )
+        }));
+        lines.push("  </trkseg>".to_owned());
+    }
+    lines.push("</trk>\n</gpx>\n".to_owned());
+    lines.join("\n")
+}
+
 /// The line of a byte, from 1.
 fn line(text: &str, at: u64) -> usize {
     let before = text.as_bytes().get(..at as usize).unwrap_or(text.as_bytes());

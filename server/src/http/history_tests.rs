@@ -7,8 +7,8 @@ use crate::web::{Kind, Need};
 use api::{
     At, Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint,
 };
-use axum::http::{Method, StatusCode};
-use imc::messages::{LogBookEntry, TBRFishTag};
+use axum::http::{Method, StatusCode, header};
+use imc::messages::{EstimatedState, LogBookEntry, TBRFishTag};
 use imc::{Address, Header, Message, Packet};
 use serde::de::DeserializeOwned;
 use shore::clock;
@@ -106,6 +106,33 @@ async fn a_recording_of_dune_is_whole_in_plots_and_tables() {
     assert!(track.len() > 10 && track.iter().all(|point| (point.lat_deg - 41.0).abs() < 30.0), "{track:?}");
     let book: LogBook = json(&shore, &of("logbook?"), &token).await;
     assert_eq!(book.next, None);
+}
+
+#[tokio::test]
+async fn a_track_is_a_gpx_file_with_a_segment_for_each_part_between_breaks() {
+    let at = |s: i64, lat_deg: f64| {
+        let state = EstimatedState {
+            lat: lat_deg.to_radians(),
+            lon: 10.4_f64.to_radians(),
+            ..EstimatedState::default()
+        };
+        (2, START_US + s * 1_000_000, state.into())
+    };
+    let shore = Shore::with(|data| put(data, &[at(0, 63.44), at(1, 63.45), at(900, 63.46)])).await;
+    let token = shore.token(None, Role::Viewer).await;
+    let (from_us, to_us) = (START_US, START_US + 1_000_000_000);
+    let path = format!("/api/v1/vessels/{OTTER}/track.gpx?from_us={from_us}&to_us={to_us}");
+    let answer = shore.get(&path, &token).await;
+    assert_eq!(answer.headers[header::CONTENT_TYPE], "application/gpx+xml");
+    assert_eq!(answer.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"0x0814-track.gpx\"");
+    let parts: Vec<&str> = answer.body.split("<trkseg>").collect();
+    assert_eq!(parts.len(), 3, "{}", answer.body);
+    assert_eq!(parts[1].matches("<trkpt").count(), 2);
+    let first =
+        "<trkpt lat=\"63.44000000\" lon=\"10.40000000\"><time>2026-11-21T08:00:00.000000Z</time></trkpt>";
+    assert!(parts[1].contains(first), "{}", answer.body);
+    let shapes = geofile::gpx::read(answer.body.as_bytes()).unwrap();
+    assert_eq!(shapes.shapes.len(), 2, "what it writes it reads");
 }
 
 #[tokio::test]

@@ -4,7 +4,7 @@
 //! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
 
 use crate::AppState;
-use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
+use crate::web::{ApiError, InPath, QueryParams, Remote, Who, extract};
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
     PlanRevision, PlanSummary, PlanUploadRequest, Role, StoredPlan,
@@ -206,10 +206,7 @@ pub(crate) async fn export(
         .ok_or_else(|| ApiError::bad_request("format: give imc, geojson or gpx"))?;
     let text = plans::write(&row.plan, format).map_err(refused)?;
     let (media, ending) = format.kind();
-    let plain =
-        |letter: char| if letter.is_ascii_alphanumeric() || "-_".contains(letter) { letter } else { '_' };
-    let name: String = row.plan.name.chars().map(plain).collect();
-    let disposition = format!("attachment; filename=\"{name}.{ending}\"");
+    let disposition = format!("attachment; filename=\"{}.{ending}\"", extract::file_name(&row.plan.name));
     Ok(([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], text)
         .into_response())
 }

@@ -75,6 +75,12 @@ pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
     Ok(TimeRange { from_us, to_us })
 }
 
+/// A name as it may stand in the name of a file on any computer.
+pub(crate) fn file_name(name: &str) -> String {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_".contains(letter);
+    name.chars().map(|letter| if plain(letter) { letter } else { '_' }).collect()
+}
+
 /// A number within bounds.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ import type { LogNotes, Mission, MissionRequest, MissionChange, MissionSummary, 
 import { resource } from "../api/resource";
 import { MissionForm } from "../components/missionform";
 import { NoteList } from "../components/notelist";
-import { hoursText, type MissionDraft, missionAsk, missionDraft, missionFile, notesOf, replayOf } from "../state/missions";
+import { hoursText, type MissionDraft, missionAsk, missionDraft, missionFile, notesOf, replayOf, trackFile } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
 import { createChrome } from "../ui/chrome";
 import { distance, hexAddress, utc } from "../ui/format";
@@ -137,13 +137,14 @@ function Summary({ book, called }: { readonly book: Book; readonly called: Calle
   );
 }
 
-function Files({ book, mission: { mission } }: Part) {
+function Files({ book, mission: { mission }, called }: Part) {
   const toUs = book.toUs();
   return (
     <section class="no-print">
       <h2>{t("Files")}</h2>
       <ul class="files">
         <li><a href={missionFile("positions", mission, toUs)} download>{t("Positions, one a second (CSV)")}</a></li>
+        {mission.vessels.map((vessel) => <li key={vessel}><a href={trackFile(vessel, mission.from_us, toUs)} download>{t("Track of {vessel} (GPX)", { vessel: called(vessel) })}</a></li>)}
         <li><a href={missionFile("detections", mission, toUs)} download>{t("Detections (CSV)")}</a></li>
         <li><a href={missionFile("log", mission, toUs)} download>{t("Everything, as a log (LSF)")}</a></li>
         <li><a href={`/api/v1/logbook.csv?${notesOf(mission, toUs)}`} download>{t("Log book (CSV)")}</a></li>

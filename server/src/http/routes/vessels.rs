@@ -18,6 +18,14 @@ pub(super) fn of_vessels() -> Vec<Route> {
             .gives::<Vec<TrackPoint>>()
             .packed(),
         Route::get(
+            "/api/v1/vessels/{vessel}/track.gpx",
+            viewer,
+            "A vessel's track as GPX, for chart plotters; parts between breaks of 5 min and more are segments.",
+            history::track_gpx,
+        )
+        .query::<TrackQuery>()
+        .media("application/gpx+xml"),
+        Route::get(
             "/api/v1/vessels/{vessel}/buckets",
             viewer,
             "Least, greatest and mean values of a field, for plots of any range.",
