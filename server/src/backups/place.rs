@@ -46,8 +46,9 @@ pub(crate) fn place(config: &Config) -> Place {
     }
     // One that is not there yet comes to the disk of the folder that is to hold it.
     let holds = folder.ancestors().find_map(Disk::of);
+    let (Some(holds), Some(data)) = (holds, Disk::of(&config.data)) else { return Place::Usable };
     let system = OF_THE_SYSTEM.map(|path| Disk::of(Path::new(path)));
-    wrong_disk(holds, Disk::of(&config.data), system).map_or(Place::Usable, |which| {
+    wrong_disk(&holds, &data, &system).map_or(Place::Usable, |which| {
         let place = if is_there { "lies" } else { "is not there, and would come to lie" };
         Place::Refused(format!(
             "backup.folder {} {place} on {which}: is its own disk mounted? Mount it there, or name a folder on another disk; \
@@ -115,7 +116,9 @@ fn disks_below(device: &Path, deeper: u32, whole: &mut BTreeSet<PathBuf>) {
         .map(|entries| entries.flatten().map(|entry| entry.path()).collect())
         .unwrap_or_default();
     if deeper > 0 && !made_of.is_empty() {
-        made_of.iter().for_each(|below| disks_below(below, deeper - 1, whole));
+        for below in &made_of {
+            disks_below(below, deeper - 1, whole);
+        }
     } else if device.join("partition").exists() {
         whole.extend(device.parent().map(Path::to_owned));
     } else {
@@ -124,12 +127,11 @@ fn disks_below(device: &Path, deeper: u32, whole: &mut BTreeSet<PathBuf>) {
 }
 
 /// On which disk a backup does not belong, if it lies there.
-fn wrong_disk(folder: Option<Disk>, data: Option<Disk>, system: [Option<Disk>; 2]) -> Option<&'static str> {
-    let (folder, data) = (folder?, data?);
+fn wrong_disk(folder: &Disk, data: &Disk, system: &[Option<Disk>; 2]) -> Option<&'static str> {
     if folder.file_system == data.file_system {
         return Some("the disk of the data, which it would fill, and with which it would be lost");
     }
-    if folder.is_partition_beside(&data) {
+    if folder.is_partition_beside(data) {
         return Some("another partition of the disk of the data, with which it would be lost");
     }
     let at =
@@ -145,31 +147,32 @@ mod tests {
     use super::*;
 
     /// A file system on a disk of its own, or on one that Linux does not name.
-    fn disk(file_system: u64, whole: &str) -> Option<Disk> {
+    fn disk(file_system: u64, whole: &str) -> Disk {
         let whole = if whole.is_empty() { BTreeSet::new() } else { BTreeSet::from([whole.into()]) };
-        Some(Disk { file_system, whole })
+        Disk { file_system, whole }
     }
 
     #[test]
     fn a_backup_belongs_on_a_disk_of_its_own() {
-        let wrong = |folder, data, root, var| wrong_disk(folder, data, [root, var]).unwrap_or_default();
+        let wrong = |folder: &Disk, data: &Disk, root: &Disk, var: &Disk| {
+            wrong_disk(folder, data, &[Some(root.clone()), Some(var.clone())]).unwrap_or_default()
+        };
         let (root, var) = (disk(1, "sda"), disk(2, "sda"));
         let (data, own) = (disk(3, "sdb"), disk(4, "sdc"));
-        assert_eq!(wrong(own.clone(), data.clone(), root.clone(), var.clone()), "");
-        assert!(wrong(data.clone(), data.clone(), root.clone(), var.clone()).contains("disk of the data"));
+        assert_eq!(wrong(&own, &data, &root, &var), "");
+        assert!(wrong(&data, &data, &root, &var).contains("disk of the data"));
         // Its disk is not mounted, and the folder is the bare one below.
-        assert!(wrong(root.clone(), data.clone(), root.clone(), root.clone()).contains("root disk"));
-        assert!(wrong(var.clone(), data.clone(), root.clone(), var.clone()).contains("partition of /var"));
+        assert!(wrong(&root, &data, &root, &root).contains("root disk"));
+        assert!(wrong(&var, &data, &root, &var).contains("partition of /var"));
         // One disk in partitions: /, /var with the data, and another.
         let partition = "another partition of the disk of the data";
-        assert!(wrong(root.clone(), var.clone(), root.clone(), var.clone()).contains(partition));
-        assert!(wrong(disk(9, "sda"), var.clone(), root.clone(), var.clone()).contains(partition));
-        assert!(wrong(var.clone(), root.clone(), root.clone(), var.clone()).contains(partition));
+        assert!(wrong(&root, &var, &root, &var).contains(partition));
+        assert!(wrong(&disk(9, "sda"), &var, &root, &var).contains(partition));
+        assert!(wrong(&var, &root, &root, &var).contains(partition));
         // A partition of its own on the system's disk does, where the data has another disk.
-        assert_eq!(wrong(disk(9, "sda"), data, root.clone(), var.clone()), "");
+        assert_eq!(wrong(&disk(9, "sda"), &data, &root, &var), "");
         // What Linux does not name is told apart by its file system alone.
-        assert_eq!(wrong(disk(9, ""), disk(8, ""), root.clone(), var.clone()), "");
-        assert_eq!(wrong(None, own, root, var), "", "where nothing is known nothing is refused");
+        assert_eq!(wrong(&disk(9, ""), &disk(8, ""), &root, &var), "");
     }
 
     #[test]

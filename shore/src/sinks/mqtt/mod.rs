@@ -50,10 +50,18 @@ pub(crate) struct Mqtt {
     takes: bool,
     /// Larger payloads were refused since it was last out of reach, bytes.
     largest_payload_bytes: usize,
-    has_said_unread: bool,
-    has_said_unretained: bool,
-    /// Topics of which it was said that they are refused.
-    said: BTreeSet<String>,
+    said: Said,
+}
+
+/// What was said once.
+#[derive(Debug, Default)]
+struct Said {
+    /// What the broker holds cannot be read.
+    unread: bool,
+    /// The broker retains nothing.
+    unretained: bool,
+    /// Topics with a message that is refused.
+    refused: BTreeSet<String>,
 }
 
 impl Mqtt {
@@ -79,9 +87,7 @@ impl Mqtt {
             taken: BTreeSet::new(),
             takes: false,
             largest_payload_bytes: usize::MAX,
-            has_said_unread: false,
-            has_said_unretained: false,
-            said: BTreeSet::new(),
+            said: Said::default(),
         }))
     }
 
@@ -92,8 +98,8 @@ impl Mqtt {
             return Ok(connection);
         }
         let connection = Connection::open(self.options.clone()).await?;
-        if !connection.retains && !self.has_said_unretained {
-            self.has_said_unretained = true;
+        if !connection.retains && !self.said.unretained {
+            self.said.unretained = true;
             tracing::warn!(
                 to = self.target,
                 "MQTT: the broker retains nothing (retain_available), so who subscribes waits for the next value of each topic"
@@ -114,8 +120,8 @@ impl Mqtt {
                 retained.note(topic, order_us);
             }
         });
-        if !may_read.await? && !self.has_said_unread {
-            self.has_said_unread = true;
+        if !may_read.await? && !self.said.unread {
+            self.said.unread = true;
             tracing::warn!(
                 to = self.target,
                 "MQTT: the broker lets the server not read below its topic, so after a restart an older value may be retained; \
@@ -191,7 +197,7 @@ impl Mqtt {
         );
         let bytes = message.payload.len();
         let reason = || format!("{refusal} ({}/{}, {bytes} bytes)", self.prefix, message.topic);
-        if self.said.len() < MOST_SAID && self.said.insert(message.topic.clone()) {
+        if self.said.refused.len() < MOST_SAID && self.said.refused.insert(message.topic.clone()) {
             tracing::warn!(to = self.target, "MQTT: a message is passed over: {}", reason());
         }
         self.refused.add(reason);

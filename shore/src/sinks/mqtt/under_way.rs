@@ -62,8 +62,12 @@ mod tests {
     #[test]
     fn answers_find_their_messages_in_whatever_order_they_come() {
         let mut under_way = UnderWay::default();
-        (0..4).for_each(|place| under_way.queue(place));
-        [7, 8, 1].into_iter().for_each(|packet| under_way.sent(packet));
+        for place in 0..4 {
+            under_way.queue(place);
+        }
+        for packet in [7, 8, 1] {
+            under_way.sent(packet);
+        }
         under_way.confirmed(8, PubAckReason::NotAuthorized).unwrap();
         under_way.confirmed(7, PubAckReason::Success).unwrap();
         under_way.confirmed(1, PubAckReason::NoMatchingSubscribers).unwrap();
