@@ -1,7 +1,7 @@
 //! One vessel's link: its session, between its connections, the hub and the recorder.
 
 use super::figures::Figures;
-use super::ways::Named;
+use super::named::Named;
 use super::{Event, Out};
 use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;

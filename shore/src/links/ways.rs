@@ -1,42 +1,7 @@
 //! What a vessel with several ways says of them, as figures.
-//!
-//! Names of ways are a vessel's own, and each makes series that last as long as the server: of one vessel the first
-//! [`MOST_NAMES`] have figures, and the rest are shown on pages and by the API alone.
 
 use super::vessel::Task;
 use link::{WayReport, WayState, WaysReport};
-use std::collections::BTreeSet;
-
-/// Names that have figures, as many as a vessel can have ways.
-const MOST_NAMES: usize = link::MOST_WAYS;
-
-/// The names of a vessel's ways that have figures.
-#[derive(Debug, Default)]
-pub(super) struct Named {
-    names: BTreeSet<String>,
-    /// That there are more was said.
-    said: bool,
-}
-
-impl Named {
-    /// Whether the way of this name has figures.
-    fn has(&mut self, vessel: &str, name: &str) -> bool {
-        if self.names.contains(name) {
-            return true;
-        }
-        if self.names.len() < MOST_NAMES {
-            return self.names.insert(name.to_owned());
-        }
-        if !std::mem::replace(&mut self.said, true) {
-            tracing::warn!(
-                %vessel, way = name,
-                "the vessel has named more than {MOST_NAMES} ways since the server started: this and further ones have no \
-                 figures at /metrics until it is started again"
-            );
-        }
-        false
-    }
-}
 
 impl Task {
     /// Keeps what the vessel says of its ways, and tells a change of the one that carries live values.
@@ -86,7 +51,7 @@ impl Task {
     /// Ways that are not in the report are up no more, and carry nothing.
     fn no_figures_but(&self, report: &WaysReport) {
         let vessel = self.vessel.to_string();
-        for name in &self.named.names {
+        for name in self.named.names() {
             if report.ways.iter().all(|way| way.name != *name) {
                 let gone = WayReport { name: name.clone(), ..WayReport::default() };
                 figures(&vessel, &gone, (false, false));
@@ -107,18 +72,4 @@ fn figures(vessel: &str, way: &WayReport, (live, records): (bool, bool)) {
     gauge("lutra_way_rate_bytes_per_second", f64::from(way.rate_bytes_per_s));
     gauge("lutra_way_today_bytes", way.today_bytes as f64);
     gauge("lutra_way_daily_budget_bytes", way.daily_bytes as f64);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_that_a_vessel_makes_up_have_no_figures_beyond_the_eighth() {
-        let mut named = Named::default();
-        let mut has = |number: usize| named.has("otter", &format!("way {number}"));
-        assert!((0..8).all(&mut has) && (0..8).all(&mut has));
-        assert!(!has(8) && !has(9));
-        assert_eq!(named.names.len(), 8);
-    }
 }

@@ -1,11 +1,10 @@
 //! From the text of a fleet file to a [`Fleet`], or to everything that is wrong with it.
 
-use super::fields::{Fields, Found, Report};
+use super::fields::{Fields, Found, Report, ip_of, is_plain, line};
 use super::rules::{self, Placed};
 use super::ways::{Way, ways};
 use super::{Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn};
 use std::net::{IpAddr, Ipv4Addr};
-use std::str::FromStr;
 use toml::de::DeTable;
 
 /// The largest fleet file that is read, in bytes.
@@ -313,44 +312,8 @@ fn settings(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Vec<Setting> {
 /// Settings of one table; every vessel has those of all.
 const MOST_SETTINGS: usize = 500;
 
-/// A text that can stand in a line of an .ini file.
-pub(super) fn line<'a>(
-    report: &mut Report<'_>,
-    fields: &Fields<'a, '_>,
-    key: &str,
-) -> Option<Found<&'a str>> {
-    let found = fields.text(report, key)?;
-    if is_plain(found.value) && !found.value.trim().is_empty() {
-        return Some(found);
-    }
-    let text = format!("{:?} cannot stand in an .ini file", found.value);
-    fields.wrong(report, found.at, key, text, "write a text without [ ] # ; and line ends");
-    None
-}
-
 fn ip(report: &mut Report<'_>, fields: &Fields<'_, '_>, key: &str) -> Option<Found<Ipv4Addr>> {
     ip_of(report, fields, key, "an IPv4 address", "10.8.0.11")
-}
-
-/// An address of a family.
-pub(super) fn ip_of<A: FromStr>(
-    report: &mut Report<'_>,
-    fields: &Fields<'_, '_>,
-    key: &str,
-    what: &str,
-    example: &str,
-) -> Option<Found<A>> {
-    let found = fields.text(report, key)?;
-    let address = found.value.parse().ok().map(|value| Found { value, at: found.at });
-    if address.is_none() {
-        let text = format!("{:?} is not {what}", found.value);
-        fields.wrong(report, found.at, key, text, format!("write one like {example}"));
-    }
-    address
-}
-
-fn is_plain(text: &str) -> bool {
-    text.len() <= 1_000 && !text.contains(['[', ']', '#', ';', '\\']) && !text.contains(char::is_control)
 }
 
 /// Whether it can be a vessel's name: part of names of files, and of lines of configurations.

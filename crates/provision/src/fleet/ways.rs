@@ -1,7 +1,6 @@
 //! The ways by which a vessel reaches the shore, such as 4G and a radio: the agent's `[Transports.LutraWay/…]`.
 
-use super::fields::{Fields, Found, Report};
-use super::read::{ip_of, line};
+use super::fields::{Fields, Found, Report, ip_of, line};
 use std::net::IpAddr;
 use toml::de::DeTable;
 

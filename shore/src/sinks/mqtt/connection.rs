@@ -3,7 +3,7 @@
 //! rumqttc would connect again by itself and send again what it holds. Here a connection that is lost is given up instead, with
 //! all that waits in it: the carrier sends the batch again from the archive, so nothing is held in two places.
 
-use super::UnderWay;
+use super::under_way::{Refusal, UnderWay};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use rumqttc::Outgoing;
 use rumqttc::v5::mqttbytes::v5::{
@@ -40,27 +40,6 @@ pub(super) enum Said {
     /// It has shown all.
     Unsubscribed,
     Lost(ConnectionError),
-}
-
-/// Why a broker will never take a message.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Refusal {
-    /// It is larger than the broker takes.
-    TooLarge,
-    /// The broker does not let the server publish to its topic.
-    Denied,
-    /// As the broker calls it.
-    Invalid(String),
-}
-
-impl std::fmt::Display for Refusal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::TooLarge => f.write_str("it is more than the broker takes"),
-            Self::Denied => f.write_str("the broker does not let the server publish it"),
-            Self::Invalid(why) => write!(f, "the broker calls it {why}"),
-        }
-    }
 }
 
 /// A connection that was opened. Dropped, it is cut.

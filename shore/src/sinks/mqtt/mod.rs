@@ -13,14 +13,14 @@ mod under_way;
 use super::carrier::{Refused, Sink};
 use super::settings;
 use anyhow::ensure;
-use connection::{Connection, Refusal};
+use connection::Connection;
 use imc::PacketView;
 use message::Message;
 use options::options;
 use retained::Retained;
 use rumqttc::v5::MqttOptions;
 use std::collections::BTreeSet;
-use under_way::UnderWay;
+use under_way::{Refusal, UnderWay};
 use units::UtcTime;
 
 /// What a packet has beside topic and payload, bytes, generously.

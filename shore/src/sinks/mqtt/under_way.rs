@@ -1,8 +1,29 @@
 //! Messages of a batch on their way to the broker, and what it said of each.
 
-use super::connection::Refusal;
 use rumqttc::v5::mqttbytes::v5::PubAckReason;
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+
+/// Why a broker will never take a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// It is larger than the broker takes.
+    TooLarge,
+    /// The broker does not let the server publish to its topic.
+    Denied,
+    /// As the broker calls it.
+    Invalid(String),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooLarge => f.write_str("it is more than the broker takes"),
+            Self::Denied => f.write_str("the broker does not let the server publish it"),
+            Self::Invalid(why) => write!(f, "the broker calls it {why}"),
+        }
+    }
+}
 
 /// What is under way over one connection, by its place in the batch.
 #[derive(Debug, Default)]
