@@ -1,9 +1,7 @@
 //! Whether all is well with a server and its data, and what to do where it is not: for `lutra-server doctor` and for
 //! the page about storage.
 
-use crate::backups;
 use crate::config::Config;
-use crate::retention;
 use crate::tls::{self, Pair};
 use api::Role;
 use shore::identity::{self, Fault, Request as _, persons};
@@ -21,8 +19,13 @@ pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Chec
     Check { name, health, found, remedy: String::new() }
 }
 
-/// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too.
-pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
+/// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too; `backup` says how
+/// the backup is, and what goes by it.
+pub(crate) fn look(
+    config: &Config,
+    thorough: bool,
+    backup: impl FnOnce(&Config) -> [Check; 2],
+) -> Vec<Check> {
     let mut checks =
         vec![check("clock", clock_is_right()), encryption(config, clock::now()), check("pages", pages())];
     // Not even a lock is put into a folder of somebody else.
@@ -38,8 +41,7 @@ pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
     if config.data.exists() {
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));
-        checks.push(backups::check(config, clock::now()));
-        checks.push(retention::check(config, clock::now()));
+        checks.extend(backup(config));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));
     }

@@ -3,6 +3,7 @@
 //! How much stays is the store's rule ([`store::plan_unattended`]). Beyond that a person must look where more would go than
 //! waiting explains, and where the backup does not hold all of it.
 
+use crate::backups;
 use crate::config::{Config, Keep};
 use anyhow::Context as _;
 use shore::backup::Held;
@@ -64,12 +65,13 @@ fn judge(config: &Config, plan: Unattended, reads: bool, notes: &mut Vec<String>
         return Ok(Verdict::Refused(why));
     }
     let folder = &config.backup.folder;
-    if folder.as_os_str().is_empty() || !folder.exists() {
-        let which = if folder.as_os_str().is_empty() {
-            "backup.folder is empty".to_owned()
-        } else {
-            format!("backup.folder {} is not there", folder.display())
-        };
+    let lacks = if folder.as_os_str().is_empty() {
+        Some("backup.folder is empty".to_owned())
+    } else {
+        let absent = || format!("backup.folder {} is not there", folder.display());
+        backups::is_there(folder).map_or_else(Some, |is_there| (!is_there).then(absent))
+    };
+    if let Some(which) = lacks {
         return Ok(Verdict::Refused(format!(
             "no recordings are deleted without a backup, and {which}: mount a second disk, name a folder on it by backup.folder, and run \
              `lutra-server backup`"
@@ -141,9 +143,12 @@ fn undatable(plan: &Unattended, data: &Path, now: UtcTime) -> Option<String> {
     })
 }
 
+/// As checks call it.
+pub(crate) const NAME: &str = "retention";
+
 /// For the doctor.
 pub(crate) fn check(config: &Config, now: UtcTime) -> Check {
-    let name = "retention";
+    let name = NAME;
     let Next { verdict, notes } = match next(config, now, false) {
         Ok(next) => next,
         Err(error) => {

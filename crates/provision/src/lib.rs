@@ -24,7 +24,7 @@ pub use bundle::{
 pub use certificate::{Validity, authority_validity};
 pub use fleet::{
     Device, Door, Doors, Fleet, Limits, MAX_FILE_BYTES, MAX_VESSELS, Network, Problem, Profile, Protocol,
-    Server, Setting, Vessel, Vpn,
+    Server, Setting, Vessel, Vpn, Way,
 };
 pub use overlay::{BASE_FILE, overlay};
 pub use vpn::{INTERFACE, Peer, VpnKey, nftables, wireguard};

@@ -1,6 +1,6 @@
 //! What a vessel's agent is told of the fleet file: an .ini file that requires the packaged one and says what differs.
 
-use crate::fleet::{Device, Fleet, Limits, VESSEL_ADDRESSES, Vessel};
+use crate::fleet::{Device, Fleet, Limits, VESSEL_ADDRESSES, Vessel, Way};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -40,6 +40,11 @@ pub fn overlay(fleet: &Fleet, vessel: &Vessel, token: &str, authority: Option<&s
             set(section, key, &value.to_string());
         }
     }
+    for (number, way) in (1..).zip(&vessel.ways) {
+        for (key, value) in way_parameters(way) {
+            set(&format!("Transports.LutraWay/{number}"), key, &value);
+        }
+    }
     for setting in &vessel.settings {
         set(&setting.section, &setting.key, &setting.value);
     }
@@ -76,6 +81,20 @@ const fn limit_parameters(limits: &Limits) -> [(&'static str, &'static str, Opti
         ("Supervisors.Grounding", "Draught", limits.draught_m),
         ("Supervisors.ASV.LostComms", "Lost Comms Timeout", limits.lost_link_s),
     ]
+}
+
+/// What a way's section says; what is left open is as the agent has it.
+fn way_parameters(way: &Way) -> impl Iterator<Item = (&'static str, String)> {
+    let all = [
+        ("Enabled", Some("Always".to_owned())),
+        ("Entity Label", Some(way.name.clone())),
+        ("URL", way.url.clone()),
+        ("Interface", way.interface.clone()),
+        ("Source Address", way.source_address.map(|address| address.to_string())),
+        ("Metered", Some(way.metered.to_string())),
+        ("Daily Budget", way.daily_budget_mib.map(|budget| budget.to_string())),
+    ];
+    all.into_iter().filter_map(|(key, value)| value.map(|value| (key, value)))
 }
 
 fn put(sections: &mut Sections, section: &str, key: &str, value: &str) {
@@ -121,6 +140,19 @@ mod tests {
         ] {
             assert_eq!(text.lines().filter(|one| *one == line).count(), 1, "{line} in {text}");
         }
+    }
+
+    #[test]
+    fn ways_are_sections_of_their_own_in_the_files_order() {
+        let ways = "[[vessel.ways]]\nname = \"5 GHz radio\"\ninterface = \"wlan5\"\n[[vessel.ways]]\nname = \"4G\"\n\
+                    url = \"ws://192.0.2.1:8080/link\"\nsource_address = \"192.0.2.7\"\nmetered = true\ndaily_budget_mib = 50\n";
+        let fleet = Fleet::read(&format!("{EXAMPLE}\n{ways}")).unwrap();
+        let text = overlay(&fleet, &fleet.vessels[3], "lutra.token", None);
+        let radio = "[Transports.LutraWay/1]\nEnabled = Always\nEntity Label = 5 GHz radio\nInterface = wlan5\nMetered = false\n";
+        let mobile = "[Transports.LutraWay/2]\nEnabled = Always\nEntity Label = 4G\nURL = ws://192.0.2.1:8080/link\n\
+                      Source Address = 192.0.2.7\nMetered = true\nDaily Budget = 50\n";
+        assert!(text.contains(radio) && text.contains(mobile), "{text}");
+        assert!(!overlay(&fleet, &fleet.vessels[0], "lutra.token", None).contains("LutraWay"));
     }
 
     #[test]

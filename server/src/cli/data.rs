@@ -344,8 +344,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> ExitCode {
     }
 }
 
-/// Whether a backup is to be made by the configuration. Where nobody has set one up, a timer passes it over; a disk that is not
-/// mounted is a fault.
+/// Whether a backup is configured and can be made. Where none is, a timer passes it over; a disk that is not mounted is a fault.
 fn may_back_up(common: &Common) -> anyhow::Result<bool> {
     folder(common)?;
     let config = common.load(Vec::new())?;
@@ -355,7 +354,7 @@ fn may_back_up(common: &Common) -> anyhow::Result<bool> {
         Place::Off => "backup.folder is empty".to_owned(),
         Place::NotSetUp => format!("backup.folder {} is not there", config.backup.folder.display()),
     };
-    complain!("no backup is made: {why}");
+    complain!("no backup is configured: {why}");
     Ok(false)
 }
 

@@ -2,6 +2,7 @@
 
 use super::say::{complain, say};
 use super::{Common, files};
+use crate::backups;
 use crate::config::Config;
 use crate::doctor::{check, look};
 use clap::Args;
@@ -28,7 +29,8 @@ pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> ExitCode {
             let mut checks = vec![check("configuration", Ok("understood".to_owned()))];
             checks.push(check("address", address(&config)));
             checks.push(check("open files", files::raise(&config)));
-            checks.extend(look(&config, arguments.thorough));
+            let backup = |config: &Config| backups::checks(config, clock::now());
+            checks.extend(look(&config, arguments.thorough, backup));
             checks
         }
         Err(error) => vec![check("configuration", Err(format!("{error:#}")))],

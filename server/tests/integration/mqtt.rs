@@ -4,7 +4,7 @@
 use crate::support::browser::{Browser, ask};
 use crate::support::program::{Line, Process, SERVER, Server, add_admin, run, until};
 use crate::support::{CONSOLE, Client, OTTER, archive_of, archived_packets, packet};
-use imc::messages::Temperature;
+use imc::messages::{LogBookEntry, Pressure, Temperature};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -244,4 +244,59 @@ async fn a_broker_with_certificate_and_passwords_gets_what_was_recorded_before_i
     caught_up(&server).await;
     let (_, figures) = ask(server.web, "/metrics");
     assert!(figures.contains("lutra_sink_lines_total{sink=\"mqtt\",what=\"kept\"} 20\n"), "{figures}");
+}
+
+/// Mosquitto answers what is too large and what it does not allow by a refusal: one passes that over, and goes on. It takes some
+/// ten connections to find the first that is too large.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_broker_refuses_for_good_holds_up_nothing_and_a_broker_that_moved_gets_the_rest() {
+    let scratch = TempDir::new().unwrap();
+    let data = scratch.path().join("data");
+    let rules = scratch.path().join("rules");
+    fs::write(&rules, "topic readwrite #\ntopic deny lutra/0x2810/Pressure/#\n").unwrap();
+    let acl = format!("acl_file {}", rules.display());
+    let strict = format!(
+        "allow_anonymous true\nmax_inflight_messages 0\nmax_queued_messages 100000\nmessage_size_limit 2000\nretain_available false\n{acl}"
+    );
+    let Some(mut broker) = Broker::start(&strict).await else { return };
+    let mut server = serve(&data, &format!("mqtt://{}", broker.address), &[]);
+    let mut client = Client::connect(server.proxy).await;
+    let subscriber = broker.subscribe().await;
+    say(&mut client, 0..300).await;
+    for number in 0..3 {
+        let text = "x".repeat(5_000).as_str().into();
+        let entry = LogBookEntry { text, ..LogBookEntry::default() };
+        client.say(&packet(OTTER, CONSOLE, START_S + f64::from(number), entry)).await;
+        client.say(&packet(OTTER, CONSOLE, START_S + f64::from(number), Pressure { value: 1.0 })).await;
+    }
+    say(&mut client, 300..600).await;
+    recorded(&data, 606).await;
+    caught_up(&server).await;
+    until("published", || (subscriber.values().len() == 600).then_some(())).await;
+    let lines = subscriber.lines();
+    assert!(lines.iter().all(|line| line.starts_with("0 ") && !line.contains("Pressure")), "not retained");
+    let (_, figures) = ask(server.web, "/metrics");
+    for figure in ["what=\"kept\"} 600\n", "what=\"refused\"} 6\n"] {
+        assert!(figures.contains(&format!("lutra_sink_lines_total{{sink=\"mqtt\",{figure}")), "{figures}");
+    }
+    let log = server.log();
+    assert_eq!(log.matches("the broker retains nothing").count(), 1, "{log}");
+    for (topic, why) in
+        [("LogBookEntry", "more than the broker takes"), ("Pressure", "does not let the server publish")]
+    {
+        let said = log.lines().filter(|line| line.contains(topic) && line.contains(why));
+        assert!(said.count() >= 1, "{topic} in {log}");
+    }
+
+    // The broker moves while something waits for it.
+    broker.process.kill();
+    say(&mut client, 600..650).await;
+    recorded(&data, 656).await;
+    server.process.terminate();
+    let broker = Broker::start("allow_anonymous true").await.unwrap();
+    let subscriber = broker.subscribe().await;
+    let server = serve(&data, &format!("mqtt://{}", broker.address), &[]);
+    caught_up(&server).await;
+    until("published", || (subscriber.values().len() >= 50).then_some(())).await;
+    assert!((600..650).all(|number| subscriber.values().contains(&number)));
 }

@@ -149,6 +149,9 @@ async fn cut_by_turns_what_is_seen_goes_on_and_all_is_ashore_once() {
     let ended_s = now_s();
     until("complete", || (newest_s(&data) > ended_s + 1.0).then_some(())).await;
     agent.process.terminate();
+    for name in names {
+        until("down with the vessel", || (!is_up(server.web, name)).then_some(())).await;
+    }
     listening.abort();
     server.process.terminate();
 

@@ -6,6 +6,7 @@
 
 mod chart;
 mod figures;
+mod named;
 mod vessel;
 mod ways;
 

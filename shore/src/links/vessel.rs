@@ -1,6 +1,7 @@
 //! One vessel's link: its session, between its connections, the hub and the recorder.
 
 use super::figures::Figures;
+use super::named::Named;
 use super::{Event, Out};
 use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;
@@ -73,6 +74,9 @@ pub(crate) struct Task {
     status: watch::Sender<ShoreStatus>,
     /// What the vessel said last of its ways; nothing where it has one.
     pub(super) ways: watch::Sender<Option<WaysReport>>,
+    pub(super) named: Named,
+    /// The last that greeted has several.
+    has_ways: bool,
     /// How often the figures were told.
     told: u32,
 }
@@ -112,6 +116,8 @@ impl Task {
             figures,
             status,
             ways,
+            named: Named::default(),
+            has_ways: false,
             told: 0,
         }
     }
@@ -250,12 +256,16 @@ impl Task {
                 }
                 ShoreOutput::Up(_) => {
                     tracing::info!(vessel = %self.vessel, "the link stands");
+                    if !self.has_ways {
+                        self.one_way();
+                    }
                     self.router.ledger().link_changed(self.vessel);
                     self.tell_status();
                     self.tell_stands(hub, true).await?;
                 }
                 ShoreOutput::Down => {
                     tracing::warn!(vessel = %self.vessel, "the link is down");
+                    self.ways_down();
                     self.router.ledger().link_changed(self.vessel);
                     self.tell_status();
                     self.tell_stands(hub, false).await?;
@@ -307,6 +317,7 @@ impl Task {
             return self.handle(ShoreInput::Refuse(id, text));
         }
         tracing::info!(vessel = %self.vessel, name = %hello.name, software = %hello.software, "a vessel greets");
+        self.has_ways = hello.way.is_some();
         let stream = hello.stream;
         let (recorder, answers) = (self.recorder.clone(), self.answers.0.clone());
         tokio::spawn(async move {

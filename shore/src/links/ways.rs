@@ -1,7 +1,7 @@
 //! What a vessel with several ways says of them, as figures.
 
 use super::vessel::Task;
-use link::{WayState, WaysReport};
+use link::{WayReport, WayState, WaysReport};
 
 impl Task {
     /// Keeps what the vessel says of its ways, and tells a change of the one that carries live values.
@@ -16,22 +16,60 @@ impl Task {
             let (live, records) = (name(report.live), name(report.records));
             let (live_why, records_why) = (report.live_why.name(), report.records_why.name());
             tracing::info!(%vessel, live, live_why, records, records_why, "the vessel's ways");
+            // After a link that was down nothing was switched.
+            let switched = before.is_some_and(|(live, _)| live.is_some());
             metrics::counter!("lutra_way_switches_total", "vessel" => vessel.clone())
-                .increment(u64::from(before.is_some()));
+                .increment(u64::from(switched));
         }
+        self.no_figures_but(&report);
         for (place, way) in (0..).zip(&report.ways) {
-            let labels = [("vessel", vessel.clone()), ("way", way.name.clone())];
-            let gauge = |name: &'static str, value: f64| metrics::gauge!(name, &labels).set(value);
-            let bit = |is: bool| f64::from(u8::from(is));
-            gauge("lutra_way_up", bit(way.state == WayState::Up));
-            gauge("lutra_way_live", bit(report.live == Some(place)));
-            gauge("lutra_way_records", bit(report.records == Some(place)));
-            gauge("lutra_way_round_trip_seconds", f64::from(way.round_trip_us) / 1e6);
-            gauge("lutra_way_late_ratio", f64::from(way.late_per_mille) / 1e3);
-            gauge("lutra_way_rate_bytes_per_second", f64::from(way.rate_bytes_per_s));
-            gauge("lutra_way_today_bytes", way.today_bytes as f64);
-            gauge("lutra_way_daily_budget_bytes", way.daily_bytes as f64);
+            if self.named.has(&vessel, &way.name) {
+                let is = |lane: Option<u8>| lane == Some(place);
+                figures(&vessel, way, (is(report.live), is(report.records)));
+            }
         }
         self.ways.send_replace(Some(report));
     }
+
+    /// The link is down, and with it each way. What they carried and cost last stays to be seen.
+    pub(super) fn ways_down(&mut self) {
+        self.ways.send_if_modified(|ways| {
+            let Some(report) = ways else { return false };
+            (report.live, report.records) = (None, None);
+            report.ways.iter_mut().for_each(|way| way.state = WayState::Down);
+            true
+        });
+        self.no_figures_but(&WaysReport::default());
+    }
+
+    /// The vessel has come in by one way, of which it says nothing.
+    pub(super) fn one_way(&mut self) {
+        self.ways.send_replace(None);
+        self.no_figures_but(&WaysReport::default());
+    }
+
+    /// Ways that are not in the report are up no more, and carry nothing.
+    fn no_figures_but(&self, report: &WaysReport) {
+        let vessel = self.vessel.to_string();
+        for name in self.named.names() {
+            if report.ways.iter().all(|way| way.name != *name) {
+                let gone = WayReport { name: name.clone(), ..WayReport::default() };
+                figures(&vessel, &gone, (false, false));
+            }
+        }
+    }
+}
+
+fn figures(vessel: &str, way: &WayReport, (live, records): (bool, bool)) {
+    let labels = [("vessel", vessel.to_owned()), ("way", way.name.clone())];
+    let gauge = |name: &'static str, value: f64| metrics::gauge!(name, &labels).set(value);
+    let bit = |is: bool| f64::from(u8::from(is));
+    gauge("lutra_way_up", bit(way.state == WayState::Up));
+    gauge("lutra_way_live", bit(live));
+    gauge("lutra_way_records", bit(records));
+    gauge("lutra_way_round_trip_seconds", f64::from(way.round_trip_us) / 1e6);
+    gauge("lutra_way_late_ratio", f64::from(way.late_per_mille) / 1e3);
+    gauge("lutra_way_rate_bytes_per_second", f64::from(way.rate_bytes_per_s));
+    gauge("lutra_way_today_bytes", way.today_bytes as f64);
+    gauge("lutra_way_daily_budget_bytes", way.daily_bytes as f64);
 }

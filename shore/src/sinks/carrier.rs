@@ -18,8 +18,7 @@ use units::UtcTime;
 
 /// How often it is looked for something new.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// Items handed over at once, and their bytes.
-const BATCH_ITEMS: usize = 5_000;
+/// Bytes of items handed over at once.
 const BATCH_BYTES: usize = 2 << 20;
 /// After a failure it is tried again after the first, and at last as often as the second.
 const AGAIN: (Duration, Duration) = (Duration::from_secs(1), Duration::from_mins(1));
@@ -35,8 +34,16 @@ pub(crate) trait Sink: Send + 'static {
     /// As people call it.
     const TITLE: &'static str;
 
-    /// What it carries to, for people. With another target the cursor starts over.
+    /// Items handed over at once.
+    const BATCH_ITEMS: usize;
+
+    /// What it carries to, for people.
     fn target(&self) -> String;
+
+    /// What the cursor belongs to: with another it starts over.
+    fn cursor(&self) -> String {
+        self.target()
+    }
 
     /// Whether it gets what the archive had before it was configured.
     fn wants_the_past(&self) -> bool;
@@ -98,7 +105,7 @@ impl<S: Sink> Carrier<S> {
     /// The file of the cursor holds something else.
     pub(crate) fn new(sink: S, data: &Path, recorder: Recorder, clock: Clock) -> anyhow::Result<Self> {
         let target = sink.target();
-        let tail = Tail::open(data, S::NAME, &target)?;
+        let tail = Tail::open(data, S::NAME, &sink.cursor())?;
         let state = SinkState { kind: S::TITLE, target: target.clone(), ..SinkState::default() };
         let state = watch::Sender::new(state);
         Ok(Self { sink, tail, recorder, target, again: None, has_said_refused: false, clock, state })
@@ -145,6 +152,15 @@ impl<S: Sink> Carrier<S> {
     async fn carry(&mut self, stop: &CancellationToken) -> anyhow::Result<()> {
         let Some(marks) = self.recorder.with_store(|store| store.marks()).await else { return Ok(()) };
         if self.tail.is_new() && !self.sink.wants_the_past() {
+            let bytes = self.tail.behind(&marks);
+            if bytes > 0 {
+                tracing::warn!(
+                    to = self.target,
+                    bytes,
+                    "{} begins with what comes from now on: what was recorded before is passed over",
+                    S::TITLE
+                );
+            }
             self.tail.pass_over(&marks)?;
         }
         self.publish_behind(&marks);
@@ -195,7 +211,7 @@ fn read<S: Sink>(tail: &Tail, marks: &Marks) -> anyhow::Result<Option<Batch<S::I
         let (item, its_bytes) = S::item(&archived.view, archived.arrival.received);
         bytes += its_bytes;
         items.push(item);
-        items.len() < BATCH_ITEMS && bytes < BATCH_BYTES
+        items.len() < S::BATCH_ITEMS && bytes < BATCH_BYTES
     })?;
     Ok(place.map(|place| Batch { items, place }))
 }

@@ -49,7 +49,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<String, String> {
     let (mut reached, mut failed) = (Vec::new(), Vec::new());
     for door in &settings.ways {
-        match socket::connect(door, patience) {
+        match socket::connect(door, patience, &socket::Carried::default()) {
             Ok(_) => reached.push(door.called()),
             Err((_, why)) if settings.ways.len() > 1 => failed.push(format!("{}: {why}", door.way.name)),
             Err((_, why)) => failed.push(why),

@@ -12,6 +12,7 @@ use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::http::{HeaderValue, header};
@@ -31,16 +32,55 @@ pub(super) struct Socket {
 
 #[derive(Debug)]
 enum Stream {
-    Plain(TcpStream),
-    Secure(Box<StreamOwned<ClientConnection, TcpStream>>),
+    Plain(Counted),
+    Secure(Box<StreamOwned<ClientConnection, Counted>>),
 }
 
 impl Stream {
     fn tcp(&self) -> &TcpStream {
         match self {
-            Self::Plain(tcp) => tcp,
-            Self::Secure(tls) => &tls.sock,
+            Self::Plain(counted) => &counted.tcp,
+            Self::Secure(tls) => &tls.sock.tcp,
         }
+    }
+}
+
+/// Bytes that an attempt has carried so far, both directions: what it costs by a metered way, made or not.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Carried(Arc<AtomicUsize>);
+
+impl Carried {
+    pub(super) fn bytes(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn count(&self, outcome: io::Result<usize>) -> io::Result<usize> {
+        outcome.inspect(|bytes| {
+            self.0.fetch_add(*bytes, Ordering::Relaxed);
+        })
+    }
+}
+
+/// A connection whose bytes are counted.
+#[derive(Debug)]
+struct Counted {
+    tcp: TcpStream,
+    carried: Carried,
+}
+
+impl Read for Counted {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.carried.count(self.tcp.read(buffer))
+    }
+}
+
+impl Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.carried.count(self.tcp.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.tcp.flush()
     }
 }
 
@@ -69,14 +109,19 @@ impl Write for Stream {
     }
 }
 
-/// Connects and shakes hands, each step within this time. May wait for names to be looked up too.
+/// Connects and shakes hands, each step within this time, and counts what that carries. May wait for names to be looked up too.
 ///
 /// # Errors
 /// What to tell the link, and what to tell people.
-pub(super) fn connect(door: &Door, patience: Duration) -> Result<Socket, (Failure, String)> {
+pub(super) fn connect(
+    door: &Door,
+    patience: Duration,
+    carried: &Carried,
+) -> Result<Socket, (Failure, String)> {
     let server = &door.server;
     let unanswered = |error: anyhow::Error| (Failure::Unanswered, format!("{error:#}"));
     let tcp = dial(server, &door.leaves, patience).map_err(unanswered)?;
+    let tcp = Counted { tcp, carried: carried.clone() };
     let stream = match &server.authority {
         Some(authority) if server.is_secure() => {
             let tls =
@@ -139,8 +184,8 @@ fn dial(server: &Server, leaves: &Leaves, patience: Duration) -> anyhow::Result<
 fn secure(
     server: &Server,
     authority: &std::path::Path,
-    tcp: TcpStream,
-) -> anyhow::Result<StreamOwned<ClientConnection, TcpStream>> {
+    tcp: Counted,
+) -> anyhow::Result<StreamOwned<ClientConnection, Counted>> {
     let mut roots = RootCertStore::empty();
     let reading = || format!("Certificate Authority: reading {}", authority.display());
     for certificate in CertificateDer::pem_file_iter(authority).with_context(reading)? {

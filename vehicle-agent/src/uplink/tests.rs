@@ -270,8 +270,11 @@ fn attempt(
     let port = listener.local_addr().unwrap().port();
     let serving = std::thread::spawn(move || handle(listener.accept().unwrap().0));
     let server = Server::at(url(port), "secret".to_owned(), authority).unwrap();
-    let outcome = socket::connect(&Door::only(server), Duration::from_secs(10));
+    let carried = socket::Carried::default();
+    let outcome = socket::connect(&Door::only(server), Duration::from_secs(10), &carried);
     serving.join().unwrap();
+    // The request alone, made or not.
+    assert!(carried.bytes() > 100, "{carried:?}");
     outcome
 }
 

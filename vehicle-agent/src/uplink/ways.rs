@@ -8,11 +8,15 @@ use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use std::fmt::Write as _;
 use std::io;
 use std::net::{IpAddr, SocketAddr, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
 use std::time::Duration;
+use units::MonoTime;
 
 /// Beside the spool, what each way has carried.
 const FILE: &str = "ways";
+/// What the ways have carried is kept this often.
+const KEPT_EVERY: Duration = Duration::from_secs(10);
 
 /// A way, and where it leads.
 #[derive(Debug, Clone)]
@@ -80,8 +84,9 @@ fn no_interface(interface: &str, error: &io::Error) -> anyhow::Error {
         }
         // EPERM
         Some(1) => anyhow::anyhow!(
-            "Interface: this kernel lets only those with the right CAP_NET_RAW choose `{interface}`: add \
-             `AmbientCapabilities=CAP_NET_RAW` to the agent's unit, or give `Source Address` instead"
+            "Interface: this kernel (older than 5.7) lets only those with the right CAP_NET_RAW choose `{interface}`: give \
+             `Source Address` instead, or add `CapabilityBoundingSet=CAP_NET_RAW` and `AmbientCapabilities=CAP_NET_RAW` to the \
+             agent's unit (`systemctl edit lutra-agent`)"
         ),
         _ => anyhow::anyhow!("Interface: `{interface}` cannot be used: {error}"),
     }
@@ -102,8 +107,52 @@ pub(super) fn load(folder: &Path, ways: &mut [Door]) {
     }
 }
 
-/// Keeps what each way has carried.
-pub(super) fn save(folder: &Path, ways: &[Door], used: &[Used]) -> io::Result<()> {
+/// Keeps what the ways have carried on the disk, so that a start of the program forgets little of it.
+#[derive(Debug)]
+pub(super) struct Ledger {
+    folder: PathBuf,
+    ways: Vec<Door>,
+    /// As it is on the disk.
+    used: Vec<Used>,
+    next: MonoTime,
+    keeping: Option<JoinHandle<io::Result<()>>>,
+}
+
+impl Ledger {
+    /// Of these ways, with what they had carried.
+    pub(super) fn new(now: MonoTime, folder: &Path, ways: &[Door]) -> Self {
+        let used = ways.iter().map(|door| door.way.used).collect();
+        Self { folder: folder.to_owned(), ways: ways.to_vec(), used, next: now + KEPT_EVERY, keeping: None }
+    }
+
+    /// Keeps it where that is due: now and then, and `at_end` of the program.
+    ///
+    /// # Errors
+    /// When the disk did not take it the last time.
+    pub(super) fn keep(&mut self, now: MonoTime, used: Vec<Used>, at_end: bool) -> io::Result<()> {
+        let is_metered = self.ways.iter().any(|door| door.way.metered);
+        if !is_metered || !(at_end || now >= self.next) {
+            return Ok(());
+        }
+        self.next = now + KEPT_EVERY;
+        if used == self.used || !(at_end || self.keeping.as_ref().is_none_or(JoinHandle::is_finished)) {
+            return Ok(());
+        }
+        // What is under way is of earlier: it must not come last.
+        let before = self.keeping.take().map_or(Ok(Ok(())), JoinHandle::join);
+        let (folder, ways) = (self.folder.clone(), self.ways.clone());
+        self.used.clone_from(&used);
+        let save = move || save(&folder, &ways, &used);
+        if at_end {
+            return save();
+        }
+        // A disk may take long, and live values do not wait for it.
+        self.keeping = std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(save).ok();
+        before.unwrap_or(Ok(()))
+    }
+}
+
+fn save(folder: &Path, ways: &[Door], used: &[Used]) -> io::Result<()> {
     let mut text = String::new();
     for (door, used) in ways.iter().zip(used) {
         writeln!(text, "{} {} {}", used.day, used.bytes, door.way.name).ok();
@@ -152,6 +201,6 @@ mod tests {
         let why = format!("{:#}", by.connect(to, patience).unwrap_err());
         assert!(why.contains("there is no `wwan77`") || why.contains("CAP_NET_RAW"), "{why}");
         let why = no_interface("wwan0", &io::Error::from_raw_os_error(1)).to_string();
-        assert!(why.contains("CAP_NET_RAW"), "{why}");
+        assert!(why.contains("CapabilityBoundingSet=CAP_NET_RAW") && why.contains("Source Address"), "{why}");
     }
 }

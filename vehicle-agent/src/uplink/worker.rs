@@ -5,23 +5,20 @@ use super::chart::{Job, Keeper, Outcome};
 use super::filter::{Disposition, RateFilter};
 use super::queue::Queue;
 use super::settings::UplinkSettings;
-use super::socket::{Socket, connect};
+use super::socket::{Carried, Socket, connect};
 use super::spool::{Spool, random};
 use super::sync::Syncer;
-use super::ways;
+use super::ways::{self, Ledger};
 use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
-use link::{
-    Answer, ChartAboard, ConnectionId, Failure, Used, Vessel, VesselInput, VesselOutput, VesselSettings,
-};
+use link::{Answer, ChartAboard, ConnectionId, Failure, Vessel, VesselInput, VesselOutput, VesselSettings};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::BTreeMap;
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -34,10 +31,13 @@ const MOST_ATTEMPTS: usize = 3;
 const TROUBLE_TOLD: Duration = Duration::from_secs(30);
 const SOFTWARE: &str = concat!("lutra-agent ", env!("CARGO_PKG_VERSION"));
 
-/// What the ways have carried is kept this often.
-const USED_KEPT: Duration = Duration::from_secs(10);
-
-type Attempt = (usize, ConnectionId, Result<Socket, (Failure, String)>);
+/// What became of an attempt to connect.
+struct Attempt {
+    way: usize,
+    id: ConnectionId,
+    carried_bytes: usize,
+    outcome: Result<Socket, (Failure, String)>,
+}
 
 /// A connection of a way.
 struct Connection {
@@ -69,10 +69,7 @@ pub(super) struct Worker {
     next_sync: MonoTime,
     /// What was last said of a connection that could not be made, for each way.
     complaints: Vec<String>,
-    /// What the ways have carried, as it is on the disk.
-    used: Vec<Used>,
-    next_used: MonoTime,
-    keeping: Option<JoinHandle<std::io::Result<()>>>,
+    ledger: Ledger,
     next_trouble: MonoTime,
     is_ending: bool,
 }
@@ -107,7 +104,7 @@ impl Worker {
         });
         Self {
             rate_filter: RateFilter::new(settings.filter.clone()),
-            used: vessel.ways.iter().map(|way| way.used).collect(),
+            ledger: Ledger::new(now.mono, &settings.spool, &settings.ways),
             attempts: vec![0; vessel.ways.len()],
             complaints: vec![String::new(); vessel.ways.len()],
             vessel: Vessel::new(now, vessel),
@@ -124,8 +121,6 @@ impl Worker {
             keeper: keeper.ok().flatten(),
             chart: None,
             next_sync: now.mono,
-            next_used: now.mono + USED_KEPT,
-            keeping: None,
             next_trouble: now.mono,
             is_ending: false,
         }
@@ -205,8 +200,9 @@ impl Worker {
     }
 
     fn take_attempts(&mut self) {
-        while let Ok((way, id, outcome)) = self.attempted.1.try_recv() {
+        while let Ok(Attempt { way, id, carried_bytes, outcome }) = self.attempted.1.try_recv() {
             self.attempts[way] -= 1;
+            self.handle(VesselInput::Handshake(way, carried_bytes));
             // One that the link does not wait for any more is closed by dropping it.
             if self.opening.remove(&id).is_none() {
                 continue;
@@ -374,32 +370,10 @@ impl Worker {
         tracing::info!(backlog, "uplink: connected to {}", self.settings.ways[way].called());
     }
 
-    /// Keeps what the ways have carried today, so that a start forgets little of it.
     fn keep_used(&mut self) {
         let now = self.clock.now().mono;
-        if self.settings.ways.iter().all(|door| !door.way.metered)
-            || !(self.is_ending || now >= self.next_used)
-        {
-            return;
-        }
-        self.next_used = now + USED_KEPT;
-        let used = self.vessel.used();
-        if used == self.used || !(self.is_ending || self.keeping.as_ref().is_none_or(JoinHandle::is_finished))
-        {
-            return;
-        }
-        // What is under way is of earlier: it must not come last.
-        if let Some(Ok(Err(error))) = self.keeping.take().map(JoinHandle::join) {
+        if let Err(error) = self.ledger.keep(now, self.vessel.used(), self.is_ending) {
             self.trouble(&format!("what the ways have carried today cannot be kept: {error}"));
-        }
-        let (folder, ways) = (self.settings.spool.clone(), self.settings.ways.clone());
-        self.used.clone_from(&used);
-        let keep = move || ways::save(&folder, &ways, &used);
-        if self.is_ending {
-            keep().ok();
-        } else {
-            // A disk may take long, and live values do not wait for it.
-            self.keeping = std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(keep).ok();
         }
     }
 
@@ -455,7 +429,9 @@ impl Worker {
         let door = self.settings.ways[way].clone();
         let (done, queue) = (self.attempted.0.clone(), Arc::clone(&self.queue));
         let work = move || {
-            done.send((way, id, connect(&door, patience))).ok();
+            let carried = Carried::default();
+            let outcome = connect(&door, patience, &carried);
+            done.send(Attempt { way, id, carried_bytes: carried.bytes(), outcome }).ok();
             queue.ring();
         };
         match std::thread::Builder::new().name("uplink-connect".to_owned()).spawn(work) {

@@ -19,7 +19,7 @@ const MOST_PAST_RUNS: usize = 8;
 
 impl Vessel {
     pub(super) fn message(&mut self, now: Now, place: usize, bytes: Bytes) -> Result<(), End> {
-        self.ways[place].count(now.utc, bytes.len());
+        self.ways[place].meter.count(now, bytes.len());
         if let Some(open) = self.ways[place].open_mut() {
             open.heard = now.mono;
         }

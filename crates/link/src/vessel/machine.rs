@@ -21,6 +21,10 @@ use units::{MonoTime, Now};
 /// short; every fifth is patient, for links on which a handshake takes seconds.
 const ATTEMPT: Duration = Duration::from_millis(1500);
 const PATIENT_ATTEMPT: Duration = Duration::from_secs(4);
+/// While something waits for its answer, the program looks at least this often: so it knows when it was away itself.
+const LOOKS_EVERY: Duration = Duration::from_millis(200);
+/// A look that comes so much later than it should: the program was away.
+const AWAY: Duration = Duration::from_millis(100);
 
 /// The vessel's end of the link. The backlog stays in the spool; what is held here is bounded: the live lane's
 /// values and the identities of the last commands.
@@ -43,6 +47,9 @@ pub struct Vessel {
     pub(super) growth: LagTracker,
     pub(super) live: LiveSet,
     pub(super) live_number: u64,
+    /// The last look, and when the next was to be; nothing before the first that was agreed.
+    looked: MonoTime,
+    next_look: Option<MonoTime>,
     pub(super) pull: Pull,
     pub(super) seen: Seen,
     /// The shore's start, and what came of it last: the greatest number of a command, and of a lease.
@@ -103,6 +110,8 @@ impl Vessel {
             growth: LagTracker::new(now, settings.spool),
             live: LiveSet::default(),
             live_number: 0,
+            looked: now.mono,
+            next_look: None,
             pull: Pull::new(now.mono),
             seen: Seen::default(),
             run: None,
@@ -149,6 +158,11 @@ impl Vessel {
                     self.pause(now, place, false);
                 }
             }
+            VesselInput::Handshake(place, bytes) => {
+                if let Some(way) = self.ways.get_mut(place) {
+                    way.meter.count(now, bytes);
+                }
+            }
             VesselInput::Timer => {}
             VesselInput::Answer(id, answer) => self.answer(now, id, answer),
             VesselInput::ChartAboard(aboard) => {
@@ -175,11 +189,25 @@ impl Vessel {
 
     /// When to come back with [`VesselInput::Timer`] at the latest; `None` for never.
     pub fn poll_timeout(&mut self, now: Now) -> Option<MonoTime> {
-        (0..self.ways.len()).filter_map(|place| self.way_timeout(now, place)).min()
+        let due = (0..self.ways.len()).filter_map(|place| self.way_timeout(now, place)).min();
+        let look = self.ways.iter().any(Way::waits_for_answer).then_some(self.looked + LOOKS_EVERY);
+        self.next_look = [due, look].into_iter().flatten().min();
+        self.next_look
+    }
+
+    /// Notes where the program itself was away: what came meanwhile has not been read yet.
+    fn notice_absence(&mut self, now: Now) {
+        let waits = self.ways.iter().any(Way::waits_for_answer);
+        let look = self.looked + LOOKS_EVERY;
+        let due = self.next_look.map(|due| if waits { due.min(look) } else { due }.max(self.looked));
+        if due.is_some_and(|due| now.mono.since(due) > AWAY) {
+            self.ways.iter_mut().for_each(|way| way.excuse(now.mono));
+        }
+        self.looked = now.mono;
     }
 
     fn way_timeout(&mut self, now: Now, place: usize) -> Option<MonoTime> {
-        let may_open = self.may_open(place);
+        let opens_at = self.opens_at(place);
         let several = self.ways.len() > 1;
         let lanes = self.lanes(place);
         let way = &mut self.ways[place];
@@ -187,7 +215,7 @@ impl Vessel {
         let suspect = way.suspect_at().filter(|at| several && *at > now.mono);
         let proven = way.proven_at().filter(|at| several && *at > now.mono);
         let open = match &mut way.phase {
-            Phase::Pausing(until) => return may_open.then_some(*until),
+            Phase::Pausing(_) => return opens_at,
             Phase::Opening | Phase::Ended => return None,
             Phase::Open(open) => open,
         };
@@ -240,6 +268,11 @@ impl Vessel {
     }
 
     fn opened(&mut self, now: Now, place: usize) {
+        if !self.joint {
+            // It would be replaced by the greeting, and then count as refused.
+            let why = || End::silent("an unmetered way is there again");
+            self.end_all(now, |other| other != place, why);
+        }
         let clocks = Clocks::default();
         let several = self.ways.len() > 1;
         let way = &self.ways[place];
@@ -271,7 +304,7 @@ impl Vessel {
         let way = &mut self.ways[place];
         let Some(open) = way.open_mut() else { return };
         open.pace.sent(now.mono, message.len());
-        way.count(now.utc, message.len());
+        way.meter.count(now, message.len());
         self.sent_bytes += message.len() as u64;
         self.outputs.push_back(VesselOutput::Send(way.id(), message));
     }
@@ -281,7 +314,7 @@ impl Vessel {
             self.pull.unlinked(now.mono);
         }
         let way = &mut self.ways[place];
-        way.lost();
+        way.lost(now.mono);
         let pause = if refused { way.backoff.refused() } else { way.backoff.unanswered() };
         way.phase = Phase::Pausing(now.mono + pause);
         if self.turn == place {
@@ -307,15 +340,23 @@ impl Vessel {
         }
     }
 
-    /// Whether a way may connect. A shore that keeps one connection at a time gets the next when the last has ended.
-    fn may_open(&self, place: usize) -> bool {
-        self.joint || (self.turn == place && !self.ways.iter().any(Way::is_active))
+    /// When a way that pauses may connect. A shore that keeps one connection at a time gets the next when the last has
+    /// ended; beside a metered one that stands, an unmetered way is tried now and then.
+    fn opens_at(&self, place: usize) -> Option<MonoTime> {
+        let way = &self.ways[place];
+        let Phase::Pausing(until) = way.phase else { return None };
+        if self.joint || (self.turn == place && !self.ways.iter().any(Way::is_active)) {
+            return Some(until);
+        }
+        let costs = self.ways.iter().any(|other| other.stands() && other.settings.metered);
+        (costs && !way.settings.metered).then_some(until.max(way.return_at))
     }
 
     fn step(&mut self, now: Now) {
+        self.notice_absence(now);
         self.growth.mark(now.mono, self.settings.spool.next);
         for way in &mut self.ways {
-            way.meter.turn(now.utc);
+            way.meter.turn(now);
         }
         for place in 0..self.ways.len() {
             self.look(now, place);
@@ -334,11 +375,7 @@ impl Vessel {
     }
 
     fn open(&mut self, now: Now, place: usize) {
-        let may_open = self.may_open(place);
-        if let Phase::Pausing(until) = self.ways[place].phase
-            && now.mono >= until
-            && may_open
-        {
+        if self.opens_at(place).is_some_and(|at| now.mono >= at) {
             self.attempt += 1;
             let way = &mut self.ways[place];
             (way.attempt, way.phase) = (self.attempt, Phase::Opening);

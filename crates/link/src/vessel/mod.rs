@@ -114,6 +114,8 @@ pub enum VesselInput {
     Message(ConnectionId, Bytes),
     /// The connection broke.
     Closed(ConnectionId),
+    /// An attempt by the way of this place has carried so many bytes, whether it was made or not: its greeting and its TLS.
+    Handshake(usize, usize),
     /// What became of a command.
     Answer(u64, Answer),
     /// The chart aboard, at the start and whenever it changes. Before the first the shore is told that

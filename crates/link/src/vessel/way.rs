@@ -12,10 +12,15 @@ use crate::ways::quality::Quality;
 use crate::ways::{SLOW_HEARTBEAT, Thinning, WayReport, WaySettings, WayState, dead_after};
 use crate::{ConnectionId, DEAD_AFTER};
 use std::time::Duration;
-use units::{MonoTime, Now, UtcTime};
+use units::{MonoTime, Now};
 
 /// A way that has answered for so long has its earlier breaks forgiven.
 const FORGIVEN_AFTER: Duration = Duration::from_mins(10);
+/// What came while the program did not look has this long to be read, and what was not sent to be answered.
+const EXCUSED_FOR: Duration = Duration::from_millis(600);
+/// After a break an unmetered way is tried again beside a metered one so many times as late as a lane would go back to it:
+/// where a shore keeps one connection at a time, trying takes the one that stands.
+const RETURN_HOLDS: u32 = 4;
 
 #[derive(Debug)]
 pub(crate) struct Way {
@@ -29,6 +34,8 @@ pub(crate) struct Way {
     /// It stopped answering or broke so often, since it last did well for long.
     breaks: u32,
     pub(crate) failures: u32,
+    /// Before a shore that keeps one connection at a time: not instead of one that stands until then.
+    pub(crate) return_at: MonoTime,
 }
 
 #[derive(Debug)]
@@ -61,6 +68,8 @@ pub(crate) struct Open {
     pub(crate) suspect: bool,
     /// Since when it answers without a break.
     answers_since: MonoTime,
+    /// The program itself was away: until then silence is no fault of the way.
+    excused_until: MonoTime,
 }
 
 impl Open {
@@ -76,6 +85,7 @@ impl Open {
             joint: false,
             suspect: false,
             answers_since: now,
+            excused_until: now,
         }
     }
 }
@@ -87,9 +97,10 @@ impl Way {
             attempt: 0,
             backoff: Backoff::new(seed),
             quality: Quality::default(),
-            meter: Meter::new(settings.used, settings.daily_bytes),
+            meter: Meter::new(now, settings.used, settings.daily_bytes),
             breaks: 0,
             failures: 0,
+            return_at: now,
             settings,
         }
     }
@@ -120,7 +131,23 @@ impl Way {
 
     /// When its connection is given up for silence.
     pub(crate) fn dead_at(&self, open: &Open) -> MonoTime {
-        open.heard + if open.joint { dead_after(self.settings.metered) } else { DEAD_AFTER }
+        let silent = if open.joint { dead_after(self.settings.metered) } else { DEAD_AFTER };
+        (open.heard + silent).max(open.excused_until)
+    }
+
+    /// Something that was sent has no answer yet.
+    pub(crate) fn waits_for_answer(&self) -> bool {
+        self.open().is_some_and(|open| open.pace.oldest().is_some())
+    }
+
+    /// The program did not look for a while: what came meanwhile waits to be read, and what was to go may not have gone. A
+    /// way that was silent ever since the last such pause is not excused again: a program that is always late still finds it.
+    pub(crate) fn excuse(&mut self, now: MonoTime) {
+        let Phase::Open(open) = &mut self.phase else { return };
+        if !open.suspect && open.heard + EXCUSED_FOR > open.excused_until {
+            open.excused_until = now + EXCUSED_FOR;
+            open.greeting_until = open.greeting_until.max(open.excused_until);
+        }
     }
 
     /// When what is under way makes the way suspect; `None` while nothing does.
@@ -129,7 +156,7 @@ impl Way {
         let allowed = self.quality.allowance(open.pace.under_way());
         // An older shore answers small messages with its own beat.
         let allowed = if open.joint { allowed } else { allowed + HEARTBEAT };
-        open.pace.oldest().map(|oldest| oldest + allowed)
+        open.pace.oldest().map(|oldest| (oldest + allowed).max(open.excused_until))
     }
 
     /// Looks whether it answers; true where it has just become suspect.
@@ -150,11 +177,13 @@ impl Way {
     }
 
     /// Its connection is gone.
-    pub(crate) fn lost(&mut self) {
-        // A way that was suspect has been counted.
-        if self.open().is_some_and(|open| open.up.is_some() && !open.suspect) {
+    pub(crate) fn lost(&mut self, now: MonoTime) {
+        // A way that was suspect has been counted; the shore gives one up, too, where the program was away for long.
+        let is_its_fault = |open: &Open| open.up.is_some() && !open.suspect && now >= open.excused_until;
+        if self.open().is_some_and(is_its_fault) {
             self.broke();
         }
+        self.return_at = now + hold(self.breaks) * RETURN_HOLDS;
     }
 
     fn broke(&mut self) {
@@ -194,12 +223,11 @@ impl Way {
         let Phase::Open(open) = &mut self.phase else { return None };
         let before = open.pace.arrived_bytes();
         let took = open.pace.arrived(now.mono, bytes)?;
-        self.quality.arrived(open.pace.arrived_bytes() - before, took);
+        // A pause of the program says nothing of the way.
+        if now.mono >= open.excused_until {
+            self.quality.arrived(open.pace.arrived_bytes() - before, took);
+        }
         Some(took)
-    }
-
-    pub(crate) fn count(&mut self, now: UtcTime, message_bytes: usize) {
-        self.meter.count(now, message_bytes);
     }
 
     pub(crate) fn state(&self) -> WayState {

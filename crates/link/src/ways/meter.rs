@@ -1,11 +1,18 @@
 //! Bytes of a day, and what is left out as they go.
+//!
+//! A day is one of UTC where the clock is right, and never longer than 24 h by the clock that does not step: a clock that
+//! jumped, or never was set, does not spend a budget for good.
 
 use std::time::Duration;
-use units::UtcTime;
+use units::{MonoTime, Now};
 
 /// What TCP, IP, TLS and WebSocket add to a message, about.
 const MESSAGE_COST_BYTES: u64 = 60;
 const DAY_US: i64 = 86_400_000_000;
+const DAY: Duration = Duration::from_hours(24);
+/// A clock that says for so long that it is an earlier day than the one that counts is believed. A Raspberry Pi starts in the
+/// past, and has the time by then where it has a network.
+const BELIEVED_AFTER: Duration = Duration::from_mins(10);
 
 /// Bytes of a day.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,22 +73,35 @@ impl Thinning {
 pub(crate) struct Meter {
     used: Used,
     daily_bytes: Option<u64>,
+    /// Since when the bytes count, as far as this start of the program knows.
+    begun: MonoTime,
+    /// Since when the clock says, without a break, that it is an earlier day.
+    earlier_since: Option<MonoTime>,
 }
 
 impl Meter {
-    pub(crate) fn new(used: Used, daily_bytes: Option<u64>) -> Self {
-        Self { used, daily_bytes }
+    pub(crate) fn new(now: MonoTime, used: Used, daily_bytes: Option<u64>) -> Self {
+        Self { used, daily_bytes, begun: now, earlier_since: None }
     }
 
-    /// Begins the day that has come. A clock that stands in the past, as a Raspberry Pi's does at its start, begins none.
-    pub(crate) fn turn(&mut self, now: UtcTime) {
-        let day = now.micros().div_euclid(DAY_US);
-        if day > self.used.day {
-            self.used = Used { day, bytes: 0 };
+    /// Begins the day that has come, or another after 24 h whatever the clock says. A clock that stands in the past begins
+    /// none; after a while its day takes the place of the later one, with the bytes of that.
+    pub(crate) fn turn(&mut self, now: Now) {
+        let day = now.utc.micros().div_euclid(DAY_US);
+        if day > self.used.day || now.mono.since(self.begun) >= DAY {
+            self.used = Used { day: day.max(self.used.day), bytes: 0 };
+            self.begun = now.mono;
+        }
+        if day >= self.used.day {
+            self.earlier_since = None;
+        } else if now.mono.since(*self.earlier_since.get_or_insert(now.mono)) >= BELIEVED_AFTER {
+            self.used.day = day;
+            self.earlier_since = None;
         }
     }
 
-    pub(crate) fn count(&mut self, now: UtcTime, message_bytes: usize) {
+    /// A message of so many bytes went or came.
+    pub(crate) fn count(&mut self, now: Now, message_bytes: usize) {
         self.turn(now);
         self.used.bytes = self.used.bytes.saturating_add(message_bytes as u64 + MESSAGE_COST_BYTES);
     }
@@ -113,14 +133,22 @@ impl Meter {
 mod tests {
     use super::*;
 
+    use units::UtcTime;
+
+    /// So many hours into this test, while the clock says that it is this day.
+    fn at(hours: u64, day: i64) -> Now {
+        let mono = MonoTime::default() + Duration::from_hours(hours);
+        Now { mono, utc: UtcTime::from_micros(day * DAY_US + 5) }
+    }
+
     #[test]
     fn thinning_grows_with_what_the_day_has_used_and_ends_with_it() {
-        let at = |day: i64| UtcTime::from_micros(day * DAY_US + 5);
-        let mut meter = Meter::new(Used { day: 20_000, bytes: 60_000 }, Some(100_000));
+        let used = Used { day: 20_000, bytes: 60_000 };
+        let mut meter = Meter::new(MonoTime::default(), used, Some(100_000));
         assert_eq!(meter.thinning(), Thinning::Nothing);
         let mut seen = Vec::new();
         for _ in 0..50 {
-            meter.count(at(20_000), 940);
+            meter.count(at(0, 20_000), 940);
             seen.push(meter.thinning());
         }
         assert_eq!((seen[8], seen[9]), (Thinning::Nothing, Thinning::Records));
@@ -129,15 +157,42 @@ mod tests {
             (seen[38], seen[39], seen[49]),
             (Thinning::Most, Thinning::AllButLast, Thinning::AllButLast)
         );
-        meter.count(at(0), 0);
+        meter.count(at(0, 0), 0);
         assert_eq!(meter.used(), Used { day: 20_000, bytes: 110_060 }, "a clock in the past begins no day");
-        meter.turn(at(20_001));
+        meter.turn(at(0, 20_001));
         assert_eq!((meter.thinning(), meter.used().bytes), (Thinning::Nothing, 0));
     }
 
     #[test]
+    fn a_clock_that_jumped_ahead_spends_no_budget_for_good() {
+        let mut meter = Meter::new(MonoTime::default(), Used { day: 20_000, bytes: 7 }, Some(100_000));
+        meter.count(at(0, 30_000), 99_940);
+        assert_eq!(meter.thinning(), Thinning::AllButLast);
+        meter.turn(at(1, 20_000));
+        assert_eq!(meter.used().day, 30_000, "it may be the clock's present that is wrong");
+        meter.turn(at(2, 20_000));
+        assert_eq!(meter.used(), Used { day: 20_000, bytes: 100_000 }, "what was used stays used");
+        meter.turn(at(3, 20_001));
+        assert_eq!(meter.used(), Used { day: 20_001, bytes: 0 });
+    }
+
+    #[test]
+    fn a_clock_that_goes_there_and_back_is_not_believed_and_24_hours_are_a_day() {
+        let mut meter = Meter::new(MonoTime::default(), Used { day: 20_000, bytes: 9 }, Some(100_000));
+        for hours in 1..24 {
+            meter.turn(at(hours, 20_000 - (hours as i64) % 2));
+        }
+        assert_eq!(meter.used(), Used { day: 20_000, bytes: 9 });
+        meter.turn(at(24, 20_000));
+        assert_eq!(meter.used(), Used { day: 20_000, bytes: 0 });
+        meter.count(at(25, 20_000), 40);
+        meter.turn(at(47, 20_000));
+        assert_eq!(meter.used().bytes, 100, "counted anew from then on");
+    }
+
+    #[test]
     fn without_a_budget_nothing_is_left_out() {
-        let meter = Meter::new(Used { day: 1, bytes: u64::MAX }, None);
+        let meter = Meter::new(MonoTime::default(), Used { day: 1, bytes: u64::MAX }, None);
         assert_eq!(meter.thinning(), Thinning::Nothing);
     }
 }

@@ -13,6 +13,7 @@
 //! 0.6 s and three times the usual (and the time that the bytes under way need) makes its way *suspect*, long before its
 //! connection is given up ([`DEAD_AFTER`]): the lanes go over to another at once. Back they go when the
 //! better way has answered without a break for 5 s, after each further break twice as long, up to 5 min: no flapping.
+//! Where the vessel's program itself was away, its ways have 0.6 s more, once: what they said meanwhile has yet to be read.
 //!
 //! # How the shore joins the sessions of one vessel
 //!
@@ -33,11 +34,13 @@
 //!
 //! A vessel with one way says nothing of ways: each byte is as before. With several it asks for
 //! [`Capabilities::WAYS`](crate::Capabilities); an older shore does not answer to that, and then one way is used at a time, and
-//! left for the next as soon as it is suspect.
+//! left for the next as soon as it is suspect. Beside a metered way an unmetered one is tried again now and then, and takes over
+//! once it connects.
 //!
 //! # Metered ways
 //!
-//! All bytes of a day (UTC) count, with 60 for each message, for TCP, IP, TLS and WebSocket. Thinning by what the day has used:
+//! All bytes of a day (UTC, and 24 h at most) count, those of handshakes too, with 60 for each message, for TCP, IP, TLS and
+//! WebSocket. Thinning by what the day has used:
 //!
 //! | of the budget | carried by this way |
 //! |---|---|

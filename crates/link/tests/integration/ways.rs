@@ -93,6 +93,41 @@ fn each_lane_goes_by_its_way_and_the_shore_hears_which() {
     complete(world);
 }
 
+#[test]
+fn a_program_that_stalls_blames_no_way() {
+    let mut chance = Chance::new(31);
+    let mut world = world(31, None);
+    world.run(MINUTE);
+    let before = world.vessel.switches.len();
+    let stall = |world: &mut World, chance: &mut Chance, least_us, most_us| {
+        world.at(chance.below(SECOND), Event::Fault(Fault::Stall(chance.between(least_us, most_us))));
+        world.run(chance.between(10 * SECOND, 20 * SECOND));
+        let report = world.shore.ways.clone().unwrap();
+        (report.ways.iter().map(|way| way.failures).sum::<u32>(), report.ways[RADIO].late_per_mille)
+    };
+    for _ in 0..so_many(30, 300) {
+        assert_eq!(stall(&mut world, &mut chance, SECOND / 2, 2 * SECOND), (0, 0));
+    }
+    assert_eq!(world.vessel.switches.len(), before);
+    // The shore gives a way up that is silent for longer than 3 s: one that is blamed all the same would be waited for.
+    for _ in 0..6 {
+        assert_eq!(stall(&mut world, &mut chance, 3 * SECOND, 9 * SECOND).0, 0);
+    }
+    complete(world);
+}
+
+#[test]
+fn a_program_that_is_always_late_still_leaves_a_way_that_died() {
+    let mut world = World::new(32, 3 * SECOND, None).with_ways(ways(None), paths());
+    world.vessel.late_us = 350_000;
+    world.run(MINUTE);
+    world.at(0, Event::Fault(Fault::CutWay(RADIO, 30 * SECOND)));
+    world.run(10 * SECOND);
+    let (_, last) = world.vessel.switches.last().unwrap();
+    assert_eq!((last.live, last.live_why), (Some(MOBILE as u8), Why::Failover));
+    complete(world);
+}
+
 /// The receipt of a command is answered at once like all else, though no beat falls due.
 #[test]
 fn commands_between_the_beats_make_no_way_suspect() {
@@ -258,5 +293,30 @@ fn before_an_older_shore_a_way_that_dies_is_left_for_the_next() {
         world.run(40 * SECOND);
     }
     assert!(world.shore.longest_gap_us < 6 * SECOND, "{}", world.shore.longest_gap_us);
+    complete(world);
+}
+
+#[test]
+fn before_an_older_shore_the_unmetered_way_is_gone_back_to_without_a_break() {
+    let mut world = world(13, None);
+    world.shore.is_older = true;
+    world.run(20 * SECOND);
+    let live = |world: &World| world.vessel.switches.last().unwrap().1.live;
+    assert_eq!(live(&world), Some(RADIO as u8));
+    world.at(0, Event::Fault(Fault::CutWay(RADIO, 3 * MINUTE)));
+    world.run(MINUTE);
+    assert_eq!(live(&world), Some(MOBILE as u8));
+    world.shore.longest_gap_us = 0;
+    world.run(5 * MINUTE);
+    assert_eq!(live(&world), Some(RADIO as u8));
+    assert!(world.shore.longest_gap_us < SECOND, "{}", world.shore.longest_gap_us);
+    // What comes and goes is not gone back to each time.
+    let before = world.vessel.switches.len();
+    for _ in 0..60 {
+        world.at(0, Event::Fault(Fault::CutWay(RADIO, 2 * SECOND)));
+        world.run(10 * SECOND);
+    }
+    let switches = world.vessel.switches.len() - before;
+    assert!(switches <= 40, "{switches} in ten minutes");
     complete(world);
 }

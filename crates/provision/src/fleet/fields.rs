@@ -3,6 +3,7 @@
 use super::problem::Problem;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -233,6 +234,43 @@ impl<'a, 't> Fields<'a, 't> {
         }
         found
     }
+}
+
+/// A text that can stand in a line of an .ini file.
+pub(super) fn line<'a>(
+    report: &mut Report<'_>,
+    fields: &Fields<'a, '_>,
+    key: &str,
+) -> Option<Found<&'a str>> {
+    let found = fields.text(report, key)?;
+    if is_plain(found.value) && !found.value.trim().is_empty() {
+        return Some(found);
+    }
+    let text = format!("{:?} cannot stand in an .ini file", found.value);
+    fields.wrong(report, found.at, key, text, "write a text without [ ] # ; and line ends");
+    None
+}
+
+/// An address of a family.
+pub(super) fn ip_of<A: FromStr>(
+    report: &mut Report<'_>,
+    fields: &Fields<'_, '_>,
+    key: &str,
+    what: &str,
+    example: &str,
+) -> Option<Found<A>> {
+    let found = fields.text(report, key)?;
+    let address = found.value.parse().ok().map(|value| Found { value, at: found.at });
+    if address.is_none() {
+        let text = format!("{:?} is not {what}", found.value);
+        fields.wrong(report, found.at, key, text, format!("write one like {example}"));
+    }
+    address
+}
+
+/// Whether a text can stand in an .ini file.
+pub(super) fn is_plain(text: &str) -> bool {
+    text.len() <= 1_000 && !text.contains(['[', ']', '#', ';', '\\']) && !text.contains(char::is_control)
 }
 
 fn whole(value: &DeValue<'_>) -> Option<i64> {

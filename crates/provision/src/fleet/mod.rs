@@ -9,6 +9,7 @@ mod network;
 mod problem;
 mod read;
 mod rules;
+mod ways;
 
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ pub use network::Network;
 pub use problem::Problem;
 pub use read::{MAX_FILE_BYTES, MAX_VESSELS};
 pub(crate) use read::{VESSEL_ADDRESSES, is_name};
+pub use ways::Way;
 
 use std::net::Ipv4Addr;
 
@@ -75,6 +77,8 @@ pub struct Vessel {
     pub devices: Vec<(Device, String)>,
     /// What it may do.
     pub limits: Limits,
+    /// Its ways to the shore; none for the one by its computer's routes.
+    pub ways: Vec<Way>,
     /// Any other parameter of its configuration.
     pub settings: Vec<Setting>,
 }

@@ -1,7 +1,8 @@
 //! From the text of a fleet file to a [`Fleet`], or to everything that is wrong with it.
 
-use super::fields::{Fields, Found, Report};
+use super::fields::{Fields, Found, Report, ip_of, is_plain, line};
 use super::rules::{self, Placed};
+use super::ways::{Way, ways};
 use super::{Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn};
 use std::net::{IpAddr, Ipv4Addr};
 use toml::de::DeTable;
@@ -14,9 +15,9 @@ pub const MAX_VESSELS: usize = 1_000;
 const FILE: [&str; 4] = ["server", "vpn", "common", "vessel"];
 const SERVER: [&str; 4] = ["public_name", "link_port", "encrypted", "doors"];
 const VPN: [&str; 4] = ["network", "server_address", "port", "keepalive_s"];
-const COMMON: [&str; 5] = ["profile", "hull", "devices", "limits", "settings"];
-const VESSEL: [&str; 8] =
-    ["name", "imc_address", "vpn_address", "profile", "hull", "devices", "limits", "settings"];
+const COMMON: [&str; 6] = ["profile", "hull", "devices", "limits", "ways", "settings"];
+const VESSEL: [&str; 9] =
+    ["name", "imc_address", "vpn_address", "profile", "hull", "devices", "limits", "ways", "settings"];
 const LIMITS: [&str; 5] =
     ["top_speed_mps", "navigable_depth_m", "autonomous_depth_m", "draught_m", "lost_link_s"];
 
@@ -32,6 +33,7 @@ struct Outfit {
     hull: Option<String>,
     devices: Vec<(Device, String)>,
     limits: Limits,
+    ways: Vec<Way>,
     settings: Vec<Setting>,
 }
 
@@ -50,14 +52,15 @@ pub(super) fn fleet(text: &str) -> Result<Fleet, Vec<Problem>> {
     let file = Fields::new(&mut report, root, "the file".to_owned(), &FILE);
     let server = server(&mut report, &file);
     let vpn = vpn(&mut report, &file);
+    let encrypted = server.as_ref().is_some_and(|server| server.encrypted);
     let common = match file.table(&mut report, "common") {
         Some(table) => {
             let common = Fields::new(&mut report, table, "common".to_owned(), &COMMON);
-            outfit(&mut report, &common)
+            outfit(&mut report, &common, encrypted)
         }
         None => Outfit::default(),
     };
-    let vessels = vessels(&mut report, &file, &common);
+    let vessels = vessels(&mut report, &file, &common, encrypted);
     let network = vpn.as_ref().map(|(vpn, at)| (vpn, *at));
     rules::check(&mut report, network, &vessels);
     let whole = report.is_clean().then_some(()).and(server).zip(vpn);
@@ -124,7 +127,7 @@ fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
     Some((Vpn { network, server_address: server.value, port, keepalive_s }, server.at))
 }
 
-fn vessels(report: &mut Report<'_>, file: &Fields<'_, '_>, common: &Outfit) -> Vec<Placed> {
+fn vessels(report: &mut Report<'_>, file: &Fields<'_, '_>, common: &Outfit, encrypted: bool) -> Vec<Placed> {
     let tables = file.tables(report, "vessel");
     if tables.is_empty() {
         report.tell(0, "there is no vessel", "write [[vessel]] with name, imc_address and vpn_address");
@@ -135,7 +138,7 @@ fn vessels(report: &mut Report<'_>, file: &Fields<'_, '_>, common: &Outfit) -> V
     }
     let mut placed = Vec::new();
     for (at, table) in tables.into_iter().take(MAX_VESSELS).enumerate() {
-        placed.extend(vessel(report, table, at + 1, common));
+        placed.extend(vessel(report, table, at + 1, common, encrypted));
     }
     placed
 }
@@ -145,6 +148,7 @@ fn vessel(
     table: Found<&DeTable<'_>>,
     number: usize,
     common: &Outfit,
+    encrypted: bool,
 ) -> Option<Placed> {
     let name = table.value.get("name").and_then(|name| name.get_ref().as_str());
     let place = match name {
@@ -180,7 +184,7 @@ fn vessel(
         good.then_some(found)
     });
     let vpn_address = ip(report, &vessel, "vpn_address");
-    let own = outfit(report, &vessel);
+    let own = outfit(report, &vessel, encrypted);
     let (name, imc_address, vpn_address) = (name?, imc_address?, vpn_address?);
     let outfit = own.over(common);
     Some(Placed {
@@ -195,12 +199,13 @@ fn vessel(
             hull: outfit.hull,
             devices: outfit.devices,
             limits: outfit.limits,
+            ways: outfit.ways,
             settings: outfit.settings,
         },
     })
 }
 
-fn outfit(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Outfit {
+fn outfit(report: &mut Report<'_>, fields: &Fields<'_, '_>, encrypted: bool) -> Outfit {
     let profile = fields.text(report, "profile").and_then(|found| {
         let profile = Profile::ALL.into_iter().find(|profile| profile.name() == found.value);
         if profile.is_none() {
@@ -215,6 +220,7 @@ fn outfit(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Outfit {
         hull,
         devices: devices(report, fields),
         limits: limits(report, fields),
+        ways: ways(report, fields, encrypted),
         settings: settings(report, fields),
     }
 }
@@ -306,29 +312,8 @@ fn settings(report: &mut Report<'_>, fields: &Fields<'_, '_>) -> Vec<Setting> {
 /// Settings of one table; every vessel has those of all.
 const MOST_SETTINGS: usize = 500;
 
-/// A text that can stand in a line of an .ini file.
-fn line<'a>(report: &mut Report<'_>, fields: &Fields<'a, '_>, key: &str) -> Option<Found<&'a str>> {
-    let found = fields.text(report, key)?;
-    if is_plain(found.value) && !found.value.trim().is_empty() {
-        return Some(found);
-    }
-    let text = format!("{:?} cannot stand in an .ini file", found.value);
-    fields.wrong(report, found.at, key, text, "write a text without [ ] # ; and line ends");
-    None
-}
-
 fn ip(report: &mut Report<'_>, fields: &Fields<'_, '_>, key: &str) -> Option<Found<Ipv4Addr>> {
-    let found = fields.text(report, key)?;
-    let address = found.value.parse().ok().map(|value| Found { value, at: found.at });
-    if address.is_none() {
-        let text = format!("{:?} is no IPv4 address", found.value);
-        fields.wrong(report, found.at, key, text, "write one like 10.8.0.11");
-    }
-    address
-}
-
-fn is_plain(text: &str) -> bool {
-    text.len() <= 1_000 && !text.contains(['[', ']', '#', ';', '\\']) && !text.contains(char::is_control)
+    ip_of(report, fields, key, "an IPv4 address", "10.8.0.11")
 }
 
 /// Whether it can be a vessel's name: part of names of files, and of lines of configurations.
@@ -376,6 +361,8 @@ impl Outfit {
                 draught_m: own.draught_m.or(theirs.draught_m),
                 lost_link_s: own.lost_link_s.or(theirs.lost_link_s),
             },
+            // A vessel's own are all that it has: each computer has its own interfaces.
+            ways: if self.ways.is_empty() { common.ways.clone() } else { self.ways },
             settings,
         }
     }

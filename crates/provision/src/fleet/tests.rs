@@ -46,6 +46,59 @@ fn a_vessel_has_what_is_common_unless_it_says_otherwise() {
 }
 
 #[test]
+fn a_vessel_has_the_common_ways_or_its_own() {
+    let own = "[[vessel.ways]]\nname = \"satellite\"\n";
+    let ways =
+        "[[common.ways]]\nname = \"4G\"\ninterface = \"wwan0\"\nmetered = true\ndaily_budget_mib = 50\n";
+    let text = EXAMPLE.replacen("[common.devices]", &format!("{ways}[common.devices]"), 1);
+    let fleet = Fleet::read(&format!("{text}\n{own}")).unwrap();
+    let names = |at: usize| fleet.vessels[at].ways.iter().map(|way| &way.name[..]).collect::<Vec<_>>();
+    assert_eq!((names(0), names(3)), (vec!["4G"], vec!["satellite"]));
+    let expected = Way {
+        name: "4G".into(),
+        url: None,
+        interface: Some("wwan0".into()),
+        source_address: None,
+        metered: true,
+        daily_budget_mib: Some(50),
+    };
+    assert_eq!(fleet.vessels[0].ways, [expected]);
+}
+
+#[test]
+fn what_is_wrong_with_a_way_is_told_with_its_line() {
+    let way = |keys: &str| {
+        let text = format!("{EXAMPLE}[[vessel.ways]]\nname = \"4G\"\n{keys}\n");
+        let problems = Fleet::read(&text).unwrap_err();
+        let line = EXAMPLE.lines().count() + 3;
+        assert!(problems.iter().all(|one| one.line == line && !one.remedy.is_empty()), "{problems:#?}");
+        problems.iter().map(ToString::to_string).collect::<Vec<_>>().concat()
+    };
+    for (keys, wrong) in [
+        ("interface = \"an-interface-too-long\"", "cannot be a network interface"),
+        ("interface = \"wwan0 \"", "cannot be a network interface"),
+        ("source_address = \"wwan0\"", "is not an IP address"),
+        ("daily_budget_mib = 50", "only a way that is metered"),
+        ("daily_budget_mib = 0", "0 cannot be"),
+        ("metred = true", "did you mean `metered`"),
+        ("url = \"https://lutra.example.org\"", "no address of the vessel link"),
+        ("url = \"wss://lutra.example.org/link\"", "encrypted = true"),
+        ("metered = 1", "true or false"),
+    ] {
+        let told = way(keys);
+        assert!(told.contains(wrong) && told.contains("vessel ntnu-otter-04: way 1"), "{told}");
+    }
+    let many = "[[vessel.ways]]\nname = \"4G\"\n".repeat(9);
+    let problems = Fleet::read(&format!("{EXAMPLE}{many}")).unwrap_err();
+    let all: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    assert!(all[0].contains("two are called") && all.last().unwrap().contains("more than 8 ways"), "{all:?}");
+    let nameless =
+        Fleet::read(&format!("{EXAMPLE}[[vessel.ways]]\nname = \"{}\"\n[[vessel.ways]]\n", "x".repeat(33)));
+    let all: Vec<String> = nameless.unwrap_err().iter().map(ToString::to_string).collect();
+    assert!(all[0].contains("at most 32 bytes") && all[1].contains("`name` is missing"), "{all:?}");
+}
+
+#[test]
 fn every_problem_is_told_at_once_with_its_line() {
     let text = "\
 [server]

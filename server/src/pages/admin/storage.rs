@@ -1,6 +1,7 @@
 //! What is kept and where: the disk, archive and history, what may go, backups, other stores, and whether all is well.
 
 use crate::AppState;
+use crate::backups::Watched;
 use crate::config::Config;
 use crate::doctor;
 use crate::pages::frame::{Frame, PageError, html};
@@ -121,8 +122,8 @@ pub(in crate::pages) async fn page(
     frame: Frame,
     Query(before): Query<Before>,
 ) -> Result<Response, PageError> {
-    let config = state.config.clone();
-    let looked = tokio::task::spawn_blocking(move || look(&config, before));
+    let (config, backup) = (state.config.clone(), state.backup.clone());
+    let looked = tokio::task::spawn_blocking(move || look(&config, &backup, before));
     let looked = looked.await.map_err(|error| ApiError::internal(&error))??;
     let known = state.shore.people.vessels();
     let recorder: RecorderState = state.shore.recorder.state().borrow().clone();
@@ -157,7 +158,7 @@ fn program(data: &Path) -> String {
     format!("lutra-server --data {}", data.display())
 }
 
-fn look(config: &Config, before: Before) -> Result<Looked, ApiError> {
+fn look(config: &Config, backup: &Watched, before: Before) -> Result<Looked, ApiError> {
     let data = &config.data;
     let systems = Reader::open(data)?.systems()?;
     let samples = systems.into_iter().map(|one| (one.address.0, (one.extent.first_us, one.extent.last_us)));
@@ -170,7 +171,7 @@ fn look(config: &Config, before: Before) -> Result<Looked, ApiError> {
         charts: chartdb::files(&set).iter().map(|file| size(file)).sum(),
         people: size(&data.join("app.db")) + size(&data.join("app.db-wal")),
         removals: removals(data, before)?,
-        checks: doctor::look(config, false),
+        checks: doctor::look(config, false, |config| backup.checks(config)),
     })
 }
 

@@ -41,6 +41,7 @@ impl Sink for Influx {
     type Item = String;
     const NAME: &'static str = "influx";
     const TITLE: &'static str = "InfluxDB";
+    const BATCH_ITEMS: usize = 5_000;
 
     fn target(&self) -> String {
         self.target.clone()

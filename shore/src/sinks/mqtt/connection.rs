@@ -3,10 +3,13 @@
 //! rumqttc would connect again by itself and send again what it holds. Here a connection that is lost is given up instead, with
 //! all that waits in it: the carrier sends the batch again from the archive, so nothing is held in two places.
 
+use super::under_way::{Refusal, UnderWay};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use rumqttc::Outgoing;
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{ConnectReturnCode, Packet, PubAckReason, SubscribeReasonCode};
+use rumqttc::v5::mqttbytes::v5::{
+    ConnectReturnCode, DisconnectReasonCode, Packet, PubAckReason, SubscribeReasonCode,
+};
+use rumqttc::v5::mqttbytes::{self, QoS};
 use rumqttc::v5::{AsyncClient, ConnectionError, Event, EventLoop, MqttOptions, StateError};
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -14,6 +17,8 @@ use tokio::task::JoinHandle;
 
 /// A broker that says nothing for so long, while it has something to answer, is taken to be gone.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// MQTT 5, 2.4: the reason code *packet too large*.
+const PACKET_TOO_LARGE: u8 = 0x95;
 /// Messages that wait to be sent, beside those that wait for their confirmation.
 const WAITING: usize = 64;
 /// What was said and waits to be heard; the task waits where there is no room.
@@ -22,12 +27,12 @@ const UNHEARD: usize = 256;
 /// What a connection says.
 #[derive(Debug)]
 pub(super) enum Said {
-    /// The broker let us in; the largest packet that it takes.
-    Connected(Option<u32>),
-    /// A message went out, so another one may wait.
-    Sent,
-    /// The broker took a message, or says why not.
-    Confirmed(PubAckReason),
+    /// The broker let us in; the largest packet that it takes, and whether it retains.
+    Connected(Option<u32>, bool),
+    /// A message went out under this number, so another one may wait.
+    Sent(u16),
+    /// The broker took the message of this number, or says why not.
+    Confirmed(u16, PubAckReason),
     /// The broker holds this value.
     Held(String, Vec<u8>),
     /// It shows what it holds, or not.
@@ -44,6 +49,8 @@ pub(super) struct Connection {
     task: JoinHandle<()>,
     /// The largest packet that the broker takes, bytes.
     pub(super) largest_bytes: usize,
+    /// It keeps the newest value of a topic.
+    pub(super) retains: bool,
 }
 
 impl Drop for Connection {
@@ -61,10 +68,11 @@ impl Connection {
         let (client, events) = AsyncClient::new(options, WAITING);
         let (says, said) = mpsc::channel(UNHEARD);
         let task = tokio::spawn(poll(events, says));
-        let mut connection = Self { client, said, task, largest_bytes: usize::MAX };
+        let mut connection = Self { client, said, task, largest_bytes: usize::MAX, retains: true };
         match connection.next().await? {
-            Said::Connected(largest) => {
+            Said::Connected(largest, retains) => {
                 connection.largest_bytes = largest.map_or(usize::MAX, |bytes| bytes as usize);
+                connection.retains = retains;
                 Ok(connection)
             }
             other => bail!("it answers a connection by {other:?}"),
@@ -87,12 +95,31 @@ impl Connection {
     ///
     /// # Errors
     /// It is lost, or says nothing for too long.
-    pub(super) async fn next(&mut self) -> anyhow::Result<Said> {
-        let said = tokio::time::timeout(PATIENCE, self.said.recv()).await.context("it does not answer")?;
-        match said.context("the connection is lost")? {
+    async fn next(&mut self) -> anyhow::Result<Said> {
+        match self.hear().await? {
             Said::Lost(error) => Err(why(&error)),
             said => Ok(said),
         }
+    }
+
+    async fn hear(&mut self) -> anyhow::Result<Said> {
+        let said = tokio::time::timeout(PATIENCE, self.said.recv()).await.context("it does not answer")?;
+        said.context("the connection is lost")
+    }
+
+    /// Waits for what it says next of what is under way. Answers why the broker ended the connection over one of the messages,
+    /// if it did.
+    ///
+    /// # Errors
+    /// It is lost otherwise, says nothing for too long, or takes nothing now.
+    pub(super) async fn listen(&mut self, under_way: &mut UnderWay) -> anyhow::Result<Option<Refusal>> {
+        match self.hear().await? {
+            Said::Sent(packet) => under_way.sent(packet),
+            Said::Confirmed(packet, reason) => under_way.confirmed(packet, reason)?,
+            Said::Lost(error) => return refusal(&error).map(Some).ok_or_else(|| why(&error)),
+            _ => {}
+        }
+        Ok(None)
     }
 
     /// Has a message sent; false while others wait to be sent.
@@ -134,12 +161,14 @@ async fn poll(mut events: EventLoop, says: mpsc::Sender<Said>) {
     loop {
         let said = match events.poll().await {
             Err(error) => Said::Lost(error),
-            Ok(Event::Outgoing(Outgoing::Publish(_))) => Said::Sent,
+            Ok(Event::Outgoing(Outgoing::Publish(packet))) => Said::Sent(packet),
             Ok(Event::Incoming(packet)) => match packet {
                 Packet::ConnAck(answer) => {
-                    Said::Connected(answer.properties.and_then(|properties| properties.max_packet_size))
+                    let properties = answer.properties.as_ref();
+                    let retains = properties.and_then(|properties| properties.retain_available) != Some(0);
+                    Said::Connected(properties.and_then(|properties| properties.max_packet_size), retains)
                 }
-                Packet::PubAck(answer) => Said::Confirmed(answer.reason),
+                Packet::PubAck(answer) => Said::Confirmed(answer.pkid, answer.reason),
                 Packet::Publish(held) if held.retain => {
                     Said::Held(String::from_utf8_lossy(&held.topic).into_owned(), held.payload.to_vec())
                 }
@@ -155,6 +184,26 @@ async fn poll(mut events: EventLoop, says: mpsc::Sender<Said>) {
         if says.send(said).await.is_err() || is_lost {
             return;
         }
+    }
+}
+
+/// Why the broker refuses one of the messages under way for good, where that ended the connection. Of *packet too large* in its
+/// answer to a message (Mosquitto's `message_size_limit`) rumqttc knows nothing: it gives the connection up, and speaks of a code of
+/// *connect*.
+fn refusal(error: &ConnectionError) -> Option<Refusal> {
+    use DisconnectReasonCode::{NotAuthorized, PacketTooLarge, PayloadFormatInvalid, TopicNameInvalid};
+    let ConnectionError::MqttState(state) = error else { return None };
+    match state {
+        StateError::Deserialization(mqttbytes::Error::InvalidConnectReturnCode(PACKET_TOO_LARGE)) => {
+            Some(Refusal::TooLarge)
+        }
+        StateError::ServerDisconnect { reason_code, .. } => match reason_code {
+            PacketTooLarge => Some(Refusal::TooLarge),
+            NotAuthorized => Some(Refusal::Denied),
+            TopicNameInvalid | PayloadFormatInvalid => Some(Refusal::Invalid(format!("{reason_code:?}"))),
+            _ => None,
+        },
+        _ => None,
     }
 }
 

@@ -6,49 +6,62 @@
 
 mod connection;
 mod message;
+mod options;
 mod retained;
+mod under_way;
 
 use super::carrier::{Refused, Sink};
-use super::{secret, settings};
-use crate::tls::trusting;
-use anyhow::{Context as _, bail, ensure};
-use connection::{Connection, Said};
-use hyper::Uri;
+use super::settings;
+use anyhow::ensure;
+use connection::Connection;
 use imc::PacketView;
 use message::Message;
+use options::options;
 use retained::Retained;
 use rumqttc::v5::MqttOptions;
-use rumqttc::v5::mqttbytes::v5::PubAckReason;
-use rumqttc::{TlsConfiguration, Transport};
 use std::collections::BTreeSet;
-use std::time::Duration;
+use under_way::{Refusal, UnderWay};
 use units::UtcTime;
 
-/// How often a connection on which nothing else goes is tried.
-const KEEP_ALIVE: Duration = Duration::from_secs(15);
-/// How long a broker may take to let us in.
-const CONNECT_S: u64 = 10;
-/// Messages that wait for their confirmation at once; a broker may want fewer.
-const IN_FLIGHT: u16 = 256;
-/// The largest value of a broker's that is read.
-const LARGEST_HELD_BYTES: u32 = 1 << 20;
 /// What a packet has beside topic and payload, bytes, generously.
 const AROUND_BYTES: usize = 32;
+
+/// Topics of which it is remembered that the broker took a message.
+const MOST_TAKEN: usize = 100_000;
+/// Topics of which it is said that the broker refuses them.
+const MOST_SAID: usize = 100;
 
 /// A broker that is published to.
 pub(crate) struct Mqtt {
     options: MqttOptions,
     target: String,
+    cursor: String,
     prefix: String,
     wants_the_past: bool,
+    /// One that stands, with nothing under way.
     connection: Option<Connection>,
-    /// Messages that were handed over and are not confirmed.
-    unconfirmed: u64,
     refused: Refused,
     retained: Retained,
     /// Vessels of which it is known what the broker holds.
     known: BTreeSet<String>,
-    has_said_unread: bool,
+    /// Topics to which it could publish since the start.
+    taken: BTreeSet<String>,
+    /// A message of this batch was taken.
+    takes: bool,
+    /// Larger payloads were refused since it was last out of reach, bytes.
+    largest_payload_bytes: usize,
+    said: Said,
+}
+
+/// What was said once.
+#[derive(Debug, Default)]
+struct Said {
+    /// What the broker holds cannot be read.
+    unread: bool,
+    /// The broker retains nothing.
+    unretained: bool,
+    /// Topics with a message that is refused.
+    refused: BTreeSet<String>,
 }
 
 impl Mqtt {
@@ -64,23 +77,42 @@ impl Mqtt {
         Ok(Some(Self {
             options: options(settings)?,
             target: format!("{} topic {prefix}", settings.url),
+            cursor: format!("topic {prefix} client {}", settings.client_id),
             prefix,
             wants_the_past: settings.from_beginning,
             connection: None,
-            unconfirmed: 0,
             refused: Refused::default(),
             retained: Retained::default(),
             known: BTreeSet::new(),
-            has_said_unread: false,
+            taken: BTreeSet::new(),
+            takes: false,
+            largest_payload_bytes: usize::MAX,
+            said: Said::default(),
         }))
     }
 
+    /// The connection that stands, or a new one.
+    async fn connect(&mut self) -> anyhow::Result<Connection> {
+        if let Some(mut connection) = self.connection.take() {
+            connection.check()?;
+            return Ok(connection);
+        }
+        let connection = Connection::open(self.options.clone()).await?;
+        if !connection.retains && !self.said.unretained {
+            self.said.unretained = true;
+            tracing::warn!(
+                to = self.target,
+                "MQTT: the broker retains nothing (retain_available), so who subscribes waits for the next value of each topic"
+            );
+        }
+        Ok(connection)
+    }
+
     /// Reads what the broker holds of a vessel, if that is not known.
-    async fn learn(&mut self, vessel: &str) -> anyhow::Result<()> {
-        if self.known.contains(vessel) {
+    async fn learn(&mut self, connection: &mut Connection, vessel: &str) -> anyhow::Result<()> {
+        if self.known.contains(vessel) || !connection.retains {
             return Ok(());
         }
-        let connection = self.connection.as_mut().context("the connection is lost")?;
         let (prefix, retained) = (format!("{}/", self.prefix), &mut self.retained);
         let below = format!("{prefix}{vessel}");
         let may_read = connection.held(&below, |topic, payload| {
@@ -88,8 +120,8 @@ impl Mqtt {
                 retained.note(topic, order_us);
             }
         });
-        if !may_read.await? && !self.has_said_unread {
-            self.has_said_unread = true;
+        if !may_read.await? && !self.said.unread {
+            self.said.unread = true;
             tracing::warn!(
                 to = self.target,
                 "MQTT: the broker lets the server not read below its topic, so after a restart an older value may be retained; \
@@ -100,23 +132,75 @@ impl Mqtt {
         Ok(())
     }
 
-    /// Waits for what the broker says next.
-    async fn listen(&mut self) -> anyhow::Result<()> {
-        let connection = self.connection.as_mut().context("the connection is lost")?;
-        let Said::Confirmed(reason) = connection.next().await? else { return Ok(()) };
-        self.unconfirmed = self.unconfirmed.saturating_sub(1);
-        match reason {
-            PubAckReason::Success | PubAckReason::NoMatchingSubscribers => {}
-            PubAckReason::NotAuthorized => bail!(
-                "it does not let the server publish to {}/#: allow it to the user of sinks.mqtt.user, or choose another \
-                 sinks.mqtt.topic",
-                self.prefix
-            ),
-            PubAckReason::TopicNameInvalid | PubAckReason::PayloadFormatInvalid => {
-                self.refused.add(|| format!("{reason:?}"));
-            }
-            _ => bail!("it does not take messages now: {reason:?}"),
+    /// Publishes messages and waits for the answer to each. Answers why the broker ended the connection over one of them, if it
+    /// did: it does not say over which.
+    ///
+    /// # Errors
+    /// The connection is lost, or the broker takes nothing now. It is not used again then.
+    async fn publish(&mut self, part: &[Message]) -> anyhow::Result<Option<Refusal>> {
+        let mut connection = self.connect().await?;
+        for vessel in part.iter().map(Message::vessel).collect::<BTreeSet<_>>() {
+            self.learn(&mut connection, vessel).await?;
         }
+        let mut under_way = UnderWay::default();
+        for (place, message) in part.iter().enumerate() {
+            let topic = format!("{}/{}", self.prefix, message.topic);
+            let bytes = topic.len() + message.payload.len() + AROUND_BYTES;
+            if bytes > connection.largest_bytes || message.payload.len() > self.largest_payload_bytes {
+                under_way.refused.push((place, Refusal::TooLarge));
+                continue;
+            }
+            let retain = connection.retains && self.retained.take(message);
+            under_way.queue(place);
+            while !connection.publish(&topic, retain, &message.payload) {
+                if let Some(refusal) = connection.listen(&mut under_way).await? {
+                    return Ok(Some(refusal));
+                }
+            }
+        }
+        while !under_way.is_empty() {
+            if let Some(refusal) = connection.listen(&mut under_way).await? {
+                return Ok(Some(refusal));
+            }
+        }
+        self.settle(part, under_way)?;
+        self.connection = Some(connection);
+        Ok(None)
+    }
+
+    /// Takes over what the broker said of each message.
+    fn settle(&mut self, part: &[Message], under_way: UnderWay) -> anyhow::Result<()> {
+        for place in under_way.taken {
+            self.takes = true;
+            if self.taken.len() < MOST_TAKEN && !self.taken.contains(&part[place].topic) {
+                self.taken.insert(part[place].topic.clone());
+            }
+        }
+        for (place, refusal) in under_way.refused {
+            self.refuse(&part[place], &refusal)?;
+        }
+        Ok(())
+    }
+
+    /// Passes a message over that the broker will never take.
+    ///
+    /// # Errors
+    /// It lets the server publish nothing at all: then everything waits until that is mended.
+    fn refuse(&mut self, message: &Message, refusal: &Refusal) -> anyhow::Result<()> {
+        // What it took before, or nothing ever: then it is not this topic alone.
+        let may_be_all = self.taken.is_empty() || self.taken.contains(&message.topic);
+        ensure!(
+            *refusal != Refusal::Denied || self.takes || !may_be_all,
+            "it does not let the server publish to {}/#: allow it to the user of sinks.mqtt.user, or choose another \
+             sinks.mqtt.topic",
+            self.prefix
+        );
+        let bytes = message.payload.len();
+        let reason = || format!("{refusal} ({}/{}, {bytes} bytes)", self.prefix, message.topic);
+        if self.said.refused.len() < MOST_SAID && self.said.refused.insert(message.topic.clone()) {
+            tracing::warn!(to = self.target, "MQTT: a message is passed over: {}", reason());
+        }
+        self.refused.add(reason);
         Ok(())
     }
 }
@@ -125,9 +209,16 @@ impl Sink for Mqtt {
     type Item = Message;
     const NAME: &'static str = "mqtt";
     const TITLE: &'static str = "MQTT";
+    // A message over which the broker ends the connection is looked for by sending the halves again.
+    const BATCH_ITEMS: usize = 500;
 
     fn target(&self) -> String {
         self.target.clone()
+    }
+
+    /// A broker that moved goes on where it was.
+    fn cursor(&self) -> String {
+        self.cursor.clone()
     }
 
     fn wants_the_past(&self) -> bool {
@@ -141,136 +232,38 @@ impl Sink for Mqtt {
     }
 
     async fn open(&mut self) -> anyhow::Result<()> {
-        if self.unconfirmed > 0 {
-            // The last batch failed: it comes again, on another connection.
-            self.connection = None;
+        self.refused = Refused::default();
+        if self.connection.is_none() {
+            // Its limits may be others by now.
+            self.largest_payload_bytes = usize::MAX;
         }
-        (self.unconfirmed, self.refused) = (0, Refused::default());
-        if let Some(mut connection) = self.connection.take() {
-            connection.check()?;
-            self.connection = Some(connection);
-            return Ok(());
-        }
-        self.connection = Some(Connection::open(self.options.clone()).await?);
+        self.connection = Some(self.connect().await?);
         Ok(())
     }
 
+    /// Those messages over which the broker ends the connection are found by halving the batch, each time over a new one.
     async fn write(&mut self, batch: &[Message]) -> anyhow::Result<()> {
-        let vessels: BTreeSet<&str> = batch.iter().map(Message::vessel).collect();
-        // Whatever breaks off below, the connection is not used again.
-        self.unconfirmed += 1;
-        for vessel in vessels {
-            self.learn(vessel).await?;
-        }
-        self.unconfirmed -= 1;
-        for message in batch {
-            let topic = format!("{}/{}", self.prefix, message.topic);
-            let bytes = topic.len() + message.payload.len() + AROUND_BYTES;
-            let largest_bytes = self.connection.as_ref().map_or(usize::MAX, |one| one.largest_bytes);
-            if bytes > largest_bytes {
-                self.refused.add(|| format!("{bytes} bytes are more than the broker takes: {topic}"));
+        self.takes = false;
+        let mut parts = vec![batch];
+        while let Some(part) = parts.pop().filter(|part| !part.is_empty()) {
+            let Some(refusal) = self.publish(part).await? else { continue };
+            let [message] = part else {
+                let (first, second) = part.split_at(part.len() / 2);
+                parts.extend([second, first]);
                 continue;
+            };
+            if refusal == Refusal::TooLarge {
+                // What is as large is not tried any more: each trial costs a connection.
+                let least = message.payload.len();
+                self.largest_payload_bytes = self.largest_payload_bytes.min(least.saturating_sub(1));
             }
-            let retain = self.retained.take(message);
-            self.unconfirmed += 1;
-            while !self.connection.as_ref().is_some_and(|one| one.publish(&topic, retain, &message.payload)) {
-                self.listen().await?;
-            }
+            self.refuse(message, &refusal)?;
         }
         Ok(())
     }
 
+    /// Each message was answered already.
     async fn flush(&mut self) -> anyhow::Result<Refused> {
-        while self.unconfirmed > 0 {
-            self.listen().await?;
-        }
         Ok(std::mem::take(&mut self.refused))
-    }
-}
-
-fn options(settings: &settings::Mqtt) -> anyhow::Result<MqttOptions> {
-    let url = &settings.url;
-    // No error shows the address: a password may stand in it, also where it does not look like one.
-    ensure!(
-        !url.contains(['@', '#']) && !url.contains(char::is_whitespace),
-        "sinks.mqtt.url must be like mqtt://host:1883, without @, # and spaces; user and password are named by sinks.mqtt.user and \
-         password_file"
-    );
-    let uri: Uri = url.parse().context("sinks.mqtt.url is no address; it must be like mqtt://host:1883")?;
-    let host = uri.host().context("sinks.mqtt.url names no host; it must be like mqtt://host:1883")?;
-    let has_port = uri.authority().is_some_and(|authority| authority.as_str().len() > host.len());
-    ensure!(
-        !has_port || uri.port_u16().is_some_and(|port| port > 0),
-        "sinks.mqtt.url: the port behind the host must be a number from 1 to 65535"
-    );
-    ensure!(
-        matches!(uri.path(), "" | "/") && uri.query().is_none(),
-        "sinks.mqtt.url must end behind host and port; topics are named by sinks.mqtt.topic"
-    );
-    let tls = match uri.scheme_str() {
-        Some("mqtt") => None,
-        Some("mqtts") => {
-            ensure!(
-                !settings.ca_file.as_os_str().is_empty(),
-                "sinks.mqtt.url is mqtts: name the authority that signed its certificate by sinks.mqtt.ca_file"
-            );
-            ensure!(
-                !host.starts_with('['),
-                "sinks.mqtt.url is encrypted and names an address of IPv6: name the host as its certificate does"
-            );
-            Some(trusting("sinks.mqtt.ca_file", &settings.ca_file)?)
-        }
-        _ => bail!("sinks.mqtt.url must begin with mqtt:// or mqtts://"),
-    };
-    let port = uri.port_u16().unwrap_or(if tls.is_some() { 8883 } else { 1883 });
-    let mut options = MqttOptions::new(settings.client_id.clone(), host, port);
-    options.set_keep_alive(KEEP_ALIVE).set_clean_start(true).set_connection_timeout(CONNECT_S);
-    options.set_outgoing_inflight_upper_limit(IN_FLIGHT);
-    options.set_max_packet_size(Some(LARGEST_HELD_BYTES));
-    if let Some(tls) = tls {
-        options.set_transport(Transport::Tls(TlsConfiguration::Rustls(tls.config().clone())));
-    }
-    if !settings.user.is_empty() {
-        let password = secret("sinks.mqtt.password_file", &settings.password_file)?;
-        options.set_credentials(settings.user.clone(), password);
-    }
-    Ok(options)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_that_cannot_be_used_are_said_with_their_key() {
-        let made = |url: &str, ca: &str| {
-            let (url, ca_file) = (url.to_owned(), ca.into());
-            options(&settings::Mqtt { url, ca_file, ..settings::Mqtt::default() })
-        };
-        for (url, port) in [("mqtt://broker", 1883), ("mqtt://[::1]:99/", 99)] {
-            assert_eq!(made(url, "").unwrap().broker_address().1, port);
-        }
-        for (url, ca, why) in [
-            ("http://there", "", "must begin with mqtt://"),
-            ("mqtt://", "", "sinks.mqtt.url"),
-            ("mqtt://me:hush@there", "", "without @"),
-            ("mqtt://me:hu#sh@there", "", "without @"),
-            ("mqtt://me:hu/sh@there", "", "without @"),
-            ("mqtt://there#hush", "", "without @"),
-            ("mqtt://me:hush there", "", "without @"),
-            ("mqtt://there:hush", "", "sinks.mqtt.url"),
-            ("mqtt://there:99999", "", "from 1 to 65535"),
-            ("mqtt://there:0", "", "from 1 to 65535"),
-            ("mqtt://there:", "", "from 1 to 65535"),
-            ("mqtt://there/hush?hush", "", "must end behind"),
-            ("mqtt://there/lutra", "", "must end behind host and port"),
-            ("mqtts://there", "", "sinks.mqtt.ca_file"),
-            ("mqtts://there", "/none", "sinks.mqtt.ca_file /none"),
-            ("mqtts://[::1]", "/none", "as its certificate does"),
-        ] {
-            let error = made(url, ca).err().map(|error| format!("{error:#}")).unwrap_or_default();
-            assert!(error.contains(why), "{url}: {error}");
-            assert!(!error.contains("hu"), "{url}: a password may be in it: {error}");
-        }
     }
 }

@@ -59,6 +59,8 @@ pub(crate) enum Fault {
     /// One of the ways takes so long in one direction from now on.
     Delay(usize, u64),
     KillVessel(u64),
+    /// The vessel's program does nothing, and then goes on.
+    Stall(u64),
     KillShore(u64),
     /// All connections break and both ends are told.
     Reset,
@@ -236,6 +238,7 @@ impl World {
                     self.at(us, Event::VesselStarts);
                 }
             }
+            Fault::Stall(us) => self.vessel_stalls(us),
             Fault::KillShore(us) => {
                 if self.shore.machine.take().is_some() {
                     self.shore.pending.clear();

@@ -23,6 +23,11 @@ pub(crate) struct VesselNode {
     spool: BTreeMap<u64, (UtcTime, Bytes)>,
     next: u64,
     timer_us: u64,
+    /// Its program does nothing until then; what happens meanwhile waits.
+    stalled_until_us: u64,
+    waiting: Vec<VesselInput>,
+    /// It looks so much later than it should.
+    pub(crate) late_us: u64,
     /// When each packet was said (µs).
     pub(crate) told: Vec<u64>,
     /// Commands that were delivered: identity and world time.
@@ -48,6 +53,9 @@ impl VesselNode {
             spool: BTreeMap::new(),
             next: 0,
             timer_us: u64::MAX,
+            stalled_until_us: 0,
+            waiting: Vec::new(),
+            late_us: 0,
             told: Vec::new(),
             delivered: Vec::new(),
             delivered_before: 0,
@@ -113,6 +121,8 @@ impl World {
     pub(crate) fn vessel_starts(&mut self) {
         self.vessel.started_us = self.now_us;
         self.vessel.starts += 1;
+        (self.vessel.stalled_until_us, self.vessel.timer_us) = (0, u64::MAX);
+        self.vessel.waiting.clear();
         self.vessel.delivered_before = self.vessel.delivered.len();
         let settings = VesselSettings {
             address: 0x2810,
@@ -146,7 +156,27 @@ impl World {
         }
     }
 
+    pub(crate) fn vessel_stalls(&mut self, for_us: u64) {
+        self.vessel.stalled_until_us = self.now_us + for_us;
+        self.vessel.timer_us = self.vessel.stalled_until_us;
+        self.at(for_us, Event::VesselTimer);
+    }
+
+    /// What happened in a stall comes after the look at the time, as in the driver, which reads its sockets later.
     pub(crate) fn vessel_handle(&mut self, input: VesselInput) {
+        if self.now_us < self.vessel.stalled_until_us {
+            return self.vessel.waiting.push(input);
+        }
+        if !self.vessel.waiting.is_empty() {
+            self.vessel_handle_now(VesselInput::Timer);
+            for waited in std::mem::take(&mut self.vessel.waiting) {
+                self.vessel_handle_now(waited);
+            }
+        }
+        self.vessel_handle_now(input);
+    }
+
+    fn vessel_handle_now(&mut self, input: VesselInput) {
         // Connections of an earlier start have numbers of their own in this world.
         let Some(input) = self.vessel_number(input) else { return };
         let now = self.vessel_now();
@@ -158,7 +188,7 @@ impl World {
         }
         let due = self.vessel.machine.as_mut().and_then(|machine| machine.poll_timeout(now));
         if let Some(due) = due {
-            let at = self.now_us + super::micros(due.since(now.mono)).max(100);
+            let at = self.now_us + super::micros(due.since(now.mono)).max(100) + self.vessel.late_us;
             if at < self.vessel.timer_us {
                 self.vessel.timer_us = at;
                 self.at(at - self.now_us, Event::VesselTimer);

@@ -1,0 +1,218 @@
+//! Looking at the configured backup, and at what may be deleted because it is there, without being held up by its disk.
+//!
+//! A disk or a share that hangs answers no call, and no thread comes back from it. So each look has a thread of its own and a
+//! limit; while one hangs no other begins, and what is said is that it hangs. Pages ask for what was found last.
+
+use super::{State, checked, look};
+use crate::config::Config;
+use crate::retention;
+use shore::clock;
+use std::sync::Arc;
+use std::sync::mpsc;
+use std::time::Duration;
+use store::{Check, Health};
+use tokio::sync::{oneshot, watch};
+use tokio_util::sync::CancellationToken;
+use units::UtcTime;
+
+/// How often a running server looks.
+const LOOK_EVERY: Duration = Duration::from_mins(10);
+/// A disk that has not answered by then hangs; one that slept takes 15 s to turn.
+const LOOK_WITHIN: Duration = Duration::from_secs(30);
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen {
+    pub(crate) state: State,
+    /// What the next removal of recordings would do, which goes by the backup.
+    retention: Check,
+}
+
+impl Seen {
+    fn look(config: &Config, now: UtcTime) -> Self {
+        Self { state: look(config, now), retention: retention::check(config, now) }
+    }
+
+    /// Nothing has been found, for this reason.
+    fn not(why: String) -> Self {
+        let retention = Check {
+            name: retention::NAME,
+            health: Health::Warning,
+            found: why.clone(),
+            remedy: String::new(),
+        };
+        Self { state: State { made: None, trouble: Some(why), is_set_up: true }, retention }
+    }
+
+    fn hangs(config: &Config) -> Self {
+        Self::not(format!(
+            "backup.folder {} does not answer: its disk, or the computer that shares it, hangs. Look at `dmesg` and `findmnt`; \
+             `umount -f -l` and mounting it again may help",
+            config.backup.folder.display()
+        ))
+    }
+
+    fn checks(self, config: &Config) -> [Check; 2] {
+        [checked(config, self.state), self.retention]
+    }
+}
+
+/// Begins a look, in a thread of its own.
+fn begin(
+    look: impl FnOnce() -> Seen + Send + 'static,
+    done: impl FnOnce(Seen) + Send + 'static,
+) -> std::io::Result<()> {
+    std::thread::Builder::new().name("backup-look".to_owned()).spawn(move || done(look())).map(drop)
+}
+
+/// For the doctor: looks now.
+pub(crate) fn checks(config: &Config, now: UtcTime) -> [Check; 2] {
+    let (sender, receiver) = mpsc::channel();
+    let its = config.clone();
+    let begun = begin(move || Seen::look(&its, now), move |seen| drop(sender.send(seen)));
+    let seen = match begun.map(|()| receiver.recv_timeout(LOOK_WITHIN)) {
+        Ok(Ok(seen)) => seen,
+        Ok(Err(mpsc::RecvTimeoutError::Timeout)) => Seen::hangs(config),
+        Ok(Err(mpsc::RecvTimeoutError::Disconnected)) => Seen::not(FAULT.to_owned()),
+        Err(error) => Seen::not(format!("the backup is not looked at, there is no thread for it: {error}")),
+    };
+    seen.checks(config)
+}
+
+const FAULT: &str = "the backup could not be looked at, by a fault of this program: its log has more";
+
+/// The backup as a running server saw it last.
+#[derive(Debug, Clone)]
+pub(crate) struct Watched(watch::Sender<Option<Seen>>);
+
+impl Watched {
+    pub(crate) fn new() -> Self {
+        Self(watch::Sender::new(None))
+    }
+
+    /// As it was found last; `None` before the first look has come to its end.
+    pub(crate) fn state(&self) -> Option<State> {
+        self.0.borrow().as_ref().map(|seen| seen.state.clone())
+    }
+
+    /// For the page *Storage*: as they were found last.
+    pub(crate) fn checks(&self, config: &Config) -> [Check; 2] {
+        let seen = self.0.borrow().clone();
+        seen.unwrap_or_else(|| Seen::not("it is being looked at: ask again in a minute".to_owned()))
+            .checks(config)
+    }
+
+    /// Looks until the server ends.
+    pub(crate) async fn keep(self, config: Arc<Config>, clock: clock::Clock, stop: CancellationToken) {
+        let its = Arc::clone(&config);
+        let look = move || Seen::look(&its, clock.utc());
+        self.keep_by(look, &config, (LOOK_EVERY, LOOK_WITHIN), stop).await;
+    }
+
+    async fn keep_by(
+        self,
+        look: impl Fn() -> Seen + Clone + Send + 'static,
+        config: &Config,
+        (every, within): (Duration, Duration),
+        stop: CancellationToken,
+    ) {
+        let mut every = tokio::time::interval(every);
+        every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        while stop.run_until_cancelled(every.tick()).await.is_some() {
+            let (sender, mut looked) = oneshot::channel();
+            if let Err(error) = begin(look.clone(), move |seen| drop(sender.send(seen))) {
+                tracing::error!(%error, "there is no thread to look at the backup with; tried again");
+                continue;
+            }
+            let in_time = stop.run_until_cancelled(tokio::time::timeout(within, &mut looked)).await;
+            let seen = match in_time {
+                None => return,
+                Some(Ok(seen)) => seen,
+                Some(Err(_)) => {
+                    self.take(Seen::hangs(config));
+                    // The next look begins when this one has come back, however long that takes.
+                    let Some(seen) = stop.run_until_cancelled(looked).await else { return };
+                    seen
+                }
+            };
+            self.take(seen.unwrap_or_else(|_| Seen::not(FAULT.to_owned())));
+        }
+    }
+
+    /// Takes over what was found. When the last one was made stays known while it cannot be reached, so that its age grows on.
+    fn take(&self, mut seen: Seen) {
+        let before = self.state().unwrap_or(State { made: None, trouble: None, is_set_up: false });
+        let state = &mut seen.state;
+        state.made = state.made.or(before.made);
+        match (&before.trouble, &state.trouble) {
+            // Where no backup was set up, each start would say so: the doctor does.
+            (None, Some(trouble)) if !state.is_set_up => tracing::debug!("{trouble}"),
+            (None, Some(trouble)) => tracing::warn!("{trouble}"),
+            (Some(_), None) => tracing::info!("the backup is well again"),
+            _ => {}
+        }
+        self.0.send_replace(Some(seen));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    fn well(made: i64) -> Seen {
+        let retention = Check {
+            name: retention::NAME,
+            health: Health::Good,
+            found: String::new(),
+            remedy: String::new(),
+        };
+        let made = Some(UtcTime::from_micros(made));
+        Seen { state: State { made, trouble: None, is_set_up: true }, retention }
+    }
+
+    #[test]
+    fn when_the_last_one_was_made_stays_known_while_its_disk_is_away() {
+        let watched = Watched::new();
+        watched.take(well(7));
+        watched.take(Seen::not("away".to_owned()));
+        let state = watched.state().unwrap();
+        assert_eq!((state.made, state.trouble.as_deref()), (Some(UtcTime::from_micros(7)), Some("away")));
+    }
+
+    #[tokio::test]
+    async fn a_disk_that_hangs_is_said_and_not_looked_at_again_before_it_answers() {
+        let mut config = Config::default();
+        config.backup.folder = "/mnt/hangs".into();
+        let (release, hangs) = mpsc::channel::<()>();
+        let (hangs, looks) = (Arc::new(Mutex::new(hangs)), Arc::new(AtomicUsize::new(0)));
+        let (its, counted) = (Arc::clone(&hangs), Arc::clone(&looks));
+        let look = move || {
+            counted.fetch_add(1, Ordering::SeqCst);
+            its.lock().unwrap().recv().ok();
+            well(9)
+        };
+        let (watched, stop) = (Watched::new(), CancellationToken::new());
+        assert!(watched.checks(&config)[0].found.contains("is being looked at"));
+        let (mut seen, keeper, its_config) = (watched.0.subscribe(), watched.clone(), config.clone());
+        let its_stop = stop.clone();
+        let times = (Duration::from_millis(1), Duration::ZERO);
+        let kept = tokio::spawn(async move { keeper.keep_by(look, &its_config, times, its_stop).await });
+        seen.changed().await.unwrap();
+        for check in watched.checks(&config) {
+            assert!(check.found.contains("/mnt/hangs does not answer"), "{}", check.found);
+            assert_eq!(check.health, Health::Warning);
+        }
+        // Many times of a look later.
+        for _ in 0..20 {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        assert_eq!(looks.load(Ordering::SeqCst), 1);
+        release.send(()).unwrap();
+        seen.changed().await.unwrap();
+        assert_eq!(watched.state(), Some(well(9).state));
+        stop.cancel();
+        kept.await.unwrap();
+    }
+}
