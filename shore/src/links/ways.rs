@@ -21,13 +21,7 @@ impl Task {
             metrics::counter!("lutra_way_switches_total", "vessel" => vessel.clone())
                 .increment(u64::from(switched));
         }
-        self.no_figures_but(&report);
-        for (place, way) in (0..).zip(&report.ways) {
-            if self.named.has(&vessel, &way.name) {
-                let is = |lane: Option<u8>| lane == Some(place);
-                figures(&vessel, way, (is(report.live), is(report.records)));
-            }
-        }
+        self.figures_of(&report);
         self.ways.send_replace(Some(report));
     }
 
@@ -39,18 +33,25 @@ impl Task {
             report.ways.iter_mut().for_each(|way| way.state = WayState::Down);
             true
         });
-        self.no_figures_but(&WaysReport::default());
+        let report = self.ways.borrow().clone();
+        self.figures_of(&report.unwrap_or_default());
     }
 
     /// The vessel has come in by one way, of which it says nothing.
     pub(super) fn one_way(&mut self) {
         self.ways.send_replace(None);
-        self.no_figures_but(&WaysReport::default());
+        self.figures_of(&WaysReport::default());
     }
 
-    /// Ways that are not in the report are up no more, and carry nothing.
-    fn no_figures_but(&self, report: &WaysReport) {
+    /// The figures of a report. Ways that are not in it are up no more, and carry nothing.
+    fn figures_of(&self, report: &WaysReport) {
         let vessel = self.vessel.to_string();
+        for (place, way) in (0..).zip(&report.ways) {
+            if self.named.has(&vessel, &way.name) {
+                let is = |lane: Option<u8>| lane == Some(place);
+                figures(&vessel, way, (is(report.live), is(report.records)));
+            }
+        }
         for name in self.named.names() {
             if report.ways.iter().all(|way| way.name != *name) {
                 let gone = WayReport { name: name.clone(), ..WayReport::default() };

@@ -169,7 +169,7 @@ impl Vessel {
             (self.run, self.newest_command, self.newest_lease) = (welcome.run, 0, 0);
         }
         if !self.joint {
-            self.turn = place;
+            (self.turn, self.left) = (place, None);
             self.end_all(
                 now,
                 |other| other != place,

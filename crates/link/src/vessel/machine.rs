@@ -40,6 +40,8 @@ pub struct Vessel {
     pub(super) joint: bool,
     /// While it does not: the way whose turn it is.
     pub(super) turn: usize,
+    /// The metered way that was left to go back to an unmetered one, until the shore has answered there.
+    pub(super) left: Option<usize>,
     /// Which way carries what. The places hold good while nothing has broken since the last step.
     pub(super) report: WaysReport,
     pub(super) next_report: MonoTime,
@@ -104,6 +106,7 @@ impl Vessel {
             attempt: 0,
             joint: false,
             turn: 0,
+            left: None,
             report: WaysReport::default(),
             next_report: now.mono,
             told_states: Vec::new(),
@@ -270,8 +273,13 @@ impl Vessel {
     fn opened(&mut self, now: Now, place: usize) {
         if !self.joint {
             // It would be replaced by the greeting, and then count as refused.
+            self.left = self.ways.iter().position(Way::stands).filter(|stood| *stood != place);
+            if let Some(stood) = self.left {
+                self.ways[stood].leave(now.mono);
+            }
             let why = || End::silent("an unmetered way is there again");
             self.end_all(now, |other| other != place, why);
+            self.turn = place;
         }
         let clocks = Clocks::default();
         let several = self.ways.len() > 1;
@@ -313,12 +321,16 @@ impl Vessel {
         if self.report.records == Some(place as u8) {
             self.pull.unlinked(now.mono);
         }
+        let left = if self.turn == place { self.left.take() } else { None };
         let way = &mut self.ways[place];
+        if left.is_some() {
+            way.gone_back_to_in_vain();
+        }
         way.lost(now.mono);
         let pause = if refused { way.backoff.refused() } else { way.backoff.unanswered() };
         way.phase = Phase::Pausing(now.mono + pause);
         if self.turn == place {
-            self.turn = (place + 1) % self.ways.len();
+            self.turn = left.unwrap_or((place + 1) % self.ways.len());
         }
     }
 

@@ -176,6 +176,18 @@ impl Way {
         begins
     }
 
+    /// It is left for another one: that its connection ends is not its fault.
+    pub(crate) fn leave(&mut self, now: MonoTime) {
+        if let Phase::Open(open) = &mut self.phase {
+            open.excused_until = open.excused_until.max(now + EXCUSED_FOR);
+        }
+    }
+
+    /// Another one was left for it, and the shore did not answer: it is tried later, and later after each further time.
+    pub(crate) fn gone_back_to_in_vain(&mut self) {
+        self.breaks = self.breaks.saturating_add(1);
+    }
+
     /// Its connection is gone.
     pub(crate) fn lost(&mut self, now: MonoTime) {
         // A way that was suspect has been counted; the shore gives one up, too, where the program was away for long.

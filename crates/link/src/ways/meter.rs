@@ -77,24 +77,30 @@ pub(crate) struct Meter {
     begun: MonoTime,
     /// Since when the clock says, without a break, that it is an earlier day.
     earlier_since: Option<MonoTime>,
+    /// The later day that an earlier one took the place of: its budget is spent already when the clock comes to it again.
+    left: Option<i64>,
 }
 
 impl Meter {
     pub(crate) fn new(now: MonoTime, used: Used, daily_bytes: Option<u64>) -> Self {
-        Self { used, daily_bytes, begun: now, earlier_since: None }
+        Self { used, daily_bytes, begun: now, earlier_since: None, left: None }
     }
 
     /// Begins the day that has come, or another after 24 h whatever the clock says. A clock that stands in the past begins
     /// none; after a while its day takes the place of the later one, with the bytes of that.
     pub(crate) fn turn(&mut self, now: Now) {
         let day = now.utc.micros().div_euclid(DAY_US);
-        if day > self.used.day || now.mono.since(self.begun) >= DAY {
+        let is_spent = self.left.is_some_and(|left| day <= left);
+        if now.mono.since(self.begun) >= DAY || (day > self.used.day && !is_spent) {
             self.used = Used { day: day.max(self.used.day), bytes: 0 };
-            self.begun = now.mono;
+            (self.begun, self.left) = (now.mono, None);
+        } else if day > self.used.day {
+            self.used.day = day;
         }
         if day >= self.used.day {
             self.earlier_since = None;
         } else if now.mono.since(*self.earlier_since.get_or_insert(now.mono)) >= BELIEVED_AFTER {
+            self.left = self.left.max(Some(self.used.day));
             self.used.day = day;
             self.earlier_since = None;
         }
@@ -172,7 +178,24 @@ mod tests {
         assert_eq!(meter.used().day, 30_000, "it may be the clock's present that is wrong");
         meter.turn(at(2, 20_000));
         assert_eq!(meter.used(), Used { day: 20_000, bytes: 100_000 }, "what was used stays used");
-        meter.turn(at(3, 20_001));
+        meter.turn(at(23, 20_001));
+        assert_eq!(meter.used(), Used { day: 20_001, bytes: 100_000 }, "no day after one that was spent");
+        meter.turn(at(24, 20_001));
+        assert_eq!(meter.used(), Used { day: 20_001, bytes: 0 }, "but 24 h are one");
+        meter.turn(at(30, 20_002));
+        assert_eq!(meter.used().day, 20_002);
+    }
+
+    #[test]
+    fn a_clock_that_starts_in_the_past_does_not_give_the_budget_twice() {
+        let mut meter = Meter::new(MonoTime::default(), Used { day: 20_000, bytes: 90_000 }, Some(100_000));
+        meter.turn(at(0, 19_000));
+        meter.turn(at(1, 19_000));
+        assert_eq!(meter.used(), Used { day: 19_000, bytes: 90_000 });
+        // By now the vessel knows the time.
+        meter.turn(at(2, 20_000));
+        assert_eq!(meter.used(), Used { day: 20_000, bytes: 90_000 });
+        meter.turn(at(5, 20_001));
         assert_eq!(meter.used(), Used { day: 20_001, bytes: 0 });
     }
 
