@@ -109,7 +109,7 @@ export function startMissions(root: HTMLElement): void {
       {missions.value.length > 0 && <Table missions={missions.value} called={called} />}
       {missions.value.length === 0 && page.value.value && <p>{writes ? t("No missions yet. Press New mission to add one: its replay, files, notes and summary are then in one place.") : t("No missions yet. Operators add them.")}</p>}
       {next.value && <button type="button" onClick={() => void list.show(next.value)}>{t("Older missions")}</button>}
-      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Withdrawn too")}</label></p>
+      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Show withdrawn")}</label></p>
     </>
   );
   root.replaceChildren();
