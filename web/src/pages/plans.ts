@@ -84,7 +84,7 @@ class PlansPage {
   private tableOf(all: readonly Pair[]): HTMLElement {
     const names = [t("Plan"), ...this.columns(), ...(this.writable ? [t("Actions")] : [])];
     const head = make("tr", {}, ...names.map((name) => make("th", { scope: "col" }, name)));
-    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, make("table", { class: "plans" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair)))));
+    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, make("table", { class: "plans cards" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair)))));
   }
 
   /** What stands between a plan's name and what can be done with it. */

@@ -11,9 +11,9 @@ import { t } from "../words/words";
 /** What happened to an alarm, by the server's words. */
 const HAPPENED: Readonly<Record<string, string>> = {
   raised: t("raised"),
-  again: t("again"),
+  again: t("raised again"),
   "more urgent": t("more urgent"),
-  returned: t("returned"),
+  returned: t("condition ended"),
   over: t("over"),
   "off the shelf": t("unshelved"),
   escalated: t("escalated"),
