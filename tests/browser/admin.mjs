@@ -107,7 +107,7 @@ await inBrowser(async (open) => {
   await page.getByText("No vessel has come in by its link").waitFor();
   const stranger = await page.request.get(`${url}/link`, { headers: { authorization: "Bearer lutra_link_guess" } });
   check(stranger.status() === 401, `a guessed token: ${stranger.status()}`);
-  await page.getByRole("link", { name: "Look again" }).click();
+  await page.getByRole("link", { name: "Refresh" }).click();
   await transports.getByRole("row", { name: /\/link 0 0 1 0 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
   await look(page, "admin-transports");
 

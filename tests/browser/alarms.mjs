@@ -96,9 +96,9 @@ await inBrowser(async (open) => {
   await page.getByRole("tab", { name: "Link loss" }).click();
   await page.getByText("Link lost.").waitFor();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
-  await page.getByText(/What it will do without the link, as its Lost Communications reported .*, while it heard a console: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
-  await page.getByText(/Last message .* ago · last position .* ago · last order that it answered never/).waitFor();
-  check(!(await page.getByRole("button", { name: "Ask for its settings" }).isDisabled()), "it can be asked");
+  await page.getByText(/Without the link it will hold station at \d\d:\d\d:\d\dZ\. That is in \d+ .*Lost Communications reported this/).waitFor();
+  await page.getByText(/Last message .* ago · last position .* ago · last command answered never/).waitFor();
+  check(!(await page.getByRole("button", { name: "Read its settings" }).isDisabled()), "it can be asked");
   await told(page, /otter-0: not heard since/);
   await look(page, "alarms-link-loss");
   await page.goto(url);
@@ -127,7 +127,7 @@ await inBrowser(async (open) => {
   await row(page, "position").getByRole("button", { name: "Shelve", exact: true }).click();
   await told(viewer, "No alarms; 1 shelved");
   await row(viewer, "position").getByText("shelved by admin: antenna is being changed").waitFor();
-  await bar(page).getByText("What happened lately").click();
+  await bar(page).getByText("Recent events").click();
   await bar(page).locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();
   await bar(page).locator(".alarm-past").getByText(/escalated/).waitFor();
   await look(page, "alarms-list");

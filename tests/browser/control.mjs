@@ -86,7 +86,7 @@ await inBrowser(async (open) => {
   const row = (page, order) => page.locator(`.commands > li[data-order="${order}"]`).first();
   await button(one, "Stop plan").click();
   await row(one, "plan.stop").getByText(/done/).waitFor();
-  await button(one, "Ask which plans are aboard").click();
+  await button(one, "Refresh plans aboard").click();
   await one.getByRole("row", { name: /square/ }).waitFor();
   await button(one, "Start square …").click();
   const confirm = one.getByRole("group", { name: "Start square on otter-1?" });

@@ -108,7 +108,7 @@ await inBrowser(async (open) => {
   await act("Shelve");
   await worst("No alarms; 1 shelved").waitFor();
   await bar.locator('[data-alarm="position"]').getByText(/shelved by admin: antenna is being changed/).waitFor();
-  await act("What happened lately");
+  await act("Recent events");
   await bar.locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();
   await press("Escape");
   await page.getByRole("region", { name: "Alarms" }).waitFor({ state: "hidden" });

@@ -78,7 +78,7 @@ await inBrowser(async (open) => {
   await look(page, "logbook-corrected");
 
   // Found by words, and by its address; taken away as a file.
-  await page.getByLabel("Words in the text").fill("SWELL");
+  await page.getByLabel("Text contains").fill("SWELL");
   await page.getByText("1 note.", { exact: true }).waitFor();
   await page.waitForURL(/\/logbook\?text=SWELL$/);
   await page.reload();
@@ -88,16 +88,16 @@ await inBrowser(async (open) => {
   const { head, rows } = table(await readFile(await (await saved).path(), "utf8"));
   same(rows.length, 1, "rows");
   same([rows[0][0], rows[0][1], rows[0][head.indexOf("latitude [deg]")], rows[0][4]], ["2026-06-01T12:00:05.000000Z", "otter-0", "63.44000000", "Swell from west, wind 10 m/s"], "the row");
-  await page.getByLabel("Words in the text").fill("nowhere");
+  await page.getByLabel("Text contains").fill("nowhere");
   await page.getByText("No matching notes. Choose a longer time, or clear the filter.").waitFor();
-  await page.getByLabel("Words in the text").fill("");
+  await page.getByLabel("Text contains").fill("");
 
   // Withdrawn in two steps, and still to be read.
   await page.getByText("2 notes.").waitFor();
   await first.getByRole("button", { name: /^Withdraw the note/ }).click();
   await page.keyboard.press("Enter");
   await page.getByText("1 note.", { exact: true }).waitFor();
-  await page.getByLabel("Withdrawn too").check();
+  await page.getByLabel("Show withdrawn").check();
   await first.getByText(/^Withdrawn by admin/).waitFor();
   same(await first.getByRole("button", { name: /^Correct/ }).count(), 0, "what is withdrawn is not corrected");
 

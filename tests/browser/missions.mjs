@@ -94,6 +94,6 @@ await inBrowser(async (open) => {
   await page.getByRole("group", { name: "Withdraw this mission" }).getByRole("button", { name: "Withdraw", exact: true }).press("Enter");
   await page.waitForURL(/\/missions$/);
   await page.getByText("No missions yet.").waitFor();
-  await page.getByLabel("Withdrawn too").check();
+  await page.getByLabel("Show withdrawn").check();
   await page.getByText("(withdrawn)").waitFor();
 });

@@ -54,6 +54,18 @@ await inBrowser(async (open) => {
     if (size.width === 390) check((await page.locator(".tiles").first().evaluate((node) => getComputedStyle(node).gridTemplateColumns.split(" ").length)) === 2, "two columns of tiles");
   }
 
+  // What a table or a line says beside its window nobody finds: ages of the link take several lines, plans are cards.
+  await page.setViewportSize(SIZES[0]);
+  await page.goto(`${url}/vessels/${BOAT}?tab=${encodeURIComponent("Link loss")}`);
+  await page.locator(".linkloss").getByText(/Last message/).waitFor();
+  const beside = (selector) => page.locator(selector).first().evaluate((node) => node.scrollWidth - node.clientWidth);
+  check((await beside(".tabpanel:not([hidden])")) <= 0, "ages of the link are not cut off");
+  const one = { name: "a plan of the narrow kind", description: "", vessel: null, repeat: false, maneuvers: [] };
+  await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: one });
+  await page.goto(`${url}/plans`);
+  await page.getByRole("link", { name: one.name }).waitFor();
+  check((await beside(".wide")) <= 0, "all that is said of a plan is in its card");
+
   // The menu holds pages, palette and account; Escape closes it and gives the focus back.
   await page.setViewportSize(SIZES[0]);
   const menu = page.getByRole("button", { name: "Menu" });

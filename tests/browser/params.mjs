@@ -147,7 +147,7 @@ await inBrowser(async (open) => {
   await look(page, "params-offline");
   console.log("wake otter-1");
   await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
-  await button(page, "Forget changes").click();
+  await button(page, "Discard changes").click();
   check((await field(page, NAME).inputValue()) !== "19", "forgotten");
 
   // Who wrote what, with old and new.

@@ -28,7 +28,7 @@ await inBrowser(async (open) => {
   await confirm.waitFor();
   const after = await confirm.boundingBox();
   check(after.x === before.x && after.width === before.width && after.y === before.y, `it stands where it stood: ${JSON.stringify([before, after])}`);
-  check((await question.getByRole("listitem").allInnerTexts()).join() === "northern,southern,unheard", await question.innerText());
+  check((await question.getByRole("listitem").allInnerTexts()).join() === "northern,southern,unheard (not heard)", await question.innerText());
   await question.getByText("This stops 3 vessels.").waitFor();
   await look(page, "stop-all");
   await all.waitFor();

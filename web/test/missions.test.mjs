@@ -10,6 +10,15 @@ import { mkdtemp } from "node:fs/promises";
 const outfile = join(await mkdtemp(join(tmpdir(), "lutra-missions-")), "missions.mjs");
 await build({ entryPoints: ["src/state/missions.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
 const { withNewestMissions } = await import(outfile);
+const knownFile = join(await mkdtemp(join(tmpdir(), "lutra-known-")), "known.mjs");
+await build({ entryPoints: ["src/state/known.ts"], bundle: true, format: "esm", outfile: knownFile, logLevel: "warning" });
+const { knownVessels } = await import(knownFile);
+
+test("who chooses vessels is offered those with a name and recorded ones, but no console and not the server", () => {
+  const recorded = [0x2810, 0x4001, 0x4f00, 0x5fff, 0x6000].map((system) => ({ system }));
+  assert.deepEqual(knownVessels({ 10448: "otter-0" }, [...recorded, { system: 10448 }]), [10448, 0x2810, 0x6000]);
+  assert.deepEqual(knownVessels({ [0x4001]: "simulator" }, recorded).includes(0x4001), true, "a name says that it is a vessel");
+});
 
 const mission = (id, from_us, name = "m") => ({ id, revision: 1, mission: { name, people: "", purpose: "", notes: "", vessels: [5], from_us, to_us: null }, withdrawn: null });
 

@@ -127,7 +127,7 @@ test("the tag that was heard last is the newest that any message told", () => {
   assert.equal(withHeard(read, undefined, 9e6), read);
   assert.equal(withHeard(read, heard(3e6), 9e6), read, "an older one");
   const { snr } = withHeard(read, heard(8e6), 9e6);
-  assert.deepEqual([snr.value, snr.note, snr.ageS, snr.old], [30, "OPi 103", 1, false], "a coding without a number in TBRFishTag");
+  assert.deepEqual([snr.value, snr.note, snr.ageS, snr.old], [30, "OPi-103", 1, false], "a coding without a number in TBRFishTag");
   assert.equal(withHeard(vitals(new Map(), new Map(), 9e6), heard(8e6), 9e6).snr.value, 30, "none before");
 });
 
@@ -262,6 +262,10 @@ test("what a vessel will do without the link is told in its own words, with the 
   const told = of(state, event(7, now, "lost=0;due_s=300"), event(8, now + 1, "due_s=1"), event(7, now + 1, "due_s=2", "Other"));
   assert.deepEqual([told.entity, told.words, told.dueUs, told.lost], ["Lost Communications", words, now + 300e6, false], "by the vessel's clock, from its own entity and topic");
   assert.equal(of(state).dueUs, null, "no time is read out of a sentence");
+  assert.equal(told.next, undefined, "an older vessel reports a sentence only");
+  assert.equal(of(state, event(7, now, "lost=0;due_s=300;then=hold")).next, "hold station");
+  assert.equal(of(state, event(7, now, "lost=0;due_s=19;then=run;plan=a=b")).next, "run plan a=b");
+  assert.equal(of(state, event(7, now, "lost=0;then=dance")).next, undefined, "a code that this page does not know is not made up");
   assert.equal(of(state, event(7, now, "lost=0")).dueUs, null, "it carries on");
   assert.equal(of(state, event(7, now + 5e6, "lost=1;due_s=10"), event(7, now, "lost=0;due_s=300")).dueUs, now + 15e6, "the newest counts");
   assert.equal(loss.linkLoss(new Map(), new Map()).entity, null, "unknown is said to be");

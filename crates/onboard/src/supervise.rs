@@ -10,6 +10,7 @@ mod context;
 mod energy;
 mod grounding;
 mod limits;
+mod next;
 mod restart;
 mod way_home;
 
@@ -29,8 +30,9 @@ use crate::under_way::{Doing, UnderWay};
 use context::Started;
 use mission::{
     Activity, BatteryOutput, BatteryReserve, BatteryStage, Drive, LastOutcome, LimitsOutput, LostComms,
-    LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
+    LostCommsInput, LostCommsOutput, OperationalLimits, Remedy, RunId, Violation,
 };
+use next::{next_values, outlook_text};
 pub(crate) use restart::Restart;
 use std::time::Duration;
 use units::MonoTime;
@@ -407,9 +409,11 @@ impl Supervise {
         context.states.set(context.bus, Entity::LostComms, condition, text);
         let lost = self.lost_comms.is_lost() || self.lost_comms.is_silent(context.bus.mono());
         let mut values = vec![("lost", i32::from(lost).to_string())];
-        if let Some(at) = self.lost_comms.outlook().and_then(|outlook| outlook.at) {
+        let outlook = self.lost_comms.outlook();
+        if let Some(at) = outlook.as_ref().and_then(|outlook| outlook.at) {
             values.push(("due_s", format!("{:.0}", at.since(context.bus.mono()).as_secs_f64())));
         }
+        values.extend(next_values(outlook.as_ref(), self.lost_comms.is_lost()));
         context.states.values(Entity::LostComms, &values);
         let (condition, text) = match (&self.failure, self.standing(context.bus, Source::Failure)) {
             (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),
@@ -441,11 +445,6 @@ fn entity_of(source: Source) -> Entity {
         Source::Limits => Entity::Limits,
         Source::Grounding => Entity::Grounding,
     }
-}
-
-fn outlook_text(bus: &Bus, outlook: &Outlook) -> String {
-    let Some(at) = outlook.at else { return outlook.remedy.to_string() };
-    format!("{} at {}", outlook.remedy, clock_text(bus, at))
 }
 
 /// A deadline by the clock.

@@ -110,7 +110,12 @@ impl Doing {
         said.extend([
             packet(0, 255, now, EntityInfo { id: 9, label, ..EntityInfo::default() }),
             packet(0, 9, now, EntityState { state: state_of_loss, description, ..EntityState::default() }),
-            packet(0, 9, now, Event { topic: "EntityStateValues".into(), data: "lost=0;due_s=300".into() }),
+            packet(
+                0,
+                9,
+                now,
+                Event { topic: "EntityStateValues".into(), data: "lost=0;due_s=300;then=hold".into() },
+            ),
             packet(0, 255, now, VehicleState { op_mode, maneuver_type, ..VehicleState::default() }),
             packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
             packet(0, 1, now, EntityState { state, ..EntityState::default() }),

@@ -62,7 +62,7 @@ pub(crate) fn table() -> Vec<Route> {
         )
         .gives::<Vec<Session>>(),
         Route::delete("/api/v1/sessions/{id}", viewer, "End a session.", http::people::session_end),
-        Route::get("/api/v1/audit", admin, "Who did what, the newest first.", http::people::audit_list)
+        Route::get("/api/v1/audit", admin, "Audit log, the newest first.", http::people::audit_list)
             .query::<http::people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),
         Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),

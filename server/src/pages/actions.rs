@@ -2,6 +2,26 @@
 
 use super::words::word;
 
+/// What may become of it, of an order each stage, and how that is said.
+const STAGES: [(&str, &str); 11] = [
+    ("done", word("done")),
+    ("asked", word("asked")),
+    ("accepted", word("accepted")),
+    ("waiting", word("waiting")),
+    ("sent", word("sent")),
+    ("received", word("received by the vessel")),
+    ("executing", word("executing")),
+    ("effect seen", word("done")),
+    ("refused", word("refused")),
+    ("expired", word("expired")),
+    ("timed out", word("timed out without an effect")),
+];
+
+/// A stage in words; the first part of an outcome that is no stage is a reason.
+pub(super) fn stage(code: &str) -> Option<&'static str> {
+    STAGES.iter().find(|(known, _)| *known == code).map(|(_, words)| *words)
+}
+
 /// Codes and words, in the order in which they are offered.
 pub(super) const ACTIONS: [(&str, &str); 70] = [
     ("vessel.abort", word("STOP")),

@@ -3,7 +3,7 @@
 use super::frame::{Frame, PageError, html};
 use super::names_for;
 use super::rows::{self, at, picked_us};
-use super::words;
+use super::words::{self, word};
 use crate::AppState;
 use crate::http::alarms::{PRIORITIES, seen};
 use crate::web::Who;
@@ -61,6 +61,15 @@ struct Row {
     by: String,
 }
 
+/// What happened to an alarm, in words that nobody reads the wrong way: its condition ended, it did not come back.
+fn happened(what: String) -> String {
+    match what.as_str() {
+        "again" => word("raised again").to_owned(),
+        "returned" => word("condition ended").to_owned(),
+        _ => what,
+    }
+}
+
 /// `GET /alarms`.
 pub(super) async fn page(
     State(state): State<AppState>,
@@ -109,7 +118,7 @@ pub(super) async fn page(
         time: at(note.time_us),
         vessel: called(note.vessel, note.vessel_name),
         priority: note.priority,
-        what: note.what,
+        what: happened(note.what),
         text: words::alarm(frame.language, &note.says, &note.text),
         by: note.by,
     };

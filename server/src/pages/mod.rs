@@ -106,7 +106,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/admin/token/revoke", admin, "Revoke a token.", admin::access::token_revoke),
         Route::page("/admin/sessions", admin, "Sessions.", admin::access::sessions),
         Route::form("/admin/session/end", admin, "End a session.", admin::access::session_end),
-        Route::page("/admin/audit", admin, "Who did what.", admin::access::audit),
+        Route::page("/admin/audit", admin, "Audit log.", admin::access::audit),
     ]
 }
 

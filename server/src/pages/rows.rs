@@ -174,8 +174,9 @@ pub(super) fn token(language: Language, token: Token, vessels: &[Vessel]) -> Tok
     }
 }
 
-/// `vessels` gives names to what was done to a vessel.
-pub(super) fn audit(mut entry: AuditEntry, vessels: &[Vessel]) -> AuditRow {
+/// `vessels` gives names to what was done to a vessel. What became of it begins with a word in `language`; details stay as
+/// they were reported.
+pub(super) fn audit(language: Language, mut entry: AuditEntry, vessels: &[Vessel]) -> AuditRow {
     entry.action = actions::words(&entry.action).to_owned();
     let (first, rest) = entry.subject.split_once(' ').unwrap_or((&entry.subject, ""));
     let named = vessels.iter().find(|vessel| imc::Address(vessel.address).to_string() == first);
@@ -183,8 +184,9 @@ pub(super) fn audit(mut entry: AuditEntry, vessels: &[Vessel]) -> AuditRow {
         entry.subject = if rest.is_empty() { vessel.name.clone() } else { format!("{} {rest}", vessel.name) };
     }
     let bad = log::is_bad(&entry.outcome);
-    if let Some(rest) = entry.outcome.strip_prefix("effect seen") {
-        entry.outcome = format!("done{rest}");
+    let stage = entry.outcome.split(':').next().unwrap_or_default();
+    if let Some(words) = actions::stage(stage) {
+        entry.outcome = format!("{}{}", said(language, words), &entry.outcome[stage.len()..]);
     }
     AuditRow { time: at(entry.time_us), bad, entry }
 }

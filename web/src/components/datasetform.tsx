@@ -80,7 +80,7 @@ function Authors({ chosen, people, wrong, choose }: { readonly chosen: readonly 
         ))}
       </ol>}
       <select id="dataset-authors" value="" aria-invalid={wrong !== ""} aria-describedby="dataset-authors-wrong" onChange={(event) => { if (event.currentTarget.value) choose([...chosen, event.currentTarget.value]); event.currentTarget.value = ""; }}>
-        <option value="">{rest.length ? t("Add an author …") : t("no more people in the register")}</option>
+        <option value="">{rest.length ? t("Add an author …") : people.length ? t("no more people in the register") : t("no people in the register yet")}</option>
         {rest.map((name) => <option key={name} value={name}>{name}</option>)}
       </select>
       {!people.length && <p class="dim">{t("People are added in the register.")} <a href="/register?kind=person">{t("Register")}</a></p>}

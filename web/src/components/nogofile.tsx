@@ -47,7 +47,7 @@ export function createNoGoFile({ close, room }: Needs) {
     const count = found?.areas.length ?? 0;
     return (
       <section aria-label={t("Areas from a file")}>
-        <p class="row"><label class="button">{t("Bring in GeoJSON …")}<input class="hidden" type="file" accept=".geojson,.json,application/geo+json" disabled={busy.value} onChange={(event) => void choose(event.currentTarget)} /></label></p>
+        <p class="row"><label class="button">{t("Import GeoJSON …")}<input class="hidden" type="file" accept=".geojson,.json,application/geo+json" disabled={busy.value} onChange={(event) => void choose(event.currentTarget)} /></label></p>
         {found?.wrong && <p class="note bad" role="alert">{found.wrong}</p>}
         {failed.value && <p class="note bad" role="alert">{failed.value}</p>}
         {count > 0 && (

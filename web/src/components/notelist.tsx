@@ -90,7 +90,7 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
       )}
       {doing === "withdraw" && (
         <p class="row" role="group" aria-label={t("Withdraw {label}", { label })}>
-          <span>{t("It is no longer shown, but kept: \"Withdrawn too\" shows it.")}</span>
+          <span>{t("It is no longer shown, but kept: \"Show withdrawn\" shows it.")}</span>
           <button type="button" class="main" ref={(node) => node?.focus()} onClick={() => void withdraw()}>{t("Withdraw")}</button>
           <button type="button" onClick={() => act("")}>{t("Keep")}</button>
         </p>

@@ -23,7 +23,7 @@ export function Recorded({ days, called, may, choose }: Needs) {
     <>
       <div class="wide" tabIndex={0} role="region" aria-label={t("Recorded days")}>
         <table class="compact">
-          <thead><tr>{[t("Came ashore (UTC)"), t("Vessel"), t("From (UTC)"), t("To (UTC)"), t("Packets"), t("Size"), ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">{t("Actions")}</span>}</th>)}</tr></thead>
+          <thead><tr>{[t("Received (UTC)"), t("Vessel"), t("From (UTC)"), t("To (UTC)"), t("Packets"), t("Size"), ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">{t("Actions")}</span>}</th>)}</tr></thead>
           <tbody>
             {days.slice(0, shown).map((day) => (
               <tr key={`${day.day_us}/${day.system}`}>

@@ -16,7 +16,7 @@ export class PlansOfVessel {
   private here = false;
 
   constructor(private readonly giving: Giving, private readonly may: boolean) {
-    const refresh = make("button", { type: "button" }, t("Ask which plans are aboard"));
+    const refresh = make("button", { type: "button" }, t("Refresh plans aboard"));
     this.root.append(make("h3", {}, t("Plans aboard")), this.none, this.table, make("div", { class: "row" }, ...(may ? [refresh, this.stop] : [])));
     refresh.addEventListener("click", () => {
       giving.fail("");
@@ -61,7 +61,7 @@ export class PlansOfVessel {
   }
 
   private show({ time_us, plans }: PlansAboard): void {
-    setText(this.none, time_us === null ? t("Plans aboard not reported yet.") : plans.length ? t("As the vessel said {time}.", { time: utc(time_us) }) : t("No plan is stored aboard. Upload one first."));
+    setText(this.none, time_us === null ? t("Plans aboard not reported yet.") : plans.length ? t("Reported by the vessel {time}.", { time: utc(time_us) }) : t("No plan is stored aboard. Upload one first."));
     setAttribute(this.table, "hidden", plans.length ? null : "");
     this.rows.replaceChildren(...plans.map((plan) => this.row(plan)));
     this.enable(this.here);

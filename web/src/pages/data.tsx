@@ -150,7 +150,7 @@ function Form({ out }: Part) {
         {ofRows && <RowFields out={out} />}
       </div>
       <Spans from={from} to={to} />
-      <label class="inline"><input type="checkbox" checked={gzip.value} onChange={(event) => (gzip.value = event.currentTarget.checked)} />{t("Packed by gzip")}</label>
+      <label class="inline"><input type="checkbox" checked={gzip.value} onChange={(event) => (gzip.value = event.currentTarget.checked)} />{t("Compress with gzip")}</label>
       <div class="fetch">{wrong.value ? <button type="button" id="download" class="main" disabled>{t("Download")}</button> : <a id="download" class="button main" href={fileOf(wanted.value)} download>{t("Download")}</a>}<Size out={out} /></div>
     </form>
   );

@@ -7,6 +7,7 @@ import { resource } from "../api/resource";
 import type { Dataset, Recorded, RegisterAnswer } from "../api/types.gen";
 import { type Choosable, DatasetForm } from "../components/datasetform";
 import { draftOf, type Fields, fieldsOfSearch, stateWord, timeWords, wrongOfWords } from "../state/datasets";
+import { knownVessels } from "../state/known";
 import type { Wrong } from "../state/notes";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, utc } from "../ui/format";
@@ -17,8 +18,7 @@ const PATIENCE_MS = 20_000;
 /** What a draft may name: people and projects of the register, vessels with a name or of which something is recorded. */
 export function choosableOf(register: RegisterAnswer | undefined, recorded: readonly Recorded[] | undefined, names: Readonly<Record<string, string>>): Choosable {
   const of = (kind: string): readonly string[] => (register?.entries ?? []).filter(({ record }) => record.kind === kind).map(({ record }) => record.name);
-  const addresses = [...new Set([...Object.keys(names), ...(recorded ?? []).map(({ system }) => String(system))])];
-  return { people: of("person"), projects: of("project"), vessels: addresses.map((address) => [address, names[address] ?? hexAddress(Number(address))] as const) };
+  return { people: of("person"), projects: of("project"), vessels: knownVessels(names, recorded ?? []).map((address) => [String(address), names[String(address)] ?? hexAddress(address)] as const) };
 }
 
 async function create(fields: Fields): Promise<Wrong | undefined> {
@@ -75,7 +75,7 @@ export function startDatasets(root: HTMLElement): void {
         {list.trouble.value && <p class="bad-text" role="alert">{list.trouble.value} <button type="button" onClick={() => void list.ask("/api/v1/datasets")}>{t("Try again")}</button></p>}
         {all && all.length > 0 && <Table all={all} />}
         {all?.length === 0 && !making.value && (may
-          ? <p>{t("No datasets yet. A dataset is a question to the archive that is published, cited and shared: look at detections in the explorer and press Make a dataset of this, or press New dataset.")} <a href="/explore">{t("Explorer")}</a></p>
+          ? <p>{t("No datasets yet. A dataset is a selection of detections that you describe, publish, cite and share by a link. Select detections in the explorer and press Make a dataset of this, or press New dataset.")} <a href="/explore">{t("Explorer")}</a></p>
           : <p>{t("No datasets yet. Researchers make them.")}</p>)}
       </>
     );

@@ -175,7 +175,7 @@ export function startDetections(root: HTMLElement): void {
 }
 
 function Table({ rows, called, registered }: { readonly rows: readonly Detection[]; readonly called: Called; registered(one: Detection): string }) {
-  const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock"), t("Look twice")];
+  const heads = [t("Heard (UTC)"), t("Tag"), t("Registered as"), t("Vessel"), t("Receiver"), t("SNR (dB)"), t("Sensor (count)"), t("Place of the vessel"), t("Clock"), t("Check")];
   return (
     <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
       <table class="compact">

@@ -245,7 +245,7 @@ function Told({ page }: Part) {
       <p role="status">{found ? manyText(found.detections, all ?? false) : waiting}{found && found.read_from_us !== null ? ` ${t("The server still reads: from {time} on so far.", { time: utc(found.read_from_us) })}` : ""}</p>
       {found && <LeftOut found={found} />}
       {found && <Outside page={page} found={found} />}
-      {found && found.flags.length > 0 && <p>{all ? t("Look twice at:") : t("Look twice at least at:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${count(detections)}`).join(" · ")}</p>}
+      {found && found.flags.length > 0 && <p>{all ? t("To be checked:") : t("To be checked, at least:")} {found.flags.map(({ code, detections }) => `${flagWord(code)} ${count(detections)}`).join(" · ")}</p>}
       {found?.detections === 0 && all && <p>{t("No tag was heard here in this time. Choose a longer time, another area, or all tags.")}</p>}
     </>
   );
@@ -304,7 +304,7 @@ function Table({ page }: Part) {
       {!listed.looking && listed.rest && all.length < ROWS && <p class="note">{t("Looked back to {time}: {n} found.", how)} <button type="button" onClick={() => void page.list(listed.rest, all)}>{t("Look further back")}</button></p>}
       {all.length > 0 && <div class="wide" tabIndex={0} role="region" aria-label={t("Detections")}>
         <table class="compact">
-          <thead><tr>{[t("Heard (UTC)"), t("Tag"), t("Vessel"), t("SNR (dB)"), t("Place of the vessel"), t("Nearest other (s)"), t("Look twice")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
+          <thead><tr>{[t("Heard (UTC)"), t("Tag"), t("Vessel"), t("SNR (dB)"), t("Place of the vessel"), t("Nearest other (s)"), t("Check")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
           <tbody>
             {all.map((one) => (
               <tr key={`${one.system}/${one.id}`}>

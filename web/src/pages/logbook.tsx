@@ -127,10 +127,10 @@ function Filters({ book, names }: { readonly book: Book; readonly names: Named }
       </div>
       <TimeSpan from={from} to={to} toWrong={wrong.value} />
       <div class="field">
-        <label for="of-text">{t("Words in the text")}</label>
+        <label for="of-text">{t("Text contains")}</label>
         <input id="of-text" type="search" value={text.value} autocomplete="off" maxLength={200} onInput={(event) => (text.value = event.currentTarget.value)} />
       </div>
-      <label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => (withdrawn.value = event.currentTarget.checked)} />{t("Withdrawn too")}</label>
+      <label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => (withdrawn.value = event.currentTarget.checked)} />{t("Show withdrawn")}</label>
       <Spans from={from} to={to} />
     </form>
   );

@@ -7,6 +7,7 @@ import type { Mission, Missions, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
 import { MissionForm } from "../components/missionform";
+import { knownVessels } from "../state/known";
 import { type MissionDraft, missionAsk, newDraft, withNewestMissions } from "../state/missions";
 import { fieldOf, type Wrong } from "../state/notes";
 import { Keys } from "../state/sending";
@@ -21,11 +22,10 @@ const SENT_WITHIN_MS = 120_000;
 /** What others did comes after so long at most, ms. */
 const AGAIN_MS = 20_000;
 
-/** Vessels that somebody may choose: those with a name, and those of which something is recorded. */
+/** Vessels that a person may choose who may write about these. */
 export function choosable(names: Readonly<Record<string, string>>, writes: string, recorded: readonly Recorded[]): readonly (readonly [number, string])[] {
-  const all = new Set([...Object.keys(names).map(Number), ...recorded.map(({ system }) => system)]);
   const may = (address: number): boolean => writes === "all" || writes.split(",").includes(String(address));
-  return [...all].filter(may).map((address) => [address, names[String(address)] ?? hexAddress(address)] as const);
+  return knownVessels(names, recorded).filter(may).map((address) => [address, names[String(address)] ?? hexAddress(address)] as const);
 }
 
 /** What the page knows of missions. */
@@ -109,7 +109,7 @@ export function startMissions(root: HTMLElement): void {
       {missions.value.length > 0 && <Table missions={missions.value} called={called} />}
       {missions.value.length === 0 && page.value.value && <p>{writes ? t("No missions yet. Press New mission to add one: its replay, files, notes and summary are then in one place.") : t("No missions yet. Operators add them.")}</p>}
       {next.value && <button type="button" onClick={() => void list.show(next.value)}>{t("Older missions")}</button>}
-      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Withdrawn too")}</label></p>
+      <p><label class="inline"><input type="checkbox" checked={withdrawn.value} onChange={(event) => { withdrawn.value = event.currentTarget.checked; void list.show(); }} />{t("Show withdrawn")}</label></p>
     </>
   );
   root.replaceChildren();

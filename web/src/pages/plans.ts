@@ -4,7 +4,7 @@ import { deleteAt, getJson, postJson, reason } from "../api/http";
 import type { ImportedPlan, PlanDocument, PlansAboard, PlanSummary, StoredPlan, System, VesselQuery, VesselQuerySent } from "../api/types.gen";
 import { type Aboard, type Pair, pairs } from "../plan/copies";
 import { durationText, energyText, lengthText } from "../plan/steps";
-import { make } from "../ui/dom";
+import { make, setAttribute } from "../ui/dom";
 import { hexAddress, isShore, systemName, utc } from "../ui/format";
 import { t, tn } from "../words/words";
 
@@ -12,6 +12,8 @@ const PATIENCE_MS = 15_000;
 /** How long a vessel's answer is waited for, and how often is looked whether it is there, ms. */
 const ANSWER_MS = 5_000;
 const LOOK_MS = 300;
+/** Cells of a row before those of copies aboard. */
+const BEFORE_COPIES = 5;
 /** How a copy is told: never by colour alone. */
 const COPIES: Readonly<Record<Pair["copies"][number]["copy"], string>> = { same: t("same"), differs: t("DIFFERS"), "only ashore": t("not aboard"), "only aboard": t("only aboard"), unknown: t("not known") };
 
@@ -80,18 +82,29 @@ class PlansPage {
   }
 
   private tableOf(all: readonly Pair[]): HTMLElement {
-    const names = [t("Plan"), t("For"), t("State"), t("Changed"), t("Takes (energy estimated)"), t("Digest ashore"), ...this.vessels.map(({ name }) => t("Aboard {name}", { name })), ...(this.writable ? [t("Do")] : [])];
+    const names = [t("Plan"), ...this.columns(), ...(this.writable ? [t("Actions")] : [])];
     const head = make("tr", {}, ...names.map((name) => make("th", { scope: "col" }, name)));
-    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, make("table", { class: "plans" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair)))));
+    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, make("table", { class: "plans cards" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair)))));
+  }
+
+  /** What stands between a plan's name and what can be done with it. */
+  private columns(): string[] {
+    return [t("Vessel"), t("State"), t("Changed"), t("Length, time, energy (estimates)"), t("Digest on the server"), ...this.vessels.map(({ name }) => t("Aboard {name}", { name }))];
   }
 
   private row({ name, ashore: plan, copies: all }: Pair): HTMLElement {
-    const copies = all.map(({ copy, aboard }) => make("td", { "data-copy": copy }, COPIES[copy], ...(aboard ? [" ", make("code", { title: `MD5 ${aboard.md5}` }, aboard.md5.slice(0, 8))] : [])));
+    const columns = this.columns();
+    // On a phone, where no head stands above them, each cell shows the name of its column.
+    const named = (cells: HTMLElement[], from: number): HTMLElement[] => {
+      cells.forEach((cell, index) => setAttribute(cell, "data-name", columns[from + index] ?? ""));
+      return cells;
+    };
+    const copies = named(all.map(({ copy, aboard }) => make("td", { "data-copy": copy }, make("span", {}, COPIES[copy], ...(aboard ? [" ", make("code", { title: `MD5 ${aboard.md5}` }, aboard.md5.slice(0, 8))] : [])))), BEFORE_COPIES);
     if (!plan) {
-      const nobody = ["—", t("only aboard"), "—", "—", "—"].map((text) => make("td", {}, text));
+      const nobody = named(["—", t("only aboard"), "—", "—", "—"].map((text) => make("td", {}, text)), 0);
       return make("tr", {}, make("th", { scope: "row" }, name), ...nobody, ...copies, ...(this.writable ? [make("td", {})] : []));
     }
-    const cells = this.cells(plan).map((cell, index) => make("td", index === 4 ? { class: "num" } : {}, cell));
+    const cells = named(this.cells(plan).map((cell, index) => make("td", index === 0 || index === 4 ? { class: "num" } : {}, cell)), 0);
     const acts = this.writable ? [make("td", {}, make("div", { class: "actions" }, this.duplicate(plan), this.away(plan)))] : [];
     return make("tr", {}, make("th", { scope: "row" }, make("a", { href: `/plans/${plan.id}` }, plan.name)), ...cells, ...copies, ...acts);
   }
@@ -100,7 +113,7 @@ class PlansPage {
     return [
       plan.vessel === null ? t("any vessel") : (this.names[String(plan.vessel)] ?? hexAddress(plan.vessel)),
       plan.problems ? make("span", { class: "bad-text" }, tn(plan.problems, "1 problem", "{n} problems")) : plan.draft ? t("draft") : t("saved"),
-      t("{time} by {author}", { time: utc(plan.updated_us), author: plan.author }),
+      make("span", {}, make("time", { datetime: new Date(plan.updated_us / 1_000).toISOString() }, utc(plan.updated_us)), ` ${t("by {author}", { author: plan.author })}`),
       plan.problems ? "—" : [lengthText(plan.total.length_m), durationText(plan.total.duration_s), energyText(plan.total.energy_j)].join(" · "),
       plan.digest ? make("code", { title: `MD5 ${plan.digest}` }, plan.digest.slice(0, 8)) : "—",
     ];
@@ -170,7 +183,7 @@ class PlansPage {
 /** Who told, and who did not. */
 function answersOf(vessels: readonly Aboard[]): string {
   const silent = vessels.filter(({ plans }) => !plans).map(({ name }) => name);
-  return silent.length ? t("No answer from {silent}.", { silent: silent.join(", ") }) : t("As the vessels told {time}.", { time: utc(Math.min(...vessels.map(({ plans }) => plans?.time_us ?? 0))) });
+  return silent.length ? t("No answer from {silent}.", { silent: silent.join(", ") }) : t("Reported by the vessels {time}.", { time: utc(Math.min(...vessels.map(({ plans }) => plans?.time_us ?? 0))) });
 }
 
 /** The plans aboard a vessel as it tells them now; undefined where it does not answer. */

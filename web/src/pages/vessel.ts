@@ -399,7 +399,10 @@ class VesselPage {
   private drawTab({ us, values, labels, asOf }: Told, now: number): void {
     const { present, panels, time } = this;
     // What the vessel will do without its link is about the present, whatever is looked at.
-    if (this.shows("Link loss")) panels.loss.update(present.system, linkLoss(present.values, present.labels), present.control.commands, now, present.linked);
+    if (this.shows("Link loss")) {
+      panels.loss.update(present.system, linkLoss(present.values, present.labels), present.control.commands, now, present.linked);
+      panels.links(this.history.link);
+    }
     if (this.shows("Plots")) {
       panels.plots.goOn(now);
       if (time.hoverUs === null) panels.plots.cursor(us);

@@ -36,7 +36,7 @@ export function createForm(root: HTMLElement, may: boolean, acts: FormActs): For
   const choice = choiceOfRows();
   const again = button(t("Read from vessel"), () => acts.read());
   const write = button(t("Write"), () => acts.write(), "main");
-  const forget = button(t("Forget changes"), () => acts.forget());
+  const forget = button(t("Discard changes"), () => acts.forget());
   const save = button(t("Save to vessel …"), () => acts.save());
   const lead = button(t("Control …"), () => acts.openControl());
   const trouble = make("p", { class: "note bad", role: "alert", hidden: "" });

@@ -64,7 +64,7 @@ class Table implements ParameterTable {
   ages(told: VesselParameters, nowUs: number): void {
     for (const { entity, time_us } of told.entities) {
       const part = this.parts.get(entity);
-      if (part) setText(part.told, t("told {age} ago", { age: age(Math.max(0, (nowUs - time_us) / 1e6)) }));
+      if (part) setText(part.told, t("reported {age} ago", { age: age(Math.max(0, (nowUs - time_us) / 1e6)) }));
     }
   }
 

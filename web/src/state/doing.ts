@@ -21,6 +21,18 @@ export function runs(plan: Pick<Reading, "word">): boolean {
   return /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
 }
 
+const PLAN_STATES: Readonly<Record<string, string>> = {
+  BLOCKED: t("blocked"),
+  READY: t("not running"),
+  INITIALIZING: t("starting"),
+  EXECUTING: t("running"),
+};
+
+/** How a plan is; in the vessel's own word where that is none of IMC's. */
+export function planStateText(word: string): string {
+  return PLAN_STATES[word.toUpperCase()] ?? word.toLowerCase();
+}
+
 /** What a vessel says of a stop: by whom, as an address. */
 const STOPPED = /^stopped by 0x[0-9a-f]{4}$/i;
 

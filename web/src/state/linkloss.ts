@@ -1,8 +1,10 @@
-// What a vessel will do without the link, by the words of its own supervisor for lost communications.
+// What a vessel will do without the link, by what its own supervisor for lost communications reports: codes, of which words
+// are made here, or of vessels without them their sentence.
 
 import type { Update } from "../api/types.gen";
 import { placeCameUs } from "./fleet";
 import { type PartValues, partValues } from "./partvalues";
+import { t } from "../words/words";
 import { type Labels, meaning, type Values } from "./vitals";
 
 export interface LinkLoss {
@@ -10,6 +12,8 @@ export interface LinkLoss {
   readonly entity: string | null;
   /** What it said last; empty for nothing. */
   readonly words: string;
+  /** What it does next, in the page's words; undefined where it has reported no code for it. */
+  readonly next: string | undefined;
   /** When that came, µs since 1970 UTC. */
   readonly saidUs: number | null;
   /** When it acts next, as it said, µs since 1970 UTC; null where it named no time. */
@@ -20,7 +24,7 @@ export interface LinkLoss {
   readonly placeUs: number | null;
 }
 
-const UNKNOWN: LinkLoss = { entity: null, words: "", saidUs: null, dueUs: null, lost: false, placeUs: null };
+const UNKNOWN: LinkLoss = { entity: null, words: "", next: undefined, saidUs: null, dueUs: null, lost: false, placeUs: null };
 
 export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const found = [...labels].find(([, label]) => /lost ?comm/i.test(label));
@@ -30,7 +34,8 @@ export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const state = [...values.values()].find((one) => one.abbrev === "EntityState" && one.entity === number);
   if (!state) return { ...UNKNOWN, entity, placeUs };
   const words = said(state);
-  return { entity, words, saidUs: state.received_us, dueUs: due(partValues(values, number)), lost: meaning(state, "state") !== "NORMAL", placeUs };
+  const told = partValues(values, number);
+  return { entity, words, next: next(told), saidUs: state.received_us, dueUs: due(told), lost: meaning(state, "state") !== "NORMAL", placeUs };
 }
 
 function said(state: Update): string {
@@ -42,4 +47,17 @@ function said(state: Update): string {
 function due(said: PartValues | undefined): number | null {
   const due_s = said?.values.get("due_s");
   return said && due_s ? said.timeUs + Number(due_s) * 1e6 : null;
+}
+
+const NEXT: Readonly<Record<string, string>> = {
+  nothing: t("do nothing further"),
+  carry_on: t("carry on"),
+  hold: t("hold station"),
+  stop: t("stop its motors and drift"),
+};
+
+/** The code in words; see `crates/onboard/src/supervise/next.rs`. */
+function next(said: PartValues | undefined): string | undefined {
+  const [code, plan] = [said?.values.get("then") ?? "", said?.values.get("plan")];
+  return code === "run" && plan ? t("run plan {plan}", { plan }) : NEXT[code];
 }

@@ -84,7 +84,7 @@ export function vitals(values: Values, labels: Labels, nowUs: number): Vitals {
     plan: read(plan, number(plan, "state"), meaning(plan, "state"), text(plan, "plan_id")),
     progress: read(plan, progress !== null && progress >= 0 ? progress : null, "", text(plan, "man_id")),
     // A tag is heard when it is near, not by a contract: its age alone tells.
-    snr: { ...read(tag, number(tag, "SNR"), "", tag ? `${meaning(tag, "trans_protocol")} ${number(tag, "trans_id") ?? ""}` : ""), old: !tag },
+    snr: { ...read(tag, number(tag, "SNR"), "", tag ? `${meaning(tag, "trans_protocol")}-${number(tag, "trans_id") ?? "?"}` : ""), old: !tag },
   };
 }
 
@@ -92,7 +92,7 @@ export function vitals(values: Values, labels: Labels, nowUs: number): Vitals {
 export function withHeard(known: Vitals, heard: Detection | undefined, nowUs: number): Vitals {
   const old = heard ? Math.max(0, (nowUs - heard.time_us) / 1e6) : Infinity;
   if (!heard || old > (known.snr.ageS ?? Infinity)) return known;
-  const note = `${heard.protocol_name ?? heard.protocol ?? "?"} ${heard.tag_id}`;
+  const note = `${heard.protocol_name ?? heard.protocol ?? "?"}-${heard.tag_id}`;
   return { ...known, snr: { value: heard.snr_db, word: "", note, ageS: old, old: false } };
 }
 

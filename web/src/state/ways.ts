@@ -1,10 +1,10 @@
-// The ways of a vessel to the server in words: which carries what, why, and how each is.
+// The links of a vessel that has several, in words: which carries what, why, and how each is.
 
 import type { LinkStatus, LinkWay, LinkWays } from "../api/types.gen";
 import { t } from "../words/words";
 
 export interface WaysText {
-  /** The way of live values and commands. */
+  /** The link of live values and commands. */
   readonly word: string;
   readonly note: string;
   readonly alert: "" | "warn" | "bad";
@@ -23,7 +23,7 @@ const THINNED: Readonly<Record<string, string>> = {
   all_but_last: t("its bytes of the day are used"),
 };
 
-/** Of a vessel with several ways; undefined of any other. */
+/** Of a vessel with several links; undefined of any other. */
 export function waysText(link: LinkStatus | undefined): WaysText | undefined {
   const ways = link?.ways;
   if (!ways) return undefined;
@@ -31,21 +31,48 @@ export function waysText(link: LinkStatus | undefined): WaysText | undefined {
   const why = live ? (WHY[ways.live_why] ?? "") : "";
   const records = at(ways, ways.records);
   const kept = records === live ? "" : records ? t("records by {way}", { way: records.name }) : t("records wait aboard");
-  const note = [why, kept, ...ways.ways.map(wayText)].filter(Boolean).join("; ");
+  const note = [why, kept].filter(Boolean).join(" · ");
   const alert = !live ? "bad" : live.thinning !== "nothing" || ways.ways.some((way) => way.state !== "up") ? "warn" : "";
   return { word: live?.name ?? t("none"), note, alert };
 }
 
-/** One way: how it is, and what it has carried today. */
-export function wayText(way: LinkWay): string {
-  const state = way.state === "down" ? t("down") : way.state === "suspect" ? t("does not answer") : "";
-  const trip = way.state === "up" && way.round_trip_ms !== null ? `${way.round_trip_ms} ms` : "";
-  const late = way.state === "up" && way.late_per_mille >= 10 ? t("{percent} % late", { percent: Math.round(way.late_per_mille / 10) }) : "";
-  const rate = way.state === "up" && way.rate_bytes_per_s !== null ? `${Math.round(way.rate_bytes_per_s / 1_000)} kB/s` : "";
-  const mb = (bytes: number): string => (bytes / 1e6).toFixed(1);
-  const today = way.daily_bytes === null ? t("{mb} MB today", { mb: mb(way.today_bytes) }) : t("{mb} of {of} MB today", { mb: mb(way.today_bytes), of: mb(way.daily_bytes) });
-  const thinned = THINNED[way.thinning] ?? "";
-  return `${way.name}: ${[state, trip, late, rate, today, thinned].filter(Boolean).join(", ")}`;
+/** One link in the words of a table's row; what is not known is a dash. */
+export interface WayRow {
+  readonly name: string;
+  readonly state: string;
+  readonly good: boolean;
+  /** What goes by it now. */
+  readonly carries: string;
+  readonly trip: string;
+  readonly late: string;
+  readonly rate: string;
+  /** Bytes of the day, and what is left out because of them. */
+  readonly today: string;
+}
+
+/** All links of a vessel with several, in the order of its settings; empty of any other. */
+export function wayRows(link: LinkStatus | undefined): WayRow[] {
+  const ways = link?.ways;
+  return ways ? ways.ways.map((way, place) => row(way, place === ways.live, place === ways.records)) : [];
+}
+
+function row(way: LinkWay, live: boolean, records: boolean): WayRow {
+  const good = way.state === "up";
+  return {
+    name: way.name,
+    state: good ? t("up") : way.state === "suspect" ? t("does not answer") : t("down"),
+    good,
+    carries: [live ? t("live values, commands") : "", records ? t("records") : ""].filter(Boolean).join(", ") || t("standby"),
+    trip: good && way.round_trip_ms !== null ? `${way.round_trip_ms} ms` : "—",
+    late: good ? `${Math.round(way.late_per_mille / 10)} %` : "—",
+    rate: good && way.rate_bytes_per_s !== null ? `${Math.round(way.rate_bytes_per_s / 1_000)} kB/s` : "—",
+    today: [mb(way), THINNED[way.thinning]].filter(Boolean).join("; "),
+  };
+}
+
+function mb({ today_bytes, daily_bytes }: LinkWay): string {
+  const written = (bytes: number): string => (bytes / 1e6).toFixed(1);
+  return daily_bytes === null ? `${written(today_bytes)} MB` : t("{mb} of {of} MB", { mb: written(today_bytes), of: written(daily_bytes) });
 }
 
 function at(ways: LinkWays, place: number | null): LinkWay | undefined {

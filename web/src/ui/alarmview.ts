@@ -11,9 +11,9 @@ import { t } from "../words/words";
 /** What happened to an alarm, by the server's words. */
 const HAPPENED: Readonly<Record<string, string>> = {
   raised: t("raised"),
-  again: t("again"),
+  again: t("raised again"),
   "more urgent": t("more urgent"),
-  returned: t("returned"),
+  returned: t("condition ended"),
   over: t("over"),
   "off the shelf": t("unshelved"),
   escalated: t("escalated"),
@@ -52,7 +52,7 @@ export function createAlarmView(root: HTMLElement): AlarmView {
   const asideTitle = make("h3", { hidden: "" }, t("Shelved"));
   const aside = make("ul", { class: "alarm-rows" });
   const past = make("ol", { class: "alarm-past" });
-  const pastBox = make("details", {}, make("summary", {}, t("What happened lately")), past, make("a", { href: "/alarms" }, t("Alarm history")));
+  const pastBox = make("details", {}, make("summary", {}, t("Recent events")), past, make("a", { href: "/alarms" }, t("Alarm history")));
   const none = make("p", { class: "empty" }, t("No alarms."));
   const list = make("div", { id: "alarm-list", class: "alarm-list", role: "region", "aria-label": t("Alarms"), tabindex: "-1", hidden: "" }, trouble, none, rows, asideTitle, aside, pastBox);
   root.append(make("div", { class: "alarm-bar" }, open, arm), urgent, calm, list);

@@ -15,7 +15,7 @@ const SHAPES: Readonly<Record<string, string>> = { NORMAL: "●", BOOT: "◔", F
 /** Lists entities in `root`. */
 export function createEntities(root: HTMLElement): EntityTable {
   const head = make("tr");
-  for (const name of [t("Number"), t("Entity"), t("State"), t("Says"), t("Age")]) head.append(make("th", { scope: "col" }, name));
+  for (const name of [t("Number"), t("Entity"), t("State"), t("Report"), t("Age")]) head.append(make("th", { scope: "col" }, name));
   const body = make("tbody");
   const table = make("table", { class: "compact" }, make("thead", {}, head), body);
   root.append(make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": t("Entities") }, table));

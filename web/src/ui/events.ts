@@ -108,7 +108,7 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (
   const kind: Kind<Detection> = {
     label: t("Tags heard"),
     fileLabel: "tags heard",
-    names: [t("Time, UTC"), t("Tag"), t("Data"), t("SNR, dB"), "kHz", t("Receiver"), t("Place of the vessel"), t("Look twice")],
+    names: [t("Heard (UTC)"), t("Tag"), t("Sensor (count)"), t("SNR (dB)"), "kHz", t("Receiver"), t("Place of the vessel"), t("Check")],
     file,
     page: TAGS,
     ask,

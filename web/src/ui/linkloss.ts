@@ -17,14 +17,14 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
   const title = make("strong");
   const ages = make("span", { class: "num" });
   const will = make("p");
-  const settings = make("p", { class: "dim" }, t("Its settings for this were not asked for."));
-  const ask = make("button", { type: "button" }, t("Ask for its settings"));
+  const settings = make("p", { class: "dim" }, t("Its settings for this have not been read."));
+  const ask = make("button", { type: "button" }, t("Read its settings"));
   root.append(make("p", {}, title, " ", ages), will, settings, ...(may ? [make("div", { class: "row" }, ask)] : []));
   const orders = createOrders(address, windowKey());
   let entity: string | null = null;
   ask.addEventListener("click", () => {
     if (entity === null) return;
-    setText(settings, t("Asking …"));
+    setText(settings, t("Reading …"));
     orders.ask({ kind: "parameters.query", entity }).then(
       ({ parameters }) => setText(settings, parameters?.length ? t("Set aboard: {settings}.", { settings: parameters.map(({ name, value }) => `${name} = ${value || t("none")}`).join("; ") }) : t("The vessel reported no settings.")),
       (error: unknown) => setText(settings, t("Its settings are not known: {why}", { why: error instanceof Unanswered ? error.message : reason(error) })),
@@ -39,16 +39,20 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
       setText(title, silent ? t("Link lost.") : loss.lost ? t("The vessel hears no console.") : t("Link up."));
       const since = (us: number | undefined | null): string => (us ? t("{age} ago", { age: age(Math.max(0, (nowUs - us) / 1e6)) }) : t("never"));
       const answered = commands.flatMap((one) => one.steps.filter(({ stage }) => ["received", "executing", "effect seen"].includes(stage)).map(({ time_us }) => time_us));
-      setText(ages, t("Last message {heard} · last position {placed} · last order that it answered {answered}", { heard: since(system?.heard_us), placed: since(loss.placeUs), answered: since(answered.length ? Math.max(...answered) : null) }));
+      setText(ages, t("Last message {heard} · last position {placed} · last command answered {answered}", { heard: since(system?.heard_us), placed: since(loss.placeUs), answered: since(answered.length ? Math.max(...answered) : null) }));
       setText(will, whatItWillDo(loss, nowUs));
     },
   };
 }
 
-function whatItWillDo({ entity, words, saidUs, dueUs }: LinkLoss, nowUs: number): string {
+function whatItWillDo({ entity, words, next, saidUs, dueUs }: LinkLoss, nowUs: number): string {
   if (entity === null) return t("Unknown what it will do without the link: it has reported no supervisor for lost communications.");
   if (saidUs === null || !words) return t("Unknown what it will do without the link: {entity} has reported nothing.", { entity });
   const left = dueUs === null ? "" : ` ${dueUs > nowUs ? t("That is in {span}.", { span: span((dueUs - nowUs) / 1e6) }) : t("That was {span} ago: it does so now unless it hears a console.", { span: span((nowUs - dueUs) / 1e6) })}`;
+  if (next !== undefined) {
+    const at = dueUs === null ? "" : ` ${t("at {time}", { time: utc(dueUs, false) })}`;
+    return `${t("Without the link it will {next}.", { next: `${next}${at}` })}${left} ${t("{entity} reported this {said}.", { entity, said: utc(saidUs, false) })}`;
+  }
   // Words of a Lutra vessel that hears a console begin so; whether it still does is not what they are read for.
   const then = words.replace(/^(in contact|not heard for [^;]*); without: /, "");
   const values = { entity, said: utc(saidUs, false), then };

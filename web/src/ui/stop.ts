@@ -208,7 +208,7 @@ class Buttons implements Stop {
       this.list.replaceChildren(...rest.map((system) => this.button(system.address, systemName(system))));
       this.others = here;
     }
-    this.every.update(allToStop(vessels, this.given).map((system) => ({ address: system.address, name: systemName(system) })));
+    this.every.update(allToStop(vessels, this.given).map((system) => ({ address: system.address, name: systemName(system), heard: system.liveness === "live" || system.liveness === "late" })));
   }
 
   private may(address: number): boolean {

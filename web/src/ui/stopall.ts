@@ -7,6 +7,8 @@ import { make, setAttribute, setText } from "./dom";
 export interface Target {
   readonly address: number;
   readonly name: string;
+  /** Whether it is heard now: the question says of which no stop may be delivered at once. */
+  readonly heard: boolean;
 }
 
 export interface StopAll {
@@ -44,7 +46,7 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
     window.clearTimeout(asked?.timer);
     asked = { targets, ms: performance.now(), timer: window.setTimeout(end, OFFERED_MS) };
     setText(count, t("This stops {n} vessels. Press again within {seconds} s.", { n: targets.length, seconds: OFFERED_MS / 1_000 }));
-    names.replaceChildren(...targets.map(({ name }) => make("li", {}, name)));
+    names.replaceChildren(...targets.map(({ name, heard }) => make("li", {}, heard ? name : t("{name} (not heard)", { name }))));
     draw();
   };
   button.addEventListener("click", () => {

@@ -3,7 +3,7 @@
 import type { LinkStatus, RouteLeg, System } from "../api/types.gen";
 import { chartDiffers } from "../state/alarmwords";
 import { LIVENESS } from "../state/card";
-import { doing, progressText, runs, whyText } from "../state/doing";
+import { doing, planStateText, progressText, runs, whyText } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
 import { waysText } from "../state/ways";
 import { t } from "../words/words";
@@ -58,7 +58,7 @@ const MEANS: Readonly<Partial<Record<Name, string>>> = {
   battery: t("Charge as the vessel reports it"),
   link: t("How long ago it was heard, by which way, and how long a message takes there and back"),
   chart: t("Whether the vessel holds the chart that the server has"),
-  ways: t("Which link carries live values and commands, why, and how each link is: round trip, share of late messages, bytes today"),
+  ways: t("Which link carries live values and commands, and why; the tab Link loss has all links"),
   voltage: t("The lowest of its batteries"),
   snr: t("Signal of the last tag above the noise, dB"),
 };
@@ -125,7 +125,7 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
       tiles.get("ways")?.root.toggleAttribute("hidden", ways === undefined);
       show("ways", ways?.word ?? "", "", ways?.note ?? "", { ageS: ways && past === undefined ? silence : null, old: !ways || !link?.up || !live }, linked, ways?.alert);
       show("mode", doing(mode, plan), "", whyText(mode), mode, linked, mode.word === "ERROR" && whyText(mode) === mode.note ? "bad" : "");
-      show("plan", plan.note || t("none"), "", plan.word.toLowerCase(), plan, linked);
+      show("plan", plan.note || t("none"), "", planStateText(plan.word), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
       show("progress", progressText(plan, progress, legs) || t("no plan runs"), "", runs(plan) ? progress.note : "", progress, linked);
       show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);

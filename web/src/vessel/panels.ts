@@ -2,7 +2,8 @@
 
 import { h } from "preact";
 import { getJson } from "../api/http";
-import type { Detections, LogBook, LogNotes } from "../api/types.gen";
+import type { Detections, LinkStatus, LogBook, LogNotes } from "../api/types.gen";
+import { LinkTable } from "../components/linktable";
 import { createMount } from "../components/mount";
 import { ReadinessList } from "../components/readiness";
 import { createControl } from "../control/panel";
@@ -14,6 +15,7 @@ import { createPlots, type PlotHandlers } from "../plot/panel";
 import type { Source } from "../plot/model";
 import { wayToWrite, withNotes } from "../state/notes";
 import type { Readiness } from "../state/readiness";
+import { wayRows } from "../state/ways";
 import { placeAt } from "../state/track";
 import { createDetections, createLogBook, type TagTable } from "../ui/events";
 import { createEntities } from "../ui/entities";
@@ -95,7 +97,8 @@ export function createPanels(needs: PanelNeeds) {
   });
   const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
   const readiness = createMount(boxes.panels.Entities);
-  return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
+  const links = createMount(boxes.panels["Link loss"]);
+  return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), links: (now: LinkStatus | undefined) => links(h(LinkTable, { rows: wayRows(now) })), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
 }
 
 /** Where the vessel is or was at the time that is told of; null where that is not known. */

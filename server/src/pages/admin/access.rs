@@ -134,6 +134,6 @@ pub(in crate::pages) async fn audit(
         _ => String::new(),
     };
     let vessels = state.shore.people.vessels();
-    let entries = entries.into_iter().map(|entry| rows::audit(entry, &vessels)).collect();
+    let entries = entries.into_iter().map(|entry| rows::audit(frame.language, entry, &vessels)).collect();
     Ok(html(&AuditPage { frame, entries, people, actions: &ACTIONS, filter, older }))
 }
