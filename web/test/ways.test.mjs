@@ -34,6 +34,10 @@ test("which way, why, and how each is", () => {
   ]);
 });
 
+test("a page without its link knows of no way how it is", () => {
+  assert.deepEqual(wayRows(link(), false)[0], { name: "radio", state: "not known", good: false, carries: "—", trip: "—", late: "—", rate: "—", today: "1.2 MB" });
+});
+
 test("what is wrong with a way is said, and whether records go elsewhere or wait", () => {
   const ways = [way("radio", { state: "suspect", failures: 2 }), way("4G", { thinning: "most", late_per_mille: 23, rate_bytes_per_s: 120_400 })];
   const told = waysText(link({ live: 1, live_why: "failover", records: null, ways }));

@@ -413,7 +413,10 @@ impl Supervise {
         if let Some(at) = outlook.as_ref().and_then(|outlook| outlook.at) {
             values.push(("due_s", format!("{:.0}", at.since(context.bus.mono()).as_secs_f64())));
         }
-        values.extend(next_values(outlook.as_ref(), self.lost_comms.is_lost()));
+        // Before a console was heard nothing comes next: its sentence says so.
+        if self.lost_comms.is_lost() || self.lost_comms.silence(context.bus.mono()).is_some() {
+            values.extend(next_values(outlook.as_ref(), self.lost_comms.is_lost()));
+        }
         context.states.values(Entity::LostComms, &values);
         let (condition, text) = match (&self.failure, self.standing(context.bus, Source::Failure)) {
             (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),

@@ -28,6 +28,8 @@ pub struct Study {
     receivers: BTreeMap<u32, RegisterReceiver>,
     /// By name of the receiver, in small letters.
     deployments: BTreeMap<String, Vec<RegisterDeployment>>,
+    /// Size of the cells in whose middle places are told, m; absent where they are told as they are.
+    cells_m: Option<u32>,
 }
 
 /// A detection with what the register knows of it.
@@ -57,6 +59,8 @@ pub struct Heard<'s> {
     pub deployment: Option<&'s RegisterDeployment>,
     /// How far the nearest other detection of this tag by this receiver is; see [`crate::Lags`].
     pub lag: Lag,
+    /// Size of the cell in whose middle the place is told, m; absent where it is told as it is.
+    pub cell_m: Option<u32>,
 }
 
 /// What a tag's count means.
@@ -97,9 +101,11 @@ impl Study {
         study
     }
 
-    /// Without what tells where animals were or how deep a receiver hung: for those who get coarsened places.
+    /// Without what tells where animals were, where a receiver was or how deep it hung: for those who get places coarsened to
+    /// cells of this size, m.
     #[must_use]
-    pub fn without_places(mut self) -> Self {
+    pub fn without_places(mut self, cells_m: u32) -> Self {
+        self.cells_m = Some(cells_m);
         for animal in self.animals.values_mut() {
             (animal.capture_place, animal.release_place) = (String::new(), String::new());
             (animal.capture_lat_deg, animal.capture_lon_deg) = (None, None);
@@ -107,6 +113,8 @@ impl Study {
         }
         for deployment in self.deployments.values_mut().flatten() {
             deployment.depth_m = None;
+            // What people call it may be the place.
+            deployment.name = String::new();
         }
         self
     }
@@ -133,6 +141,7 @@ impl Study {
             receiver,
             deployment: receiver.and_then(|one| self.deployment(one, detection.origin.system.0, time_us)),
             lag,
+            cell_m: self.cells_m,
         }
     }
 

@@ -109,7 +109,7 @@ pub(crate) async fn track(
 ) -> Result<Json<Vec<TrackPoint>>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let points = extract::number("points", query.points, 2_000, 2..=20_000)?;
-    Ok(Json(state.shore.history.ask(move |reader| history::track(reader, vessel, range, points)).await?))
+    Ok(Json(state.shore.history.ask(move |reader| history::track(reader, vessel, range, points)).await?.0))
 }
 
 /// `GET /api/v1/vessels/{vessel}/track.gpx`.
@@ -120,23 +120,22 @@ pub(crate) async fn track_gpx(
 ) -> Result<Response, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let most = extract::number("points", query.points, 20_000, 2..=20_000)?;
-    let points = state.shore.history.ask(move |reader| history::track(reader, vessel, range, most)).await?;
+    let track = state.shore.history.ask(move |reader| history::track(reader, vessel, range, most)).await?;
     let named = state.shore.people.vessels();
     let name = named.iter().find(|one| one.address == vessel.0).map(|one| one.name.clone());
     let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| vessel.to_string());
-    let text = geofile::gpx::write_track(&name, &segments(&points, range, most));
+    let text = geofile::gpx::write_track(&name, &segments(&track));
     let disposition = format!("attachment; filename=\"{}-track.gpx\"", extract::file_name(&name));
     let media = "application/gpx+xml".to_owned();
     Ok(([(header::CONTENT_TYPE, media), (header::CONTENT_DISPOSITION, disposition)], text).into_response())
 }
 
-/// Longest time between two positions that a line may join (µs), where positions are not thinned further apart than that.
+/// Longest time between two positions that a line may join (µs), where positions are not thinned further apart than a third of that.
 const UNBROKEN_US: i64 = 300_000_000;
 
 /// The parts of a track between breaks: no line is drawn over a time from which nothing is known.
-fn segments(points: &[TrackPoint], range: store::TimeRange, most: usize) -> Vec<Vec<(Position, String)>> {
-    let apart_us = range.to_us.saturating_sub(range.from_us) / i64::try_from(most).unwrap_or(i64::MAX);
-    let longest_us = UNBROKEN_US.max(apart_us.saturating_mul(3));
+fn segments((points, step_us): &(Vec<TrackPoint>, i64)) -> Vec<Vec<(Position, String)>> {
+    let longest_us = UNBROKEN_US.max(step_us.saturating_mul(3));
     let placed = |point: &TrackPoint| {
         let at = Position::new(point.lat_deg, point.lon_deg)?;
         Some((at, UtcTime::from_micros(point.time_us).to_string()))

@@ -66,6 +66,7 @@ fn happened(what: String) -> String {
     match what.as_str() {
         "again" => word("raised again").to_owned(),
         "returned" => word("condition ended").to_owned(),
+        "off the shelf" => word("unshelved").to_owned(),
         _ => what,
     }
 }

@@ -93,10 +93,9 @@ impl HeardFile {
 
     /// The register as rows are told by it.
     fn study<'s>(&self, study: &'s Study) -> Cow<'s, Study> {
-        if self.limits.is_coarse() {
-            Cow::Owned(study.clone().without_places())
-        } else {
-            Cow::Borrowed(study)
+        match self.limits.cells_m() {
+            Some(cells_m) => Cow::Owned(study.clone().without_places(cells_m)),
+            None => Cow::Borrowed(study),
         }
     }
 

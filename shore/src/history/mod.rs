@@ -343,7 +343,7 @@ fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
     api::Next { from_us: range.from_us, to_us: range.to_us, skip }
 }
 
-/// A track of at most about so many points.
+/// A track of at most about so many points, and the time that can lie between two of them where nothing is missing (µs).
 ///
 /// # Errors
 /// The store cannot be read.
@@ -352,14 +352,14 @@ pub fn track(
     vessel: Address,
     range: TimeRange,
     points: usize,
-) -> store::Result<Vec<api::TrackPoint>> {
+) -> store::Result<(Vec<api::TrackPoint>, i64)> {
     let track = reader.track(vessel, range, points, 0.0)?;
     let point = |point: &store::TrackPoint| api::TrackPoint {
         time_us: point.time.micros(),
         lat_deg: point.place.lat_deg(),
         lon_deg: point.place.lon_deg(),
     };
-    Ok(track.points.iter().map(point).collect())
+    Ok((track.points.iter().map(point).collect(), track.step_us))
 }
 
 /// All labels that a vessel's entities had.

@@ -5,7 +5,7 @@ import { t } from "../words/words";
 
 export function LinkTable({ rows }: { readonly rows: readonly WayRow[] }) {
   if (!rows.length) return null;
-  const [name, ...columns] = [t("Link"), t("State"), t("Carries"), t("Round trip"), t("Late messages"), t("Fastest rate"), t("Used today (UTC)")];
+  const [name, ...columns] = [t("Link"), t("State"), t("Carries"), t("Round trip"), t("Late messages"), t("Fastest rate lately"), t("Used today (UTC)")];
   return (
     <section class="links">
       <h3>{t("Links of this vessel")}</h3>

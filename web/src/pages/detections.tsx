@@ -138,7 +138,7 @@ function Count({ heard: { answer, before, more, rows, asked, tagWrong, format, l
     <>
       {trouble && !tagWrong.value && <p class="bad-text" role="alert">{trouble}</p>}
       <p role="status">{lookedTo.value > 0 ? t("Still looking: back to {time} so far.", { time: utc(lookedTo.value) }) : busy ? t("Fetching …") : told}</p>
-      {may && asked.value && n > 0 && <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => (format.value = event.currentTarget.value)}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${asked.value}${format.value === "lutra" ? "" : `&format=${format.value}`}`} download>{t("Download CSV of all detections of this filter")}</a></p>}
+      {may && asked.value && n > 0 && <p class="row"><label class="inline">{t("Format")} <select value={format.value} onChange={(event) => (format.value = event.currentTarget.value)}>{FORMATS.map(([name, about]) => <option key={name} value={name}>{about}</option>)}</select></label><a class="button" href={`/api/v1/detections.csv?${asked.value}${format.value === "lutra" ? "" : `&format=${format.value}`}`} download>{t("Download all detections of this filter")}</a></p>}
       {n === 0 && !busy && !trouble && more.value && <p>{t("No tag was found back to {time}. Look at older detections, or choose a time.", { time: utc(lookedBackTo(more.value)) })}</p>}
       {n === 0 && !busy && !trouble && !more.value && <p>{t("No tag was heard in this time. Choose a longer time, or clear the tag filter.")}</p>}
     </>

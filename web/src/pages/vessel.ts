@@ -401,7 +401,7 @@ class VesselPage {
     // What the vessel will do without its link is about the present, whatever is looked at.
     if (this.shows("Link loss")) {
       panels.loss.update(present.system, linkLoss(present.values, present.labels), present.control.commands, now, present.linked);
-      panels.links(this.history.link);
+      panels.links(this.history.link, present.linked);
     }
     if (this.shows("Plots")) {
       panels.plots.goOn(now);

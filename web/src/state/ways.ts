@@ -23,7 +23,7 @@ const THINNED: Readonly<Record<string, string>> = {
   all_but_last: t("its bytes of the day are used"),
 };
 
-/** Of a vessel with several links; undefined of any other. */
+/** Of a vessel with several links; undefined of any other. `linked`: whether the page has its link to the server. */
 export function waysText(link: LinkStatus | undefined): WaysText | undefined {
   const ways = link?.ways;
   if (!ways) return undefined;
@@ -51,9 +51,15 @@ export interface WayRow {
 }
 
 /** All links of a vessel with several, in the order of its settings; empty of any other. */
-export function wayRows(link: LinkStatus | undefined): WayRow[] {
+export function wayRows(link: LinkStatus | undefined, linked = true): WayRow[] {
   const ways = link?.ways;
-  return ways ? ways.ways.map((way, place) => row(way, place === ways.live, place === ways.records)) : [];
+  if (!ways) return [];
+  return ways.ways.map((way, place) => (linked ? row(way, place === ways.live, place === ways.records) : unknown(way)));
+}
+
+/** While the page has no link it does not know how they are. */
+function unknown(way: LinkWay): WayRow {
+  return { name: way.name, state: t("not known"), good: false, carries: "—", trip: "—", late: "—", rate: "—", today: mb(way) };
 }
 
 function row(way: LinkWay, live: boolean, records: boolean): WayRow {

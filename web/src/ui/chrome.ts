@@ -76,7 +76,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
   // On every page, so that the key goes on with the tab.
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
-  stop?.vessels(named(EMPTY, names));
+  stop?.vessels(named(EMPTY, names), false);
   // A page that follows some vessels only has all of them under STOP: of the others it hears what they do.
   const live = new Live(subscription.systems ? { ...subscription, of_others: ["VehicleState"] } : subscription, {
     frame(frame, atMs) {
@@ -86,7 +86,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
       boundary.take("state", () => (state = withFrame(state, frame, atMs)));
       boundary.take("stop", () => {
         stop?.frame(frame);
-        stop?.vessels(named(state, names));
+        stop?.vessels(named(state, names), true);
       });
       boundary.take("trouble", () => {
         if (!trouble) return;
@@ -106,6 +106,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     lost() {
       linkIs(false);
       heard = false;
+      boundary.take("stop", () => stop?.vessels(named(state, names), false));
       tell();
       boundary.take("alarms", () => bar?.lost());
       boundary.take("page", () => handlers.lost?.());

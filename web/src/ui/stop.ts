@@ -198,7 +198,8 @@ class Buttons implements Stop {
     this.orders.frame(frame);
   }
 
-  vessels(systems: readonly System[]): void {
+  /** Whom it stops; while the page has no link, none of them is known to be heard. */
+  vessels(systems: readonly System[], linked: boolean): void {
     const vessels = systems.filter((system) => this.may(system.address) && !isShore(system) && system.kind !== "CCU");
     const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
     if (here !== this.others) {
@@ -208,7 +209,7 @@ class Buttons implements Stop {
       this.list.replaceChildren(...rest.map((system) => this.button(system.address, systemName(system))));
       this.others = here;
     }
-    this.every.update(allToStop(vessels, this.given).map((system) => ({ address: system.address, name: systemName(system), heard: system.liveness === "live" || system.liveness === "late" })));
+    this.every.update(allToStop(vessels, this.given).map((system) => ({ address: system.address, name: systemName(system), heard: linked && (system.liveness === "live" || system.liveness === "late") })));
   }
 
   private may(address: number): boolean {

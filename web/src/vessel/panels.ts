@@ -98,7 +98,7 @@ export function createPanels(needs: PanelNeeds) {
   const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
   const readiness = createMount(boxes.panels.Entities);
   const links = createMount(boxes.panels["Link loss"]);
-  return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), links: (now: LinkStatus | undefined) => links(h(LinkTable, { rows: wayRows(now) })), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
+  return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), links: (now: LinkStatus | undefined, linked: boolean) => links(h(LinkTable, { rows: wayRows(now, linked) })), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
 }
 
 /** Where the vessel is or was at the time that is told of; null where that is not known. */

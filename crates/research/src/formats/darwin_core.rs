@@ -35,7 +35,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.maybe(heard.project.map(|project| &*project.name));
     cells.maybe(heard.project.map(|project| &*project.title));
     cells.text("MachineObservation");
-    cells.nothing();
+    cells.text(&heard.cell_m.map_or_else(String::new, generalization));
     cells.text(&id);
     cells.text(sex(&animal.sex));
     cells.text(&animal.life_stage);
@@ -53,7 +53,7 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.degrees(Some(pose.place.lat_deg()));
     cells.degrees(Some(pose.place.lon_deg()));
     cells.text("EPSG:4326");
-    cells.number(Some(HEARD_WITHIN_M + pose.sigma_m.map_or(0.0, |sigma_m| (2.0 * sigma_m).round())));
+    cells.number(Some(uncertainty_m(pose.sigma_m, heard.cell_m)));
     cells.nothing();
     cells.text(
         &animal.aphia_id.map_or_else(String::new, |id| format!("urn:lsid:marinespecies.org:taxname:{id}")),
@@ -61,6 +61,17 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.text(&animal.scientific_name);
     cells.text("Animalia");
     true
+}
+
+fn generalization(cell_m: u32) -> String {
+    format!("places are middles of cells of about {cell_m} m")
+}
+
+/// How far the animal may have been from the place, whole m: within reach of the receiver, the vessel within twice the deviation of
+/// its position, or anywhere in its cell.
+fn uncertainty_m(sigma_m: Option<f64>, cell_m: Option<u32>) -> f64 {
+    let half_diagonal_m = cell_m.map_or(0.0, |cell_m| f64::from(cell_m) / f64::sqrt(2.0));
+    (HEARD_WITHIN_M + sigma_m.map_or(0.0, |sigma_m| 2.0 * sigma_m) + half_diagonal_m).ceil()
 }
 
 /// The term of Darwin Core for the register's letter.

@@ -20,7 +20,7 @@ pub(super) fn of_vessels() -> Vec<Route> {
         Route::get(
             "/api/v1/vessels/{vessel}/track.gpx",
             viewer,
-            "A vessel's track as GPX, for chart plotters; parts between breaks of 5 min and more are segments.",
+            "A vessel's track as GPX, for chart plotters; parts between breaks of 5 min, or three steps of a thinned track, are segments.",
             history::track_gpx,
         )
         .query::<TrackQuery>()
