@@ -20,7 +20,10 @@
 mod boxes;
 mod cancel;
 pub mod classic;
+mod corridor;
+mod doors;
 mod joining;
+mod long;
 mod mesh;
 mod nearby;
 mod needs;

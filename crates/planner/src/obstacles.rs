@@ -60,6 +60,11 @@ impl Region {
         }
     }
 
+    /// Whether a point lies in it or on its border.
+    pub(crate) fn holds(&self, at: Point) -> bool {
+        (self.min.x..=self.max.x).contains(&at.x) && (self.min.y..=self.max.y).contains(&at.y)
+    }
+
     /// Whether a corner of what was cut out of it lies on its border.
     pub(crate) fn is_at_border(&self, at: Point) -> bool {
         let off_m = [at.x - self.min.x, self.max.x - at.x, at.y - self.min.y, self.max.y - at.y];
@@ -200,8 +205,22 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
         }
     }
     cancel.check()?;
+    Ok(pieces(without(open, overlay)))
+}
+
+/// Pieces of regions that lie beside each other, as pieces of all of them.
+pub(crate) fn joined(pieces_of_all: &Pieces) -> Pieces {
+    let mut overlay: Overlay<i32> = Overlay::new(pieces_of_all.iter().flatten().map(Vec::len).sum());
+    for ring in pieces_of_all.iter().flatten() {
+        let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
+        overlay.add_contour(&ring, ShapeType::Subject);
+    }
+    pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero))
+}
+
+fn pieces(shapes: Shapes) -> Pieces {
     let ring = |ring: Vec<IntPoint<i32>>| ring.into_iter().map(|at| [at.x, at.y]).collect();
-    Ok(without(open, overlay).into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
+    shapes.into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect()
 }
 
 /// Pieces, each an outer ring and its holes.
