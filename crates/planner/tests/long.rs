@@ -42,14 +42,15 @@ fn islands(numbers: &mut Numbers, count: u32, most_m: f64) -> Sea {
     })
 }
 
-/// Found in a minute unoptimised: the water of a hundred and sixty kilometres is prepared twice for each of eight charts.
+/// Takes seconds: the water of a hundred and sixty kilometres is prepared twice for each chart. What it would find is a corridor
+/// that leads the longer way round.
 #[test]
 fn long_ways_are_safe_and_as_short_as_in_all_water_at_once() {
     let (mut found, mut bent, mut parted, mut longer) = (0, 0, 0, 0);
-    for seed in 1..=8 {
+    for seed in 1..=testkit::so_many(3, 24) {
         let mut numbers = Numbers(seed * 7_919);
-        // Few large ones, then many small ones.
-        let (count, most_m) = if seed % 2 == 0 { (60, 14_000.0) } else { (400, 5_000.0) };
+        // Few large ones, then many small ones, then so many that there are ponds.
+        let (count, most_m) = [(60, 14_000.0), (400, 5_000.0), (420, 9_000.0)][(seed % 3) as usize];
         let index = Arc::new(islands(&mut numbers, count, most_m).index());
         let needs = Needs::depth_and_clearance(5.0, [0.0, 25.0, 200.0][(seed % 3) as usize]);
         let [all, long] = routers(&index);
@@ -84,7 +85,7 @@ fn long_ways_are_safe_and_as_short_as_in_all_water_at_once() {
         }
     }
     println!("{found} found, {bent} bent, {parted} parted, {longer} longer than by a thousandth");
-    assert!(found > 100 && bent > 60 && parted > 0, "{found} {bent} {parted}");
+    assert!(found > 30 && bent > 20 && parted > 0, "{found} {bent} {parted}");
     assert!(longer * 50 <= found, "{longer} of {found} are longer by more than a thousandth");
 }
 
@@ -159,7 +160,7 @@ fn long_ways_keep_to_zones_and_to_a_wall_of_many_tiles_with_one_gap() {
         [&all, &long].map(|router| router.route(&request, &needs, &Cancel::never()).unwrap());
     assert!(is_safe(&other, &index, &needs));
     assert!((one.length_m / other.length_m - 1.0).abs() < 1e-3, "{} {}", one.length_m, other.length_m);
-    let corners = [(-2_000.0, 50_000.0), (-2_000.0, 79_900.0), (2_000.0, 79_900.0), (2_000.0, 50_000.0)];
+    let corners = [(-2_000.0, 50_000.0), (-2_000.0, 79_980.0), (2_000.0, 79_980.0), (2_000.0, 50_000.0)];
     let closed = Zone::new(corners.map(|(north_m, east_m)| place(north_m, east_m)).to_vec()).unwrap();
     let zoned = long.in_zones(Zones::new(None, vec![closed], 60.0).unwrap());
     assert!(matches!(zoned.route(&request, &needs, &Cancel::never()), Err(Refusal::NoWay { .. })));
