@@ -13,7 +13,7 @@ use std::collections::{BTreeSet, BinaryHeap, HashMap};
 use std::sync::Arc;
 
 /// Tiles belong to the corridor if a way through them is longer than the shortest by no more than this share.
-pub(crate) const WIDTHS: [f64; 3] = [0.01, 0.003, 0.0];
+pub(crate) const WIDTHS: [f64; 3] = [0.005, 0.002, 0.0];
 /// Tiles that are looked at around the goal, to see whether it lies in water that ends there.
 const LOOK_TILES: usize = 24;
 /// Where it does, so many more are looked at to say how near to it a way leads.

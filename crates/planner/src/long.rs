@@ -40,6 +40,24 @@ pub(crate) struct Known {
 /// What routers that share water know of planes.
 pub(crate) type AllKnown = Arc<Mutex<Vec<Known>>>;
 
+/// Where ends may stand that are to be moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stands {
+    /// In the nearest open water.
+    Nearest,
+    /// In all that is near enough.
+    All,
+}
+
+/// A place for an end in open water.
+#[derive(Debug, Clone, Copy)]
+struct Stand {
+    tile: Tile,
+    at: Point,
+    triangle: u32,
+    moved_m: f64,
+}
+
 /// A long way that is being looked for.
 pub(crate) struct Long<'a> {
     router: &'a Router,
@@ -58,7 +76,15 @@ impl<'a> Long<'a> {
 
     /// The shortest way of the corridor; `None` where that has more chart than may be prepared.
     pub(crate) fn route(&self) -> Result<Option<Route>, Refusal> {
-        let (start, goal) = (self.foot(End::Start)?, self.foot(End::Goal)?);
+        // An end that is moved is moved no farther than it must be: elsewhere only where no way leads on from there.
+        match self.route_from(Stands::Nearest) {
+            Err(Refusal::NoWay { .. }) => self.route_from(Stands::All),
+            answer => answer,
+        }
+    }
+
+    fn route_from(&self, stands: Stands) -> Result<Option<Route>, Refusal> {
+        let (start, goal) = (self.foot(End::Start, stands)?, self.foot(End::Goal, stands)?);
         let direct_m = self.direct_m(&start, &goal)?;
         let mut ask = |tile: Tile| self.doors(tile);
         match corridor::find([&start, &goal], direct_m, &mut ask, MOST_TILES, self.cancel)? {
@@ -104,50 +130,62 @@ impl<'a> Long<'a> {
     }
 
     /// Where an end may stand, and which doors that leads to.
-    fn foot(&self, end: End) -> Result<Foot, Refusal> {
+    fn foot(&self, end: End, which: Stands) -> Result<Foot, Refusal> {
         let place = match end {
             End::Start => self.request.from,
             End::Goal => self.request.to,
         };
         let at = self.plane.point(place);
-        let own = Tile::of(at);
-        let mut foot = Foot { at, doors: Vec::new(), tiles: BTreeSet::new() };
-        if !self.add_stands(own, at, true, &mut foot)? {
-            for tile in Tile::around(at, self.request.move_up_to_m) {
-                self.add_stands(tile, at, false, &mut foot)?;
-            }
-        }
-        if foot.tiles.is_empty() {
-            let tile = self.router.room(self.tile_key(own), self.cancel)?;
-            let question = Question { room: &tile, index: self.router.index(), request: self.request, cancel: self.cancel };
+        let mut stands = self.stands(at)?;
+        if stands.is_empty() {
+            let room = self.router.room(self.tile_key(Tile::of(at)), self.cancel)?;
+            let (index, request, cancel) = (self.router.index(), self.request, self.cancel);
             // The tile has no open water near enough, so that its room says what is there.
-            let closed = question.closed(end);
+            let closed = Question { room: &room, index, request, cancel }.closed(end);
             return Err(closed.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into()));
+        }
+        stands.sort_by(|one, other| one.moved_m.total_cmp(&other.moved_m));
+        if which == Stands::Nearest {
+            stands.truncate(1);
+        }
+        let mut foot = Foot { at, doors: Vec::new(), tiles: BTreeSet::new() };
+        for stand in stands {
+            self.add_doors(&stand, &mut foot)?;
         }
         Ok(foot)
     }
 
-    /// Adds where an end may stand in a tile: at its very place, or moved. Whether there is such a place.
-    fn add_stands(&self, tile: Tile, at: Point, is_own: bool, foot: &mut Foot) -> Result<bool, PlanError> {
-        let Some(doors) = self.doors(tile)? else { return Ok(false) };
-        let room = self.router.room(self.tile_key(tile), self.cancel)?;
-        let stands: Vec<(Point, u32, f64)> = if is_own {
-            room.mesh.locate(at).map(|triangle| (at, triangle, 0.0)).into_iter().collect()
-        } else {
-            let near = room.mesh.nearest(at, self.request.move_up_to_m);
-            near.into_iter().map(|near| (near.at, near.triangle, near.distance_m)).collect()
-        };
-        for (stand, triangle, moved_m) in &stands {
-            let from = (room.mesh.within(*triangle, *stand), *triangle);
-            for (number, door) in doors.list.iter().enumerate() {
-                let length_m = doors::length_m(&room, from, (door.at, door.triangle), self.cancel)?;
-                if length_m.is_finite() {
-                    foot.doors.push(((tile, number), moved_m + length_m));
-                }
-            }
-            foot.tiles.insert(tile);
+    /// Where an end may stand: at its very place, or else at the nearest points of open water in the tiles around.
+    fn stands(&self, at: Point) -> Result<Vec<Stand>, PlanError> {
+        let own = self.router.room(self.tile_key(Tile::of(at)), self.cancel)?;
+        if let Some(triangle) = own.mesh.locate(at) {
+            return Ok(vec![Stand { tile: Tile::of(at), at, triangle, moved_m: 0.0 }]);
         }
-        Ok(!stands.is_empty())
+        let mut stands = Vec::new();
+        for tile in Tile::around(at, self.request.move_up_to_m) {
+            let room = self.router.room(self.tile_key(tile), self.cancel)?;
+            let near = room.mesh.nearest(at, self.request.move_up_to_m).into_iter();
+            stands.extend(near.map(|near| {
+                Stand { tile, at: near.at, triangle: near.triangle, moved_m: near.distance_m }
+            }));
+        }
+        Ok(stands)
+    }
+
+    /// Adds the doors that one leads to from a stand.
+    fn add_doors(&self, stand: &Stand, foot: &mut Foot) -> Result<(), PlanError> {
+        let Stand { tile, at, triangle, moved_m } = *stand;
+        foot.tiles.insert(tile);
+        let Some(doors) = self.doors(tile)? else { return Ok(()) };
+        let room = self.router.room(self.tile_key(tile), self.cancel)?;
+        let from = (room.mesh.within(triangle, at), triangle);
+        for (number, door) in doors.list.iter().enumerate() {
+            let length_m = doors::length_m(&room, from, (door.at, door.triangle), self.cancel)?;
+            if length_m.is_finite() {
+                foot.doors.push(((tile, number), moved_m + length_m));
+            }
+        }
+        Ok(())
     }
 
     /// How long the way between both ends is within a tile, if they stand in the same water of the same one (m).

@@ -318,8 +318,9 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     let more_m = margin_m + 0.02 * (max.x - min.x).max(max.y - min.y);
     let border = border_of([min.x - more_m, min.y - more_m], [max.x + more_m, max.y + more_m]);
     let middle = plane.place(Point::default());
-    let mut found =
-        GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
+    // Of the border alone: a tile may lie far from the middle of its plane.
+    let (most, least) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut found = GeoBox { west_deg: most, east_deg: least, south_deg: most, north_deg: least };
     for [x, y] in border {
         let place = plane.place(Point { x, y });
         let east_deg = units::wrap_pi(place.lon_rad() - middle.lon_rad()).to_degrees();
@@ -328,8 +329,14 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
         found.south_deg = found.south_deg.min(place.lat_deg());
         found.north_deg = found.north_deg.max(place.lat_deg());
     }
+    if region.holds(Point::default()) {
+        found.south_deg = found.south_deg.min(middle.lat_deg());
+        found.north_deg = found.north_deg.max(middle.lat_deg());
+    }
     if found.east_deg - found.west_deg > 350.0 || found.north_deg > 88.0 || found.south_deg < -88.0 {
-        return GeoBox { west_deg: -180.0, east_deg: 180.0, ..found };
+        // Around a pole, which may lie within.
+        let (south_deg, north_deg) = if middle.lat_deg() > 0.0 { (found.south_deg, 90.0) } else { (-90.0, found.north_deg) };
+        return GeoBox { west_deg: -180.0, east_deg: 180.0, south_deg, north_deg };
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
     GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }
