@@ -12,14 +12,13 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashMap};
 use std::sync::Arc;
 
-/// Tiles belong to the corridor if a way through them is longer than the shortest by no more than this share.
-pub(crate) const WIDTHS: [f64; 3] = [0.005, 0.002, 0.0];
+/// Tiles belong to the corridor if a way through them is longer than the shortest by no more than this share and this length
+/// (m).
+pub(crate) const WIDTHS: [(f64, f64); 3] = [(0.004, 2_500.0), (0.002, 1_000.0), (0.0, 1.0)];
 /// Tiles that are looked at around the goal, to see whether it lies in water that ends there.
 const LOOK_TILES: usize = 24;
 /// Where it does, so many more are looked at to say how near to it a way leads.
 const NEAREST_TILES: usize = 64;
-/// Lengths of hundreds of kilometres are the same within this (m): their parts are rounded to the millimetre.
-const SAME_M: f64 = 1.0;
 /// Doors between two looks at whether the answer is still wanted.
 const DOORS_BETWEEN_LOOKS: usize = 256;
 
@@ -75,6 +74,11 @@ pub(crate) fn find(
         Ending::TooMany { nearest } if is_enclosed => Ok(Found::Nothing { nearest }),
         Ending::TooMany { .. } => Ok(Found::TooMany),
     }
+}
+
+/// How long ways in a corridor of a width are at most (m).
+fn most_m((share, more_m): (f64, f64), best_m: f64) -> f64 {
+    (1.0 + share) * best_m + more_m
 }
 
 /// How a search ended.
@@ -148,7 +152,7 @@ impl Search<'_, '_> {
             self.put(&mut heap, &mut lengths_m, *node, *length_m, to.at)?;
         }
         while let Some(Reverse((bits, node))) = heap.pop() {
-            if f64::from_bits(bits) > (1.0 + WIDTHS[0]) * best_m {
+            if f64::from_bits(bits) > most_m(WIDTHS[0], best_m) {
                 break;
             }
             if !done.insert(node) {
@@ -199,8 +203,8 @@ impl Search<'_, '_> {
         let (mut back_m, mut done, mut heap) = (HashMap::new(), BTreeSet::new(), Heap::new());
         let put = |heap: &mut Heap, back_m: &mut HashMap<Node, f64>, node: Node, length_m: f64| {
             let Some(there_m) = lengths_m.get(&node) else { return };
-            let in_all = there_m + length_m <= (1.0 + WIDTHS[0]) * best_m + SAME_M;
-            if in_all && back_m.get(&node).is_none_or(|known_m| length_m < *known_m) {
+            if there_m + length_m <= most_m(WIDTHS[0], best_m)
+                && back_m.get(&node).is_none_or(|known_m| length_m < *known_m) {
                 back_m.insert(node, length_m);
                 heap.push(Reverse((length_m.to_bits(), node)));
             }
@@ -215,7 +219,7 @@ impl Search<'_, '_> {
             }
             let length_m = back_m[&node];
             for (width, tiles) in WIDTHS.into_iter().zip(&mut tiles) {
-                if lengths_m[&node] + length_m <= (1.0 + width) * best_m + SAME_M {
+                if lengths_m[&node] + length_m <= most_m(width, best_m) {
                     tiles.insert(node.0);
                 }
             }

@@ -13,8 +13,10 @@ use std::collections::BTreeMap;
 
 /// Side of a tile (m).
 pub(crate) const TILE_M: f64 = 20_000.0;
-/// A door is within one stretch of a side, so long (m).
-const STRETCH_M: f64 = 5_000.0;
+/// A door is within one stretch of a side, between two of these (m): short ones near the corners, so that a way around a
+/// corner of a tile is not told to be much longer than it is.
+const STRETCHES_M: [f64; 9] =
+    [0.0, 400.0, 1_500.0, 5_000.0, 10_000.0, 15_000.0, 18_500.0, 19_600.0, TILE_M];
 /// Narrower openings are no doors (m): tiles are cut out one by one, on a grid of centimetres.
 const NARROWEST_M: f64 = 0.1;
 /// What lies so near a border lies on it, and openings so near each other are one (m).
@@ -85,8 +87,8 @@ impl Tile {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Door {
     side: Side,
-    /// Which stretch of the side, counted along the whole plane.
-    stretch: i32,
+    /// Which stretch of the side.
+    stretch: usize,
     /// Which piece of the tile's water.
     piece: u32,
     /// Where it is open, along the side (m).
@@ -160,7 +162,7 @@ pub(crate) fn length_m(
 }
 
 /// Openings of a piece of water in a stretch of a side, and the triangles there.
-type Openings = BTreeMap<(Side, i32, u32), Vec<([f64; 2], u32)>>;
+type Openings = BTreeMap<(Side, usize, u32), Vec<([f64; 2], u32)>>;
 
 fn doors(room: &SeaRoom) -> Vec<Door> {
     let mut openings = Openings::new();
@@ -188,10 +190,12 @@ fn add_opening(openings: &mut Openings, room: &SeaRoom, triangle: u32, ends: [Po
     for side in SIDES.into_iter().filter(|side| on(*side)) {
         let [a, b] = ends.map(|end| along(side, end));
         let (least, most) = (a.min(b), a.max(b));
-        let (first, last) = ((least / STRETCH_M).floor() as i32, (most / STRETCH_M).ceil() as i32);
-        for stretch in first..last {
-            let from = least.max(f64::from(stretch) * STRETCH_M);
-            let to = most.min(f64::from(stretch + 1) * STRETCH_M);
+        let begin = along(side, min);
+        for (stretch, ends_m) in STRETCHES_M.windows(2).enumerate() {
+            let (from, to) = (least.max(begin + ends_m[0]), most.min(begin + ends_m[1]));
+            if from >= to {
+                continue;
+            }
             let key = (side, stretch, room.mesh.piece[triangle as usize]);
             openings.entry(key).or_default().push(([from, to], triangle));
         }
@@ -208,7 +212,7 @@ fn along(side: Side, at: Point) -> f64 {
 /// A door of openings that lie beside each other; `None` if each of them is too narrow.
 fn door(
     room: &SeaRoom,
-    (side, stretch, piece): (Side, i32, u32),
+    (side, stretch, piece): (Side, usize, u32),
     mut parts: Vec<([f64; 2], u32)>,
 ) -> Option<Door> {
     parts.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
