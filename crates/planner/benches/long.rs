@@ -65,11 +65,12 @@ fn asked(router: &Router, needs: &Needs, from: [f64; 2], to: [f64; 2]) {
     });
     let dragged_ms: Vec<f64> = dragged.collect();
     let told = match &answer {
-        Ok(Route { length_m, legs, of_corridor, effort, .. }) => format!(
-            "{:.1} km in {} legs, of a corridor: {of_corridor}, {} intervals",
+        Ok(Route { length_m, legs, of_corridor, effort, moved_start, moved_goal, .. }) => format!(
+            "{:.1} km in {} legs, of a corridor: {of_corridor}, {} intervals, ends moved by {:?} m",
             length_m / 1e3,
             legs.len(),
-            effort.intervals
+            effort.intervals,
+            [moved_start, moved_goal].map(|moved| moved.map_or(0.0, |moved| moved.distance_m.round()))
         ),
         Err(refusal) => refusal.to_string(),
     };
@@ -87,12 +88,14 @@ fn asked(router: &Router, needs: &Needs, from: [f64; 2], to: [f64; 2]) {
 /// Copies of a cell side by side, and open water around them and between.
 fn coast(cell: &Cell, rows: usize) -> DepthIndex {
     let points = || cell.features.iter().flat_map(|feature| feature.geometry.points());
-    let [west, south] = [|at: GeoPoint| at.lon_deg, |at: GeoPoint| at.lat_deg].map(|of| points().map(of).fold(f64::INFINITY, f64::min));
+    let [west, south] = [|at: GeoPoint| at.lon_deg, |at: GeoPoint| at.lat_deg]
+        .map(|of| points().map(of).fold(f64::INFINITY, f64::min));
     let mut builder = IndexBuilder::new();
     for (row, column) in (0..rows).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))) {
         let shift = [STEP_DEG[0] * row as f64, STEP_DEG[1] * column as f64];
         let features: Vec<Feature> = cell.features.iter().map(|feature| moved(feature, shift)).collect();
-        let source = Source { name: format!("XX{row:02}{column:02}"), band: 4, scale: 80_000, ..Source::default() };
+        let source =
+            Source { name: format!("XX{row:02}{column:02}"), band: 4, scale: 80_000, ..Source::default() };
         builder.add_features(source, &features).unwrap();
     }
     let (north, east) = (south + STEP_DEG[0] * rows as f64 + 0.3, west + STEP_DEG[1] * COLUMNS as f64 + 0.3);
@@ -108,9 +111,9 @@ fn moved(feature: &Feature, [north_deg, east_deg]: [f64; 2]) -> Feature {
     let geometry = match &feature.geometry {
         Geometry::None => Geometry::None,
         Geometry::Point(point) => Geometry::Point(at(point)),
-        Geometry::Soundings(soundings) => {
-            Geometry::Soundings(soundings.iter().map(|one| charts::s57::Sounding { at: at(&one.at), ..*one }).collect())
-        }
+        Geometry::Soundings(soundings) => Geometry::Soundings(
+            soundings.iter().map(|one| charts::s57::Sounding { at: at(&one.at), ..*one }).collect(),
+        ),
         Geometry::Lines(lines) => Geometry::Lines(paths(lines)),
         Geometry::Area(area) => {
             Geometry::Area(Area { exteriors: paths(&area.exteriors), holes: paths(&area.holes) })

@@ -22,14 +22,11 @@ const NEAREST_TILES: usize = 64;
 /// Doors between two looks at whether the answer is still wanted.
 const DOORS_BETWEEN_LOOKS: usize = 256;
 
-/// A door of a tile.
-type Node = (Tile, usize);
-
 /// Where a way begins or ends: which doors it leads to, and how long it is there (m).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Foot {
     pub(crate) at: Point,
-    pub(crate) doors: Vec<(Node, f64)>,
+    pub(crate) doors: Vec<((Tile, usize), f64)>,
     /// The tiles in which it may stand.
     pub(crate) tiles: BTreeSet<Tile>,
 }
@@ -48,13 +45,6 @@ pub(crate) enum Found {
 /// Gives the doors of a tile; none of one that is too far off.
 pub(crate) type Ask<'a> = &'a mut dyn FnMut(Tile) -> Result<Option<Arc<Doors>>, PlanError>;
 
-/// Ways over doors.
-struct Search<'a, 'b> {
-    doors: Ask<'a>,
-    known: HashMap<Tile, Option<Arc<Doors>>>,
-    cancel: &'a Cancel<'b>,
-}
-
 /// Finds the corridor between two feet that has a way, looking at so many tiles at most. `direct_m` is how long the way is
 /// that leads through no door (m), if there is one.
 pub(crate) fn find(
@@ -64,16 +54,39 @@ pub(crate) fn find(
     most_tiles: usize,
     cancel: &Cancel<'_>,
 ) -> Result<Found, PlanError> {
-    let mut search = Search { doors, known: HashMap::new(), cancel };
-    let is_enclosed = direct_m.is_none() && search.is_enclosed(to, from)?;
-    let most_tiles = if is_enclosed { search.known.len() + NEAREST_TILES } else { most_tiles };
-    let (lengths_m, ending) = search.forward(from, to, direct_m, most_tiles)?;
+    let mut search = Search { doors, numbers: HashMap::new(), tiles: Vec::new(), onward: Vec::new(), cancel };
+    let [start, goal] = [search.end(from)?, search.end(to)?];
+    let is_enclosed = direct_m.is_none() && search.is_enclosed(&goal, &start)?;
+    let most_tiles = if is_enclosed { search.tiles.len() + NEAREST_TILES } else { most_tiles };
+    let (there_m, ending) = search.forward(&start, &goal, direct_m, most_tiles)?;
     match ending {
-        Ending::Length(length_m) => Ok(Found::Corridor(search.back([from, to], &lengths_m, length_m)?)),
+        Ending::Length(length_m) => {
+            let ends = from.tiles.union(&to.tiles).copied().collect();
+            Ok(Found::Corridor(search.back(&goal, &there_m, length_m, &ends)?))
+        }
         Ending::Nothing { nearest } => Ok(Found::Nothing { nearest }),
         Ending::TooMany { nearest } if is_enclosed => Ok(Found::Nothing { nearest }),
         Ending::TooMany { .. } => Ok(Found::TooMany),
     }
+}
+
+/// A door: the number of its tile in the search, and its own in the tile.
+type Node = (u32, u32);
+
+/// A foot whose doors are numbered.
+struct End {
+    at: Point,
+    doors: Vec<(Node, f64)>,
+}
+
+/// Ways over doors.
+struct Search<'a, 'b> {
+    doors: Ask<'a>,
+    numbers: HashMap<Tile, u32>,
+    tiles: Vec<(Tile, Option<Arc<Doors>>)>,
+    /// Where one leads on from the door that was asked for last.
+    onward: Vec<(Node, f64)>,
+    cancel: &'a Cancel<'b>,
 }
 
 /// How long ways in a corridor of a width are at most (m).
@@ -88,143 +101,162 @@ enum Ending {
     TooMany { nearest: Point },
 }
 
-/// By length, whose bits order like itself.
-type Heap = BinaryHeap<Reverse<(u64, Node)>>;
+/// Doors that wait, by length, whose bits order like itself; and how long the shortest known way to each is (m).
+#[derive(Default)]
+struct Ways {
+    heap: BinaryHeap<Reverse<(u64, Node)>>,
+    lengths_m: Vec<Vec<f64>>,
+}
+
+impl Ways {
+    /// How long the shortest known way to a door is (m); infinite where no way is known.
+    fn length_m(&self, (tile, door): Node) -> f64 {
+        let doors = self.lengths_m.get(tile as usize);
+        doors.and_then(|doors| doors.get(door as usize)).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Puts a door by, if no shorter way to it is known; in the order of its length and what is left at least (m).
+    fn put(&mut self, node: Node, length_m: f64, left_m: f64) {
+        if length_m >= self.length_m(node) {
+            return;
+        }
+        let (tile, door) = (node.0 as usize, node.1 as usize);
+        self.lengths_m.resize(self.lengths_m.len().max(tile + 1), Vec::new());
+        let doors = &mut self.lengths_m[tile];
+        doors.resize(doors.len().max(door + 1), f64::INFINITY);
+        doors[door] = length_m;
+        self.heap.push(Reverse(((length_m + left_m).to_bits(), node)));
+    }
+}
 
 impl Search<'_, '_> {
-    fn doors(&mut self, tile: Tile) -> Result<Option<Arc<Doors>>, PlanError> {
-        if let Some(known) = self.known.get(&tile) {
-            return Ok(known.clone());
+    fn number(&mut self, tile: Tile) -> Result<u32, PlanError> {
+        if let Some(number) = self.numbers.get(&tile) {
+            return Ok(*number);
         }
         let doors = (self.doors)(tile)?;
-        self.known.insert(tile, doors.clone());
-        Ok(doors)
+        let number = self.tiles.len() as u32;
+        self.tiles.push((tile, doors));
+        self.numbers.insert(tile, number);
+        Ok(number)
     }
 
-    /// Where one leads on from a door: within its tile and beyond it.
-    fn onward(&mut self, (tile, door): Node) -> Result<Vec<(Node, f64)>, PlanError> {
-        let Some(here) = self.doors(tile)? else { return Ok(Vec::new()) };
-        let mut onward: Vec<(Node, f64)> =
-            here.from(door).map(|(other, length_m)| ((tile, other), length_m)).collect();
-        let beyond = here.beyond(tile, door);
-        if let Some(there) = self.doors(beyond)? {
-            onward.extend(there.opposite(&here.list[door]).map(|(other, length_m)| ((beyond, other), length_m)));
+    fn end(&mut self, foot: &Foot) -> Result<End, PlanError> {
+        let mut doors = Vec::with_capacity(foot.doors.len());
+        for ((tile, door), length_m) in &foot.doors {
+            doors.push(((self.number(*tile)?, *door as u32), *length_m));
         }
-        Ok(onward)
+        Ok(End { at: foot.at, doors })
     }
 
-    fn at(&mut self, (tile, door): Node) -> Result<Point, PlanError> {
-        Ok(self.doors(tile)?.map_or_else(Point::default, |doors| doors.list[door].at))
-    }
-
-    /// Whether the water around a foot ends before it has led to the other one, or beyond some tiles.
-    fn is_enclosed(&mut self, around: &Foot, other: &Foot) -> Result<bool, PlanError> {
-        let mut seen: BTreeSet<Node> = around.doors.iter().map(|(node, _)| *node).collect();
-        let mut waiting: Vec<Node> = seen.iter().copied().collect();
-        while let Some(node) = waiting.pop() {
-            self.cancel.check()?;
-            if other.doors.iter().any(|(door, _)| *door == node) || self.known.len() > LOOK_TILES {
-                return Ok(false);
-            }
-            for (next, _) in self.onward(node)? {
-                if seen.insert(next) {
-                    waiting.push(next);
-                }
-            }
-        }
-        Ok(true)
-    }
-
-    /// How long the shortest way to each door is (m), for all through which a way to the goal may lead that belongs to the
-    /// corridor.
-    fn forward(
-        &mut self,
-        from: &Foot,
-        to: &Foot,
-        direct_m: Option<f64>,
-        most_tiles: usize,
-    ) -> Result<(HashMap<Node, f64>, Ending), PlanError> {
-        let rest_m: HashMap<Node, f64> = to.doors.iter().copied().collect();
-        let mut best_m = direct_m.unwrap_or(f64::INFINITY);
-        let mut nearest = (from.at.distance_m(to.at), from.at);
-        let (mut lengths_m, mut done, mut heap) = (HashMap::new(), BTreeSet::new(), Heap::new());
-        for (node, length_m) in &from.doors {
-            self.put(&mut heap, &mut lengths_m, *node, *length_m, to.at)?;
-        }
-        while let Some(Reverse((bits, node))) = heap.pop() {
-            if f64::from_bits(bits) > most_m(WIDTHS[0], best_m) {
-                break;
-            }
-            if !done.insert(node) {
-                continue;
-            }
-            if done.len() % DOORS_BETWEEN_LOOKS == 0 {
-                self.cancel.check()?;
-            }
-            let (length_m, at) = (lengths_m[&node], self.at(node)?);
-            nearest = if at.distance_m(to.at) < nearest.0 { (at.distance_m(to.at), at) } else { nearest };
-            best_m = rest_m.get(&node).map_or(best_m, |rest_m| best_m.min(length_m + rest_m));
-            if self.known.len() > most_tiles {
-                return Ok((lengths_m, Ending::TooMany { nearest: nearest.1 }));
-            }
-            for (next, step_m) in self.onward(node)? {
-                self.put(&mut heap, &mut lengths_m, next, length_m + step_m, to.at)?;
-            }
-        }
-        let nothing = Ending::Nothing { nearest: nearest.1 };
-        Ok((lengths_m, if best_m.is_finite() { Ending::Length(best_m) } else { nothing }))
-    }
-
-    /// Puts a door by, if no shorter way to it is known.
-    fn put(
-        &mut self,
-        heap: &mut Heap,
-        lengths_m: &mut HashMap<Node, f64>,
-        node: Node,
-        length_m: f64,
-        goal: Point,
-    ) -> Result<(), PlanError> {
-        if lengths_m.get(&node).is_none_or(|known_m| length_m < *known_m) {
-            lengths_m.insert(node, length_m);
-            let all_m = length_m + self.at(node)?.distance_m(goal);
-            heap.push(Reverse((all_m.to_bits(), node)));
+    /// Looks where one leads on from a door: within its tile and beyond it.
+    fn look_onward(&mut self, (number, door): Node) -> Result<(), PlanError> {
+        self.onward.clear();
+        let (tile, doors) = &self.tiles[number as usize];
+        let Some(here) = doors.clone() else { return Ok(()) };
+        let beyond = here.beyond(*tile, door as usize);
+        self.onward
+            .extend(here.from(door as usize).map(|(other, length_m)| ((number, other as u32), length_m)));
+        let number = self.number(beyond)?;
+        if let Some(there) = &self.tiles[number as usize].1 {
+            let leads = there.opposite(&here.list[door as usize]);
+            self.onward.extend(leads.map(|(other, length_m)| ((number, other as u32), length_m)));
         }
         Ok(())
     }
 
-    /// From the goal back through what the search came to: the tiles of all ways that are short enough.
-    fn back(
-        &mut self,
-        [from, to]: [&Foot; 2],
-        lengths_m: &HashMap<Node, f64>,
-        best_m: f64,
-    ) -> Result<[BTreeSet<Tile>; WIDTHS.len()], PlanError> {
-        let mut tiles = WIDTHS.map(|_| from.tiles.union(&to.tiles).copied().collect::<BTreeSet<Tile>>());
-        let (mut back_m, mut done, mut heap) = (HashMap::new(), BTreeSet::new(), Heap::new());
-        let put = |heap: &mut Heap, back_m: &mut HashMap<Node, f64>, node: Node, length_m: f64| {
-            let Some(there_m) = lengths_m.get(&node) else { return };
-            if there_m + length_m <= most_m(WIDTHS[0], best_m)
-                && back_m.get(&node).is_none_or(|known_m| length_m < *known_m) {
-                back_m.insert(node, length_m);
-                heap.push(Reverse((length_m.to_bits(), node)));
+    fn at(&self, (tile, door): Node) -> Point {
+        let doors = self.tiles[tile as usize].1.as_ref();
+        doors.map_or_else(Point::default, |doors| doors.list[door as usize].at)
+    }
+
+    /// Whether the water around an end ends before it has led to the other one, or beyond some tiles.
+    fn is_enclosed(&mut self, around: &End, other: &End) -> Result<bool, PlanError> {
+        let mut seen: BTreeSet<Node> = around.doors.iter().map(|(node, _)| *node).collect();
+        let mut waiting: Vec<Node> = seen.iter().copied().collect();
+        while let Some(node) = waiting.pop() {
+            self.cancel.check()?;
+            if other.doors.iter().any(|(door, _)| *door == node) || self.tiles.len() > LOOK_TILES {
+                return Ok(false);
             }
-        };
-        to.doors.iter().for_each(|(node, length_m)| put(&mut heap, &mut back_m, *node, *length_m));
-        while let Some(Reverse((_, node))) = heap.pop() {
-            if !done.insert(node) {
+            self.look_onward(node)?;
+            waiting.extend(self.onward.iter().map(|(next, _)| *next).filter(|next| seen.insert(*next)));
+        }
+        Ok(true)
+    }
+
+    /// The ways to all doors through which a way to the goal may lead that belongs to the corridor.
+    fn forward(
+        &mut self,
+        from: &End,
+        to: &End,
+        direct_m: Option<f64>,
+        most_tiles: usize,
+    ) -> Result<(Ways, Ending), PlanError> {
+        let rest_m: HashMap<Node, f64> = to.doors.iter().copied().collect();
+        let mut best_m = direct_m.unwrap_or(f64::INFINITY);
+        let mut nearest = (from.at.distance_m(to.at), from.at);
+        let (mut ways, mut looked) = (Ways::default(), 0_usize);
+        for (node, length_m) in &from.doors {
+            ways.put(*node, *length_m, self.at(*node).distance_m(to.at));
+        }
+        while let Some(Reverse((bits, node))) = ways.heap.pop() {
+            if f64::from_bits(bits) > most_m(WIDTHS[0], best_m) {
+                break;
+            }
+            let (length_m, at) = (ways.length_m(node), self.at(node));
+            let left_m = at.distance_m(to.at);
+            if (length_m + left_m).to_bits() < bits {
+                // A shorter way there was looked at before.
                 continue;
             }
-            if done.len() % DOORS_BETWEEN_LOOKS == 0 {
+            looked += 1;
+            if looked.is_multiple_of(DOORS_BETWEEN_LOOKS) {
                 self.cancel.check()?;
             }
-            let length_m = back_m[&node];
+            nearest = if left_m < nearest.0 { (left_m, at) } else { nearest };
+            best_m = rest_m.get(&node).map_or(best_m, |rest_m| best_m.min(length_m + rest_m));
+            if self.tiles.len() > most_tiles {
+                return Ok((ways, Ending::TooMany { nearest: nearest.1 }));
+            }
+            self.look_onward(node)?;
+            for (next, step_m) in &self.onward {
+                ways.put(*next, length_m + step_m, self.at(*next).distance_m(to.at));
+            }
+        }
+        let nothing = Ending::Nothing { nearest: nearest.1 };
+        Ok((ways, if best_m.is_finite() { Ending::Length(best_m) } else { nothing }))
+    }
+
+    /// From the goal back through what the search came to: the tiles of all ways that are short enough, and these.
+    fn back(
+        &mut self,
+        to: &End,
+        there: &Ways,
+        best_m: f64,
+        ends: &BTreeSet<Tile>,
+    ) -> Result<[BTreeSet<Tile>; WIDTHS.len()], PlanError> {
+        let mut tiles = WIDTHS.map(|_| ends.clone());
+        let (mut ways, mut looked) = (Ways::default(), 0_usize);
+        to.doors.iter().for_each(|(node, length_m)| ways.put(*node, *length_m, 0.0));
+        while let Some(Reverse((bits, node))) = ways.heap.pop() {
+            let length_m = ways.length_m(node);
+            let all_m = there.length_m(node) + length_m;
+            if length_m.to_bits() < bits || all_m > most_m(WIDTHS[0], best_m) {
+                continue;
+            }
+            looked += 1;
+            if looked.is_multiple_of(DOORS_BETWEEN_LOOKS) {
+                self.cancel.check()?;
+            }
             for (width, tiles) in WIDTHS.into_iter().zip(&mut tiles) {
-                if lengths_m[&node] + length_m <= most_m(width, best_m) {
-                    tiles.insert(node.0);
+                if all_m <= most_m(width, best_m) {
+                    tiles.insert(self.tiles[node.0 as usize].0);
                 }
             }
-            for (next, step_m) in self.onward(node)? {
-                put(&mut heap, &mut back_m, next, length_m + step_m);
+            self.look_onward(node)?;
+            for (next, step_m) in &self.onward {
+                ways.put(*next, length_m + step_m, 0.0);
             }
         }
         Ok(tiles)

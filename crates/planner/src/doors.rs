@@ -15,8 +15,7 @@ use std::collections::BTreeMap;
 pub(crate) const TILE_M: f64 = 20_000.0;
 /// A door is within one stretch of a side, between two of these (m): short ones near the corners, so that a way around a
 /// corner of a tile is not told to be much longer than it is.
-const STRETCHES_M: [f64; 9] =
-    [0.0, 400.0, 1_500.0, 5_000.0, 10_000.0, 15_000.0, 18_500.0, 19_600.0, TILE_M];
+const STRETCHES_M: [f64; 9] = [0.0, 400.0, 1_500.0, 5_000.0, 10_000.0, 15_000.0, 18_500.0, 19_600.0, TILE_M];
 /// Narrower openings are no doors (m): tiles are cut out one by one, on a grid of centimetres.
 const NARROWEST_M: f64 = 0.1;
 /// What lies so near a border lies on it, and openings so near each other are one (m).
@@ -68,7 +67,8 @@ impl Tile {
     }
 
     pub(crate) fn region(self) -> Region {
-        let corner = |column: i32, row: i32| Point { x: f64::from(column) * TILE_M, y: f64::from(row) * TILE_M };
+        let corner =
+            |column: i32, row: i32| Point { x: f64::from(column) * TILE_M, y: f64::from(row) * TILE_M };
         Region { min: corner(self.column, self.row), max: corner(self.column + 1, self.row + 1) }
     }
 
@@ -115,10 +115,12 @@ impl Doors {
         let count = list.len();
         let mut lengths_m = vec![f32::INFINITY; count * count];
         for (one, from) in list.iter().enumerate() {
-            for (other, to) in list.iter().enumerate().skip(one + 1).filter(|(_, to)| to.piece == from.piece) {
+            for (other, to) in list.iter().enumerate().skip(one + 1).filter(|(_, to)| to.piece == from.piece)
+            {
                 let length_m = length_m(room, (from.at, from.triangle), (to.at, to.triangle), cancel)?;
                 // To the metre at 20 km.
-                (lengths_m[one * count + other], lengths_m[other * count + one]) = (length_m as f32, length_m as f32);
+                (lengths_m[one * count + other], lengths_m[other * count + one]) =
+                    (length_m as f32, length_m as f32);
             }
         }
         Ok(Self { list, lengths_m, barriers: room.barriers() })
@@ -128,7 +130,9 @@ impl Doors {
     pub(crate) fn from(&self, door: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let count = self.list.len();
         let row = self.lengths_m[door * count..(door + 1) * count].iter();
-        row.enumerate().map(|(other, length_m)| (other, f64::from(*length_m))).filter(|(_, length_m)| length_m.is_finite())
+        row.enumerate()
+            .map(|(other, length_m)| (other, f64::from(*length_m)))
+            .filter(|(_, length_m)| length_m.is_finite())
     }
 
     /// The tile beyond a door.
@@ -138,7 +142,8 @@ impl Doors {
 
     /// Which doors of the tile beyond a door of another it leads to, and how far off they are (m).
     pub(crate) fn opposite<'a>(&'a self, door: &'a Door) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let meets = |one: &[f64; 2], other: &[f64; 2]| one[1].min(other[1]) - one[0].max(other[0]) > NARROWEST_M;
+        let meets =
+            |one: &[f64; 2], other: &[f64; 2]| one[1].min(other[1]) - one[0].max(other[0]) > NARROWEST_M;
         let leads = move |other: &&Door| {
             other.side == door.side.opposite()
                 && other.stretch == door.stretch
@@ -224,9 +229,11 @@ fn door(
         }
     }
     open.retain(|[from, to]| to - from > NARROWEST_M);
-    let widest = open.iter().copied().max_by(|one, other| (one[1] - one[0]).total_cmp(&(other[1] - other[0])))?;
+    let widest =
+        open.iter().copied().max_by(|one, other| (one[1] - one[0]).total_cmp(&(other[1] - other[0])))?;
     let middle = f64::midpoint(widest[0], widest[1]);
-    let (_, triangle) = parts.iter().find(|([from, to], _)| (from - SAME_M..=to + SAME_M).contains(&middle))?;
+    let (_, triangle) =
+        parts.iter().find(|([from, to], _)| (from - SAME_M..=to + SAME_M).contains(&middle))?;
     let Region { min, max } = room.region;
     let at = match side {
         Side::West => Point { x: min.x, y: middle },

@@ -28,6 +28,7 @@ mod mesh;
 mod nearby;
 mod needs;
 mod obstacles;
+mod outermost;
 mod parts;
 mod passable;
 mod plane;

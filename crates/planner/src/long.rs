@@ -6,6 +6,7 @@
 //! held against the depth index like any other. What is not certain is that no way outside of the corridor is shorter: the
 //! answer says so ([`Route::of_corridor`]).
 
+use crate::Cancel;
 use crate::corridor::{self, Foot, Found, WIDTHS};
 use crate::doors::{self, Doors, Tile};
 use crate::needs::Needs;
@@ -14,7 +15,6 @@ use crate::room::PlanError;
 use crate::route::{End, Question, Refusal, Request, Route};
 use crate::router::{Key, Router, Water, coarse_middle};
 use crate::zones::Zones;
-use crate::Cancel;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
@@ -69,7 +69,12 @@ pub(crate) struct Long<'a> {
 }
 
 impl<'a> Long<'a> {
-    pub(crate) fn new(router: &'a Router, request: &'a Request, needs: &'a Needs, cancel: &'a Cancel<'a>) -> Self {
+    pub(crate) fn new(
+        router: &'a Router,
+        request: &'a Request,
+        needs: &'a Needs,
+        cancel: &'a Cancel<'a>,
+    ) -> Self {
         let middle = coarse_middle(request, MIDDLES_M);
         Self { router, request, needs, cancel, middle, plane: Plane::new(middle) }
     }
@@ -109,15 +114,15 @@ impl<'a> Long<'a> {
         let [widest, ..] = &allowed[..] else { return Ok(None) };
         // As an end is dragged, the corridor changes by some tiles at its borders.
         let least = allowed.get(1).unwrap_or(widest);
-        let water = |tiles: &Arc<BTreeSet<Tile>>| Water::Tiles { middle: self.middle, tiles: Arc::clone(tiles) };
-        let holds = |kept: &Water| {
-            matches!(kept, Water::Tiles { middle, tiles } if *middle == self.middle && tiles.is_superset(least))
-        };
+        let water =
+            |tiles: &Arc<BTreeSet<Tile>>| Water::Tiles { middle: self.middle, tiles: Arc::clone(tiles) };
+        let holds = |kept: &Water| matches!(kept, Water::Tiles { middle, tiles } if *middle == self.middle && tiles.is_superset(least));
         let room = match self.router.kept_water(self.needs, holds) {
             Some(room) => room,
             None => self.router.room(self.key(water(widest)), self.cancel)?,
         };
-        let question = Question { room: &room, index: self.router.index(), request: self.request, cancel: self.cancel };
+        let question =
+            Question { room: &room, index: self.router.index(), request: self.request, cancel: self.cancel };
         Ok(Some(Route { of_corridor: true, ..question.answer()? }))
     }
 
@@ -142,7 +147,9 @@ impl<'a> Long<'a> {
             let (index, request, cancel) = (self.router.index(), self.request, self.cancel);
             // The tile has no open water near enough, so that its room says what is there.
             let closed = Question { room: &room, index, request, cancel }.closed(end);
-            return Err(closed.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into()));
+            return Err(
+                closed.unwrap_or_else(|| PlanError::Geometry("an end stands nowhere".to_owned()).into())
+            );
         }
         stands.sort_by(|one, other| one.moved_m.total_cmp(&other.moved_m));
         if which == Stands::Nearest {
@@ -165,8 +172,11 @@ impl<'a> Long<'a> {
         for tile in Tile::around(at, self.request.move_up_to_m) {
             let room = self.router.room(self.tile_key(tile), self.cancel)?;
             let near = room.mesh.nearest(at, self.request.move_up_to_m).into_iter();
-            stands.extend(near.map(|near| {
-                Stand { tile, at: near.at, triangle: near.triangle, moved_m: near.distance_m }
+            stands.extend(near.map(|near| Stand {
+                tile,
+                at: near.at,
+                triangle: near.triangle,
+                moved_m: near.distance_m,
             }));
         }
         Ok(stands)
@@ -194,7 +204,8 @@ impl<'a> Long<'a> {
             let room = self.router.room(self.tile_key(*tile), self.cancel)?;
             let [from, to] = [start.at, goal.at].map(|at| room.mesh.nearest(at, self.request.move_up_to_m));
             for (one, other) in from.iter().flat_map(|one| to.iter().map(move |other| (one, other))) {
-                let [from, to] = [one, other].map(|near| (room.mesh.within(near.triangle, near.at), near.triangle));
+                let [from, to] =
+                    [one, other].map(|near| (room.mesh.within(near.triangle, near.at), near.triangle));
                 let length_m = doors::length_m(&room, from, to, self.cancel)?;
                 if length_m.is_finite() {
                     return Ok(Some(length_m));
@@ -223,11 +234,16 @@ impl<'a> Long<'a> {
     /// What is known of this plane for these needs and zones, from now on the newest.
     fn known<'k>(&self, all: &'k mut Vec<Known>) -> &'k mut Known {
         let zones = self.router.zones();
-        let is_it =
-            |known: &Known| known.needs == *self.needs && known.middle == self.middle && known.zones == *zones;
+        let is_it = |known: &Known| {
+            known.needs == *self.needs && known.middle == self.middle && known.zones == *zones
+        };
         let known = all.iter().position(is_it).map(|at| all.remove(at));
-        let fresh =
-            || Known { needs: *self.needs, zones: Arc::clone(zones), middle: self.middle, tiles: HashMap::new() };
+        let fresh = || Known {
+            needs: *self.needs,
+            zones: Arc::clone(zones),
+            middle: self.middle,
+            tiles: HashMap::new(),
+        };
         let known = known.unwrap_or_else(fresh);
         if all.len() >= MOST_PLANES {
             all.remove(0);

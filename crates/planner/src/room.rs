@@ -286,8 +286,10 @@ impl Cutter<'_> {
         // A large region's memory is what counts aboard, and this is in the plane by now.
         drop(barriers);
         let borders = zones.borders(plane);
-        let cuts =
-            [Cut { lines: &lines, clearance_m }, Cut { lines: &borders, clearance_m: zones.margin_m() }];
+        let cuts = [
+            Cut { lines: &lines, clearance_m, closed_m: Some(reach_m) },
+            Cut { lines: &borders, clearance_m: zones.margin_m(), closed_m: None },
+        ];
         Ok((cut_out(region, &cuts, cancel)?, lines))
     }
 }
@@ -335,7 +337,8 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     }
     if found.east_deg - found.west_deg > 350.0 || found.north_deg > 88.0 || found.south_deg < -88.0 {
         // Around a pole, which may lie within.
-        let (south_deg, north_deg) = if middle.lat_deg() > 0.0 { (found.south_deg, 90.0) } else { (-90.0, found.north_deg) };
+        let (south_deg, north_deg) =
+            if middle.lat_deg() > 0.0 { (found.south_deg, 90.0) } else { (-90.0, found.north_deg) };
         return GeoBox { west_deg: -180.0, east_deg: 180.0, south_deg, north_deg };
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();

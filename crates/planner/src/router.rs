@@ -314,9 +314,8 @@ impl Router {
     /// Water that is kept for these needs and these zones, if some is what is wanted.
     pub(crate) fn kept_water(&self, needs: &Needs, wanted: impl Fn(&Water) -> bool) -> Option<Arc<SeaRoom>> {
         let mut rooms = self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_it = |Key { needs: held, zones, water }: &Key| {
-            held == needs && *zones == self.zones && wanted(water)
-        };
+        let is_it =
+            |Key { needs: held, zones, water }: &Key| held == needs && *zones == self.zones && wanted(water);
         let at = rooms.iter().position(|kept| is_it(&kept.key))?;
         let kept = rooms.remove(at);
         rooms.push(kept.clone());
