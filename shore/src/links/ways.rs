@@ -44,7 +44,7 @@ impl Task {
     }
 
     /// The figures of a report. Ways that are not in it are up no more, and carry nothing.
-    fn figures_of(&self, report: &WaysReport) {
+    fn figures_of(&mut self, report: &WaysReport) {
         let vessel = self.vessel.to_string();
         for (place, way) in (0..).zip(&report.ways) {
             if self.named.has(&vessel, &way.name) {

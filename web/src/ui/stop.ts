@@ -46,7 +46,7 @@ export interface Stop {
   /** What vessels say, in which the effect of a stop is looked for. */
   frame(frame: LiveFrame): void;
   /** All that there are, of which those are offered that the person may stop. */
-  vessels(systems: readonly System[]): void;
+  vessels(systems: readonly System[], linked: boolean): void;
 }
 
 /**
