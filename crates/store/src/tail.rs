@@ -30,6 +30,7 @@ pub struct Tail {
     file: PathBuf,
     target: String,
     carried: BTreeMap<DayKey, Lengths>,
+    note: String,
     is_new: bool,
 }
 
@@ -46,6 +47,7 @@ impl Tail {
             file,
             target: target.to_owned(),
             carried: BTreeMap::new(),
+            note: String::new(),
             is_new: true,
         };
         let text = match fs::read(&tail.file) {
@@ -57,9 +59,20 @@ impl Tail {
         if saved.get("target").and_then(Value::as_str) == Some(target) {
             let days = saved.get("days").and_then(Value::as_object).ok_or_else(damaged)?;
             tail.carried = days.iter().map(day).collect::<Option<_>>().ok_or_else(damaged)?;
+            saved.get("note").and_then(Value::as_str).unwrap_or_default().clone_into(&mut tail.note);
             tail.is_new = false;
         }
         Ok(tail)
+    }
+
+    /// What was noted for this target; empty where nothing was.
+    pub fn note(&self) -> &str {
+        &self.note
+    }
+
+    /// Notes something for this target. It is written with the next place that was carried.
+    pub fn set_note(&mut self, note: String) {
+        self.note = note;
     }
 
     /// Whether it has neither carried nor passed over anything for this target yet.
@@ -131,7 +144,7 @@ impl Tail {
         self.is_new = false;
         let days: Map<String, Value> =
             self.carried.iter().map(|(key, at)| (key.name(), json!([at.data, at.arrivals]))).collect();
-        let text = json!({ "target": self.target, "days": days }).to_string();
+        let text = json!({ "target": self.target, "days": days, "note": self.note }).to_string();
         let write = || {
             let new = self.file.with_extension("json.new");
             fs::create_dir_all(self.file.parent().unwrap_or(&self.file))?;
@@ -244,6 +257,20 @@ mod tests {
         let mut tail = open();
         assert!(!tail.is_new());
         assert_eq!(carry(&mut tail, &store.marks(), 9), [2.0, 3.0]);
+    }
+
+    #[test]
+    fn a_note_stays_with_the_place_of_its_target() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(folder.path()).unwrap();
+        accept(&mut store, 0x2810, 1);
+        store.sync().unwrap();
+        let mut tail = Tail::open(folder.path(), "test", "there").unwrap();
+        assert_eq!(tail.note(), "");
+        tail.set_note("it took \"a\"".to_owned());
+        carry(&mut tail, &store.marks(), 9);
+        assert_eq!(Tail::open(folder.path(), "test", "there").unwrap().note(), "it took \"a\"");
+        assert_eq!(Tail::open(folder.path(), "test", "elsewhere").unwrap().note(), "");
     }
 
     #[test]

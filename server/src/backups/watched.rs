@@ -104,39 +104,42 @@ impl Watched {
 
     /// Looks until the server ends.
     pub(crate) async fn keep(self, config: Arc<Config>, clock: clock::Clock, stop: CancellationToken) {
-        let its = Arc::clone(&config);
-        let look = move || Seen::look(&its, clock.utc());
-        self.keep_by(look, &config, (LOOK_EVERY, LOOK_WITHIN), stop).await;
-    }
-
-    async fn keep_by(
-        self,
-        look: impl Fn() -> Seen + Clone + Send + 'static,
-        config: &Config,
-        (every, within): (Duration, Duration),
-        stop: CancellationToken,
-    ) {
-        let mut every = tokio::time::interval(every);
+        let mut every = tokio::time::interval(LOOK_EVERY);
         every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         while stop.run_until_cancelled(every.tick()).await.is_some() {
-            let (sender, mut looked) = oneshot::channel();
-            if let Err(error) = begin(look.clone(), move |seen| drop(sender.send(seen))) {
-                tracing::error!(%error, "there is no thread to look at the backup with; tried again");
-                continue;
-            }
-            let in_time = stop.run_until_cancelled(tokio::time::timeout(within, &mut looked)).await;
-            let seen = match in_time {
-                None => return,
-                Some(Ok(seen)) => seen,
-                Some(Err(_)) => {
-                    self.take(Seen::hangs(config));
-                    // The next look begins when this one has come back, however long that takes.
-                    let Some(seen) = stop.run_until_cancelled(looked).await else { return };
-                    seen
-                }
-            };
-            self.take(seen.unwrap_or_else(|_| Seen::not(FAULT.to_owned())));
+            let (its, clock) = (Arc::clone(&config), clock.clone());
+            let look = move || Seen::look(&its, clock.utc());
+            let limit = tokio::time::sleep(LOOK_WITHIN);
+            stop.run_until_cancelled(self.look(look, limit, &config)).await;
         }
+    }
+
+    /// Looks once. At the `limit` it says that the disk hangs; it comes to its end when the look has come back, however long that
+    /// takes, so no other begins before.
+    async fn look(
+        &self,
+        look: impl FnOnce() -> Seen + Send + 'static,
+        limit: impl Future<Output = ()>,
+        config: &Config,
+    ) {
+        let (sender, mut looked) = oneshot::channel();
+        if let Err(error) = begin(look, move |seen| drop(sender.send(seen))) {
+            tracing::error!(%error, "there is no thread to look at the backup with; tried again");
+            return;
+        }
+        let in_time = tokio::select! {
+            biased;
+            seen = &mut looked => Some(seen),
+            () = limit => None,
+        };
+        let seen = match in_time {
+            Some(seen) => seen,
+            None => {
+                self.take(Seen::hangs(config));
+                looked.await
+            }
+        };
+        self.take(seen.unwrap_or_else(|_| Seen::not(FAULT.to_owned())));
     }
 
     /// Takes over what was found. When the last one was made stays known while it cannot be reached, so that its age grows on.
@@ -158,8 +161,6 @@ impl Watched {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Mutex;
-    use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn well(made: i64) -> Seen {
         let retention = Check {
@@ -186,33 +187,24 @@ mod tests {
         let mut config = Config::default();
         config.backup.folder = "/mnt/hangs".into();
         let (release, hangs) = mpsc::channel::<()>();
-        let (hangs, looks) = (Arc::new(Mutex::new(hangs)), Arc::new(AtomicUsize::new(0)));
-        let (its, counted) = (Arc::clone(&hangs), Arc::clone(&looks));
         let look = move || {
-            counted.fetch_add(1, Ordering::SeqCst);
-            its.lock().unwrap().recv().ok();
+            hangs.recv().ok();
             well(9)
         };
-        let (watched, stop) = (Watched::new(), CancellationToken::new());
+        let watched = Watched::new();
         assert!(watched.checks(&config)[0].found.contains("is being looked at"));
-        let (mut seen, keeper, its_config) = (watched.0.subscribe(), watched.clone(), config.clone());
-        let its_stop = stop.clone();
-        let times = (Duration::from_millis(1), Duration::ZERO);
-        let kept = tokio::spawn(async move { keeper.keep_by(look, &its_config, times, its_stop).await });
+        let (mut seen, its, its_config) = (watched.0.subscribe(), watched.clone(), config.clone());
+        // The limit is reached at once.
+        let looks = tokio::spawn(async move { its.look(look, std::future::ready(()), &its_config).await });
         seen.changed().await.unwrap();
         for check in watched.checks(&config) {
             assert!(check.found.contains("/mnt/hangs does not answer"), "{}", check.found);
             assert_eq!(check.health, Health::Warning);
         }
-        // Many times of a look later.
-        for _ in 0..20 {
-            tokio::time::sleep(Duration::from_millis(1)).await;
-        }
-        assert_eq!(looks.load(Ordering::SeqCst), 1);
+        tokio::task::yield_now().await;
+        assert!(!looks.is_finished(), "the next look would begin");
         release.send(()).unwrap();
-        seen.changed().await.unwrap();
+        looks.await.unwrap();
         assert_eq!(watched.state(), Some(well(9).state));
-        stop.cancel();
-        kept.await.unwrap();
     }
 }

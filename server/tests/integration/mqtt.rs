@@ -4,6 +4,7 @@
 use crate::support::browser::{Browser, ask};
 use crate::support::program::{Line, Process, SERVER, Server, add_admin, run, until};
 use crate::support::{CONSOLE, Client, OTTER, archive_of, archived_packets, packet};
+use imc::Address;
 use imc::messages::{LogBookEntry, Pressure, Temperature};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -299,4 +300,39 @@ async fn what_a_broker_refuses_for_good_holds_up_nothing_and_a_broker_that_moved
     caught_up(&server).await;
     until("published", || (subscriber.values().len() >= 50).then_some(())).await;
     assert!((600..650).all(|number| subscriber.values().contains(&number)));
+}
+
+/// Packets of the vessel with the lower address come first at each look: while they are denied the other one is published, also by a
+/// server that was just started.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_vessel_that_the_broker_denies_holds_up_no_other_over_a_restart() {
+    const OTHER: Address = Address(OTTER.0 + 1);
+    let scratch = TempDir::new().unwrap();
+    let data = scratch.path().join("data");
+    let rules = scratch.path().join("rules");
+    fs::write(&rules, "topic readwrite #\ntopic deny lutra/0x2810/#\n").unwrap();
+    let Some(broker) = Broker::start(&format!("allow_anonymous true\nacl_file {}", rules.display())).await
+    else {
+        return;
+    };
+    let url = format!("mqtt://{}", broker.address);
+    let mut server = serve(&data, &url, &[]);
+    let subscriber = broker.subscribe().await;
+    // In the first round the broker takes something first.
+    let (kept, refused) = ((OTHER, "kept"), (OTTER, "refused"));
+    for (round, vessels) in [[kept, refused], [refused, kept]].into_iter().enumerate() {
+        let mut client = Client::connect(server.proxy).await;
+        for (vessel, what) in vessels {
+            let value = Temperature { value: round as f32 };
+            client.say(&packet(vessel, CONSOLE, START_S + round as f64, value)).await;
+            let figure = format!("lutra_sink_lines_total{{sink=\"mqtt\",what=\"{what}\"}} 1\n");
+            until(what, || ask(server.web, "/metrics").1.contains(&figure).then_some(())).await;
+        }
+        server.process.terminate();
+        server = serve(&data, &url, &[]);
+    }
+    let came =
+        |value: &str| subscriber.lines().iter().any(|line| line.contains("/0x2811/") && line.contains(value));
+    until("published", || (came(r#""value":0"#) && came(r#""value":1"#)).then_some(())).await;
+    assert!(subscriber.lines().iter().all(|line| !line.contains("/0x2810/")));
 }

@@ -45,6 +45,14 @@ pub(crate) trait Sink: Send + 'static {
         self.target()
     }
 
+    /// What is kept beside the cursor, for [`Sink::resume`] after a restart; empty for nothing.
+    fn note(&self) -> String {
+        String::new()
+    }
+
+    /// What [`Sink::note`] said when the cursor was kept last; called once, at the start.
+    fn resume(&mut self, _note: &str) {}
+
     /// Whether it gets what the archive had before it was configured.
     fn wants_the_past(&self) -> bool;
 
@@ -103,9 +111,10 @@ impl<S: Sink> Carrier<S> {
     ///
     /// # Errors
     /// The file of the cursor holds something else.
-    pub(crate) fn new(sink: S, data: &Path, recorder: Recorder, clock: Clock) -> anyhow::Result<Self> {
+    pub(crate) fn new(mut sink: S, data: &Path, recorder: Recorder, clock: Clock) -> anyhow::Result<Self> {
         let target = sink.target();
         let tail = Tail::open(data, S::NAME, &sink.cursor())?;
+        sink.resume(tail.note());
         let state = SinkState { kind: S::TITLE, target: target.clone(), ..SinkState::default() };
         let state = watch::Sender::new(state);
         Ok(Self { sink, tail, recorder, target, again: None, has_said_refused: false, clock, state })
@@ -175,6 +184,7 @@ impl<S: Sink> Carrier<S> {
             self.sink.write(&batch.items).await?;
             let refused = self.sink.flush().await?;
             self.kept(batch.items.len() as u64, refused);
+            self.tail.set_note(self.sink.note());
             self.tail.carried(batch.place, &marks)?;
             self.publish_behind(&marks);
         }

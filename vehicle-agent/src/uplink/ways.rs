@@ -112,43 +112,66 @@ pub(super) fn load(folder: &Path, ways: &mut [Door]) {
 pub(super) struct Ledger {
     folder: PathBuf,
     ways: Vec<Door>,
-    /// As it is on the disk.
-    used: Vec<Used>,
+    /// As it is on the disk, or on its way there; `None` where the disk did not take it.
+    used: Option<Vec<Used>>,
     next: MonoTime,
-    keeping: Option<JoinHandle<io::Result<()>>>,
+    keeping: Option<Keeping>,
 }
+
+type Save = Box<dyn FnOnce() -> io::Result<()> + Send>;
+type Keeping = JoinHandle<io::Result<()>>;
 
 impl Ledger {
     /// Of these ways, with what they had carried.
     pub(super) fn new(now: MonoTime, folder: &Path, ways: &[Door]) -> Self {
         let used = ways.iter().map(|door| door.way.used).collect();
-        Self { folder: folder.to_owned(), ways: ways.to_vec(), used, next: now + KEPT_EVERY, keeping: None }
+        let (folder, ways, used) = (folder.to_owned(), ways.to_vec(), Some(used));
+        Self { folder, ways, used, next: now + KEPT_EVERY, keeping: None }
     }
 
     /// Keeps it where that is due: now and then, and `at_end` of the program.
     ///
     /// # Errors
-    /// When the disk did not take it the last time.
+    /// When the disk did not take it the last time, or there is no thread for it now. It is tried again when it is due next.
     pub(super) fn keep(&mut self, now: MonoTime, used: Vec<Used>, at_end: bool) -> io::Result<()> {
+        let spawn = |save: Save| std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(save);
+        self.keep_by(spawn, now, used, at_end)
+    }
+
+    fn keep_by(
+        &mut self,
+        spawn: impl FnOnce(Save) -> io::Result<Keeping>,
+        now: MonoTime,
+        used: Vec<Used>,
+        at_end: bool,
+    ) -> io::Result<()> {
         let is_metered = self.ways.iter().any(|door| door.way.metered);
         if !is_metered || !(at_end || now >= self.next) {
             return Ok(());
         }
         self.next = now + KEPT_EVERY;
-        if used == self.used || !(at_end || self.keeping.as_ref().is_none_or(JoinHandle::is_finished)) {
+        // What is under way is of earlier: it must not come last.
+        if !(at_end || self.keeping.as_ref().is_none_or(Keeping::is_finished)) {
             return Ok(());
         }
-        // What is under way is of earlier: it must not come last.
-        let before = self.keeping.take().map_or(Ok(Ok(())), JoinHandle::join);
-        let (folder, ways) = (self.folder.clone(), self.ways.clone());
-        self.used.clone_from(&used);
-        let save = move || save(&folder, &ways, &used);
+        let fault = |_| Err(io::Error::other("the thread that keeps what ways carried ended by a fault"));
+        let before = self.keeping.take().map_or(Ok(()), |keeping| keeping.join().unwrap_or_else(fault));
+        if before.is_err() {
+            self.used = None;
+        }
+        if self.used.as_ref() == Some(&used) {
+            return before;
+        }
+        let (folder, ways, its) = (self.folder.clone(), self.ways.clone(), used.clone());
+        let save = move || save(&folder, &ways, &its);
         if at_end {
             return save();
         }
         // A disk may take long, and live values do not wait for it.
-        self.keeping = std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(save).ok();
-        before.unwrap_or(Ok(()))
+        self.used = None;
+        self.keeping = Some(spawn(Box::new(save))?);
+        self.used = Some(used);
+        before
     }
 }
 
@@ -183,6 +206,42 @@ mod tests {
         assert_eq!(ways[1].way.used, Used::default());
         std::fs::write(folder.path().join(FILE), "rubbish\n1 x 4G\n\n").unwrap();
         load(folder.path(), &mut ways);
+    }
+
+    #[test]
+    fn what_the_disk_did_not_take_is_kept_later_although_nothing_was_carried_since() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("missing");
+        let mut metered = door("4G");
+        metered.way.metered = true;
+        let mut now = MonoTime::default();
+        let mut ledger = Ledger::new(now, &missing, &[metered.clone()]);
+        let used = vec![Used { day: 20_000, bytes: 7 }];
+        let mut keep = |ledger: &mut Ledger, has_thread: bool| {
+            now = now + KEPT_EVERY;
+            // The disk answers at once.
+            let spawn = |save: Save| -> io::Result<Keeping> {
+                if !has_thread {
+                    return Err(io::Error::other("no thread"));
+                }
+                let thread = std::thread::spawn(save);
+                while !thread.is_finished() {
+                    std::thread::yield_now();
+                }
+                Ok(thread)
+            };
+            ledger.keep_by(spawn, now, used.clone(), false)
+        };
+        assert_eq!(keep(&mut ledger, false).unwrap_err().to_string(), "no thread");
+        keep(&mut ledger, true).unwrap();
+        // It says that the folder is missing, and tries again.
+        assert_eq!(keep(&mut ledger, true).unwrap_err().kind(), io::ErrorKind::NotFound);
+        std::fs::create_dir(&missing).unwrap();
+        assert!(keep(&mut ledger, true).is_err(), "of the time before");
+        keep(&mut ledger, true).unwrap();
+        let mut ways = [metered];
+        load(&missing, &mut ways);
+        assert_eq!(ways[0].way.used, used[0]);
     }
 
     #[test]

@@ -325,7 +325,7 @@ pub(crate) fn is_name(text: &str) -> bool {
 }
 
 /// A DNS name or an address, without anything around it.
-fn is_host(text: &str) -> bool {
+pub(super) fn is_host(text: &str) -> bool {
     let label = |label: &str| {
         (1..=63).contains(&label.len())
             && label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')

@@ -82,6 +82,8 @@ fn what_is_wrong_with_a_way_is_told_with_its_line() {
         ("daily_budget_mib = 0", "0 cannot be"),
         ("metred = true", "did you mean `metered`"),
         ("url = \"https://lutra.example.org\"", "no address of the vessel link"),
+        ("url = \"ws:///link\"", "no address of the vessel link"),
+        ("url = \"ws://lutra.example.org:99999/link\"", "no address of the vessel link"),
         ("url = \"wss://lutra.example.org/link\"", "encrypted = true"),
         ("metered = 1", "true or false"),
     ] {
@@ -92,6 +94,15 @@ fn what_is_wrong_with_a_way_is_told_with_its_line() {
     let problems = Fleet::read(&format!("{EXAMPLE}{many}")).unwrap_err();
     let all: Vec<String> = problems.iter().map(ToString::to_string).collect();
     assert!(all[0].contains("two are called") && all.last().unwrap().contains("more than 8 ways"), "{all:?}");
+    let alike = "[[vessel.ways]]\nname = \"4G\"\n[[vessel.ways]]\nname = \" 4G \"\n";
+    let problems = Fleet::read(&format!("{EXAMPLE}{alike}")).unwrap_err();
+    assert!(problems.iter().any(|one| one.to_string().contains("two are called \"4G\"")), "{problems:#?}");
+    for taken in ["GPS", " Receiver ", "Lutra Link"] {
+        let problems = Fleet::read(&format!("{EXAMPLE}[[vessel.ways]]\nname = \"{taken}\"\n")).unwrap_err();
+        assert_eq!((problems.len(), problems[0].line), (1, EXAMPLE.lines().count() + 2));
+        let text = problems[0].to_string();
+        assert!(text.contains("another task aboard is called") && text.contains(taken.trim()), "{text}");
+    }
     let nameless =
         Fleet::read(&format!("{EXAMPLE}[[vessel.ways]]\nname = \"{}\"\n[[vessel.ways]]\n", "x".repeat(33)));
     let all: Vec<String> = nameless.unwrap_err().iter().map(ToString::to_string).collect();

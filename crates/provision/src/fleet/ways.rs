@@ -1,7 +1,8 @@
 //! The ways by which a vessel reaches the shore, such as 4G and a radio: the agent's `[Transports.LutraWay/…]`.
 
 use super::fields::{Fields, Found, Report, ip_of, line};
-use std::net::IpAddr;
+use super::read::is_host;
+use std::net::{IpAddr, Ipv6Addr};
 use toml::de::DeTable;
 
 /// What the agent takes at most (`link::MOST_WAYS`, `link::MOST_WAY_NAME_BYTES`, and IFNAMSIZ of Linux without its end).
@@ -12,6 +13,50 @@ const INTERFACE_BYTES: usize = 15;
 const MOST_BUDGET_MIB: u32 = 1 << 20;
 
 const WAY: [&str; 6] = ["name", "url", "interface", "source_address", "metered", "daily_budget_mib"];
+
+/// What other tasks of the packaged configuration (`vehicle-agent/etc/otter.ini`) are called: a vessel's labels are unique.
+const LABELS: [&str; 40] = [
+    "Announce",
+    "Clock",
+    "Course & Speed Controller",
+    "Direction & Speed Controller",
+    "Entity Monitor",
+    "Follow Reference Maneuver",
+    "Follow System Maneuver",
+    "Follow Trajectory Maneuver",
+    "Fuel Level",
+    "GPS",
+    "Grounding Supervisor",
+    "Host Resources",
+    "Log Book",
+    "Logger",
+    "LostComms Supervisor",
+    "Lutra Link",
+    "Mainboard (Core)",
+    "Motor 0",
+    "Motor 1",
+    "Multiplexer Maneuver",
+    "Navigation",
+    "Operational Limits",
+    "Path Control",
+    "Plan Database",
+    "Plan Engine",
+    "Receiver",
+    "Remote Control",
+    "Rows Coverage Maneuver",
+    "Signal Light",
+    "Simulation Engine",
+    "SoundSpeedCalculator",
+    "Stream Velocity Simulator",
+    "TBLive",
+    "TCP Server",
+    "Tagged Fish",
+    "Teleoperation Maneuver",
+    "Torqeedo",
+    "UDP",
+    "Vehicle Supervisor",
+    "Watchdog",
+];
 
 /// One way to the shore.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,10 +100,7 @@ pub(super) fn ways(report: &mut Report<'_>, fields: &Fields<'_, '_>, encrypted: 
 fn way(report: &mut Report<'_>, table: Found<&DeTable<'_>>, place: String, encrypted: bool) -> Option<Way> {
     let way = Fields::new(report, table, place, &WAY);
     way.require(report, "name", "\"4G\"");
-    let name = line(report, &way, "name");
-    if let Some(found) = name.filter(|found| found.value.len() > NAME_BYTES) {
-        way.wrong(report, found.at, "name", "too long", format!("take at most {NAME_BYTES} bytes"));
-    }
+    let name = name(report, &way);
     let interface = line(report, &way, "interface");
     let fits = |name: &str| name.len() <= INTERFACE_BYTES && !name.contains(['/', ' ']);
     if let Some(found) = interface.filter(|found| !fits(found.value)) {
@@ -76,7 +118,7 @@ fn way(report: &mut Report<'_>, table: Found<&DeTable<'_>>, place: String, encry
     }
     let url = url(report, &way, encrypted);
     Some(Way {
-        name: name?.value.to_owned(),
+        name: name?,
         url,
         interface: interface.map(|found| found.value.to_owned()),
         source_address: source_address.map(|found| found.value),
@@ -85,15 +127,96 @@ fn way(report: &mut Report<'_>, table: Found<&DeTable<'_>>, place: String, encry
     })
 }
 
+/// The name, as the agent reads it: without spaces around it.
+fn name(report: &mut Report<'_>, way: &Fields<'_, '_>) -> Option<String> {
+    let found = line(report, way, "name")?;
+    let name = found.value.trim();
+    if name.len() > NAME_BYTES {
+        way.wrong(report, found.at, "name", "too long", format!("take at most {NAME_BYTES} bytes"));
+    }
+    if LABELS.contains(&name) {
+        let text = format!("another task aboard is called {name:?}");
+        way.wrong(report, found.at, "name", text, "give the way a name of its own, such as \"4G\"");
+    }
+    Some(name.to_owned())
+}
+
 fn url(report: &mut Report<'_>, way: &Fields<'_, '_>, encrypted: bool) -> Option<String> {
     let found = line(report, way, "url")?;
-    let is_secure = found.value.starts_with("wss://");
-    if !is_secure && !found.value.starts_with("ws://") {
-        let text = format!("{:?} is no address of the vessel link", found.value);
-        way.wrong(report, found.at, "url", text, "write one like wss://lutra.example.org/link");
-    } else if is_secure && !encrypted {
+    let url = found.value.trim();
+    let (secure, plain) = (url.strip_prefix("wss://"), url.strip_prefix("ws://"));
+    if !secure.or(plain).is_some_and(is_place) {
+        let text = format!("{url:?} is no address of the vessel link");
+        let remedy = "write one with host, port where it is another than the usual one, and path, like \
+                      wss://lutra.example.org/link";
+        way.wrong(report, found.at, "url", text, remedy);
+    } else if secure.is_some() && !encrypted {
         let text = "wss needs the certificate that vessels trust, and the link of this fleet has none";
         way.wrong(report, found.at, "url", text, "set encrypted = true below [server], or write ws://");
     }
-    Some(found.value.to_owned())
+    Some(url.to_owned())
+}
+
+/// Whether it is a host, a port if need be, and a path.
+fn is_place(text: &str) -> bool {
+    let Some((authority, path)) = text.split_once('/') else { return false };
+    let (host, port) = match authority.rsplit_once(':') {
+        // A colon within brackets is of an address of IPv6.
+        Some((host, port)) if !port.ends_with(']') => (host, Some(port)),
+        _ => (authority, None),
+    };
+    let address = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
+    let good_host = address
+        .map_or_else(|| !host.contains(':') && is_host(host), |address| address.parse::<Ipv6Addr>().is_ok());
+    let is_port = |port: &str| {
+        port.bytes().all(|byte| byte.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|port| port > 0)
+    };
+    let good_path = !path.is_empty() && path.bytes().all(|byte| byte.is_ascii_graphic());
+    good_host && port.is_none_or(is_port) && good_path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    const AGENT: &str = include_str!("../../../../vehicle-agent/etc/otter.ini");
+
+    #[test]
+    fn names_of_other_tasks_are_those_of_the_packaged_configuration() {
+        let labels: BTreeSet<_> =
+            AGENT.lines().filter_map(|line| line.strip_prefix("Entity Label = ")).map(str::trim).collect();
+        // That of ways themselves.
+        let others: Vec<_> = labels.into_iter().filter(|label| *label != "Way").collect();
+        assert_eq!(others, LABELS);
+    }
+
+    #[test]
+    fn an_address_has_a_host_a_port_and_a_path_that_can_be() {
+        for good in
+            ["lutra.example.org/link", "192.0.2.1:8080/link", "[2001:db8::1]/link", "[2001:db8::1]:1/a/b?c"]
+        {
+            assert!(is_place(good), "{good}");
+        }
+        for bad in [
+            "",
+            "/link",
+            ":8080/link",
+            "host",
+            "host/",
+            "host:8080",
+            "host:/link",
+            "host:0/link",
+            "host:+80/link",
+            "host:65536/link",
+            "host:web/link",
+            "a host/link",
+            "user@host/link",
+            "2001:db8::1/link",
+            "[192.0.2.1]/link",
+            "host/a link",
+        ] {
+            assert!(!is_place(bad), "{bad}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //! rumqttc would connect again by itself and send again what it holds. Here a connection that is lost is given up instead, with
 //! all that waits in it: the carrier sends the batch again from the archive, so nothing is held in two places.
 
-use super::under_way::{Refusal, UnderWay};
+use super::under_way::{Ended, Refusal, UnderWay};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use rumqttc::Outgoing;
 use rumqttc::v5::mqttbytes::v5::{
@@ -11,6 +11,7 @@ use rumqttc::v5::mqttbytes::v5::{
 };
 use rumqttc::v5::mqttbytes::{self, QoS};
 use rumqttc::v5::{AsyncClient, ConnectionError, Event, EventLoop, MqttOptions, StateError};
+use std::collections::VecDeque;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -107,16 +108,16 @@ impl Connection {
         said.context("the connection is lost")
     }
 
-    /// Waits for what it says next of what is under way. Answers why the broker ended the connection over one of the messages,
-    /// if it did.
+    /// Waits for what it says next of what is under way. Answers how the connection ended, where that may be over one of the
+    /// messages.
     ///
     /// # Errors
-    /// It is lost otherwise, says nothing for too long, or takes nothing now.
-    pub(super) async fn listen(&mut self, under_way: &mut UnderWay) -> anyhow::Result<Option<Refusal>> {
+    /// The broker ends it for another reason, says nothing for too long, or takes nothing now.
+    pub(super) async fn listen(&mut self, under_way: &mut UnderWay) -> anyhow::Result<Option<Ended>> {
         match self.hear().await? {
             Said::Sent(packet) => under_way.sent(packet),
             Said::Confirmed(packet, reason) => under_way.confirmed(packet, reason)?,
-            Said::Lost(error) => return refusal(&error).map(Some).ok_or_else(|| why(&error)),
+            Said::Lost(error) => return ended(&error).map(Some).ok_or_else(|| why(&error)),
             _ => {}
         }
         Ok(None)
@@ -159,52 +160,66 @@ impl Connection {
 /// Polls until the connection is lost or nobody listens.
 async fn poll(mut events: EventLoop, says: mpsc::Sender<Said>) {
     loop {
-        let said = match events.poll().await {
-            Err(error) => Said::Lost(error),
-            Ok(Event::Outgoing(Outgoing::Publish(packet))) => Said::Sent(packet),
-            Ok(Event::Incoming(packet)) => match packet {
-                Packet::ConnAck(answer) => {
-                    let properties = answer.properties.as_ref();
-                    let retains = properties.and_then(|properties| properties.retain_available) != Some(0);
-                    Said::Connected(properties.and_then(|properties| properties.max_packet_size), retains)
-                }
-                Packet::PubAck(answer) => Said::Confirmed(answer.pkid, answer.reason),
-                Packet::Publish(held) if held.retain => {
-                    Said::Held(String::from_utf8_lossy(&held.topic).into_owned(), held.payload.to_vec())
-                }
-                Packet::SubAck(answer) => Said::Subscribed(
-                    answer.return_codes.iter().all(|code| matches!(code, SubscribeReasonCode::Success(_))),
-                ),
-                Packet::UnsubAck(_) => Said::Unsubscribed,
-                _ => continue,
-            },
-            Ok(_) => continue,
+        // What came in one read with the end waits there, and would be handed out with another connection only.
+        let (all, lost) = match events.poll().await {
+            Ok(event) => (VecDeque::from([event]), None),
+            Err(error) => (std::mem::take(&mut events.state.events), Some(error)),
         };
-        let is_lost = matches!(said, Said::Lost(_));
-        if says.send(said).await.is_err() || is_lost {
+        let is_lost = lost.is_some();
+        for said in all.into_iter().filter_map(heard).chain(lost.map(Said::Lost)) {
+            if says.send(said).await.is_err() {
+                return;
+            }
+        }
+        if is_lost {
             return;
         }
     }
 }
 
-/// Why the broker refuses one of the messages under way for good, where that ended the connection. Of *packet too large* in its
-/// answer to a message (Mosquitto's `message_size_limit`) rumqttc knows nothing: it gives the connection up, and speaks of a code of
-/// *connect*.
-fn refusal(error: &ConnectionError) -> Option<Refusal> {
-    use DisconnectReasonCode::{NotAuthorized, PacketTooLarge, PayloadFormatInvalid, TopicNameInvalid};
-    let ConnectionError::MqttState(state) = error else { return None };
-    match state {
-        StateError::Deserialization(mqttbytes::Error::InvalidConnectReturnCode(PACKET_TOO_LARGE)) => {
-            Some(Refusal::TooLarge)
+/// What an event says, if anything.
+fn heard(event: Event) -> Option<Said> {
+    let packet = match event {
+        Event::Outgoing(Outgoing::Publish(packet)) => return Some(Said::Sent(packet)),
+        Event::Outgoing(_) => return None,
+        Event::Incoming(packet) => packet,
+    };
+    Some(match packet {
+        Packet::ConnAck(answer) => {
+            let properties = answer.properties.as_ref();
+            let retains = properties.and_then(|properties| properties.retain_available) != Some(0);
+            Said::Connected(properties.and_then(|properties| properties.max_packet_size), retains)
         }
-        StateError::ServerDisconnect { reason_code, .. } => match reason_code {
-            PacketTooLarge => Some(Refusal::TooLarge),
-            NotAuthorized => Some(Refusal::Denied),
-            TopicNameInvalid | PayloadFormatInvalid => Some(Refusal::Invalid(format!("{reason_code:?}"))),
-            _ => None,
+        Packet::PubAck(answer) => Said::Confirmed(answer.pkid, answer.reason),
+        Packet::Publish(held) if held.retain => {
+            Said::Held(String::from_utf8_lossy(&held.topic).into_owned(), held.payload.to_vec())
+        }
+        Packet::SubAck(answer) => Said::Subscribed(
+            answer.return_codes.iter().all(|code| matches!(code, SubscribeReasonCode::Success(_))),
+        ),
+        Packet::UnsubAck(_) => Said::Unsubscribed,
+        _ => return None,
+    })
+}
+
+/// How the end of a connection concerns the messages under way; `None` where the broker gives another reason. Of *packet too
+/// large* in its answer to a message (Mosquitto's `message_size_limit`, which is of payloads) rumqttc knows nothing: it gives the
+/// connection up, and speaks of a code of *connect*.
+fn ended(error: &ConnectionError) -> Option<Ended> {
+    use DisconnectReasonCode::{NotAuthorized, PacketTooLarge, PayloadFormatInvalid, TopicNameInvalid};
+    let refusal = match error {
+        ConnectionError::MqttState(StateError::Deserialization(
+            mqttbytes::Error::InvalidConnectReturnCode(PACKET_TOO_LARGE),
+        )) => Refusal::TooLarge,
+        ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, .. }) => match reason_code {
+            PacketTooLarge => Refusal::PacketTooLarge,
+            NotAuthorized => Refusal::Denied,
+            TopicNameInvalid | PayloadFormatInvalid => Refusal::Invalid(format!("{reason_code:?}")),
+            _ => return None,
         },
-        _ => None,
-    }
+        _ => return Some(Ended::Lost(why(error))),
+    };
+    Some(Ended::Refused(refusal))
 }
 
 /// An error of a connection, with what to do about it where that is known.

@@ -4,30 +4,36 @@
 //! each topic is retained, so that who subscribes has it at once; see [`retained`]. Before the first message of a vessel since the
 //! start, what the broker holds of it is read, so that a restart takes nothing back.
 
+mod access;
+#[cfg(test)]
+mod broker;
 mod connection;
+mod largest;
 mod message;
 mod options;
 mod retained;
+#[cfg(test)]
+mod tests;
 mod under_way;
 
 use super::carrier::{Refused, Sink};
 use super::settings;
-use anyhow::ensure;
+use access::Access;
+use anyhow::bail;
 use connection::Connection;
 use imc::PacketView;
+use largest::Largest;
 use message::Message;
 use options::options;
 use retained::Retained;
 use rumqttc::v5::MqttOptions;
 use std::collections::BTreeSet;
-use under_way::{Refusal, UnderWay};
+use under_way::{Ended, Refusal, UnderWay};
 use units::UtcTime;
 
 /// What a packet has beside topic and payload, bytes, generously.
 const AROUND_BYTES: usize = 32;
 
-/// Topics of which it is remembered that the broker took a message.
-const MOST_TAKEN: usize = 100_000;
 /// Topics of which it is said that the broker refuses them.
 const MOST_SAID: usize = 100;
 
@@ -44,13 +50,18 @@ pub(crate) struct Mqtt {
     retained: Retained,
     /// Vessels of which it is known what the broker holds.
     known: BTreeSet<String>,
-    /// Topics to which it could publish since the start.
-    taken: BTreeSet<String>,
-    /// A message of this batch was taken.
-    takes: bool,
-    /// Larger payloads were refused since it was last out of reach, bytes.
-    largest_payload_bytes: usize,
+    access: Access,
+    /// As was shown since it was last out of reach.
+    largest: Largest,
     said: Said,
+}
+
+/// What the broker said of a batch.
+#[derive(Debug, Default)]
+struct Answers<'b> {
+    /// It took some of it.
+    takes: bool,
+    refused: Vec<(&'b Message, Refusal)>,
 }
 
 /// What was said once.
@@ -84,9 +95,8 @@ impl Mqtt {
             refused: Refused::default(),
             retained: Retained::default(),
             known: BTreeSet::new(),
-            taken: BTreeSet::new(),
-            takes: false,
-            largest_payload_bytes: usize::MAX,
+            access: Access::default(),
+            largest: Largest::default(),
             said: Said::default(),
         }))
     }
@@ -132,76 +142,157 @@ impl Mqtt {
         Ok(())
     }
 
-    /// Publishes messages and waits for the answer to each. Answers why the broker ended the connection over one of them, if it
-    /// did: it does not say over which.
+    /// Publishes messages, the newest of a topic retained where that is wanted, and waits for the answer to each. Answers how the
+    /// connection ended, too, where that may be over one of them.
     ///
     /// # Errors
-    /// The connection is lost, or the broker takes nothing now. It is not used again then.
-    async fn publish(&mut self, part: &[Message]) -> anyhow::Result<Option<Refusal>> {
+    /// The connection is lost otherwise, or the broker takes nothing now. It is not used again then.
+    async fn publish(
+        &mut self,
+        part: &[&Message],
+        retain: bool,
+    ) -> anyhow::Result<(UnderWay, Option<Ended>)> {
         let mut connection = self.connect().await?;
-        for vessel in part.iter().map(Message::vessel).collect::<BTreeSet<_>>() {
+        for vessel in part.iter().map(|message| message.vessel()).collect::<BTreeSet<_>>() {
             self.learn(&mut connection, vessel).await?;
         }
         let mut under_way = UnderWay::default();
+        let ended = self.hand_over(&mut connection, part, retain, &mut under_way).await?;
+        if ended.is_none() {
+            self.connection = Some(connection);
+        }
+        Ok((under_way, ended))
+    }
+
+    async fn hand_over(
+        &mut self,
+        connection: &mut Connection,
+        part: &[&Message],
+        retain: bool,
+        under_way: &mut UnderWay,
+    ) -> anyhow::Result<Option<Ended>> {
         for (place, message) in part.iter().enumerate() {
-            let topic = format!("{}/{}", self.prefix, message.topic);
-            let bytes = topic.len() + message.payload.len() + AROUND_BYTES;
-            if bytes > connection.largest_bytes || message.payload.len() > self.largest_payload_bytes {
-                under_way.refused.push((place, Refusal::TooLarge));
+            let topic = self.topic(message);
+            if topic.len() + message.payload.len() + AROUND_BYTES > connection.largest_bytes {
+                under_way.refused.push((place, Refusal::PacketTooLarge));
                 continue;
             }
-            let retain = connection.retains && self.retained.take(message);
+            if let Some(refusal) = self.largest.refusal(topic.len(), message.payload.len()) {
+                under_way.refused.push((place, refusal));
+                continue;
+            }
+            let retain = retain && connection.retains && self.retained.take(message);
             under_way.queue(place);
             while !connection.publish(&topic, retain, &message.payload) {
-                if let Some(refusal) = connection.listen(&mut under_way).await? {
-                    return Ok(Some(refusal));
+                if let Some(ended) = connection.listen(under_way).await? {
+                    return Ok(Some(ended));
                 }
             }
         }
         while !under_way.is_empty() {
-            if let Some(refusal) = connection.listen(&mut under_way).await? {
-                return Ok(Some(refusal));
+            if let Some(ended) = connection.listen(under_way).await? {
+                return Ok(Some(ended));
             }
         }
-        self.settle(part, under_way)?;
-        self.connection = Some(connection);
         Ok(None)
     }
 
-    /// Takes over what the broker said of each message.
-    fn settle(&mut self, part: &[Message], under_way: UnderWay) -> anyhow::Result<()> {
-        for place in under_way.taken {
-            self.takes = true;
-            if self.taken.len() < MOST_TAKEN && !self.taken.contains(&part[place].topic) {
-                self.taken.insert(part[place].topic.clone());
+    fn topic(&self, message: &Message) -> String {
+        format!("{}/{}", self.prefix, message.topic)
+    }
+
+    /// Publishes a part of a batch, and takes over what the broker says of it. Answers what is to be published again, in parts,
+    /// where the connection ended before that was answered.
+    ///
+    /// # Errors
+    /// As [`Mqtt::publish`], and where the connection is lost without a reason while one message alone was under way.
+    async fn part<'b>(
+        &mut self,
+        part: &[&'b Message],
+        answers: &mut Answers<'b>,
+    ) -> anyhow::Result<[Vec<&'b Message>; 2]> {
+        let (under_way, ended) = self.publish(part, true).await?;
+        let open: Vec<_> = under_way.unanswered(part.len()).into_iter().map(|place| part[place]).collect();
+        let taken: Vec<_> = under_way.taken.iter().map(|place| part[*place]).collect();
+        answers.takes |= !taken.is_empty();
+        self.access.take(&taken);
+        answers.refused.extend(under_way.refused.into_iter().map(|(place, refusal)| (part[place], refusal)));
+        match (ended, &open[..]) {
+            (Some(Ended::Lost(error)), [_]) if part.len() == 1 => return Err(error),
+            (Some(Ended::Refused(refusal)), [message]) => {
+                let topic_bytes = self.topic(message).len();
+                self.largest.note(&refusal, topic_bytes, message.payload.len());
+                answers.refused.push((*message, refusal));
+                return Ok([Vec::new(), Vec::new()]);
+            }
+            _ => {}
+        }
+        let (first, second) = open.split_at(open.len() / 2);
+        Ok([second.to_vec(), first.to_vec()])
+    }
+
+    /// Publishes a batch. Messages over which the connection ends are found by halving what was not answered, each time over a new
+    /// connection.
+    async fn batch(&mut self, batch: &[Message]) -> anyhow::Result<()> {
+        let mut answers = Answers::default();
+        let mut parts = vec![batch.iter().collect::<Vec<_>>()];
+        while let Some(part) = parts.pop() {
+            if !part.is_empty() {
+                parts.extend(self.part(&part, &mut answers).await?);
             }
         }
-        for (place, refusal) in under_way.refused {
-            self.refuse(&part[place], &refusal)?;
+        let is_new = |(message, refusal): &(&Message, Refusal)| {
+            *refusal == Refusal::Denied && !self.access.denies(&message.topic)
+        };
+        if !answers.takes && answers.refused.iter().any(is_new) {
+            self.prove().await?;
+        }
+        for (message, refusal) in &answers.refused {
+            self.refuse(message, refusal);
         }
         Ok(())
     }
 
-    /// Passes a message over that the broker will never take.
+    /// Sends again what the broker took before, one after the other, until it takes one: so it does not deny everything.
     ///
     /// # Errors
-    /// It lets the server publish nothing at all: then everything waits until that is mended.
-    fn refuse(&mut self, message: &Message, refusal: &Refusal) -> anyhow::Result<()> {
-        // What it took before, or nothing ever: then it is not this topic alone.
-        let may_be_all = self.taken.is_empty() || self.taken.contains(&message.topic);
-        ensure!(
-            *refusal != Refusal::Denied || self.takes || !may_be_all,
+    /// It denies that too, or never took anything: then everything waits until that is mended.
+    async fn prove(&mut self) -> anyhow::Result<()> {
+        for message in self.access.taken() {
+            let (under_way, ended) = self.publish(&[&message], false).await?;
+            if !under_way.taken.is_empty() {
+                return Ok(());
+            }
+            if let Some(Ended::Lost(error)) = ended {
+                return Err(error);
+            }
+        }
+        bail!(
             "it does not let the server publish to {}/#: allow it to the user of sinks.mqtt.user, or choose another \
              sinks.mqtt.topic",
             self.prefix
-        );
+        )
+    }
+
+    /// Passes a message over that the broker will never take.
+    fn refuse(&mut self, message: &Message, refusal: &Refusal) {
+        if *refusal == Refusal::Denied {
+            self.access.deny(&message.topic);
+        }
         let bytes = message.payload.len();
         let reason = || format!("{refusal} ({}/{}, {bytes} bytes)", self.prefix, message.topic);
         if self.said.refused.len() < MOST_SAID && self.said.refused.insert(message.topic.clone()) {
             tracing::warn!(to = self.target, "MQTT: a message is passed over: {}", reason());
         }
         self.refused.add(reason);
-        Ok(())
+    }
+
+    /// After an error the broker may be another one, with other limits.
+    fn after<T>(&mut self, outcome: anyhow::Result<T>) -> anyhow::Result<T> {
+        if outcome.is_err() {
+            self.largest = Largest::default();
+        }
+        outcome
     }
 }
 
@@ -209,7 +300,7 @@ impl Sink for Mqtt {
     type Item = Message;
     const NAME: &'static str = "mqtt";
     const TITLE: &'static str = "MQTT";
-    // A message over which the broker ends the connection is looked for by sending the halves again.
+    // A message over which the broker ends the connection is looked for by halving what was not answered.
     const BATCH_ITEMS: usize = 500;
 
     fn target(&self) -> String {
@@ -219,6 +310,14 @@ impl Sink for Mqtt {
     /// A broker that moved goes on where it was.
     fn cursor(&self) -> String {
         self.cursor.clone()
+    }
+
+    fn note(&self) -> String {
+        self.access.note()
+    }
+
+    fn resume(&mut self, note: &str) {
+        self.access.resume(note);
     }
 
     fn wants_the_past(&self) -> bool {
@@ -233,33 +332,14 @@ impl Sink for Mqtt {
 
     async fn open(&mut self) -> anyhow::Result<()> {
         self.refused = Refused::default();
-        if self.connection.is_none() {
-            // Its limits may be others by now.
-            self.largest_payload_bytes = usize::MAX;
-        }
-        self.connection = Some(self.connect().await?);
+        let outcome = self.connect().await;
+        self.connection = Some(self.after(outcome)?);
         Ok(())
     }
 
-    /// Those messages over which the broker ends the connection are found by halving the batch, each time over a new one.
     async fn write(&mut self, batch: &[Message]) -> anyhow::Result<()> {
-        self.takes = false;
-        let mut parts = vec![batch];
-        while let Some(part) = parts.pop().filter(|part| !part.is_empty()) {
-            let Some(refusal) = self.publish(part).await? else { continue };
-            let [message] = part else {
-                let (first, second) = part.split_at(part.len() / 2);
-                parts.extend([second, first]);
-                continue;
-            };
-            if refusal == Refusal::TooLarge {
-                // What is as large is not tried any more: each trial costs a connection.
-                let least = message.payload.len();
-                self.largest_payload_bytes = self.largest_payload_bytes.min(least.saturating_sub(1));
-            }
-            self.refuse(message, &refusal)?;
-        }
-        Ok(())
+        let outcome = self.batch(batch).await;
+        self.after(outcome)
     }
 
     /// Each message was answered already.

@@ -7,8 +7,10 @@ use std::fmt;
 /// Why a broker will never take a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// It is larger than the broker takes.
+    /// Its payload is larger than the broker takes.
     TooLarge,
+    /// Its topic and payload together are.
+    PacketTooLarge,
     /// The broker does not let the server publish to its topic.
     Denied,
     /// As the broker calls it.
@@ -18,11 +20,20 @@ pub(super) enum Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooLarge => f.write_str("it is more than the broker takes"),
+            Self::TooLarge | Self::PacketTooLarge => f.write_str("it is more than the broker takes"),
             Self::Denied => f.write_str("the broker does not let the server publish it"),
             Self::Invalid(why) => write!(f, "the broker calls it {why}"),
         }
     }
+}
+
+/// How a connection ended before all was answered.
+#[derive(Debug)]
+pub(super) enum Ended {
+    /// Over one of the messages under way; the broker does not say which.
+    Refused(Refusal),
+    /// Without a reason: it may have been a message, or the network.
+    Lost(anyhow::Error),
 }
 
 /// What is under way over one connection, by its place in the batch.
@@ -41,6 +52,15 @@ pub(super) struct UnderWay {
 impl UnderWay {
     pub(super) fn is_empty(&self) -> bool {
         self.queued.is_empty() && self.sent.is_empty()
+    }
+
+    /// The places below `count` of which the broker has said nothing.
+    pub(super) fn unanswered(&self, count: usize) -> Vec<usize> {
+        let mut is_answered = vec![false; count];
+        for place in self.taken.iter().chain(self.refused.iter().map(|(place, _)| place)) {
+            is_answered[*place] = true;
+        }
+        (0..count).filter(|place| !is_answered[*place]).collect()
     }
 
     pub(super) fn queue(&mut self, place: usize) {
@@ -94,6 +114,7 @@ mod tests {
         under_way.confirmed(1, PubAckReason::NoMatchingSubscribers).unwrap();
         assert_eq!(under_way.taken, [0, 2]);
         assert_eq!(under_way.refused, [(1, Refusal::Denied)]);
+        assert_eq!(under_way.unanswered(5), [3, 4]);
         assert!(!under_way.is_empty(), "the last has not been sent");
         under_way.sent(9);
         assert!(under_way.confirmed(9, PubAckReason::QuotaExceeded).is_err());
