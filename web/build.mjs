@@ -6,6 +6,7 @@ import { copyFile, mkdir, readdir, readFile, rename, rm, writeFile } from "node:
 import { basename, join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
 import { keysOfAlarms, keysOfScripts } from "./scripts/keys.mjs";
+import { pack } from "./src/words/packed.mjs";
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
@@ -14,10 +15,13 @@ await mkdir(made);
 const said = new Set([...keysOfScripts(import.meta.dirname).keys, ...(await keysOfAlarms(join(import.meta.dirname, "..")))].map(([key]) => key));
 const wordsOfScripts = {
   name: "words of scripts",
-  setup: ({ onLoad }) => onLoad({ filter: /\/words\/nb\.json$/ }, async ({ path }) => {
-    const all = Object.entries(JSON.parse(await readFile(path, "utf8")));
-    return { contents: JSON.stringify(Object.fromEntries(all.filter(([key]) => said.has(key)))), loader: "json" };
-  }),
+  setup: ({ onResolve, onLoad }) => {
+    onResolve({ filter: /^lutra:nb$/ }, () => ({ path: join(import.meta.dirname, "../words/nb.json"), namespace: "words" }));
+    onLoad({ filter: /.*/, namespace: "words" }, async ({ path }) => {
+      const all = Object.entries(JSON.parse(await readFile(path, "utf8")));
+      return { contents: JSON.stringify(pack(Object.fromEntries(all.filter(([key]) => said.has(key))))), loader: "json" };
+    });
+  },
 };
 const { metafile } = await build({
   entryPoints: ["src/main.ts", "src/offline.ts", "src/words/nb.ts", "src/style/main.css"],

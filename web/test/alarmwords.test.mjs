@@ -36,7 +36,7 @@ const ALL = [
 const said = (...says) => alarmText({ says, text: "as the server said it" });
 
 async function inBokmal(does) {
-  globalThis.lutraWords = nb;
+  globalThis.lutraWords = (english) => nb[english];
   try {
     return await does();
   } finally {

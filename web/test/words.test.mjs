@@ -8,6 +8,7 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { keysOfAlarms, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
+import { pack, unpack } from "../src/words/packed.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const text = await readFile(join(web, "../words/nb.json"), "utf8");
@@ -70,7 +71,7 @@ test("a text is said in the page's language, its values put in once", async () =
   const { t, tn } = await import(outfile);
   assert.equal(t("{name} has control.", { name: "{name} {by}" }), "{name} {by} has control.");
   assert.equal(tn(1, "{n} note.", "{n} notes."), "1 note.");
-  globalThis.lutraWords = nb;
+  globalThis.lutraWords = unpack(pack(nb));
   try {
     assert.equal(t("STOP {name}", { name: "otter-1" }), "STOPP otter-1");
     assert.deepEqual([0, 1, 2].map((n) => tn(n, "{n} note.", "{n} notes.")), ["0 notater.", "1 notat.", "2 notater."]);
@@ -79,4 +80,11 @@ test("a text is said in the page's language, its values put in once", async () =
   } finally {
     delete globalThis.lutraWords;
   }
+});
+
+test("a packed catalogue gives each of its texts again and nothing else", () => {
+  const said = unpack(pack(nb));
+  for (const [english, text] of Object.entries(nb)) assert.equal(said(english), text);
+  assert.equal(said("Nobody wrote this down."), undefined);
+  assert.throws(() => pack({ costarring: "a", liquid: "b" }), /word one of them differently/, "two texts that are known to share their 32 bits");
 });

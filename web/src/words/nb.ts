@@ -1,7 +1,8 @@
 // Bokmål. A page whose reader chose it has this before its other scripts.
 
-import words from "../../../words/nb.json";
+import { unpack } from "./packed.mjs";
+import words from "lutra:nb";
 
-globalThis.lutraWords = words;
+globalThis.lutraWords = unpack(words);
 
 export {};

@@ -3,8 +3,8 @@
 // comes before the others where a person reads Bokmål, so that texts may be made as soon as a module is loaded.
 
 declare global {
-  /** English texts in the page's language, put there by the bundle of a language; absent in English. */
-  var lutraWords: Readonly<Record<string, string>> | undefined;
+  /** An English text in the page's language, put there by the bundle of a language; absent in English. */
+  var lutraWords: ((english: string) => string | undefined) | undefined;
 }
 
 /** The places for values in a text: `"{n} of {all}"` has `n` and `all`. */
@@ -35,8 +35,7 @@ export function fromServer(english: string): string {
 }
 
 function said(english: string): string {
-  const words = globalThis.lutraWords;
-  return words && Object.hasOwn(words, english) ? (words[english] ?? english) : english;
+  return globalThis.lutraWords?.(english) ?? english;
 }
 
 /** Each place once, from the left: what a value contains is never taken for a place. */
