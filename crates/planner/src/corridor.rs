@@ -9,7 +9,7 @@ use crate::doors::{Doors, Tile};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
 use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::sync::Arc;
 
 /// Tiles belong to the corridor if a way through them is longer than the shortest by no more than this share and this length
@@ -54,7 +54,8 @@ pub(crate) fn find(
     most_tiles: usize,
     cancel: &Cancel<'_>,
 ) -> Result<Found, PlanError> {
-    let mut search = Search { doors, numbers: HashMap::new(), tiles: Vec::new(), onward: Vec::new(), cancel };
+    let mut search =
+        Search { doors, numbers: BTreeMap::new(), tiles: Vec::new(), onward: Vec::new(), cancel };
     let [start, goal] = [search.end(from)?, search.end(to)?];
     let is_enclosed = direct_m.is_none() && search.is_enclosed(&goal, &start)?;
     let most_tiles = if is_enclosed { search.tiles.len() + NEAREST_TILES } else { most_tiles };
@@ -82,7 +83,7 @@ struct End {
 /// Ways over doors.
 struct Search<'a, 'b> {
     doors: Ask<'a>,
-    numbers: HashMap<Tile, u32>,
+    numbers: BTreeMap<Tile, u32>,
     tiles: Vec<(Tile, Option<Arc<Doors>>)>,
     /// Where one leads on from the door that was asked for last.
     onward: Vec<(Node, f64)>,
@@ -193,7 +194,7 @@ impl Search<'_, '_> {
         direct_m: Option<f64>,
         most_tiles: usize,
     ) -> Result<(Ways, Ending), PlanError> {
-        let rest_m: HashMap<Node, f64> = to.doors.iter().copied().collect();
+        let rest_m: BTreeMap<Node, f64> = to.doors.iter().copied().collect();
         let mut best_m = direct_m.unwrap_or(f64::INFINITY);
         let mut nearest = (from.at.distance_m(to.at), from.at);
         let (mut ways, mut looked) = (Ways::default(), 0_usize);

@@ -15,7 +15,7 @@ use crate::room::PlanError;
 use crate::route::{End, Question, Refusal, Request, Route};
 use crate::router::{Key, Router, Water, coarse_middle};
 use crate::zones::Zones;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
 
@@ -34,7 +34,7 @@ pub(crate) struct Known {
     needs: Needs,
     zones: Arc<Zones>,
     middle: LatLon,
-    tiles: HashMap<Tile, Arc<Doors>>,
+    tiles: BTreeMap<Tile, Arc<Doors>>,
 }
 
 /// What routers that share water know of planes.
@@ -242,7 +242,7 @@ impl<'a> Long<'a> {
             needs: *self.needs,
             zones: Arc::clone(zones),
             middle: self.middle,
-            tiles: HashMap::new(),
+            tiles: BTreeMap::new(),
         };
         let known = known.unwrap_or_else(fresh);
         if all.len() >= MOST_PLANES {

@@ -87,7 +87,7 @@ fn long_ways_are_safe_and_as_short_as_in_all_water_at_once() {
                 (Err(Refusal::NoWay { .. }), Err(Refusal::TooFar { .. })) => parted += 1,
                 (Err(Refusal::Closed { .. }), Err(Refusal::TooFar { .. })) => {}
                 (Err(Refusal::Closed { end, .. }), Err(Refusal::Closed { end: same, .. })) => {
-                    assert_eq!(end, same)
+                    assert_eq!(end, same);
                 }
                 (one, other) => panic!("{request:?} {needs:?}: {one:?} {other:?}"),
             }

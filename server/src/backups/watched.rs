@@ -132,12 +132,11 @@ impl Watched {
             seen = &mut looked => Some(seen),
             () = limit => None,
         };
-        let seen = match in_time {
-            Some(seen) => seen,
-            None => {
-                self.take(Seen::hangs(config));
-                looked.await
-            }
+        let seen = if let Some(seen) = in_time {
+            seen
+        } else {
+            self.take(Seen::hangs(config));
+            looked.await
         };
         self.take(seen.unwrap_or_else(|_| Seen::not(FAULT.to_owned())));
     }

@@ -350,7 +350,9 @@ fn a_table_of_parquet_has_the_same_values_with_their_types() {
                 (_, Field::Null) => assert!(cell.is_empty(), "{name}"),
                 (ColumnKind::Text, Field::Str(text)) => assert_eq!(text, cell),
                 (ColumnKind::Whole, Field::Long(value)) => assert_eq!(value, &cell.parse::<i64>().unwrap()),
-                (ColumnKind::Real, Field::Double(value)) => assert_eq!(value, &cell.parse::<f64>().unwrap()),
+                (ColumnKind::Real, Field::Double(value)) => {
+                    assert_eq!(value.to_bits(), cell.parse::<f64>().unwrap().to_bits());
+                }
                 (ColumnKind::Time, Field::TimestampMicros(us)) => {
                     assert_eq!(UtcTime::from_micros(*us), cell.parse().unwrap(), "{name}");
                 }
