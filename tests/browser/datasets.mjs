@@ -20,7 +20,7 @@ await inBrowser(async (open) => {
   await logIn(page, url, "admin", oneTime, "battery horse staple");
   await page.getByRole("link", { name: "Data", exact: true }).click();
   await page.getByRole("navigation", { name: "Data" }).getByRole("link", { name: "Datasets" }).click();
-  await page.getByText(/^No datasets yet\. A dataset is a question to the archive/).waitFor();
+  await page.getByText(/^No datasets yet\. A dataset is a selection of detections/).waitFor();
   await look(page, "datasets-empty");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const add = (record) => page.request.post(`${url}/api/v1/register`, { headers: { "x-csrf-token": csrf }, data: record });

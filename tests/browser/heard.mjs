@@ -45,7 +45,7 @@ await inBrowser(async (open) => {
   await hear(103, "nameless", "OPi-103");
   await row("OPi-103").getByText("time of arrival: the receiver's clock is not set").waitFor();
   await page.getByRole("button", { name: "More instruments" }).click();
-  await page.locator('[data-tile="snr"]').getByText("OPi 103").waitFor();
+  await page.locator('[data-tile="snr"]').getByText("OPi-103").waitFor();
   await hear(104, "late", "R64K-104");
   same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104"], "each once");
   check(await panel.locator("tbody tr").last().getByText("R64K-104").isVisible(), "the one of ten minutes ago is the oldest");

@@ -65,6 +65,8 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/plans`);
   await page.getByRole("link", { name: one.name }).waitFor();
   check((await beside(".wide")) <= 0, "all that is said of a plan is in its card");
+  await page.goto(`${url}/vessels/${BOAT}?tab=Control`);
+  await page.locator('[data-tile="mode"]:not([data-old])').waitFor();
 
   // The menu holds pages, palette and account; Escape closes it and gives the focus back.
   await page.setViewportSize(SIZES[0]);
