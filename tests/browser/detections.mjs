@@ -44,7 +44,7 @@ await inBrowser(async (open) => {
   await row("R64K-101").waitFor({ state: "detached" });
   same(await region.locator("tbody tr").count(), 2, "rows of the filter");
   const saved = page.waitForEvent("download");
-  await page.getByRole("link", { name: "Download CSV" }).click();
+  await page.getByRole("link", { name: "Download all detections" }).click();
   const { head, rows } = table(await readFile(await (await saved).path(), "utf8"));
   const cell = (one, name) => one[head.findIndex((column) => column === name || column.startsWith(`${name} `))];
   same(rows.map((one) => cell(one, "tag")).sort(), ["OPi-103", "R64K-102"], "tags of the file");

@@ -52,7 +52,7 @@ const TASKS = {
     await press(page.getByRole("button", { name: "Today", exact: true }));
     await picture("detections");
     const saved = page.waitForEvent("download");
-    await press(page.getByRole("link", { name: "Download CSV" }));
+    await press(page.getByRole("link", { name: "Download all detections" }));
     await saved;
   },
   "take the positions of a recorded day": async ({ page, press, picture }) => {
