@@ -204,7 +204,6 @@ impl Question {
             moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
             guarded: guard.is_none(),
             guard,
-            corridor_only: route.of_corridor,
         }
     }
 

@@ -35,7 +35,6 @@ test("a current that is too strong leaves time and energy out", () => {
 test("what is moved, refused or against the guard is told", () => {
   assert.deepEqual(remarks({ route: found, refusal: null }), []);
   const guard = { code: "too-shallow", number: 1, depth_m: 2.5 };
-  assert.match(remarks({ route: route([], { corridor_only: true }), refusal: null })[0], /in a corridor only/);
   assert.deepEqual(remarks({ route: route([], { moved: [{ end: "goal", distance_m: 20.4, text: "moved" }], guarded: false, guard }), refusal: null }), [
     "The goal lies too near land, shallow water, a danger or an area to avoid; it was moved by 20 m.",
     "The guard would refuse leg 2: too shallow, 2.5 m",

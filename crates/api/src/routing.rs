@@ -114,9 +114,6 @@ pub struct SeaRoute {
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
-    /// Whether it is the shortest of a corridor only: start and goal lie so far apart in so detailed charts that other water
-    /// was looked at coarsely. Its legs are checked like those of any route.
-    pub corridor_only: bool,
 }
 
 /// A leg of a route.

@@ -132,7 +132,7 @@ impl Routes {
         let outcome = match chart {
             Chart::Loaded(file) => {
                 self.keep_to(chart);
-                let fresh = || Router::by_regions(file.shared_index()).keeping(ROOMS).in_corridors(0);
+                let fresh = || Router::by_regions(file.shared_index()).keeping(ROOMS);
                 let outcome = find(self.router.get_or_insert_with(fresh), request, cancel);
                 if outcome == Err(Refusal::Plan(PlanError::Cancelled)) {
                     return None;

@@ -20,15 +20,11 @@
 mod boxes;
 mod cancel;
 pub mod classic;
-mod corridor;
-mod doors;
 mod joining;
-mod long;
 mod mesh;
 mod nearby;
 mod needs;
 mod obstacles;
-mod outermost;
 mod parts;
 mod passable;
 mod plane;

@@ -5,7 +5,6 @@
 //! polygons around them, never inside, so that the result keeps at least as far off as was asked.
 
 use crate::boxes::Bounds;
-use crate::outermost::Outermost;
 use crate::plane::{Plane, Point};
 use crate::{Cancel, PlanError};
 use charts::coverage::{Vertex, degrees};
@@ -29,9 +28,6 @@ pub(crate) const LONGEST_SIDE_M: f64 = 1_000.0;
 const THINNED: f64 = 0.02;
 const LEAST_THINNED_M: f64 = 0.05;
 const MOST_THINNED_M: f64 = 1.0;
-
-/// Clearances from which on it is looked which sides are needed at all (m).
-const WIDE_M: f64 = 40.0;
 
 /// So many corners of contours are cut out at a time: an overlay of all of a large region takes several times the memory.
 const MOST_AT_ONCE: usize = 300_000;
@@ -62,11 +58,6 @@ impl Region {
             min: Point { x: self.min.x.max(other.min.x), y: self.min.y.max(other.min.y) },
             max: Point { x: self.max.x.min(other.max.x), y: self.max.y.min(other.max.y) },
         }
-    }
-
-    /// Whether a point lies in it or on its border.
-    pub(crate) fn holds(&self, at: Point) -> bool {
-        (self.min.x..=self.max.x).contains(&at.x) && (self.min.y..=self.max.y).contains(&at.y)
     }
 
     /// Whether a corner of what was cut out of it lies on its border.
@@ -182,25 +173,6 @@ fn thinned_m(clearance_m: f64) -> f64 {
 pub(crate) struct Cut<'a> {
     pub(crate) lines: &'a [Vec<Point>],
     pub(crate) clearance_m: f64,
-    /// The chart calls closed what lies nearer to these lines than this (m), so that what they cut out may have holes in it;
-    /// `None` of lines that the chart knows nothing of.
-    pub(crate) closed_m: Option<f64>,
-}
-
-impl Cut<'_> {
-    /// Which sides are needed, where the clearance is wide; `None` where all may be.
-    fn outermost(
-        &self,
-        near: Region,
-        thinned_m: f64,
-        cancel: &Cancel<'_>,
-    ) -> Result<Option<Outermost>, PlanError> {
-        let Some(closed_m) = self.closed_m.filter(|closed_m| *closed_m >= WIDE_M) else { return Ok(None) };
-        let thinned: Vec<Vec<Point>> = self.lines.iter().map(|line| thin(line, thinned_m)).collect();
-        cancel.check()?;
-        // Lines that are thinned lie elsewhere by as much; the polygon around a circle reaches beyond it.
-        Ok(Outermost::new(near, &thinned, (closed_m - thinned_m - SLACK_M, cut_out_m(self.clearance_m))))
-    }
 }
 
 /// Cuts what lies too near lines out of a region.
@@ -211,15 +183,13 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
     let mut overlay: Overlay<i32> = Overlay::new(0);
     let mut waiting = 0;
     let mut contour = Vec::new();
-    for cut in cuts {
-        let thinned_m = thinned_m(cut.clearance_m);
-        let brush = Brush::new(cut.clearance_m + thinned_m + SLACK_M);
+    for Cut { lines, clearance_m } in cuts {
+        let thinned_m = thinned_m(*clearance_m);
+        let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
         let near = region.wider(2.0 * brush.radius_m + 10.0);
-        let outermost = cut.outermost(near, thinned_m, cancel)?;
-        let wanted = |a: Point, b: Point| outermost.as_ref().is_none_or(|outermost| outermost.needs(a, b));
-        for line in cut.lines {
+        for line in *lines {
             cancel.check()?;
-            brush.draw(&thin(line, thinned_m), (&near, &wanted), &mut contour, |contour| {
+            brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
                 overlay.add_contour(contour, ShapeType::Clip);
                 waiting += contour.len();
             });
@@ -230,22 +200,8 @@ pub(crate) fn cut_out(region: Region, cuts: &[Cut<'_>], cancel: &Cancel<'_>) -> 
         }
     }
     cancel.check()?;
-    Ok(pieces(without(open, overlay)))
-}
-
-/// Pieces of regions that lie beside each other, as pieces of all of them.
-pub(crate) fn joined(pieces_of_all: &Pieces) -> Pieces {
-    let mut overlay: Overlay<i32> = Overlay::new(pieces_of_all.iter().flatten().map(Vec::len).sum());
-    for ring in pieces_of_all.iter().flatten() {
-        let ring: Vec<IntPoint<i32>> = ring.iter().map(|[x, y]| IntPoint::new(*x, *y)).collect();
-        overlay.add_contour(&ring, ShapeType::Subject);
-    }
-    pieces(overlay.overlay(OverlayRule::Subject, FillRule::NonZero))
-}
-
-fn pieces(shapes: Shapes) -> Pieces {
     let ring = |ring: Vec<IntPoint<i32>>| ring.into_iter().map(|at| [at.x, at.y]).collect();
-    shapes.into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect()
+    Ok(without(open, overlay).into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
 }
 
 /// Pieces, each an outer ring and its holes.
@@ -277,11 +233,11 @@ impl Brush {
         Self { radius_m, corners: (0..count).map(corner).collect() }
     }
 
-    /// Gives the hull of the brush over each side of a line, as far as the side lies in a region and is wanted.
+    /// Gives the hull of the brush over each side of a line, as far as the side lies in a region.
     fn draw(
         &self,
         line: &[Point],
-        (near, wanted): (&Region, &dyn Fn(Point, Point) -> bool),
+        near: &Region,
         contour: &mut Vec<IntPoint<i32>>,
         mut give: impl FnMut(&[IntPoint<i32>]),
     ) {
@@ -292,14 +248,13 @@ impl Brush {
         };
         if let [point] = line
             && near.clip(*point, *point).is_some()
-            && wanted(*point, *point)
         {
             contour.clear();
             contour.extend((0..count).map(|n| at(*point, n)));
             give(contour);
         }
         for side in line.windows(2) {
-            let Some((a, b)) = near.clip(side[0], side[1]).filter(|(a, b)| wanted(*a, *b)) else { continue };
+            let Some((a, b)) = near.clip(side[0], side[1]) else { continue };
             let ahead_rad = (b.y - a.y).atan2(b.x - a.x);
             // The corner farthest to the right of the way, and the opposite one, belong to both ends.
             let right = (ahead_rad / std::f64::consts::TAU - 0.25) * count as f64;

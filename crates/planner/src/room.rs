@@ -2,10 +2,9 @@
 
 use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
-use crate::doors::Tile;
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
-use crate::obstacles::{Cut, Pieces, Region, SLACK_M, cut_out, joined, project};
+use crate::obstacles::{Cut, Region, SLACK_M, cut_out, project};
 use crate::plane::{Plane, Point, sides};
 use crate::walls::Walls;
 use crate::zones::Zones;
@@ -16,8 +15,6 @@ use units::LatLon;
 
 /// Around the whole chart (m).
 const MARGIN_M: f64 = 500.0;
-/// Farther than this from every danger is not measured (m).
-pub(crate) const FAR_M: f64 = 5_000.0;
 /// Clearances are measured in pieces of a leg so long (m).
 const PIECE_M: f64 = 250.0;
 /// Points on each border of a box that is brought from the plane to the globe or back.
@@ -94,51 +91,17 @@ impl SeaRoom {
         needs.validate()?;
         let plane = Plane::new(middle);
         let region = Region { min: Point { x: -east_m, y: -north_m }, max: Point { x: east_m, y: north_m } };
-        let (pieces, lines) = Cutter { index, needs, zones, plane: &plane, cancel }.cut(region, MARGIN_M)?;
-        let barriers = lines.iter().flat_map(|line| sides(line)).collect();
-        drop(lines);
-        Self::divided(index, (needs, zones), plane, (region, pieces, barriers), cancel)
-    }
-
-    /// Prepares the water of tiles of a plane as one; the chart is read tile by tile.
-    pub(crate) fn of_tiles(
-        index: &DepthIndex,
-        (needs, zones): (&Needs, &Arc<Zones>),
-        plane: Plane,
-        tiles: &BTreeSet<Tile>,
-        cancel: &Cancel<'_>,
-    ) -> Result<Self, PlanError> {
-        needs.validate()?;
-        let cutter = Cutter { index, needs, zones, plane: &plane, cancel };
-        let (mut pieces, mut barriers, mut corners) = (Vec::new(), Vec::new(), Vec::new());
-        for tile in tiles {
-            let region = tile.region();
-            // What lies just outside of the corridor is not water of it, but clearances are measured to it.
-            let (more, lines) = cutter.cut(region, FAR_M)?;
-            pieces.extend(more);
-            corners.extend([region.min, region.max]);
-            let around = region.wider(FAR_M);
-            // What lies in another tile of the corridor comes with that.
-            barriers.extend(lines.iter().flat_map(|line| sides(line)).filter(|side| {
-                let home = Tile::of(side[0]);
-                home == *tile || !tiles.contains(&home) && around.holds(side[0])
-            }));
-        }
-        let order = |side: &[Point; 2]| side.map(|at| [at.x.to_bits(), at.y.to_bits()]);
-        barriers.sort_unstable_by_key(order);
-        barriers.dedup();
-        let region = Region::of(&corners);
-        Self::divided(index, (needs, zones), plane, (region, joined(&pieces), barriers), cancel)
-    }
-
-    /// The open ones of the pieces of a region, as triangles.
-    fn divided(
-        index: &DepthIndex,
-        (needs, zones): (&Needs, &Arc<Zones>),
-        plane: Plane,
-        (region, pieces, barriers): (Region, Pieces, Vec<[Point; 2]>),
-        cancel: &Cancel<'_>,
-    ) -> Result<Self, PlanError> {
+        let reach_m = needs.reach_m();
+        let barriers = index.barriers(&needs.demand, &box_of(region, &plane, 2.0 * reach_m + MARGIN_M));
+        cancel.check()?;
+        let lines = project(&barriers.lines, &plane);
+        let clearance_m = reach_m + barriers.wider_m;
+        // A large region's memory is what counts aboard, and this is in the plane by now.
+        drop(barriers);
+        let borders = zones.borders(&plane);
+        let cuts =
+            [Cut { lines: &lines, clearance_m }, Cut { lines: &borders, clearance_m: zones.margin_m() }];
+        let pieces = cut_out(region, &cuts, cancel)?;
         // The chart itself says which pieces are open: by the very question that legs are asked.
         let is_open = |at: Point| {
             let place = plane.place(at);
@@ -146,11 +109,12 @@ impl SeaRoom {
         };
         let mesh = Mesh::new(pieces, is_open, cancel)?;
         let leading_out = mesh.pieces_at(|at| region.is_at_border(at));
+        let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
         let tree = Boxes::new(&bounds);
-        let borders = zones.borders(&plane).iter().flat_map(|border| sides(border)).collect();
-        let cut_m = needs.reach_m() + index.wider_m(&needs.demand);
+        let borders = borders.iter().flat_map(|border| sides(border)).collect();
         let zones = Arc::clone(zones);
+        let cut_m = clearance_m;
         Ok(Self { needs: *needs, zones, borders, plane, region, mesh, barriers, tree, cut_m, leading_out })
     }
 
@@ -167,11 +131,6 @@ impl SeaRoom {
     /// Number of its triangles.
     pub fn triangles(&self) -> usize {
         self.mesh.corners.len()
-    }
-
-    /// How many straight parts it has of what its ways keep clear of.
-    pub(crate) fn barriers(&self) -> usize {
-        self.barriers.len()
     }
 
     /// About how much memory it takes (bytes).
@@ -265,35 +224,6 @@ impl SeaRoom {
     }
 }
 
-/// Cuts what is closed out of regions of a plane.
-struct Cutter<'a> {
-    index: &'a DepthIndex,
-    needs: &'a Needs,
-    zones: &'a Arc<Zones>,
-    plane: &'a Plane,
-    cancel: &'a Cancel<'a>,
-}
-
-impl Cutter<'_> {
-    /// What is left of a region, and the lines of the chart that come into it or nearer to it than this (m).
-    fn cut(&self, region: Region, margin_m: f64) -> Result<(Pieces, Vec<Vec<Point>>), PlanError> {
-        let Self { index, needs, zones, plane, cancel } = *self;
-        let reach_m = needs.reach_m();
-        let barriers = index.barriers(&needs.demand, &box_of(region, plane, 2.0 * reach_m + margin_m));
-        cancel.check()?;
-        let lines = project(&barriers.lines, plane);
-        let clearance_m = reach_m + barriers.wider_m;
-        // A large region's memory is what counts aboard, and this is in the plane by now.
-        drop(barriers);
-        let borders = zones.borders(plane);
-        let cuts = [
-            Cut { lines: &lines, clearance_m, closed_m: Some(reach_m) },
-            Cut { lines: &borders, clearance_m: zones.margin_m(), closed_m: None },
-        ];
-        Ok((cut_out(region, &cuts, cancel)?, lines))
-    }
-}
-
 fn nowhere() -> LatLon {
     LatLon::from_deg(0.0, 0.0).expect("invariant: 0, 0 is a place")
 }
@@ -320,9 +250,8 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     let more_m = margin_m + 0.02 * (max.x - min.x).max(max.y - min.y);
     let border = border_of([min.x - more_m, min.y - more_m], [max.x + more_m, max.y + more_m]);
     let middle = plane.place(Point::default());
-    // Of the border alone: a tile may lie far from the middle of its plane.
-    let (most, least) = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut found = GeoBox { west_deg: most, east_deg: least, south_deg: most, north_deg: least };
+    let mut found =
+        GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
     for [x, y] in border {
         let place = plane.place(Point { x, y });
         let east_deg = units::wrap_pi(place.lon_rad() - middle.lon_rad()).to_degrees();
@@ -331,15 +260,8 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
         found.south_deg = found.south_deg.min(place.lat_deg());
         found.north_deg = found.north_deg.max(place.lat_deg());
     }
-    if region.holds(Point::default()) {
-        found.south_deg = found.south_deg.min(middle.lat_deg());
-        found.north_deg = found.north_deg.max(middle.lat_deg());
-    }
     if found.east_deg - found.west_deg > 350.0 || found.north_deg > 88.0 || found.south_deg < -88.0 {
-        // Around a pole, which may lie within.
-        let (south_deg, north_deg) =
-            if middle.lat_deg() > 0.0 { (found.south_deg, 90.0) } else { (-90.0, found.north_deg) };
-        return GeoBox { west_deg: -180.0, east_deg: 180.0, south_deg, north_deg };
+        return GeoBox { west_deg: -180.0, east_deg: 180.0, ..found };
     }
     let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
     GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }

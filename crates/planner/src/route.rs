@@ -4,7 +4,7 @@ use crate::Cancel;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles;
 use crate::plane::Point;
-use crate::room::{FAR_M, PlanError, SeaRoom};
+use crate::room::{PlanError, SeaRoom};
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
 use crate::turns::{self, Turn};
@@ -13,6 +13,8 @@ use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Restricted, Restriction,
 use std::fmt;
 use units::LatLon;
 
+/// Farther than this from every danger is not measured (m).
+const FAR_M: f64 = 5_000.0;
 /// A leg that the chart does not confirm as one geodesic is halved so often at most: a long one bows in the plane.
 const MOST_HALVINGS: u32 = 7;
 /// Beyond the allowed distance, water is looked for so far, to say where it is (m).
@@ -138,9 +140,6 @@ pub struct Route {
     pub moved_goal: Option<Moved>,
     /// What finding it took.
     pub effort: Effort,
-    /// It is the shortest of a corridor that was found coarsely, or part of it is: water outside of that was not looked at
-    /// in full, as there is too much of it.
-    pub of_corridor: bool,
 }
 
 impl Route {
@@ -151,7 +150,6 @@ impl Route {
         self.legs.extend(next.legs);
         self.moved_goal = next.moved_goal;
         self.effort = self.effort.and(next.effort);
-        self.of_corridor |= next.of_corridor;
         self
     }
 
@@ -332,8 +330,7 @@ impl Question<'_> {
         let start_place = legs.first().map_or(self.room.plane().place(start.at), |leg: &RouteLeg| leg.from);
         let length_m = legs.iter().map(|leg| leg.length_m).sum();
         let (moved_start, moved_goal) = (start.moved, goal.moved);
-        let of_corridor = false;
-        Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort, of_corridor })
+        Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort })
     }
 
     /// Where both ends may stand, as pairs; `None` where one is closed.
@@ -351,15 +348,6 @@ impl Question<'_> {
         let leads_out = |stand: &Stand| self.room.leads_out(self.room.mesh.piece[stand.triangle as usize]);
         ends.into_iter()
             .any(|(end, place)| self.stand(end, place).is_ok_and(|stands| !stands.iter().any(leads_out)))
-    }
-
-    /// Why no way begins or ends at an end, if so.
-    pub(crate) fn closed(&self, end: End) -> Option<Refusal> {
-        let place = match end {
-            End::Start => self.request.from,
-            End::Goal => self.request.to,
-        };
-        self.stand(end, place).err()
     }
 
     /// Both ends in open water, in the same piece of it if there is a choice.

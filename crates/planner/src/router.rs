@@ -1,8 +1,6 @@
 //! Answers requests on a chart, and keeps the sea room that it made for them.
 
 use crate::Cancel;
-use crate::doors::Tile;
-use crate::long::{AllKnown, Long};
 use crate::needs::Needs;
 use crate::passable::{Passable, Search};
 use crate::plane::Plane;
@@ -10,7 +8,6 @@ use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
 use crate::zones::Zones;
 use charts::depth_index::{DepthIndex, Leg};
-use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
 
@@ -23,8 +20,6 @@ const MOST_ROOMS: usize = 8;
 const MOST_BYTES: usize = 96 << 20;
 /// Regions over charts of more vertices are not prepared, but for the smallest: so many take some 10 s and 200 MiB.
 const MOST_VERTICES: usize = 12_000_000;
-/// Corridors of long ways hold no more straight parts of what they keep clear of: so many take some 60 MiB.
-const MOST_BARRIERS: usize = 600_000;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
 
@@ -40,10 +35,8 @@ pub struct Router {
     whole: bool,
     most_rooms: usize,
     most_vertices: usize,
-    pub(crate) most_barriers: usize,
     zones: Arc<Zones>,
     rooms: Arc<Mutex<Vec<Kept>>>,
-    pub(crate) known: AllKnown,
 }
 
 #[derive(Debug, Clone)]
@@ -52,28 +45,17 @@ struct Kept {
     room: Arc<SeaRoom>,
 }
 
-/// Needs and zones, and of which water.
+/// Needs and zones, and of which region: `None` of the whole chart.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Key {
+struct Key {
     needs: Needs,
     zones: Arc<Zones>,
-    water: Water,
-}
-
-/// What a room is made of.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Water {
-    /// The whole chart.
-    Whole,
-    /// A region.
-    Square(Square),
-    /// Tiles of the plane with this middle.
-    Tiles { middle: LatLon, tiles: Arc<BTreeSet<Tile>> },
+    region: Option<Square>,
 }
 
 /// A square region around a middle on a coarse grid, so that requests near each other share it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Square {
+struct Square {
     middle: LatLon,
     half_m: f64,
 }
@@ -86,16 +68,8 @@ impl Router {
                 && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
-        Self {
-            index,
-            whole,
-            most_rooms: MOST_ROOMS,
-            most_vertices: MOST_VERTICES,
-            most_barriers: MOST_BARRIERS,
-            zones: Arc::default(),
-            rooms: Arc::default(),
-            known: Arc::default(),
-        }
+        let (most_rooms, most_vertices) = (MOST_ROOMS, MOST_VERTICES);
+        Self { index, whole, most_rooms, most_vertices, zones: Arc::default(), rooms: Arc::default() }
     }
 
     /// Over a chart that is prepared region by region, whatever its size.
@@ -115,13 +89,6 @@ impl Router {
         Self { most_vertices, ..self }
     }
 
-    /// With corridors, for ways that are too long for a region, of no more than so many straight parts of what they keep
-    /// clear of; with 0 such ways are refused.
-    #[must_use]
-    pub fn in_corridors(self, most_barriers: usize) -> Self {
-        Self { most_barriers, ..self }
-    }
-
     /// For ways that keep to zones; it shares the water that is kept with this one.
     #[must_use]
     pub fn in_zones(&self, zones: Zones) -> Self {
@@ -129,7 +96,6 @@ impl Router {
             index: Arc::clone(&self.index),
             zones: Arc::new(zones),
             rooms: Arc::clone(&self.rooms),
-            known: Arc::clone(&self.known),
             ..*self
         }
     }
@@ -139,8 +105,7 @@ impl Router {
         &self.index
     }
 
-    /// The shortest way. The first request with new needs prepares the water, which can take a second, and
-    /// for ends too far apart for a region some tens.
+    /// The shortest way. The first request with new needs prepares the water, which can take a second.
     ///
     /// # Errors
     /// The reason that no route exists.
@@ -158,7 +123,7 @@ impl Router {
         // Nothing is prepared for a way that is too long in any case: the farther the ends, the more memory that takes.
         request.not_longer(straight_m)?;
         if self.whole {
-            return self.ask(Water::Whole, request, needs, cancel).map(|(route, _)| route);
+            return self.ask(None, request, needs, cancel).map(|(route, _)| route);
         }
         if straight_m > FARTHEST_M {
             return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
@@ -166,23 +131,10 @@ impl Router {
         let mut answer = Err(PlanError::Geometry("no region holds both ends".to_owned()).into());
         for (turn, square) in squares(request, straight_m).enumerate() {
             if self.is_too_much(&square, needs) {
-                if turn > 0 {
-                    // What a smaller region said holds.
-                    return answer;
-                }
-                let far = || self.too_far(straight_m, &square, needs);
-                if self.most_barriers == 0 {
-                    return Err(far());
-                }
-                return match Long::new(self, request, needs, cancel).route() {
-                    Ok(found) => found.ok_or_else(far),
-                    // Outside corridors, and beyond their farthest tiles, nothing was looked at: that no way exists, or that no
-                    // open water is near an end, is not known.
-                    Err(Refusal::NoWay { .. } | Refusal::Closed { nearest_m: None, .. }) => Err(far()),
-                    Err(other) => Err(other),
-                };
+                // What a smaller region said holds, if there was one.
+                return if turn > 0 { answer } else { Err(self.too_far(straight_m, &square, needs)) };
             }
-            answer = match self.ask(Water::Square(square), request, needs, cancel) {
+            answer = match self.ask(Some(square), request, needs, cancel) {
                 // No way that leaves the region can be shorter.
                 Ok((route, least_out_m)) if route.length_m <= least_out_m => return Ok(route),
                 Ok((route, _)) => Ok(route),
@@ -246,14 +198,7 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<Passable, PlanError> {
-        let water = self.smallest_water(request);
-        if let Water::Square(square) = &water
-            && self.is_too_much(square, needs)
-        {
-            // What parts the ends is looked for among all lines around them, and these are too many.
-            return Ok(Passable::default());
-        }
-        let room = self.room(self.key(needs, water), cancel)?;
+        let room = self.room(self.key(needs, self.smallest_square(request)), cancel)?;
         Search::new(&room, &self.index, request, cancel)
             .map_or_else(|| Ok(Passable::default()), Search::answer)
     }
@@ -280,7 +225,7 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<bool, PlanError> {
-        let room = self.room(self.key(needs, Water::Square(square)), cancel)?;
+        let room = self.room(self.key(needs, Some(square)), cancel)?;
         Ok(Question { room: &room, index: &self.index, request, cancel }.is_enclosed())
     }
 
@@ -290,50 +235,38 @@ impl Router {
         (rooms.len(), rooms.iter().map(|kept| kept.room.bytes()).sum())
     }
 
-    pub(crate) fn key(&self, needs: &Needs, water: Water) -> Key {
-        Key { needs: *needs, zones: Arc::clone(&self.zones), water }
+    fn key(&self, needs: &Needs, region: Option<Square>) -> Key {
+        Key { needs: *needs, zones: Arc::clone(&self.zones), region }
     }
 
-    /// The zones that ways keep to.
-    pub(crate) fn zones(&self) -> &Arc<Zones> {
-        &self.zones
-    }
-
-    fn smallest_water(&self, request: &Request) -> Water {
+    fn smallest_square(&self, request: &Request) -> Option<Square> {
         let straight_m = Leg { from: request.from, to: request.to }.length_m();
-        let square = squares(request, straight_m).next().filter(|_| !self.whole);
-        square.map_or(Water::Whole, Water::Square)
+        if self.whole { None } else { squares(request, straight_m).next() }
     }
 
     fn ask(
         &self,
-        water: Water,
+        region: Option<Square>,
         request: &Request,
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<(Route, f64), Refusal> {
-        let room = self.room(self.key(needs, water), cancel)?;
+        let room = self.room(self.key(needs, region), cancel)?;
         let route = Question { room: &room, index: &self.index, request, cancel }.answer()?;
         let ends = [request.from, request.to].map(|place| room.plane().point(place));
         Ok((route, room.least_way_out_m(ends[0], ends[1])))
     }
 
-    /// Water that is kept for these needs and these zones, if some is what is wanted.
-    pub(crate) fn kept_water(&self, needs: &Needs, wanted: impl Fn(&Water) -> bool) -> Option<Arc<SeaRoom>> {
-        let mut rooms = self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_it =
-            |Key { needs: held, zones, water }: &Key| held == needs && *zones == self.zones && wanted(water);
-        let at = rooms.iter().position(|kept| is_it(&kept.key))?;
-        let kept = rooms.remove(at);
-        rooms.push(kept.clone());
-        Some(kept.room)
-    }
-
     /// The water for these needs, prepared now if it is not kept.
-    pub(crate) fn room(&self, key: Key, cancel: &Cancel<'_>) -> Result<Arc<SeaRoom>, PlanError> {
+    fn room(&self, key: Key, cancel: &Cancel<'_>) -> Result<Arc<SeaRoom>, PlanError> {
         let lock = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kept) = self.kept_water(&key.needs, |water| *water == key.water) {
-            return Ok(kept);
+        {
+            let mut rooms = lock();
+            if let Some(at) = rooms.iter().position(|kept| kept.key == key) {
+                let kept = rooms.remove(at);
+                rooms.push(kept.clone());
+                return Ok(kept.room);
+            }
         }
         let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
@@ -347,15 +280,11 @@ impl Router {
         Ok(room)
     }
 
-    pub(crate) fn prepare(index: &DepthIndex, key: &Key, cancel: &Cancel<'_>) -> Result<SeaRoom, PlanError> {
-        let Key { needs, zones, water } = key;
-        match water {
-            Water::Whole => SeaRoom::of_chart(index, needs, zones, cancel),
-            Water::Square(Square { middle, half_m }) => {
-                SeaRoom::around(index, (needs, zones), *middle, (*half_m, *half_m), cancel)
-            }
-            Water::Tiles { middle, tiles } => {
-                SeaRoom::of_tiles(index, (needs, zones), Plane::new(*middle), tiles, cancel)
+    fn prepare(index: &DepthIndex, key: &Key, cancel: &Cancel<'_>) -> Result<SeaRoom, PlanError> {
+        match key.region {
+            None => SeaRoom::of_chart(index, &key.needs, &key.zones, cancel),
+            Some(Square { middle, half_m }) => {
+                SeaRoom::around(index, (&key.needs, &key.zones), middle, (half_m, half_m), cancel)
             }
         }
     }
@@ -368,21 +297,16 @@ fn apart_m(half_m: f64) -> f64 {
 
 /// The regions that hold both ends with room around them, the smallest first.
 fn squares(request: &Request, straight_m: f64) -> impl Iterator<Item = Square> + use<'_> {
-    let fits = move |half_m: &f64| apart_m(*half_m) >= straight_m;
-    let least = HALVES_M.iter().position(fits).unwrap_or(HALVES_M.len() - 1);
-    HALVES_M[least..]
-        .iter()
-        .map(|half_m| Square { middle: coarse_middle(request, half_m / 8.0), half_m: *half_m })
-}
-
-/// The place of a grid of so many metres that is nearest to the middle between the ends.
-pub(crate) fn coarse_middle(request: &Request, step_m: f64) -> LatLon {
     let plane = Plane::new(request.from);
     let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
-    let step_deg = step_m / 111_000.0;
-    let lat_deg = ((middle.lat_deg() / step_deg).round() * step_deg).clamp(-90.0, 90.0);
-    // Of the grid's latitude: by that of the middle each request would have a grid of its own.
-    let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
-    let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
-    LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle)
+    let fits = move |half_m: &f64| apart_m(*half_m) >= straight_m;
+    let least = HALVES_M.iter().position(fits).unwrap_or(HALVES_M.len() - 1);
+    HALVES_M[least..].iter().map(move |half_m| {
+        let step_deg = half_m / 8.0 / 111_000.0;
+        let lat_deg = ((middle.lat_deg() / step_deg).round() * step_deg).clamp(-90.0, 90.0);
+        // Of the grid's latitude: by that of the middle each request would have a grid of its own.
+        let lon_step_deg = step_deg / lat_deg.to_radians().cos().max(0.05);
+        let lon_deg = ((middle.lon_deg() / lon_step_deg).round() * lon_step_deg).clamp(-180.0, 180.0);
+        Square { middle: LatLon::from_deg(lat_deg, lon_deg).unwrap_or(middle), half_m: *half_m }
+    })
 }

@@ -601,7 +601,7 @@ fn requests_near_each_other_share_the_water_that_is_prepared() {
 #[test]
 fn regions_of_too_much_chart_are_not_prepared() {
     let sea = Sea::new(middle(), 60_000.0, 20.0).with(Ground::Land, at(0.0, 0.0), 500.0, 16);
-    let router = Router::by_regions(Arc::new(sea.index())).preparing(10).in_corridors(0);
+    let router = Router::by_regions(Arc::new(sea.index())).preparing(10);
     let needs = Needs::depth_and_clearance(5.0, 25.0);
     let far = ask(&router, at(-30_000.0, 0.0), at(30_000.0, 0.0), &needs);
     assert!(

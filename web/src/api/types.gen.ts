@@ -3789,12 +3789,7 @@ guarded: boolean,
 /**
  * The first leg that it refuses, by its number, and why; null where it refuses none.
  */
-guard: GuardReason | null, 
-/**
- * Whether it is the shortest of a corridor only: start and goal lie so far apart in so detailed charts that other water
- * was looked at coarsely. Its legs are checked like those of any route.
- */
-corridor_only: boolean, };
+guard: GuardReason | null, };
 
 export type SeaRouteAnswer = { 
 /**

@@ -52,8 +52,9 @@ class Page {
     try {
       const draft = draftOf(fields, value.draft ?? undefined);
       await putJson(this.way, { revision: value.revision, draft }, PATIENCE_MS);
-      this.saved.value = true;
+      // Not before the page has what was saved: what is done next is done to that.
       await this.show();
+      this.saved.value = true;
       return undefined;
     } catch (error) {
       return wrongOfWords(reason(error));

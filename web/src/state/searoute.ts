@@ -51,8 +51,7 @@ export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refu
   if (refusal) return refusalTexts(refusal);
   if (!route) return [];
   const { guard } = route;
-  const corridor = route.corridor_only ? [t("So far apart, the shortest way is looked for in a corridor only; places to pass lead it elsewhere.")] : [];
-  return [...route.moved.map(movedText), ...corridor, ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
+  return [...route.moved.map(movedText), ...(guard ? [t("The guard would refuse leg {number}: {why}", { number: guard.number + 1, why: spotLabel(guard) })] : [])];
 }
 
 function movedText({ end, distance_m }: SeaRouteMoved): string {

@@ -133,11 +133,6 @@ impl DepthIndex {
         Barriers { lines, wider_m }
     }
 
-    /// [`Barriers::wider_m`], without reading any chart.
-    pub fn wider_m(&self, demand: &Demand) -> f64 {
-        self.worst_error(demand).1
-    }
-
     /// All that [`Self::barriers`] is about, each with the depth from which on it is in the way, and with the borders
     /// between areas that are both closed: for who asks what a smaller demand would open. The second is
     /// [`Barriers::wider_m`].

@@ -251,6 +251,17 @@ pub(super) fn line<'a>(
     None
 }
 
+/// A DNS name or an address, without anything around it.
+pub(super) fn is_host(text: &str) -> bool {
+    let label = |label: &str| {
+        (1..=63).contains(&label.len())
+            && label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')
+            && !label.starts_with('-')
+            && !label.ends_with('-')
+    };
+    text.parse::<IpAddr>().is_ok() || (text.len() <= 253 && text.split('.').all(label))
+}
+
 /// An address of a family.
 pub(super) fn ip_of<A: FromStr>(
     report: &mut Report<'_>,

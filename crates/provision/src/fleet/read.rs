@@ -1,6 +1,6 @@
 //! From the text of a fleet file to a [`Fleet`], or to everything that is wrong with it.
 
-use super::fields::{Fields, Found, Report, ip_of, is_plain, line};
+use super::fields::{Fields, Found, Report, ip_of, is_host, is_plain, line};
 use super::rules::{self, Placed};
 use super::ways::{Way, ways};
 use super::{Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn};
@@ -322,17 +322,6 @@ pub(crate) fn is_name(text: &str) -> bool {
     (1..=NAME_CHARS).contains(&text.len())
         && text.chars().all(good)
         && text.starts_with(|first: char| first.is_ascii_alphanumeric())
-}
-
-/// A DNS name or an address, without anything around it.
-pub(super) fn is_host(text: &str) -> bool {
-    let label = |label: &str| {
-        (1..=63).contains(&label.len())
-            && label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')
-            && !label.starts_with('-')
-            && !label.ends_with('-')
-    };
-    text.parse::<IpAddr>().is_ok() || (text.len() <= 253 && text.split('.').all(label))
 }
 
 impl Outfit {

@@ -1,7 +1,6 @@
 //! The ways by which a vessel reaches the shore, such as 4G and a radio: the agent's `[Transports.LutraWay/…]`.
 
-use super::fields::{Fields, Found, Report, ip_of, line};
-use super::read::is_host;
+use super::fields::{Fields, Found, Report, ip_of, is_host, line};
 use std::net::{IpAddr, Ipv6Addr};
 use toml::de::DeTable;
 

@@ -312,7 +312,7 @@ impl Terms<'_> {
         let (duration_s, energy_wh) = self.costs(route);
         json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
                "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
-               "duration_s": duration_s, "energy_wh": energy_wh, "corridor_only": route.of_corridor,
+               "duration_s": duration_s, "energy_wh": energy_wh,
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
@@ -366,11 +366,6 @@ impl Terms<'_> {
             needs.demand.needed_m(),
             needs.clearance_m,
         );
-        if route.of_corridor {
-            complain!(
-                "so far apart the shortest way is looked for in a corridor only: places on the way (--via) lead it elsewhere"
-            );
-        }
     }
 }
 
