@@ -2,6 +2,7 @@
 
 use super::problem::Problem;
 use std::fmt::Display;
+use std::net::IpAddr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use toml::Spanned;

@@ -4,7 +4,7 @@ use super::fields::{Fields, Found, Report, ip_of, is_host, is_plain, line};
 use super::rules::{self, Placed};
 use super::ways::{Way, ways};
 use super::{Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn};
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::Ipv4Addr;
 use toml::de::DeTable;
 
 /// The largest fleet file that is read, in bytes.
