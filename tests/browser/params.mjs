@@ -29,7 +29,7 @@ await inBrowser(async (open) => {
   check(Number(first) > 0, `${NAME} is ${first}`);
   const words = await row(page, NAME).innerText();
   check(/1 to 50\b/.test(words) && /\bm\b/.test(words), words);
-  await box(page).getByRole("region", { name: "Path Control" }).getByText(/told \d+(\.\d)? s ago/).waitFor();
+  await box(page).getByRole("region", { name: "Path Control" }).getByText(/reported \d+(\.\d)? s ago/).waitFor();
   const most = (await row(page, "Maximum Speed").first().innerText()).replace(/\s+/g, " ");
   check(/\bkn\b/.test(most) && /= [\d.]+ m\/s/.test(most), `speeds are read in knots, and beside it as the vessel has them: ${most}`);
   const [knots, mps] = [Number(await field(page, "Maximum Speed", "Operational Limits").inputValue()), Number(/= ([\d.]+) m\/s/.exec(most)[1])];
