@@ -120,7 +120,7 @@ async fn a_track_is_a_gpx_file_with_a_segment_for_each_part_between_breaks() {
     };
     let shore = Shore::with(|data| put(data, &[at(0, 63.44), at(1, 63.45), at(900, 63.46)])).await;
     let token = shore.token(None, Role::Viewer).await;
-    let (from_us, to_us) = (0, START_US + 1_000_000_000);
+    let (from_us, to_us) = (START_US, START_US + 1_000_000_000);
     let path = format!("/api/v1/vessels/{OTTER}/track.gpx?from_us={from_us}&to_us={to_us}");
     let answer = shore.get(&path, &token).await;
     assert_eq!(answer.headers[header::CONTENT_TYPE], "application/gpx+xml");

@@ -296,28 +296,6 @@ fn before_an_older_shore_a_way_that_dies_is_left_for_the_next() {
     complete(world);
 }
 
-/// At the edge of a radio's range the vessel is heard and hears nothing: the connection opens, and no greeting is answered.
-#[test]
-fn before_an_older_shore_a_way_that_only_seems_to_be_there_is_tried_ever_later() {
-    let mut world = world(17, None);
-    world.shore.is_older = true;
-    world.run(20 * SECOND);
-    world.at(0, Event::Fault(Fault::CutWay(RADIO, MINUTE)));
-    world.at(MINUTE, Event::Fault(Fault::CutWayDown(RADIO, 30 * MINUTE)));
-    world.run(MINUTE);
-    let before = world.vessel.switches.len();
-    world.run(30 * MINUTE);
-    let tried = (world.vessel.switches.len() - before) / 2;
-    assert!((1..=10).contains(&tried), "the metered way was left {tried} times in half an hour");
-    world.run(10 * MINUTE);
-    assert_eq!(
-        world.vessel.switches.last().unwrap().1.live,
-        Some(RADIO as u8),
-        "once it hears it is gone back to"
-    );
-    complete(world);
-}
-
 #[test]
 fn before_an_older_shore_the_unmetered_way_is_gone_back_to_without_a_break() {
     let mut world = world(13, None);
