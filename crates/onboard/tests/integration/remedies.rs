@@ -155,10 +155,7 @@ fn every_supervisor_tells_what_it_will_do_before_anything_happens() {
     sea.run(3.0);
     assert!(says(&sea, Entity::LostComms, "in contact; without: run plan home at "));
     // The same for programs, as numbers, once and not each second.
-    assert_eq!(
-        values(&sea, Entity::LostComms),
-        ["lost=0", "lost=0;due_s=19;then=run;plan=home"]
-    );
+    assert_eq!(values(&sea, Entity::LostComms), ["lost=0", "lost=0;due_s=19;then=run;plan=home"]);
     assert!(says(&sea, Entity::Limits, "kept; next: above 2.5 m/s: hold station"));
     assert!(says(&sea, Entity::Fuel, "next: run plan return"), "{:?}", state(&sea, Entity::Fuel));
     sea.vehicle.hull.vessel.drain_to(15.0);
