@@ -28,7 +28,7 @@ pub struct Study {
     receivers: BTreeMap<u32, RegisterReceiver>,
     /// By name of the receiver, in small letters.
     deployments: BTreeMap<String, Vec<RegisterDeployment>>,
-    /// Size of the cells in whose middle places are told, m; absent where they are told as they are.
+    /// Size of the cells to whose middles places are coarsened, m; absent where places are exact.
     cells_m: Option<u32>,
 }
 
@@ -59,7 +59,7 @@ pub struct Heard<'s> {
     pub deployment: Option<&'s RegisterDeployment>,
     /// How far the nearest other detection of this tag by this receiver is; see [`crate::Lags`].
     pub lag: Lag,
-    /// Size of the cell in whose middle the place is told, m; absent where it is told as it is.
+    /// Size of the cell to whose middle the place is coarsened, m; absent where the place is exact.
     pub cell_m: Option<u32>,
 }
 

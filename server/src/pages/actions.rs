@@ -17,7 +17,7 @@ const STAGES: [(&str, &str); 11] = [
     ("timed out", word("timed out without an effect")),
 ];
 
-/// A stage in words; the first part of an outcome that is no stage is a reason.
+/// A stage in words. An outcome that does not begin with a stage begins with a reason.
 pub(super) fn stage(code: &str) -> Option<&'static str> {
     STAGES.iter().find(|(known, _)| *known == code).map(|(_, words)| *words)
 }

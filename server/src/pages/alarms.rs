@@ -61,7 +61,7 @@ struct Row {
     by: String,
 }
 
-/// What happened to an alarm, in words that nobody reads the wrong way: its condition ended, it did not come back.
+/// What happened to an alarm, in words: `returned` would read as if the alarm came back, while its condition has ended.
 fn happened(what: String) -> String {
     match what.as_str() {
         "again" => word("raised again").to_owned(),

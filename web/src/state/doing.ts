@@ -28,7 +28,7 @@ const PLAN_STATES: Readonly<Record<string, string>> = {
   EXECUTING: t("running"),
 };
 
-/** How a plan is; in the vessel's own word where that is none of IMC's. */
+/** The state of a plan, in words; a state that IMC does not define stands in the vessel's own word. */
 export function planStateText(word: string): string {
   return PLAN_STATES[word.toUpperCase()] ?? word.toLowerCase();
 }

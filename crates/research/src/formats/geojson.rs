@@ -1,6 +1,6 @@
 //! Detections on a map: a GeoJSON feature (RFC 7946) each, with all columns as its properties.
 //!
-//! What was heard where nobody knows is a feature without a geometry, as the standard has it: it is in tables, and not on maps.
+//! A detection without a place is a feature without a geometry, as the standard has it: tables show it, maps do not.
 
 use super::columns::{LUTRA_COLUMNS, values};
 use super::{Document, Format, Rows};

@@ -1,7 +1,7 @@
 //! Detections as a Parquet table, for pandas, polars, DuckDB and R's arrow: all columns with their types, packed by Snappy.
 //!
-//! Rows wait until 32,768 are there, then they are a row group: some 25 MB with the longest texts. The footer comes last, so a file
-//! that is cut is none for any reader.
+//! At most 32,768 rows wait in memory, then they are written as a row group. The footer comes last: readers refuse a file that
+//! was cut.
 
 use super::columns::{ColumnKind, LUTRA_COLUMNS, Value, values};
 use super::{Format, Rows};
@@ -171,7 +171,7 @@ impl Values {
         }
     }
 
-    /// A value of the column's kind; one of another kind is none.
+    /// Adds the value of a row; a value of another kind than the column's counts as not known.
     fn push(&mut self, value: Value<'_>) {
         match self {
             Self::Text(known) => known.push(text(value)),

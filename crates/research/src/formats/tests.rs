@@ -265,7 +265,7 @@ fn rows_of_packages() {
 
 #[test]
 fn rows_of_darwin_core() {
-    // What has no animal, or was heard nobody knows where, is no occurrence.
+    // A detection without an animal or without a place is no occurrence.
     assert_eq!(
         rows("darwin-core"),
         [
