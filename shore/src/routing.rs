@@ -23,7 +23,7 @@ use units::{LatLon, LocalFrame, LocalPoint, wrap_two_pi};
 
 /// So many are planned at once.
 const AT_ONCE: usize = 2;
-/// So many more may wait; further ones are told to come again.
+/// So many more requests may wait; further ones are refused and may be sent again.
 const MOST_WAITING: usize = 64;
 /// Start, places to pass and goal.
 const POINTS: RangeInclusive<usize> = 2..=50;
@@ -32,6 +32,8 @@ const ZONES: usize = 50;
 const CORNERS: RangeInclusive<usize> = 3..=200;
 const ALL_CORNERS: usize = 1_000;
 const ALL_BORDERS_KM: f64 = 2_000.0;
+/// Most other routes that a request may ask for.
+const ALTERNATIVES: u8 = 3;
 /// Farthest that a request may ask to keep clear (m): what is cut out grows with it, and so does the time that takes.
 const MOST_CLEARANCE_M: f64 = 500.0;
 /// Speed where none is asked for (m/s).
@@ -79,7 +81,7 @@ impl Routing {
             Arc::clone(&self.working).acquire_owned().await.map_err(|error| Error::internal(&error))?;
         let waiting = Waiting(Arc::new(AtomicBool::new(true)));
         let wanted = Arc::clone(&waiting.0);
-        // Whoever goes away leaves a planner that needs a moment to notice: until then its turn is taken.
+        // After its client has gone, a planner runs for another moment: until then its turn is taken.
         slow(move || {
             let _taken = (place, working);
             question.answer(&set, &|| wanted.load(Ordering::Relaxed))
@@ -132,13 +134,20 @@ impl Question {
         let zones = zones(&ask.zones, margin_m).map_err(malformed)?;
         let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
         let ends = Request::new(places[0], places[places.len() - 1]);
-        let request = Request { turn_radius_m: ask.turn_radius_m, ..ends };
+        if ask.alternatives > ALTERNATIVES {
+            return Err(malformed(format!(
+                "alternatives: {}; ask for 0 to {ALTERNATIVES}",
+                ask.alternatives
+            )));
+        }
+        let alternatives = usize::from(ask.alternatives);
+        let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
         request.validate().map_err(|error| malformed(error.to_string()))?;
         let explain = ask.explain;
         Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
     }
 
-    /// Plans; `wanted` says whether anybody still waits.
+    /// Plans; `wanted` says whether the client still waits.
     pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool) -> SeaRouteAnswer {
         let began = Instant::now();
         let cancel = Cancel::unless(wanted);
@@ -146,8 +155,12 @@ impl Question {
         let zoned = self.zones.clone().map(|zones| set.router.in_zones(zones));
         let router = zoned.as_ref().unwrap_or(&set.router);
         let planned = router.route_by(&self.places, &request, &self.needs, &cancel);
+        let mut alternatives = Vec::new();
         let (route, refusal) = match planned {
-            Ok(route) => (Some(self.described(&route, set)), None),
+            Ok(route) => {
+                alternatives.extend(route.alternatives.iter().map(|other| self.described(other, set)));
+                (Some(self.described(&route, set)), None)
+            }
             Err((stretch, refusal)) => {
                 let mut refused = refused(stretch, &refusal);
                 if self.explain && matches!(refusal, Refusal::NoWay { .. }) {
@@ -162,6 +175,7 @@ impl Question {
             asked_depth_m: self.needs.demand.needed_m(),
             asked_clearance_m: self.needs.clearance_m,
             route,
+            alternatives,
             refusal,
             took_ms: began.elapsed().as_secs_f64() * 1e3,
         }

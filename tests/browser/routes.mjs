@@ -58,6 +58,15 @@ await inBrowser(async (open) => {
   check((await lengthM()) > 2_500, `around the island: ${await text.innerText()}`);
   await look(page, "route-around");
   await fits(page, "the plan page with a route");
+
+  // The other side of the island is longer, stands beside it, and is chosen by a press.
+  const ways = panel.getByRole("group", { name: "Routes to choose from" });
+  const shortestM = await lengthM();
+  await ways.getByRole("radio", { name: /^2: \d+ m longer · / }).check();
+  check((await lengthM()) > shortestM, `the second route: ${await text.innerText()} after ${shortestM} m`);
+  await look(page, "route-alternatives");
+  await ways.getByRole("radio", { name: /^Shortest · / }).check();
+  check((await lengthM()) === shortestM, `the shortest again: ${await text.innerText()}`);
   await panel.getByRole("button", { name: "Take this way" }).click();
   await page.locator(".guard-ok, .guard-by").first().waitFor();
   await page.waitForFunction(() => !/refused by the chart/.test(document.body.innerText));

@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
 const outfile = join(folder, "searoute.mjs");
 await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { canGoAround, energyOf, placesOfRoute, remarks, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
+const { canGoAround, energyOf, placesOfRoute, remarks, routeName, routesOf, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
 
 const speed = { value: 1.5, unit: "mps" };
 const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
@@ -24,6 +24,17 @@ const ENDS = { from: { lat_deg: 63, lon_deg: 10 }, to: { lat_deg: 64, lon_deg: 1
 test("a route is told in a line, with what is least", () => {
   assert.equal(routeText(found), "2865 m · 32 min · least depth 5.0 m · clear by 18 m");
   assert.equal(routeText(route([[63, 10], [63.3, 10]], { length_m: 81_770, duration_s: 54_513, least_depth_m: null, least_clearance_m: null })), "81.8 km · 15 h 9 min · clear by more than 5 km");
+});
+
+test("routes to choose from are the shortest first, and say by how much they are longer", () => {
+  const other = { ...found, length_m: 3175.4, duration_s: 2117 };
+  const routes = routesOf({ route: found, alternatives: [other] });
+  assert.deepEqual(routes.map((one, index) => routeName(one, index, found)), [
+    "Shortest · 2865 m · 32 min · least depth 5.0 m · clear by 18 m",
+    "2: 310 m longer · 3175 m · 35 min · least depth 5.0 m · clear by 18 m",
+  ]);
+  assert.deepEqual(routesOf({ route: null, alternatives: [] }), []);
+  assert.deepEqual(routesOf(undefined), []);
 });
 
 test("a current that is too strong leaves time and energy out", () => {

@@ -34,6 +34,10 @@ pub struct SeaRouteRequest {
     /// The current that time and energy are reckoned in; null for none.
     #[serde(default)]
     pub current: Option<SeaRouteCurrent>,
+    /// How many other routes to look for, 0 to 3, that pass islands and shoals on the other side; they are not looked for
+    /// where there are places to pass.
+    #[serde(default)]
+    pub alternatives: u8,
     /// If no route exists, look for a smaller depth and clearance that give one, and for what is in the way; it can take some
     /// seconds.
     #[serde(default)]
@@ -83,6 +87,8 @@ pub struct SeaRouteAnswer {
     pub asked_clearance_m: f64,
     /// The route.
     pub route: Option<SeaRoute>,
+    /// Other routes, as far as they were asked for and differ from this one and each other: the shortest first.
+    pub alternatives: Vec<SeaRoute>,
     /// The reason that no route exists.
     pub refusal: Option<SeaRouteRefusal>,
     /// What planning took (ms).

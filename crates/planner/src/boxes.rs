@@ -26,7 +26,7 @@ impl Bounds {
         points.iter().fold(Self::EMPTY, |all, point| all.with(Self { min: *point, max: *point }))
     }
 
-    fn with(self, other: Self) -> Self {
+    pub(crate) fn with(self, other: Self) -> Self {
         Self {
             min: Point { x: self.min.x.min(other.min.x), y: self.min.y.min(other.min.y) },
             max: Point { x: self.max.x.max(other.max.x), y: self.max.y.max(other.max.y) },

@@ -17,6 +17,7 @@
 //!
 //! SI units and radians; places are WGS 84.
 
+mod alternatives;
 mod boxes;
 mod cancel;
 pub mod classic;

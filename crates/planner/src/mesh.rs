@@ -108,6 +108,14 @@ impl Mesh {
         })
     }
 
+    /// Gives the triangles whose boxes meet a box.
+    pub(crate) fn visit_at(&self, near: &Bounds, mut visit: impl FnMut(u32)) {
+        self.tree.nearest(near, 0.0, |triangle| {
+            visit(triangle);
+            0.0
+        });
+    }
+
     /// The same point, or one some centimetres from it that lies within the triangle and not on its border.
     pub(crate) fn within(&self, triangle: u32, at: Point) -> Point {
         let [a, b, c] = self.triangle(triangle);

@@ -38,6 +38,11 @@ impl Parts {
         self.top(one) == self.top(other)
     }
 
+    /// One of those that are joined with it, the same for all of them.
+    pub(crate) fn of(&mut self, at: u32) -> u32 {
+        self.top(at).0
+    }
+
     /// What it hangs on in the end, and whether the way there crosses an odd number of times.
     fn top(&mut self, mut at: u32) -> (u32, bool) {
         let mut is_odd = false;

@@ -1,6 +1,7 @@
 //! What is asked and what is answered: a route in legs, or the reason that no route exists.
 
 use crate::Cancel;
+use crate::alternatives;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles;
 use crate::plane::Point;
@@ -41,14 +42,25 @@ pub struct Request {
     /// Turning radius of the vessel (m): corners are joined and moved so that its turns keep clear as the legs do, and
     /// where the water does not allow that, [`RouteLeg::turn`] says so. `None` where it is not known.
     pub turn_radius_m: Option<f64>,
+    /// So many other routes are looked for that pass what the shortest passes on the other side.
+    pub alternatives: usize,
     /// A longer route is of no use (m): none is looked for in water farther off than it could lead. `None` for any length.
     pub longest_m: Option<f64>,
 }
 
 impl Request {
-    /// With ends that may be moved by 1 km, and legs of 15 m and more, for a vessel that turns on the spot; of any length.
+    /// With ends that may be moved by 1 km, and legs of 15 m and more, for a vessel that turns on the spot; of any length,
+    /// and without alternatives.
     pub fn new(from: LatLon, to: LatLon) -> Self {
-        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0, turn_radius_m: None, longest_m: None }
+        Self {
+            from,
+            to,
+            move_up_to_m: 1_000.0,
+            least_leg_m: 15.0,
+            turn_radius_m: None,
+            alternatives: 0,
+            longest_m: None,
+        }
     }
 
     /// Whether all its lengths are numbers in range.
@@ -62,7 +74,8 @@ impl Request {
     }
 
     /// The answer, if it is not longer than is of use.
-    pub(crate) fn not_too_long(&self, route: Route) -> Result<Route, Refusal> {
+    pub(crate) fn not_too_long(&self, mut route: Route) -> Result<Route, Refusal> {
+        route.alternatives.retain(|other| self.not_longer(other.length_m).is_ok());
         self.not_longer(route.length_m).map(|()| route)
     }
 
@@ -140,6 +153,9 @@ pub struct Route {
     pub moved_goal: Option<Moved>,
     /// What finding it took.
     pub effort: Effort,
+    /// Other routes between the same places, as far as they were asked for: the shortest of them first. A route by way of
+    /// several places has none.
+    pub alternatives: Vec<Route>,
 }
 
 impl Route {
@@ -150,6 +166,7 @@ impl Route {
         self.legs.extend(next.legs);
         self.moved_goal = next.moved_goal;
         self.effort = self.effort.and(next.effort);
+        self.alternatives.clear();
         self
     }
 
@@ -166,6 +183,9 @@ impl Route {
                 self.legs.iter().map(|leg| (Leg { from: leg.from, to: leg.to }, leg.length_m)).collect();
             let turns = turns::judge(&legs, radius_m, index, needs, zones);
             self.legs.iter_mut().zip(turns).for_each(|(leg, turn)| leg.turn = turn);
+        }
+        for other in &mut self.alternatives {
+            other.judge_turns(request, index, needs, zones);
         }
     }
 
@@ -314,7 +334,27 @@ impl Question<'_> {
         let mesh = &self.room.mesh;
         let ends = [start, goal].map(|end| (mesh.within(end.triangle, end.at), end.triangle));
         let found = search::shortest(mesh, ends[0], ends[1], self.cancel)?;
-        let Some((mut way, effort)) = found else { return Err(self.no_way(start)) };
+        let Some((way, effort)) = found else { return Err(self.no_way(start)) };
+        let others = alternatives::others(mesh, ends, &way, self.request.alternatives, self.cancel)?;
+        let mut route = self.confirmed(way, effort, (start, goal))?;
+        for other in others {
+            match self.confirmed(other.way, other.effort, (start, goal)) {
+                Ok(other) => route.alternatives.push(other),
+                // The route that was asked for stands without it.
+                Err(Refusal::NotConfirmed { .. }) => {}
+                Err(refusal) => return Err(refusal),
+            }
+        }
+        Ok(route)
+    }
+
+    /// A way in legs that a vessel can sail, each confirmed by the chart.
+    fn confirmed(
+        &self,
+        mut way: Vec<Point>,
+        effort: Effort,
+        (start, goal): (Stand, Stand),
+    ) -> Result<Route, Refusal> {
         (way[0], *way.last_mut().expect("invariant: a way has ends")) = (start.at, goal.at);
         let radius_m = self.request.turn_radius_m.unwrap_or(0.0);
         let is_clear = |from: Point, to: Point| self.is_clear(from, to);
@@ -330,7 +370,8 @@ impl Question<'_> {
         let start_place = legs.first().map_or(self.room.plane().place(start.at), |leg: &RouteLeg| leg.from);
         let length_m = legs.iter().map(|leg| leg.length_m).sum();
         let (moved_start, moved_goal) = (start.moved, goal.moved);
-        Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort })
+        let alternatives = Vec::new();
+        Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort, alternatives })
     }
 
     /// Where both ends may stand, as pairs; `None` where one is closed.

@@ -173,7 +173,9 @@ impl Router {
         let mut whole: Option<Route> = None;
         for (stretch, to) in onward.into_iter().enumerate() {
             let from = whole.as_ref().map_or(from, Route::goal);
-            let next = self.stretch(&Request { from, to, ..*request }, needs, cancel);
+            // Of one stretch alone: those of several would have to be chosen for each of them.
+            let alternatives = if places.len() > 2 { 0 } else { request.alternatives };
+            let next = self.stretch(&Request { from, to, alternatives, ..*request }, needs, cancel);
             let next = next.map_err(|refusal| (stretch, refusal))?;
             whole = Some(match whole {
                 Some(before) => before.then(next),

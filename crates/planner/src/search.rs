@@ -72,6 +72,8 @@ struct Search<'a> {
     mesh: &'a Mesh,
     goal: Point,
     goal_triangle: u32,
+    /// A side that no way may pass, by its corners.
+    closed: Option<[u32; 2]>,
     /// Triangles in bays that may be passed, in order.
     bays: Vec<u32>,
     roots: Vec<Root>,
@@ -85,13 +87,33 @@ struct Search<'a> {
     effort: Effort,
 }
 
-/// The shortest way between two points in these triangles, both points included; `None` if they lie in different pieces of water.
-pub(crate) fn shortest(
+/// A way, both ends included, and what finding it took.
+pub(crate) type Found = Option<(Vec<Point>, Effort)>;
+/// A point and the triangle that holds it.
+pub(crate) type Place = (Point, u32);
+
+/// The shortest way between two points in these triangles; `None` if they lie in different pieces of water.
+pub(crate) fn shortest(mesh: &Mesh, from: Place, to: Place, cancel: &Cancel<'_>) -> Result<Found, PlanError> {
+    search(mesh, from, to, None, cancel)
+}
+
+/// The shortest way that does not pass a side, given by its corners; `None` where there is no other way.
+pub(crate) fn shortest_without(
     mesh: &Mesh,
-    (from, from_triangle): (Point, u32),
-    (to, to_triangle): (Point, u32),
+    (from, to): (Place, Place),
+    side: [u32; 2],
     cancel: &Cancel<'_>,
-) -> Result<Option<(Vec<Point>, Effort)>, PlanError> {
+) -> Result<Found, PlanError> {
+    search(mesh, from, to, Some(side), cancel)
+}
+
+fn search(
+    mesh: &Mesh,
+    (from, from_triangle): Place,
+    (to, to_triangle): Place,
+    closed: Option<[u32; 2]>,
+    cancel: &Cancel<'_>,
+) -> Result<Found, PlanError> {
     if mesh.piece[from_triangle as usize] != mesh.piece[to_triangle as usize] {
         return Ok(None);
     }
@@ -104,6 +126,7 @@ pub(crate) fn shortest(
         mesh,
         goal: to,
         goal_triangle: to_triangle,
+        closed,
         bays,
         roots: vec![Root { at: from, corner: NONE, before: NONE, length_m: 0.0 }],
         best: vec![NONE; mesh.points.len()],
@@ -127,7 +150,7 @@ impl Search<'_> {
         }
     }
 
-    fn run(mut self, cancel: &Cancel<'_>) -> Result<Option<(Vec<Point>, Effort)>, PlanError> {
+    fn run(mut self, cancel: &Cancel<'_>) -> Result<Found, PlanError> {
         while let Some(Reverse((_, step))) = self.heap.pop() {
             match self.steps[step as usize] {
                 Step::Arrive { root, by } => {
@@ -272,6 +295,9 @@ impl Search<'_> {
         }
         let corners = self.mesh.corners[triangle as usize];
         let ends = (corners[(side + 1) % 3], corners[side]);
+        if self.closed.is_some_and(|[one, other]| ends == (one, other) || ends == (other, one)) {
+            return None;
+        }
         if self.is_shorter_along((ends.0, at_left), left, right, root)
             || self.is_shorter_along((ends.1, at_right), right, left, root)
         {

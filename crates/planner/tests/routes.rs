@@ -721,3 +721,79 @@ fn an_end_in_a_zone_is_moved_out_of_it_or_refused_by_it() {
     let moved = router.route(&request, &needs, &Cancel::never()).unwrap().moved_start.unwrap();
     assert!((moved.distance_m - 60.0).abs() < 1.5, "{moved:?}");
 }
+
+fn with_alternatives(router: &Router, from: LocalPoint, to: LocalPoint, needs: &Needs) -> Route {
+    let request = Request { alternatives: 3, ..exact(from, to) };
+    router.route(&request, needs, &Cancel::never()).unwrap()
+}
+
+/// The farthest that a route goes north of the middle, and south of it (m).
+fn north_and_south(route: &Route) -> (f64, f64) {
+    let frame = LocalFrame::new(middle());
+    let north = route.places().map(|place| frame.to_local(place).north_m);
+    north.fold((f64::MIN, f64::MAX), |(most, least), north_m| (most.max(north_m), least.min(north_m)))
+}
+
+#[test]
+fn the_other_side_of_an_island_is_an_alternative() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(100.0, 0.0), 400.0, 32);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let router = router(&sea);
+    let route = with_alternatives(&router, at(0.0, -1500.0), at(0.0, 1500.0), &needs);
+    let [other] = route.alternatives.as_slice() else { panic!("{} alternatives", route.alternatives.len()) };
+    assert!(north_and_south(&route).1 < -300.0 && north_and_south(other).0 > 500.0);
+    assert!(is_safe(other, router.index(), &needs) && other.length_m > route.length_m);
+    // Where nothing lies between, and where nobody asks, there is none.
+    assert!(
+        with_alternatives(&router, at(-1500.0, -1500.0), at(-1500.0, 1500.0), &needs).alternatives.is_empty()
+    );
+    assert!(ask(&router, at(0.0, -1500.0), at(0.0, 1500.0), &needs).unwrap().alternatives.is_empty());
+    // Nor by way of other places, nor one that is longer than is of use.
+    let request = Request { alternatives: 3, ..exact(at(0.0, -1500.0), at(0.0, 1500.0)) };
+    let places = [request.from, place(at(-900.0, 0.0)), request.to];
+    assert!(router.route_by(&places, &request, &needs, &Cancel::never()).unwrap().alternatives.is_empty());
+    let short = Request { longest_m: Some(route.length_m + 1.0), ..request };
+    assert!(router.route(&short, &needs, &Cancel::never()).unwrap().alternatives.is_empty());
+}
+
+/// Both banks of a fjord are one shore: the passages on both sides of its island join the same two shores.
+#[test]
+fn the_other_side_of_an_island_in_a_fjord_is_an_alternative() {
+    let fjord = (0..=12).flat_map(|step| {
+        let east_m = -1_500.0 + 250.0 * f64::from(step);
+        [at(1_000.0, east_m), at(-1_000.0, east_m)]
+    });
+    let head = (0..=8).map(|step| at(-1_000.0 + 250.0 * f64::from(step), 1_600.0));
+    let land = fjord
+        .chain(head)
+        .fold(Sea::new(middle(), HALF_M, 30.0), |sea, at| sea.with(Ground::Land, at, 300.0, 12));
+    let sea = land.with(Ground::Land, at(60.0, 0.0), 350.0, 24);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let router = router(&sea);
+    let route = with_alternatives(&router, at(0.0, -1_200.0), at(0.0, 1_000.0), &needs);
+    let [other] = route.alternatives.as_slice() else { panic!("{} alternatives", route.alternatives.len()) };
+    assert!(north_and_south(&route).1 < -250.0 && north_and_south(other).0 > 400.0);
+    assert!(is_safe(other, router.index(), &needs));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    #[test]
+    fn alternatives_are_safe_differ_and_come_by_length(shoals in shoals(9), from in point(), to in point()) {
+        let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(5.0, 20.0));
+        let router = router(&sea);
+        let request = Request { alternatives: 3, ..exact(from, to) };
+        let Ok(route) = router.route(&request, &needs, &Cancel::never()) else { return Ok(()) };
+        let alone = ask(&router, from, to, &needs).unwrap();
+        prop_assert_eq!(&alone.legs, &route.legs);
+        let mut before_m = route.length_m;
+        for other in &route.alternatives {
+            prop_assert!(is_safe(other, router.index(), &needs));
+            prop_assert!(other.length_m >= before_m - 0.01, "{} after {before_m}", other.length_m);
+            prop_assert!(other.length_m <= 2.0 * route.length_m + 1.0);
+            before_m = other.length_m;
+        }
+        let ways: Vec<Vec<LatLon>> = std::iter::once(&route).chain(&route.alternatives).map(|route| route.places().collect()).collect();
+        prop_assert!((1..ways.len()).all(|at| !ways[..at].contains(&ways[at])));
+    }
+}

@@ -3805,6 +3805,10 @@ asked_clearance_m: number,
  */
 route: SeaRoute | null, 
 /**
+ * Other routes, as far as they were asked for and differ from this one and each other: the shortest first.
+ */
+alternatives: Array<SeaRoute>, 
+/**
  * The reason that no route exists.
  */
 refusal: SeaRouteRefusal | null, 
@@ -3848,6 +3852,11 @@ zones: Array<SeaRouteZone>,
  * The current that time and energy are reckoned in; null for none.
  */
 current: SeaRouteCurrent | null, 
+/**
+ * How many other routes to look for, 0 to 3, that pass islands and shoals on the other side; they are not looked for
+ * where there are places to pass.
+ */
+alternatives: number, 
 /**
  * If no route exists, look for a smaller depth and clearance that give one, and for what is in the way; it can take some
  * seconds.

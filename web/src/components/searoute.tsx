@@ -1,9 +1,9 @@
 // The panel of a route on the sea chart: what is asked of the water, what came of it, and what to do with it.
 
 import type { Signal } from "@preact/signals";
-import type { PlanPlace, SeaRouteAnswer, SeaRoutePassable } from "../api/types.gen";
+import type { PlanPlace, SeaRoute, SeaRouteAnswer, SeaRoutePassable } from "../api/types.gen";
 import { hasRoom } from "../state/avoided";
-import { energyOf, remarks, routeText } from "../state/searoute";
+import { energyOf, remarks, routeName, routesOf, routeText } from "../state/searoute";
 import { t } from "../words/words";
 
 export interface SeaRouteModel {
@@ -13,6 +13,8 @@ export interface SeaRouteModel {
   readonly depth: Signal<number>;
   readonly clearance: Signal<number>;
   readonly answer: Signal<SeaRouteAnswer | undefined>;
+  /** Which of its routes is chosen. */
+  readonly way: Signal<number>;
   readonly trouble: Signal<string>;
   readonly busy: Signal<boolean>;
   /** Areas to avoid. */
@@ -27,6 +29,7 @@ export interface SeaRouteActions {
   ask(): void;
   explain(): void;
   take(): void;
+  choose(way: number): void;
   /** A place to pass in the middle of the map, and away with one, by its number among all chosen places. */
   moreVia(): void;
   lessVia(index: number): void;
@@ -45,7 +48,8 @@ export interface SeaRouteActions {
 export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; readonly act: SeaRouteActions }) {
   if (!model.open.value) return null;
   const { answer, trouble, chosen, around } = model;
-  const route = answer.value?.route;
+  const routes = routesOf(answer.value);
+  const route = routes[model.way.value] ?? null;
   return (
     <section class="sea-route" aria-labelledby="sea-route-title">
       <h2 id="sea-route-title">{around.value ? t("Way around: {place}", { place: around.value }) : t("Route on the chart")}</h2>
@@ -53,7 +57,8 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       <Wanted label={t("Least depth")} id="sea-route-depth" unit="m" value={model.depth} most={30} limit={20_000} step={0.5} then={act.ask} />
       <Wanted label={t("Keep clear by")} id="sea-route-clearance" unit="m" value={model.clearance} most={300} limit={500} step={1} then={act.ask} />
       <p class="num totals" role="status" data-bad={answer.value?.refusal ? "" : undefined}>{route ? routeText(route) : model.busy.value ? t("Planning …") : ""}</p>
-      {answer.value && remarks(answer.value).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
+      <Ways routes={routes} way={model.way} act={act} />
+      {answer.value && remarks({ route, refusal: answer.value.refusal }).map((text) => <p key={text} class={`note ${answer.value?.refusal ? "bad" : "warn"}`}>{text}</p>)}
       {route && energyOf(route) && <p class="note num">{energyOf(route)}</p>}
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
@@ -76,6 +81,22 @@ function then(act: () => void, group: string): () => void {
     const find = (selector: string): HTMLElement | null => document.querySelector<HTMLElement>(selector);
     requestAnimationFrame(() => (find(`#${group} button:not(:disabled)`) ?? find("#sea-route-depth"))?.focus());
   };
+}
+
+/** The shortest route and those on the other side of islands, to choose from. */
+function Ways({ routes, way, act }: { readonly routes: readonly SeaRoute[]; readonly way: Signal<number>; readonly act: SeaRouteActions }) {
+  const shortest = routes[0];
+  if (!shortest || routes.length < 2) return null;
+  return (
+    <fieldset class="ways">
+      <legend>{t("Routes to choose from")}</legend>
+      {routes.map((route, index) => (
+        <label key={index} class="check num">
+          <input type="radio" name="sea-route-way" checked={way.value === index} onChange={() => act.choose(index)} /> {routeName(route, index, shortest)}
+        </label>
+      ))}
+    </fieldset>
+  );
 }
 
 /** What would do, one press away. */

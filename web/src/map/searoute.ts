@@ -33,6 +33,8 @@ export interface SeaRouteBeside {
   /** Areas to avoid, and one that is being drawn. */
   readonly areas: readonly (readonly PlanPlace[])[];
   readonly drawing: readonly PlanPlace[] | undefined;
+  /** Other routes that may be chosen, by number. */
+  readonly others: readonly { readonly number: number; readonly places: readonly PlanPlace[] }[];
   /** The narrowest gap, where nothing passes. */
   readonly gap: PlanPlace | undefined;
 }
@@ -102,10 +104,11 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
   return { update, clear: () => update([], []) };
 }
 
-function besideOf({ areas, drawing, gap }: SeaRouteBeside): Feature[] {
+function besideOf({ areas, drawing, others, gap }: SeaRouteBeside): Feature[] {
   const ring = (corners: readonly PlanPlace[]): number[][] => [...corners, ...corners.slice(0, 1)].map(xy);
   return [
     ...areas.map((corners, at) => new Feature({ geometry: new Polygon([ring(corners)]), beside: "area", number: String(at + 1) })),
+    ...others.map(({ number, places }) => new Feature({ geometry: new LineString(places.map(xy)), beside: "other", number: String(number) })),
     ...(drawing?.length ? [new Feature({ geometry: new LineString(drawing.map(xy)), beside: "drawing" }), ...drawing.map((place) => new Feature({ geometry: new Point(xy(place)), beside: "corner" }))] : []),
     ...(gap ? [new Feature({ geometry: new Point(xy(gap)), beside: "gap" })] : []),
   ];
@@ -120,6 +123,15 @@ function besideStyles(feature: Feature, ink: string, halo: string, danger: strin
         text: new Text({ text: feature.get("number") as string, overflow: true, font: `700 15px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) }),
         zIndex: -1,
       })];
+    case "other":
+      return [
+        new Style({ stroke: new Stroke({ color: halo, width: 6 }), zIndex: -3 }),
+        new Style({
+          stroke: new Stroke({ color: ink, width: 2 }),
+          text: new Text({ text: feature.get("number") as string, placement: "line", overflow: true, font: `700 15px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 5 }) }),
+          zIndex: -2,
+        }),
+      ];
     case "gap":
       return [new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: halo, width: 7 }) }), zIndex: 5 }), new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: danger, width: 3 }) }), zIndex: 6 })];
     case "corner":

@@ -4,12 +4,12 @@
 import { signal } from "@preact/signals";
 import { h } from "preact";
 import { postJson, reason } from "../api/http";
-import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRouteAnswer, SeaRouteRequest } from "../api/types.gen";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRoute, SeaRouteAnswer, SeaRouteRequest } from "../api/types.gen";
 import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
 import { createMount } from "../components/mount";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
-import { type Around, placesOfRoute, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import { type Around, placesOfRoute, routesOf, stretchAt, withRoute, withWayAround } from "../state/searoute";
 import { type Area, crosses, hasRoom, keepAreas, keptAreas, zonesOf } from "../state/avoided";
 import { same } from "../state/plan";
 import { t } from "../words/words";
@@ -19,6 +19,8 @@ const PATIENCE_MS = 20_000;
 /** Looking for what would do may prepare several pieces of water. */
 const EXPLAIN_MS = 60_000;
 const MOST_PLACES = 50;
+/** Other routes to choose from. */
+const ALTERNATIVES = 2;
 
 export interface SeaRouteNeeds {
   readonly map: FleetMap;
@@ -38,7 +40,9 @@ export class SeaRouteTool {
   private chosen: PlanPlace[] = [];
   private around: Around | undefined;
   private readonly onMap: SeaRouteOnMap;
-  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), way: signal(0), trouble: signal(""), busy: signal(false), avoid: signal([]), drawing: signal(undefined), around: signal("") };
+  /** A place is under the hand. */
+  private dragging = false;
   /** One question is on its way; the newest one that came meanwhile is asked after it. */
   private asking = false;
   private again = false;
@@ -47,13 +51,14 @@ export class SeaRouteTool {
 
   constructor(private readonly needs: SeaRouteNeeds) {
     this.onMap = createSeaRoute(needs.map, {
-      moved: (index, place) => this.move(index, place),
+      moved: (index, place, done) => this.move(index, place, done),
       pulled: (leg, place) => this.pull(leg, place),
     });
     const act = {
       ask: () => this.anew(),
       explain: () => void this.explain(),
       take: () => this.take(),
+      choose: (way: number) => this.choose(way),
       moreVia: () => this.via(this.needs.centre()),
       lessVia: (index: number) => this.place(this.chosen.filter((_, at) => at !== index)),
       draw: () => this.sketch([]),
@@ -136,7 +141,8 @@ export class SeaRouteTool {
     this.anew();
   }
 
-  private move(index: number, place: PlanPlace): void {
+  private move(index: number, place: PlanPlace, done: boolean): void {
+    this.dragging = !done;
     // The ends of a leg that is sailed around belong to the plan.
     const end = index === 0 || index === this.chosen.length - 1;
     if (this.around && end) return;
@@ -146,7 +152,7 @@ export class SeaRouteTool {
   }
 
   private pull(leg: number, place: PlanPlace): number {
-    const route = this.model.answer.value?.route;
+    const route = this.chosenRoute();
     const stretch = route ? stretchAt(this.chosen, placesOfRoute(route), leg) : 0;
     if (this.chosen.length >= MOST_PLACES) return stretch;
     this.chosen = [...this.chosen.slice(0, stretch + 1), place, ...this.chosen.slice(stretch + 1)];
@@ -202,6 +208,8 @@ export class SeaRouteTool {
       speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
       zones: zonesOf(this.model.avoid.value),
       current: null,
+      // Under the hand the one route is asked for, as often as can be; with places to pass a person has chosen already.
+      alternatives: this.dragging || this.chosen.length > 2 ? 0 : ALTERNATIVES,
       explain,
     };
   }
@@ -238,7 +246,7 @@ export class SeaRouteTool {
     model.busy.value = true;
     try {
       const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", patienceMs, question);
-      if (isOfNow()) [model.answer.value, model.trouble.value] = [answer, ""];
+      if (isOfNow()) [model.way.value, model.answer.value, model.trouble.value] = [0, answer, ""];
     } catch (error) {
       if (isOfNow()) [model.answer.value, model.trouble.value] = [undefined, reason(error)];
     }
@@ -247,18 +255,29 @@ export class SeaRouteTool {
   }
 
   private draw(): void {
-    const { answer, avoid, drawing } = this.model;
-    const route = answer.value?.route;
+    const { answer, avoid, drawing, way } = this.model;
+    const route = this.chosenRoute();
+    const others = routesOf(answer.value).map((other, index) => ({ number: index + 1, places: placesOfRoute(other) }));
     const gap = answer.value?.refusal?.passable?.gap_at;
     this.onMap.update(this.chosen, route ? placesOfRoute(route) : [], {
       areas: avoid.value,
       drawing: drawing.value,
+      others: others.filter((_, index) => index !== way.value),
       gap: gap ? { lat_deg: gap[0], lon_deg: gap[1] } : undefined,
     });
   }
 
+  private chosenRoute(): SeaRoute | undefined {
+    return routesOf(this.model.answer.value)[this.model.way.value];
+  }
+
+  private choose(way: number): void {
+    this.model.way.value = way;
+    this.draw();
+  }
+
   private take(): void {
-    const route = this.model.answer.value?.route;
+    const route = this.chosenRoute();
     if (!route) return;
     const { editing } = this.needs;
     const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, editing.speed, editing.selected?.step);

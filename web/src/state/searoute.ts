@@ -24,6 +24,18 @@ export function placesOfRoute(route: SeaRoute): PlanPlace[] {
   return route.points.map(([lat_deg, lon_deg]) => ({ lat_deg, lon_deg }));
 }
 
+/** All routes of an answer: the shortest, then those that pass islands and shoals on the other side. */
+export function routesOf(answer: SeaRouteAnswer | undefined): SeaRoute[] {
+  return answer?.route ? [answer.route, ...answer.alternatives] : [];
+}
+
+/** What a route is called among others. */
+export function routeName(route: SeaRoute, index: number, shortest: SeaRoute): string {
+  const longer = Math.round(route.length_m - shortest.length_m);
+  const name = index === 0 ? t("Shortest") : t("{n}: {length} longer", { n: index + 1, length: lengthOf(longer) });
+  return `${name} · ${routeText(route)}`;
+}
+
 /** Length, time, and what there is around it, in a line. */
 export function routeText(route: SeaRoute): string {
   const depth = route.least_depth_m === null ? "" : ` · ${t("least depth {depth} m", { depth: route.least_depth_m.toFixed(1) })}`;

@@ -29,6 +29,7 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.4402,10.3951 --to 63.4521,10.2870 --min-depth 5 --clearance 25
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
   lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --avoid farms.geojson --current 250,0.4
+  lutra-server plan route --from 63.44,10.40 --to 63.45,10.29 --alternatives 2
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
@@ -66,6 +67,9 @@ pub(super) struct RouteArguments {
     /// Turning radius of the vessel (m): turns keep the depth and distance too, or are warned of [default: not known].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     turn_radius: Option<f64>,
+    /// Show so many other routes as well, 0 to 3, that pass islands and shoals on the other side.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3), conflicts_with_all = ["via", "pairs"])]
+    alternatives: u8,
     /// GeoJSON file with polygons to avoid; may be repeated.
     #[arg(long, value_name = "FILE")]
     avoid: Vec<PathBuf>,
@@ -176,9 +180,14 @@ impl Terms<'_> {
     }
 
     fn request(&self, from: LatLon, to: LatLon) -> Request {
-        let RouteArguments { move_up_to, least_leg, turn_radius, .. } = self.arguments;
-        let plain = Request::new(from, to);
-        Request { move_up_to_m: *move_up_to, least_leg_m: *least_leg, turn_radius_m: *turn_radius, ..plain }
+        let RouteArguments { move_up_to, least_leg, turn_radius, alternatives, .. } = self.arguments;
+        Request {
+            move_up_to_m: *move_up_to,
+            least_leg_m: *least_leg,
+            turn_radius_m: *turn_radius,
+            alternatives: usize::from(*alternatives),
+            ..Request::new(from, to)
+        }
     }
 
     fn one(&self, format: Option<Format>) -> anyhow::Result<()> {
@@ -196,9 +205,14 @@ impl Terms<'_> {
                     write(out, format, &route, arguments.speed)?;
                 }
                 if arguments.json {
-                    say!("{}", self.described(&Value::Null, &route, time_us));
+                    let mut answer = self.described(&Value::Null, &route, time_us);
+                    let others = route.alternatives.iter();
+                    let others = others.map(|other| self.described(&Value::Null, other, time_us));
+                    answer["alternatives"] = others.collect();
+                    say!("{answer}");
                 } else {
                     self.print(&route, &needs);
+                    self.print_alternatives(&route, &needs);
                 }
                 Ok(())
             }
@@ -325,6 +339,16 @@ impl Terms<'_> {
         let legs = || route.legs.iter().map(|leg| self.cost(leg));
         let energy_j: Option<f64> = legs().map(|cost| cost.energy_j).sum();
         (legs().map(|cost| cost.duration_s).sum(), energy_j.map(|energy_j| energy_j / 3_600.0))
+    }
+
+    fn print_alternatives(&self, route: &Route, needs: &Needs) {
+        if self.arguments.alternatives > 0 && route.alternatives.is_empty() {
+            say!("\nno other route differs from this one and is less than twice as long");
+        }
+        for (number, other) in (1..).zip(&route.alternatives) {
+            say!("\nalternative {number}, {:.0} m longer:", other.length_m - route.length_m);
+            self.print(other, needs);
+        }
     }
 
     fn print(&self, route: &Route, needs: &Needs) {

@@ -56,6 +56,8 @@ pub(crate) enum Fault {
     CutWay(usize, u64),
     CutWayUp(usize, u64),
     CutWayDown(usize, u64),
+    /// One of the ways connects, and carries nothing: a box on the way answers in the shore's place.
+    MuteWay(usize, u64),
     /// One of the ways takes so long in one direction from now on.
     Delay(usize, u64),
     KillVessel(u64),
@@ -228,6 +230,7 @@ impl World {
             }
             Fault::CutWayUp(way, us) => self.network.cut_way(way, Direction::Up, self.now_us + us),
             Fault::CutWayDown(way, us) => self.network.cut_way(way, Direction::Down, self.now_us + us),
+            Fault::MuteWay(way, us) => self.network.paths[way].mute_until = self.now_us + us,
             Fault::Delay(way, us) => {
                 let way = way % self.network.paths.len();
                 self.network.paths[way].delay_us = us;

@@ -56,6 +56,10 @@ impl Wire {
 #[derive(Debug, Clone)]
 pub(crate) struct Path {
     cut_until: [u64; 2],
+    /// Until then it connects, and carries nothing.
+    pub(crate) mute_until: u64,
+    /// Connections made by it.
+    pub(crate) connections: u64,
     /// When the last byte sent leaves the sender.
     free_at: [u64; 2],
     pub(crate) delay_us: u64,
@@ -70,6 +74,8 @@ impl Default for Path {
     fn default() -> Self {
         Self {
             cut_until: [0; 2],
+            mute_until: 0,
+            connections: 0,
             free_at: [0; 2],
             delay_us: 40_000,
             bytes_per_s: 250_000,
@@ -145,6 +151,7 @@ impl World {
             return self.connect_failed(id);
         }
         self.network.connecting.remove(&id);
+        self.network.paths[way].connections += 1;
         let vessel_has_it = self.vessel.machine.is_some();
         let wire = Wire { way, shore_has_it: true, vessel_has_it, ..Wire::default() };
         self.network.wires.insert(id, wire);
@@ -187,7 +194,7 @@ impl World {
         let now = self.now_us;
         let Some(wire) = self.network.wires.get_mut(&id) else { return };
         let path = &self.network.paths[wire.way];
-        let (cut_until, delay_us) = (path.cut_until[direction as usize], path.delay_us);
+        let (cut_until, delay_us) = (path.cut_until[direction as usize].max(path.mute_until), path.delay_us);
         if cut_until > now {
             // TCP tries again later than at once, and each connection in its own time.
             let stall = self.chance.below((cut_until - now).min(5_000_000));
