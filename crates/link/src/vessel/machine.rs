@@ -277,9 +277,10 @@ impl Vessel {
             if let Some(stood) = self.left {
                 self.ways[stood].leave(now.mono);
             }
+            // Before the one that stood ends: what is left for this one is no fault of that.
+            self.turn = place;
             let why = || End::silent("an unmetered way is there again");
             self.end_all(now, |other| other != place, why);
-            self.turn = place;
         }
         let clocks = Clocks::default();
         let several = self.ways.len() > 1;
