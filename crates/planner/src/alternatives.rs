@@ -12,14 +12,15 @@ use crate::plane::Point;
 use crate::search::{self, Effort, Place};
 use crate::{Cancel, PlanError};
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// Most passages that are closed in their turn: those beside the largest islands, as the way round them differs most.
 const MOST_CLOSED: usize = 24;
 /// A way that is longer than the shortest one by this factor is of no use.
 const LONGEST: f64 = 2.0;
-/// Ways differ if they part by this share of the distance of their ends, and by so much (m).
-const APART_SHARE: f64 = 0.03;
-const APART_M: f64 = 50.0;
+/// Ways differ if they part by this share of the distance of their ends, within these bounds (m).
+const APART_SHARE: f64 = 0.1;
+const APART_M: RangeInclusive<f64> = 50.0..=1_000.0;
 /// Pieces of a way that are held against the triangles one by one (m): the box around a long leg holds half the chart.
 const PIECE_M: f64 = 250.0;
 /// Points nearer than this to each other are the same (m).
@@ -58,7 +59,7 @@ pub(crate) fn others(
         found.extend(of_use.map(|(way, effort)| Other { way, effort }));
     }
     found.sort_by(|one, other| length_m(&one.way).total_cmp(&length_m(&other.way)));
-    let apart_m = APART_M.max(APART_SHARE * ends[0].0.distance_m(ends[1].0));
+    let apart_m = (APART_SHARE * ends[0].0.distance_m(ends[1].0)).clamp(*APART_M.start(), *APART_M.end());
     let mut kept: Vec<Other> = Vec::new();
     for other in found {
         let differs = |way: &[Point]| parts_by(&other.way, way, apart_m);

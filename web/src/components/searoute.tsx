@@ -91,7 +91,7 @@ function Ways({ routes, way, act }: { readonly routes: readonly SeaRoute[]; read
     <fieldset class="ways">
       <legend>{t("Routes to choose from")}</legend>
       {routes.map((route, index) => (
-        <label key={index} class="check num">
+        <label key={index} class="num">
           <input type="radio" name="sea-route-way" checked={way.value === index} onChange={() => act.choose(index)} /> {routeName(route, index, shortest)}
         </label>
       ))}
