@@ -94,6 +94,32 @@ fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64, clearance_m: f64) {
         at(0.9),
         at(0.99)
     );
+    alternatives(&router, &needs, asked.iter().map(|(_, route)| route));
+}
+
+/// The same questions with two other routes each.
+fn alternatives<'a>(router: &Router, needs: &Needs, routes: impl Iterator<Item = &'a Route>) {
+    let mut took_ms = Vec::new();
+    let mut found = [0; 3];
+    for route in routes {
+        let request =
+            Request { move_up_to_m: 0.0, alternatives: 2, ..Request::new(route.start, route.goal()) };
+        let begun = Instant::now();
+        if let Ok(route) = router.route(&request, needs, &Cancel::never()) {
+            took_ms.push(begun.elapsed().as_secs_f64() * 1e3);
+            found[route.alternatives.len()] += 1;
+        }
+    }
+    took_ms.sort_by(f64::total_cmp);
+    let at = |share: f64| took_ms[((took_ms.len() - 1) as f64 * share) as usize];
+    println!(
+        "  the same with up to two alternatives: {} have one, {} have two: median {:.2} ms, 90 % {:.2} ms, 99 % {:.2} ms",
+        found[1],
+        found[2],
+        at(0.5),
+        at(0.9),
+        at(0.99)
+    );
 }
 
 /// Random pairs, at most so far apart, between which there is no way: which smaller depth and clearance would give one.
