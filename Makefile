@@ -147,7 +147,7 @@ bench: setup web chromium
 	@sh scripts/bench-coast
 	@sh scripts/bench-agent
 	cargo test --release --locked --package onboard --test integration drives -- --ignored --nocapture
-	@sh scripts/bench-postgres
+	cargo test --release --locked --package shore --test postgres -- --ignored --nocapture
 	@sh scripts/bench-live
 	$(call say,The pages in a browser)
 	@sh scripts/bench-pages
