@@ -59,14 +59,15 @@ chromium:
 	    apt-get install -qy --no-install-recommends chromium-headless-shell || \
 	    echo "Chromium without its headless shell: the tests of the pages take longer"; }; }
 
-# For the tests of tunnels, clocks, InfluxDB, MQTT, gpsd and nginx, which are skipped and named at the end where these are absent.
+# For the tests of tunnels, clocks, InfluxDB, MQTT, PostgreSQL, gpsd and nginx, which are skipped and named at the end where these are absent.
 tools:
 	@for tool in openvpn wireguard-go wg nft ip influxd mosquitto mosquitto_sub gpsd gpsdecode nginx; do command -v $$tool >/dev/null || missing=yes; done; \
 	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
+	ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || missing=yes; \
 	[ -z "$$missing" ] || { \
-	  echo "Installing OpenVPN, WireGuard, libfaketime, InfluxDB, Mosquitto, gpsd and nginx, for tests with the real ones (once)"; \
+	  echo "Installing OpenVPN, WireGuard, libfaketime, InfluxDB, Mosquitto, PostgreSQL, gpsd and nginx, for tests with the real ones (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends \
-	    openvpn wireguard-go wireguard-tools nftables iproute2 openssl libfaketime influxdb mosquitto mosquitto-clients gpsd gpsd-clients nginx-light; } || \
+	    openvpn wireguard-go wireguard-tools nftables iproute2 openssl libfaketime influxdb mosquitto mosquitto-clients postgresql gpsd gpsd-clients nginx-light; } || \
 	  echo "not installed: what needs them is skipped and says so"
 
 # A server's own tests need the pages' scripts.
@@ -146,6 +147,7 @@ bench: setup web chromium
 	@sh scripts/bench-coast
 	@sh scripts/bench-agent
 	cargo test --release --locked --package onboard --test integration drives -- --ignored --nocapture
+	cargo test --release --locked --package shore --test postgres -- --ignored --nocapture
 	@sh scripts/bench-live
 	$(call say,The pages in a browser)
 	@sh scripts/bench-pages

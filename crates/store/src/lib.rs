@@ -88,7 +88,7 @@ pub use export::{
     export_csv, export_lsf, log_version, measure_csv, months, system, table_version, unexplained,
 };
 pub use gaps::{Gap, GapKind, Numbers};
-pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
+pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table, row_key};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use layout::free_bytes;
 pub use link::{LinkSeq, Transport};

@@ -89,6 +89,12 @@ impl Tail {
         self.write()
     }
 
+    /// Counts nothing as carried. It is written down with the next place that was carried.
+    pub fn start_over(&mut self) {
+        self.carried.clear();
+        self.note.clear();
+    }
+
     /// Bytes of packets that wait to be carried.
     pub fn behind(&self, marks: &Marks) -> u64 {
         let carried = |key| self.carried.get(key).map_or(0, |lengths| lengths.data);
@@ -271,6 +277,20 @@ mod tests {
         carry(&mut tail, &store.marks(), 9);
         assert_eq!(Tail::open(folder.path(), "test", "there").unwrap().note(), "it took \"a\"");
         assert_eq!(Tail::open(folder.path(), "test", "elsewhere").unwrap().note(), "");
+    }
+
+    #[test]
+    fn all_is_carried_again_where_it_was_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(folder.path()).unwrap();
+        accept(&mut store, 0x2810, 1);
+        accept(&mut store, 0x2811, 2);
+        store.sync().unwrap();
+        let mut tail = Tail::open(folder.path(), "test", "there").unwrap();
+        assert_eq!(carry(&mut tail, &store.marks(), 9), [1.0, 2.0]);
+        tail.start_over();
+        assert_eq!(carry(&mut tail, &store.marks(), 1), [1.0, 2.0]);
+        assert_eq!(Tail::open(folder.path(), "test", "there").unwrap().behind(&store.marks()), 0);
     }
 
     #[test]

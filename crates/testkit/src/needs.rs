@@ -37,6 +37,10 @@ pub enum Need {
     Nginx,
     /// OpenVPN.
     Openvpn,
+    /// PostGIS, beside PostgreSQL.
+    Postgis,
+    /// `initdb`, `pg_ctl` and `psql` of PostgreSQL, and `setpriv` where the tests run as root.
+    Postgres,
     /// The folder `shared` beside the checkout.
     Shared,
     /// WireGuard.
@@ -61,6 +65,8 @@ impl Need {
             Self::Nftables => "nftables",
             Self::Nginx => "nginx",
             Self::Openvpn => "openvpn",
+            Self::Postgis => "postgis",
+            Self::Postgres => "postgres",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",
         }

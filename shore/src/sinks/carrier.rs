@@ -18,8 +18,6 @@ use units::UtcTime;
 
 /// How often it is looked for something new.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// Bytes of items handed over at once.
-const BATCH_BYTES: usize = 2 << 20;
 /// After a failure it is tried again after the first, and at last as often as the second.
 const AGAIN: (Duration, Duration) = (Duration::from_secs(1), Duration::from_mins(1));
 
@@ -36,6 +34,8 @@ pub(crate) trait Sink: Send + 'static {
 
     /// Items handed over at once.
     const BATCH_ITEMS: usize;
+    /// Bytes of items handed over at once.
+    const BATCH_BYTES: usize = 2 << 20;
 
     /// What it carries to, for people.
     fn target(&self) -> String;
@@ -52,6 +52,11 @@ pub(crate) trait Sink: Send + 'static {
 
     /// What [`Sink::note`] said when the cursor was kept last; called once, at the start.
     fn resume(&mut self, _note: &str) {}
+
+    /// Whether [`Sink::open`] found that what was carried before is no longer there: then everything is carried again.
+    fn has_lost_all(&self) -> bool {
+        false
+    }
 
     /// Whether it gets what the archive had before it was configured.
     fn wants_the_past(&self) -> bool;
@@ -174,6 +179,15 @@ impl<S: Sink> Carrier<S> {
         }
         self.publish_behind(&marks);
         self.sink.open().await?;
+        if self.sink.has_lost_all() {
+            tracing::warn!(
+                to = self.target,
+                "{} has not what was carried there before: everything is carried again",
+                S::TITLE
+            );
+            self.tail.start_over();
+            self.publish_behind(&marks);
+        }
         loop {
             if stop.is_cancelled() {
                 return Ok(());
@@ -221,7 +235,7 @@ fn read<S: Sink>(tail: &Tail, marks: &Marks) -> anyhow::Result<Option<Batch<S::I
         let (item, its_bytes) = S::item(&archived.view, archived.arrival.received);
         bytes += its_bytes;
         items.push(item);
-        items.len() < S::BATCH_ITEMS && bytes < BATCH_BYTES
+        items.len() < S::BATCH_ITEMS && bytes < S::BATCH_BYTES
     })?;
     Ok(place.map(|place| Batch { items, place }))
 }

@@ -1,15 +1,16 @@
 //! Other stores that follow the archive, beside the history. Each remembers how far it got, so that one that is
 //! away, slow or new gets everything once it is there, and none of them holds up recording.
 //!
-//! `carrier` reads along, tries again and moves the cursor; a store is a `carrier::Sink`: `influx` and `mqtt`.
+//! `carrier` reads along, tries again and moves the cursor; a store is a `carrier::Sink`: `influx`, `mqtt` and `postgres`.
 
 mod carrier;
 mod influx;
 mod mqtt;
 mod point;
+mod postgres;
 mod settings;
 
-pub use settings::{Influx, Mqtt, Sinks as Settings};
+pub use settings::{Influx, Mqtt, Postgres, Sinks as Settings};
 
 use crate::clock::Clock;
 use crate::recorder::Recorder;
@@ -25,6 +26,7 @@ use units::UtcTime;
 pub(crate) struct Sinks {
     influx: Option<Box<Carrier<influx::Influx>>>,
     mqtt: Option<Box<Carrier<mqtt::Mqtt>>>,
+    postgres: Option<Box<Carrier<postgres::Postgres>>>,
 }
 
 impl Sinks {
@@ -40,15 +42,19 @@ impl Sinks {
     ) -> anyhow::Result<Self> {
         let influx = influx::Influx::new(&settings.influx)?;
         let mqtt = mqtt::Mqtt::new(&settings.mqtt)?;
-        let influx = influx.map(|sink| Carrier::new(sink, data, recorder.clone(), clock.clone()));
-        let mqtt = mqtt.map(|sink| Carrier::new(sink, data, recorder.clone(), clock.clone()));
-        Ok(Self { influx: influx.transpose()?.map(Box::new), mqtt: mqtt.transpose()?.map(Box::new) })
+        let postgres = postgres::Postgres::new(&settings.postgres)?;
+        Ok(Self {
+            influx: carrier(influx, data, recorder, clock)?,
+            mqtt: carrier(mqtt, data, recorder, clock)?,
+            postgres: carrier(postgres, data, recorder, clock)?,
+        })
     }
 
     /// How each gets on.
     pub(crate) fn states(&self) -> Vec<watch::Receiver<SinkState>> {
         let influx = self.influx.iter().map(|sink| sink.state());
-        influx.chain(self.mqtt.iter().map(|sink| sink.state())).collect()
+        let mqtt = self.mqtt.iter().map(|sink| sink.state());
+        influx.chain(mqtt).chain(self.postgres.iter().map(|sink| sink.state())).collect()
     }
 
     /// Lets each carry until `stop`.
@@ -59,7 +65,21 @@ impl Sinks {
         if let Some(sink) = self.mqtt {
             tasks.spawn(sink.run(stop.clone()));
         }
+        if let Some(sink) = self.postgres {
+            tasks.spawn(sink.run(stop.clone()));
+        }
     }
+}
+
+/// What carries to a sink that is configured.
+fn carrier<S: carrier::Sink>(
+    sink: Option<S>,
+    data: &Path,
+    recorder: &Recorder,
+    clock: &Clock,
+) -> anyhow::Result<Option<Box<Carrier<S>>>> {
+    let carrier = sink.map(|sink| Carrier::new(sink, data, recorder.clone(), clock.clone()));
+    Ok(carrier.transpose()?.map(Box::new))
 }
 
 /// How a sink gets on, for people.

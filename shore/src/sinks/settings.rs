@@ -11,18 +11,84 @@ pub struct Sinks {
     pub influx: Influx,
     /// A broker of MQTT.
     pub mqtt: Mqtt,
+    /// A PostgreSQL.
+    pub postgres: Postgres,
 }
 
 impl Sinks {
     /// What makes no sense.
     pub fn problems(&self) -> Vec<String> {
-        [self.influx.problems(), self.mqtt.problems()].concat()
+        [self.influx.problems(), self.mqtt.problems(), self.postgres.problems()].concat()
     }
 
     /// Files that are named; some hold secrets.
-    pub fn files(&self) -> [&PathBuf; 5] {
-        let (influx, mqtt) = (&self.influx, &self.mqtt);
-        [&influx.token_file, &influx.password_file, &influx.ca_file, &mqtt.password_file, &mqtt.ca_file]
+    pub fn files(&self) -> [&PathBuf; 7] {
+        let (influx, mqtt, postgres) = (&self.influx, &self.mqtt, &self.postgres);
+        [
+            &influx.token_file,
+            &influx.password_file,
+            &influx.ca_file,
+            &mqtt.password_file,
+            &mqtt.ca_file,
+            &postgres.password_file,
+            &postgres.ca_file,
+        ]
+    }
+}
+
+/// A database of PostgreSQL 12 or later.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Postgres {
+    /// `postgres://host:port/database`; empty for none.
+    pub url: String,
+    /// The schema that holds the tables.
+    pub schema: String,
+    /// The role that owns them; empty for the account that the server runs under.
+    pub user: String,
+    /// A file with that role's password.
+    pub password_file: PathBuf,
+    /// Authorities in PEM that may have signed its certificate; empty: the connection is not encrypted.
+    pub ca_file: PathBuf,
+}
+
+impl Default for Postgres {
+    fn default() -> Self {
+        Self {
+            url: String::new(),
+            schema: "lutra".to_owned(),
+            user: String::new(),
+            password_file: PathBuf::new(),
+            ca_file: PathBuf::new(),
+        }
+    }
+}
+
+impl Postgres {
+    /// The longest name that PostgreSQL does not cut off.
+    const LONGEST_NAME: usize = 63;
+
+    fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        let is_name = |sign: char| sign.is_ascii_lowercase() || sign.is_ascii_digit() || sign == '_';
+        let schema = &self.schema;
+        if !(1..=Self::LONGEST_NAME).contains(&schema.len())
+            || !schema.chars().all(is_name)
+            || schema.starts_with(|sign: char| sign.is_ascii_digit())
+            || schema.starts_with("pg_")
+        {
+            problems.push(
+                "sinks.postgres.schema must be a name like lutra: 1 to 63 of a to z, digits and _, no digit and no pg_ before"
+                    .to_owned(),
+            );
+        }
+        if self.user.is_empty() && !self.password_file.as_os_str().is_empty() {
+            problems.push(
+                "sinks.postgres.password_file is set and user is not: name the role whose password it is"
+                    .to_owned(),
+            );
+        }
+        problems
     }
 }
 

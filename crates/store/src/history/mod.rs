@@ -294,10 +294,16 @@ fn put_aside(folder: &Path, name: &str, why: &str) -> Result<String> {
     Ok(format!("history/{name} is damaged ({why}): it is kept as {kept} and is made again from the archive"))
 }
 
+/// What tells a packet's row from all others of its message, system and entity: when it was said (µs since 1970-01-01 UTC,
+/// [`NO_TIME_US`] where its stamp is no time) and the fingerprint of its payload.
+pub fn row_key(view: &PacketView<'_>) -> (i64, i64) {
+    let time_us = view.header().time().map_or(NO_TIME_US, units::UtcTime::micros);
+    (time_us, fingerprint::of_payload(view.payload()))
+}
+
 fn entry(packet: Arrived<'_>) -> Entry<'_> {
     let view = packet.view;
-    let time_us = view.header().time().map_or(NO_TIME_US, units::UtcTime::micros);
-    let hash = fingerprint::of_payload(view.payload());
+    let (time_us, hash) = row_key(&view);
     Entry {
         month: MonthKey::of(time_us),
         group: GroupKey { id: view.id(), src: view.src().0, src_ent: view.src_ent() },

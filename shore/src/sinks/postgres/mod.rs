@@ -1,0 +1,248 @@
+//! PostgreSQL: everything that is recorded goes into tables there too, for those who outgrow one computer or join it with their own.
+//!
+//! Rows have the key of the history's, so that what is sent twice is there once: a batch that was committed and not noted comes
+//! again and changes nothing. All rows of a batch are one transaction. Rows that PostgreSQL refuses are found by halving the
+//! batch behind savepoints, and passed over.
+
+mod batch;
+mod layout;
+mod options;
+mod row;
+mod session;
+mod trouble;
+mod views;
+
+use super::carrier::{Refused, Sink};
+use super::settings;
+use anyhow::Context as _;
+use batch::{Batch, copied};
+use imc::PacketView;
+use imc::names::SystemName;
+use layout::TableId;
+use options::options;
+use row::{Item, Row};
+use session::{Session, Trouble};
+use sqlx::postgres::PgConnectOptions;
+use std::collections::{BTreeMap, BTreeSet};
+use trouble::{explained, is_of_a_row};
+use units::UtcTime;
+
+/// Tables of which it is said that they refuse rows.
+const MOST_SAID: usize = 100;
+
+/// A PostgreSQL that is written to.
+pub(crate) struct Postgres {
+    options: PgConnectOptions,
+    target: String,
+    schema: String,
+    session: Option<Session>,
+    /// What the database said of itself with the last batch that is known to be there: which filling, and how many batches.
+    noted: Option<(String, i64)>,
+    has_lost_all: bool,
+    /// Who is in the table of vessels, with the name that was written last.
+    vessels: BTreeMap<u16, Option<SystemName>>,
+    refused: Refused,
+    said: BTreeSet<TableId>,
+}
+
+/// Whether rows that are refused are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rows {
+    All,
+    AllThatAreTaken,
+}
+
+impl Postgres {
+    /// As it is configured; `None` when it is not.
+    ///
+    /// # Errors
+    /// What is configured cannot be used; the error names the key.
+    pub(crate) fn new(settings: &settings::Postgres) -> anyhow::Result<Option<Self>> {
+        if settings.url.is_empty() {
+            return Ok(None);
+        }
+        let schema = settings.schema.clone();
+        Ok(Some(Self {
+            options: options(settings)?,
+            target: format!("{} schema {schema}", settings.url),
+            schema,
+            session: None,
+            noted: None,
+            has_lost_all: false,
+            vessels: BTreeMap::new(),
+            refused: Refused::default(),
+            said: BTreeSet::new(),
+        }))
+    }
+
+    fn explained(&self, trouble: Trouble) -> anyhow::Error {
+        match trouble {
+            Trouble::Sql(error) => explained(&error, self.options.get_username(), &self.schema),
+            Trouble::Said(text) => anyhow::Error::msg(text),
+        }
+    }
+
+    /// Writes a batch by one transaction.
+    async fn put(&mut self, session: &mut Session, batch: &Batch<'_>) -> Result<(), Trouble> {
+        for table in batch.rows.keys() {
+            session.need(*table).await?;
+        }
+        match self.transaction(session, batch, Rows::All).await {
+            Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
+                session.run("ROLLBACK".to_owned()).await?;
+                self.transaction(session, batch, Rows::AllThatAreTaken).await
+            }
+            other => other,
+        }
+    }
+
+    async fn transaction(
+        &mut self,
+        session: &mut Session,
+        batch: &Batch<'_>,
+        rows: Rows,
+    ) -> Result<(), Trouble> {
+        let mut refused = Vec::new();
+        // A constraint that somebody deferred would speak at the end, when nobody knows of which row.
+        session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE".to_owned()).await?;
+        for (table, its_rows) in &batch.rows {
+            match rows {
+                Rows::All => session.put(*table, &copied(its_rows)).await?,
+                Rows::AllThatAreTaken => put_by_parts(session, *table, its_rows, &mut refused).await?,
+            }
+        }
+        let new = self.new_vessels(batch);
+        for (src, name) in &new {
+            let name =
+                name.as_ref().map(|(time, name)| (*time, imc::text::escape(name.name.as_bytes()), name.kind));
+            let name = name.as_ref().map(|(time, name, kind)| (*time, &**name, *kind));
+            session.vessel(*src, name).await?;
+        }
+        let count = session.count().await?;
+        session.run("COMMIT".to_owned()).await?;
+        self.noted = Some((session.id.clone(), count));
+        self.vessels.extend(new.into_iter().map(|(src, name)| (src, name.map(|(_, name)| name))));
+        for (row, reason) in refused {
+            self.refuse(row, reason);
+        }
+        Ok(())
+    }
+
+    /// Vessels that are to be noted.
+    fn new_vessels(&self, batch: &Batch<'_>) -> Vec<(u16, Option<(i64, SystemName)>)> {
+        let is_new = |(src, name): &(&u16, &Option<(i64, &SystemName)>)| match (self.vessels.get(*src), name)
+        {
+            (Some(Some(known)), Some((_, name))) => known != *name,
+            (Some(_), None) => false,
+            _ => true,
+        };
+        let new = batch.vessels.iter().filter(is_new);
+        new.map(|(src, name)| (*src, name.map(|(time, name)| (time, name.clone())))).collect()
+    }
+
+    /// Passes a row over that PostgreSQL will never take.
+    fn refuse(&mut self, row: &Row, reason: String) {
+        let table = layout::Table::new(row.table).name;
+        let reason = format!("table {}.{table}: {reason}", self.schema);
+        if self.said.len() < MOST_SAID && self.said.insert(row.table) {
+            tracing::warn!(to = self.target, "PostgreSQL: a row is passed over: {reason}");
+        }
+        self.refused.add(|| reason);
+    }
+}
+
+/// Writes the rows of a table that it takes; the others are found by halving.
+async fn put_by_parts<'i>(
+    session: &mut Session,
+    table: TableId,
+    rows: &[&'i Row],
+    refused: &mut Vec<(&'i Row, String)>,
+) -> Result<(), Trouble> {
+    let mut parts = vec![rows];
+    while let Some(part) = parts.pop() {
+        session.run("SAVEPOINT part".to_owned()).await?;
+        session.empty_incoming(table).await?;
+        match session.put(table, &copied(part)).await {
+            Ok(()) => session.run("RELEASE SAVEPOINT part".to_owned()).await?,
+            Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
+                session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
+                if let [row] = part {
+                    let why = error
+                        .as_database_error()
+                        .map_or_else(String::new, |answer| answer.message().to_owned());
+                    refused.push((*row, why));
+                } else {
+                    let (first, second) = part.split_at(part.len() / 2);
+                    parts.extend([second, first]);
+                }
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+impl Sink for Postgres {
+    type Item = Item;
+    const NAME: &'static str = "postgres";
+    const TITLE: &'static str = "PostgreSQL";
+    const BATCH_ITEMS: usize = 30_000;
+    // A transaction's costs are shared by its rows.
+    const BATCH_BYTES: usize = 8 << 20;
+
+    fn target(&self) -> String {
+        self.target.clone()
+    }
+
+    fn note(&self) -> String {
+        self.noted.as_ref().map_or_else(String::new, |(id, batch)| format!("{id} {batch}"))
+    }
+
+    fn resume(&mut self, note: &str) {
+        self.noted = note.split_once(' ').and_then(|(id, batch)| Some((id.to_owned(), batch.parse().ok()?)));
+    }
+
+    fn has_lost_all(&self) -> bool {
+        self.has_lost_all
+    }
+
+    fn wants_the_past(&self) -> bool {
+        true
+    }
+
+    fn item(view: &PacketView<'_>, received: UtcTime) -> (Item, usize) {
+        let item = Item::of(view, received);
+        let bytes = item.bytes();
+        (item, bytes)
+    }
+
+    async fn open(&mut self) -> anyhow::Result<()> {
+        self.refused = Refused::default();
+        self.has_lost_all = false;
+        if self.session.is_some() {
+            return Ok(());
+        }
+        self.vessels.clear();
+        let session = Session::open(&self.options, &self.schema).await;
+        let session = session.map_err(|trouble| self.explained(trouble))?;
+        // One batch more is one whose commit was not heard of.
+        self.has_lost_all =
+            self.noted.as_ref().is_some_and(|(id, batch)| session.id != *id || session.batch < *batch);
+        self.noted = Some((session.id.clone(), session.batch));
+        self.session = Some(session);
+        Ok(())
+    }
+
+    async fn write(&mut self, items: &[Item]) -> anyhow::Result<()> {
+        // After an error it is opened anew before.
+        let mut session = self.session.take().context("no connection is open")?;
+        self.put(&mut session, &Batch::of(items)).await.map_err(|trouble| self.explained(trouble))?;
+        self.session = Some(session);
+        Ok(())
+    }
+
+    /// Each batch is committed before it is answered.
+    async fn flush(&mut self) -> anyhow::Result<Refused> {
+        Ok(std::mem::take(&mut self.refused))
+    }
+}
