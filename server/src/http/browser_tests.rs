@@ -293,6 +293,18 @@ async fn small_screens_cut_nothing_off() {
     before_a_boat("narrow.mjs").await;
 }
 
+/// A row that is a card is still heard as a row of its table.
+#[tokio::test(flavor = "multi_thread")]
+async fn tables_are_tables_on_a_phone_to_who_hears_them() {
+    before_a_boat("cards.mjs").await;
+}
+
+/// What grows above the focus takes it out of nobody's sight.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_focus_by_keyboard_stays_in_sight_and_no_scrolling_is_undone() {
+    before_a_boat("insight.mjs").await;
+}
+
 /// STOP of all vessels asks once, goes to each of them, and tells what became of each.
 #[tokio::test(flavor = "multi_thread")]
 async fn stop_all_goes_to_each_vessel_after_two_steps() {
