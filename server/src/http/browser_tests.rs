@@ -320,6 +320,12 @@ async fn the_pages_speak_bokmal_to_who_chose_it() {
     assert_eq!(aborted, BTreeSet::from([super::testing::FIRST]), "the one that was stopped");
 }
 
+/// What the server refuses, and what became of an order, is said in Bokmål too.
+#[tokio::test(flavor = "multi_thread")]
+async fn refusals_and_outcomes_are_said_in_bokmal() {
+    before_two_boats("bokmal-refusals.mjs").await;
+}
+
 /// Runs a script before two boats of which the first stops when it is told to; which were told to.
 async fn before_two_boats(script: &'static str) -> Option<BTreeSet<u16>> {
     if !testkit::browser::is_there() {

@@ -19,6 +19,7 @@ import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { asCalled, hexAddress, systemName } from "./format";
+import { createCalendars } from "./when";
 
 /** The palette is kept by the server within this, or not at all, ms. */
 const PALETTE_MS = 8_000;
@@ -74,6 +75,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
   createMenu();
   createHelp();
   keepInSight();
+  createCalendars();
   // On every page, so that the key goes on with the tab.
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
