@@ -2,7 +2,7 @@
 // accessibility tree at 390 px each is still a table, with its rows, the names of its columns, and cells that say theirs; what
 // scrolls can be reached by keys and has a name.
 
-import { check, inBrowser, logIn } from "./browser.mjs";
+import { check, inBrowser, logIn, until } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 const BOAT = 2068;
@@ -32,8 +32,13 @@ await inBrowser(async (open) => {
   const plan = { name: "north shore", description: "", vessel: null, repeat: false, maneuvers: [] };
   await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: plan });
 
+  // Something for the history of alarms.
+  console.log("empty");
+  await page.goto(`${url}/alarms`);
+  await until(async () => (await page.reload()) && (await page.locator("main table tbody tr").count()), "an alarm is in the history");
+
   await page.setViewportSize({ width: 390, height: 844 });
-  for (const path of ["/plans", "/admin/people", "/admin/vessels", "/admin/tokens", "/admin/sessions", "/admin/audit", "/alarms"]) {
+  for (const path of ["/plans", "/admin", "/admin/vessels", "/admin/tokens", "/admin/sessions", "/admin/audit", "/alarms"]) {
     await page.goto(url + path);
     await page.locator('body[data-link="up"]').waitFor();
     await page.locator("main table tbody tr").first().waitFor();
