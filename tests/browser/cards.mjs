@@ -61,7 +61,7 @@ await inBrowser(async (open) => {
   }
 
   // What scrolls by itself is reached by Tab and says what it is.
-  for (const path of ["/admin/connections", "/admin/storage", "/account", "/data", "/detections", `/vessels/${BOAT}?tab=Values`]) {
+  for (const path of ["/admin/connections", "/admin/storage", "/account", `/vessels/${BOAT}?tab=Values`]) {
     await page.goto(url + path);
     await page.locator('body[data-link="up"]').waitFor();
     await page.locator("main table").first().waitFor({ state: "attached" });
