@@ -279,8 +279,10 @@ fn may_change(who: &Principal, vessel: Option<u16>) -> Result<(), ApiError> {
     }
     let text = match vessel {
         None => say("{name} may not change this plan: it takes the role operator on any vessel."),
-        Some(vessel) => say("{name} may not change this plan: it takes the role operator on vessel {vessel}.")
-            .with("vessel", vessel),
+        Some(vessel) => {
+            say("{name} may not change this plan: it takes the role operator on vessel {vessel}.")
+                .with("vessel", vessel)
+        }
     };
     Err(ApiError::forbidden(text.with("name", &who.name)))
 }

@@ -9,7 +9,9 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal};
 use crate::logbook::{NEWER, check_text};
 use crate::once::{Key, Made, Once};
-use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role, Said, say};
+use api::{
+    LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role, Said, say,
+};
 use planner::Zone;
 use std::sync::Arc;
 use std::time::Duration;
@@ -127,7 +129,8 @@ impl NoGoAreas {
             return Err(malformed(format!("areas: there are {count}; give 1 to {CLOSED}")));
         }
         let numbered = |(at, area): (usize, NoGoAreaRequest)| {
-            checked(area).map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text).into(), ..error })
+            checked(area)
+                .map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text).into(), ..error })
         };
         let areas: Vec<_> = areas.into_iter().enumerate().map(numbered).collect::<Result<_>>()?;
         let first = areas.first().map(|area| area.name.clone()).unwrap_or_default();
@@ -171,8 +174,9 @@ impl NoGoAreas {
         Once { key, make: areas }: Once<Vec<NoGoAreaRequest>>,
     ) -> Result<i64> {
         if self.charts.set().is_none() {
-            let text =
-                say("There is no sea chart that could hold it: import one by `lutra-server chart import` first.");
+            let text = say(
+                "There is no sea chart that could hold it: import one by `lutra-server chart import` first.",
+            );
             return Err(Error::refused(text));
         }
         let make = Create { areas, by: who.name.clone(), now: self.clock.utc() };

@@ -11,8 +11,7 @@ use crate::identity::{People, Principal};
 use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
 use crate::once::{Key, Made, Once};
 use api::{
-    say,
-    LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role,
+    LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role, say,
 };
 use std::sync::Arc;
 use store::TimeRange;
@@ -164,7 +163,9 @@ impl Missions {
         let row = self.find(who, id).await?;
         may_all(who, &row.mission.vessels)?;
         if let Some(by) = &row.withdrawn.0 {
-            return Err(Error::refused(say("This mission was withdrawn by {by}: make a new one.").with("by", by)));
+            return Err(Error::refused(
+                say("This mission was withdrawn by {by}: make a new one.").with("by", by),
+            ));
         }
         Ok(row)
     }

@@ -375,7 +375,9 @@ impl Task {
             if let Some(outbox) = outboxes.get(&peer) {
                 let Unsent { called_off, no_room } = outbox.push(packets);
                 unsent.extend(
-                    called_off.into_iter().map(|id| (id, fixed("a stop was ordered before it could be sent"))),
+                    called_off
+                        .into_iter()
+                        .map(|id| (id, fixed("a stop was ordered before it could be sent"))),
                 );
                 if !outbox.takes() {
                     full.insert(peer);
