@@ -5,14 +5,15 @@ import { build } from "esbuild";
 import { copyFile, mkdir, readdir, readFile, rename, rm, writeFile } from "node:fs/promises";
 import { basename, join } from "node:path";
 import { brotliCompressSync, gzipSync } from "node:zlib";
-import { keysOfAlarms, keysOfScripts } from "./scripts/keys.mjs";
+import { keysOfAlarms, keysOfSaid, keysOfScripts } from "./scripts/keys.mjs";
 import { pack } from "./src/words/packed.mjs";
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
 await mkdir(made);
 // Of the catalogue of words a browser gets what scripts say; the server says the rest itself.
-const said = new Set([...keysOfScripts(import.meta.dirname).keys, ...(await keysOfAlarms(join(import.meta.dirname, "..")))].map(([key]) => key));
+const root = join(import.meta.dirname, "..");
+const said = new Set([...keysOfScripts(import.meta.dirname).keys, ...(await keysOfAlarms(root)), ...(await keysOfSaid(root, { scripts: true }))].map(([key]) => key));
 const wordsOfScripts = {
   name: "words of scripts",
   setup: ({ onResolve, onLoad }) => {

@@ -17,7 +17,7 @@ use crate::links::Links;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::router::Router;
-use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, ChartDifference, Role};
+use api::{AlarmList, AlarmNote, AlarmShelving, AlarmWord, ChartDifference, Role, Wording, say};
 use hub::Fleet;
 use imc::Address;
 use keep::{PendingNotes, ReadStanding, Standing, keep};
@@ -272,14 +272,11 @@ impl Alarms {
         };
         let known = self.router.ask(find).await?;
         let seen = |vessel: Option<u16>| vessel.is_none_or(|vessel| who.grants.on(vessel).is_some());
-        let gone = || Error::new(ErrorKind::NotFound, "There is no such alarm any more.");
+        let gone = || Error::new(ErrorKind::NotFound, say("There is no such alarm any more."));
         let known = known.filter(|known| seen(known.vessel)).ok_or_else(gone)?;
         let role = known.vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel));
         if role < Some(Role::Operator) {
-            let place = known.vessel.map_or("a vessel".to_owned(), |vessel| format!("vessel {vessel}"));
-            let text =
-                format!("{} may not do this: it takes the role operator on {place}. Ask an admin.", who.name);
-            return Err(Error::new(ErrorKind::Forbidden, text));
+            return Err(Error::new(ErrorKind::Forbidden, not_operator(who, known.vessel)));
         }
         let place = known.vessel.map_or("server".to_owned(), |vessel| Address(vessel).to_string());
         let subject = format!("{place} {} {}: {}", known.kind, known.part, known.text);
@@ -306,7 +303,7 @@ impl Alarms {
             }
         };
         tokio::join!(recorded, written);
-        outcome.map(|(_, known)| known).map_err(|why: AlarmRefused| Error::refused(why.to_string()))
+        outcome.map(|(_, known)| known).map_err(|why: AlarmRefused| Error::refused(why.said()))
     }
 
     /// Waits until all up to a revision is in app.db, so that whoever reads the answer finds it in the history too, and
@@ -478,6 +475,18 @@ fn measure_disk(room: Option<(u64, u64)>) {
 pub fn room(folder: &Path) -> Option<(u64, u64)> {
     let disk = rustix::fs::statvfs(folder).ok()?;
     Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))
+}
+
+/// Who may not acknowledge or shelve an alarm of a vessel, or of the server.
+fn not_operator(who: &Principal, vessel: Option<u16>) -> Wording {
+    let text = match vessel {
+        None => say("{name} may not do this: it takes the role operator on a vessel. Ask an admin."),
+        Some(vessel) => {
+            say("{name} may not do this: it takes the role operator on vessel {vessel}. Ask an admin.")
+                .with("vessel", vessel)
+        }
+    };
+    text.with("name", &who.name)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::identity::Fault;
 use crate::router::Stopped;
-use api::NoControl;
+use api::{NoControl, Said, say};
 use operations::{ANSWER_WITHIN, LeaseRefused, NotYours};
 use store::StoreError;
 
@@ -46,7 +46,7 @@ pub struct Error {
     /// For programs.
     pub kind: ErrorKind,
     /// For people: what is wrong and what to do.
-    pub text: String,
+    pub text: Said,
     /// What a page makes its own words of, where there is more than the kind.
     pub detail: Option<Box<Detail>>,
 }
@@ -65,12 +65,12 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
     /// Of a kind, with its text.
-    pub fn new(kind: ErrorKind, text: impl Into<String>) -> Self {
+    pub fn new(kind: ErrorKind, text: impl Into<Said>) -> Self {
         Self { kind, text: text.into(), detail: None }
     }
 
     /// Understood, and cannot be.
-    pub fn refused(text: impl Into<String>) -> Self {
+    pub fn refused(text: impl Into<Said>) -> Self {
         Self::new(ErrorKind::Refused, text)
     }
 
@@ -88,13 +88,13 @@ impl Error {
     /// What went wrong inside is logged, not shown.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");
-        Self::new(ErrorKind::Internal, "The server failed; its log says why.")
+        Self::new(ErrorKind::Internal, say("The server failed; its log says why."))
     }
 }
 
 impl From<Stopped> for Error {
     fn from(_: Stopped) -> Self {
-        Self::new(ErrorKind::Unavailable, "The server is stopping.")
+        Self::new(ErrorKind::Unavailable, say("The server is stopping."))
     }
 }
 
@@ -103,9 +103,10 @@ impl From<Fault> for Error {
         match fault {
             Fault::Refused(text) => Self::refused(text),
             Fault::NotYet(text) => Self::new(ErrorKind::PasswordChange, text),
-            Fault::Busy => {
-                Self::new(ErrorKind::Busy, "Too many passwords are looked at: try again in some seconds.")
-            }
+            Fault::Busy => Self::new(
+                ErrorKind::Busy,
+                say("Too many passwords are looked at: try again in some seconds."),
+            ),
             Fault::Hangs => Self::new(ErrorKind::Unavailable, fault.to_string()),
             Fault::Stopped => Stopped.into(),
             fault => Self::internal(&fault),
@@ -127,8 +128,10 @@ impl From<operations::NotOrdered> for Error {
     fn from(why: operations::NotOrdered) -> Self {
         match why {
             operations::NotOrdered::NoControl(why) => why.into(),
-            why @ operations::NotOrdered::CalledOff => Self::new(ErrorKind::CalledOff, why.to_string()),
-            why @ operations::NotOrdered::Refused(_) => Self::refused(why.to_string()),
+            operations::NotOrdered::CalledOff => {
+                Self::new(ErrorKind::CalledOff, say("a stop was ordered before it could be sent"))
+            }
+            operations::NotOrdered::Refused(why) => Self::refused(why),
         }
     }
 }

@@ -90,7 +90,7 @@ mod tests {
         type Answer = i64;
 
         async fn run(self, _: &mut SqliteConnection) -> Result<i64, Fault> {
-            self.0.ok_or_else(|| Fault::Refused("full".to_owned()))
+            self.0.ok_or_else(|| Fault::refused("full".to_owned()))
         }
     }
 

@@ -5,7 +5,7 @@
 //! other placeholders.
 
 use crate::identity::Language;
-use api::AlarmSaying;
+use api::{AlarmSaying, Said};
 use operations::alarms::day_and_time;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -51,6 +51,15 @@ pub fn said(language: Language, english: &str) -> &str {
     }
 }
 
+/// A text of which the server makes words here, and scripts in the browser: in `language` where the catalogue has it.
+pub fn worded(language: Language, text: &Said) -> String {
+    match text.wording() {
+        Some(wording) => wording.filling(said(language, &wording.template)),
+        // A fixed sentence is its own wording.
+        None => said(language, text).to_owned(),
+    }
+}
+
 /// What an alarm says; `text` where it was kept by an older server, without codes.
 pub fn alarm(language: Language, says: &[AlarmSaying], text: &str) -> String {
     if says.is_empty() {
@@ -86,6 +95,15 @@ mod tests {
         let text = t(Language::English, "{a} and {b}, {c}").with("a", "{b}").with("b", 2);
         assert_eq!(text.to_string(), "{b} and 2, {c}");
         assert_eq!(t(Language::English, "a { brace").to_string(), "a { brace");
+    }
+
+    #[test]
+    fn a_refusal_is_said_in_the_reader_s_language() {
+        let refused = api::Said::from(api::say("There is no person {name}.").with("name", "{name}"));
+        assert_eq!(worded(Language::Bokmal, &refused), "Det er ingen person {name}.");
+        assert_eq!(worded(Language::English, &refused), "There is no person {name}.");
+        assert_eq!(worded(Language::Bokmal, &"Fleet".into()), "Flåte");
+        assert_eq!(worded(Language::Bokmal, &"app.db has said this".into()), "app.db has said this");
     }
 
     #[test]

@@ -149,7 +149,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/alarms?from=2001-01-01T00:00&to=2001-01-02T00:00`);
   await page.getByText("No alarm changed in this time. Choose a longer time, or clear the filter.").waitFor();
   await page.goto(`${url}/alarms?from=yesterday`);
-  await page.getByText("Not a valid time. Write it like 2026-06-01T12:00, in UTC.").waitFor();
+  await page.getByText("Not a valid time. Write it like 2026-06-01 12:00, in UTC.").waitFor();
   await told(page, "No alarms; 1 shelved");
   await look(page, "alarms-history");
 

@@ -55,7 +55,7 @@ await inBrowser(async (open) => {
   // What cannot be is said where it stands.
   await page.getByLabel("From (UTC)").fill("2026-11-22T10:00");
   await page.getByLabel("To (UTC)").fill("2026-11-21T10:00");
-  await page.getByText("The end is before the beginning.").waitFor();
+  await page.getByText("The end is not after the beginning.").waitFor();
   await page.getByRole("button", { name: "All", exact: true }).click();
   await row("R64K-102").waitFor();
 

@@ -45,6 +45,8 @@ await inBrowser(async (open) => {
   await click(0.6, 0.7);
   await page.getByRole("button", { name: "Rows", exact: true }).click();
   await click(0.45, 0.6);
+  check((await page.getByRole("button", { name: "Rows", exact: true }).getAttribute("aria-pressed")) === "false", "a click makes one area and puts the tool away");
+  await click(0.2, 0.2);
   await page.waitForFunction(() => document.querySelectorAll(".steps > li").length === 6);
   await page.getByText(/\d+ (m|km) · .* · .* Wh \(estimate\)/).waitFor();
   await kept(page);

@@ -70,5 +70,30 @@ export async function keysOfAlarms(root) {
   return keys;
 }
 
+/** Where refusals and outcomes are worded, and which of these only the server's own pages say. */
+const WORDED = ["crates/operations/src", "crates/hub/src", "shore/src", "server/src"];
+const ON_PAGES = /^shore\/src\/(identity|notices)\/|^server\/src\/pages\//;
+
+/** Each `[text, where]` of what the server says of refusals and outcomes: `say("…")`, `fixed("…")`, why the downlink sends no order,
+ * and why nobody steers by hand. `scripts`: those alone that reach a browser's scripts by the API. */
+export async function keysOfSaid(root, { scripts = false } = {}) {
+  const keys = [];
+  for (const folder of WORDED) {
+    for (const name of await readdir(`${root}/${folder}`, { recursive: true })) {
+      const where = `${folder}/${name}`;
+      // What only messages about alarms say is found with these.
+      if (!name.endsWith(".rs") || /tests?\b/.test(name) || where === "shore/src/notices/content.rs" || (scripts && ON_PAGES.test(where))) continue;
+      const [text] = (await readFile(`${root}/${where}`, "utf8")).split(/^#\[cfg\(test\)\]\nmod tests \{/m);
+      const said = where === "crates/hub/src/downlink.rs" ? "Refused" : "(?:say|fixed)";
+      for (const [, key] of text.matchAll(new RegExp(String.raw`\b${said}\(\s*${RUST}`, "gs"))) keys.push([unescaped(key), where]);
+    }
+  }
+  const where = "crates/operations/src/teleop/mod.rs";
+  const text = await readFile(`${root}/${where}`, "utf8");
+  const part = text.slice(text.indexOf("pub fn text(self)"), text.indexOf("\n}\n", text.indexOf("pub fn remedy(self)")));
+  for (const [, key] of part.matchAll(new RegExp(RUST, "gs"))) if (key) keys.push([unescaped(key), where]);
+  return keys;
+}
+
 /** The places for values in a text, in the order of the alphabet. */
 export const placesOf = (text) => [...new Set([...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name))].sort();

@@ -266,6 +266,10 @@ test("what a vessel will do without the link is told in its own words, with the 
   assert.equal(of(state, event(7, now, "lost=0;due_s=300;then=hold")).next, "hold station");
   assert.equal(of(state, event(7, now, "lost=0;due_s=19;then=run;plan=a=b")).next, "run plan a=b");
   assert.equal(of(state, event(7, now, "lost=0;then=dance")).next, undefined, "a code that this page does not know is not made up");
+  const lost = of(state, event(7, now, "lost=1;then=nothing;now=run;now_plan=home;stands=holds"));
+  assert.deepEqual([lost.now, lost.next], ["It does this now: run plan home.", "do nothing further"]);
+  assert.match(of(state, event(7, now, "lost=1;now=hold;stands=waits")).now, /cannot at present: hold station\. Its words: in contact/);
+  assert.equal(of(state, event(7, now, "lost=1;now=hold;stands=dancing")).now, undefined, "an unknown standing is not made up");
   assert.equal(of(state, event(7, now, "lost=0")).dueUs, null, "it carries on");
   assert.equal(of(state, event(7, now + 5e6, "lost=1;due_s=10"), event(7, now, "lost=0;due_s=300")).dueUs, now + 15e6, "the newest counts");
   assert.equal(loss.linkLoss(new Map(), new Map()).entity, null, "unknown is said to be");

@@ -7,7 +7,7 @@ import { mkdtemp, readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { keysOfAlarms, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
+import { keysOfAlarms, keysOfSaid, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
 import { pack, unpack } from "../src/words/packed.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
@@ -16,7 +16,8 @@ const nb = JSON.parse(text);
 const scripts = keysOfScripts(web);
 const server = await keysOfServer(join(web, "../server"));
 const alarms = await keysOfAlarms(join(web, ".."));
-const asked = new Map([...scripts.keys, ...server, ...alarms]);
+const refusals = await keysOfSaid(join(web, ".."));
+const asked = new Map([...scripts.keys, ...server, ...alarms, ...refusals]);
 
 test("texts are found in scripts, templates and the server's code", () => {
   assert.ok(scripts.keys.length > 1_000, `${scripts.keys.length} in scripts`);
@@ -27,9 +28,13 @@ test("texts are found in scripts, templates and the server's code", () => {
     ["{role} on {place}", "src/pages/rows.rs"],
     ["Acknowledge alarm", "src/pages/actions.rs"],
     ["No fish are heard meanwhile.", "crates/operations/src/alarms/kind.rs"],
+    ["There is no person {name}.", "shore/src/identity/persons.rs"],
+    ["it came too late", "crates/hub/src/downlink.rs"],
+    ["the vessel has it and does not answer", "crates/operations/src/commands/mod.rs"],
+    ["the dead-man was released", "crates/operations/src/teleop/mod.rs"],
     ["You asked for this message under your name on the pages, Messages about alarms.", "shore/src/notices/content.rs"],
   ]) {
-    assert.ok([...scripts.keys, ...server, ...alarms].some((one) => one[0] === key && one[1] === where), `${key} in ${where}`);
+    assert.ok([...scripts.keys, ...server, ...alarms, ...refusals].some((one) => one[0] === key && one[1] === where), `${key} in ${where}`);
   }
   assert.deepEqual(scripts.unreadable, [], "t and tn take texts that are written out, or nobody finds them");
 });

@@ -318,11 +318,17 @@ impl ChartDifference {
 
 /// Puts each value in its place, `{name}`, once and from the left: what a value contains is never taken for a place.
 pub fn filled(template: &str, values: &[(&'static str, String)]) -> String {
+    filled_by(template, |name| {
+        values.iter().find(|(known, _)| *known == name).map(|(_, value)| value.as_str())
+    })
+}
+
+/// The same; `value` knows what belongs in a place.
+pub(crate) fn filled_by<'a>(template: &str, value: impl Fn(&str) -> Option<&'a str>) -> String {
     let (mut text, mut rest) = (String::new(), template);
     while let Some((before, (after, value))) = rest.split_once('{').and_then(|(before, from)| {
         let (name, after) = from.split_once('}')?;
-        let (_, value) = values.iter().find(|(known, _)| *known == name)?;
-        Some((before, (after, value)))
+        Some((before, (after, value(name)?)))
     }) {
         text.push_str(before);
         text.push_str(value);

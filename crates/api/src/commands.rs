@@ -1,6 +1,6 @@
 //! What people order vessels to do.
 
-use crate::GuardReason;
+use crate::{GuardReason, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -251,6 +251,13 @@ pub struct CommandStep {
     pub time_us: i64,
     /// The vessel's words, or why; may be empty.
     pub text: String,
+    /// Of what pages make `text` in their reader's language; absent of a vessel's own words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub says: Option<Wording>,
+    /// Whether it was reached after the command had timed out; `text` begins with `late` then.
+    #[serde(default)]
+    pub late: bool,
     /// The leg for which the vessel's guard refused it, where it named one; null else.
     pub leg: Option<GuardReason>,
 }

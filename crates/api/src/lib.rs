@@ -26,6 +26,7 @@ mod plans;
 mod refusals;
 mod register;
 mod routing;
+mod said;
 mod samples;
 mod teleop;
 mod transfer;
@@ -92,6 +93,7 @@ pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
     SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
+pub use said::{Said, Wording, fixed, say};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,

@@ -1,6 +1,6 @@
 //! Why something is not done: a code that stays and its parameters, from which pages make words; and a plain sentence.
 
-use crate::Guard;
+use crate::{Guard, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -26,6 +26,9 @@ pub struct RefusalReason {
     /// Of `no_control`: why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control: Option<NoControl>,
+    /// Of what pages make `text` in their reader's language, where it is no fixed sentence and neither of the two above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub says: Option<Wording>,
 }
 
 /// Why somebody has no control, or does not get it.

@@ -25,7 +25,7 @@ use crate::{
     Series, SeriesField, Session, ShareVisit, ShareVisitKind, ShelveRequest, SpeedUnit, StoredPlan,
     Subscription, SummaryBar, SummaryFlag, SummarySquare, SummaryTag, SummaryVessel, System, TeleopMessage,
     TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, Token, TokenMade, TrackPoint, TransportPeer, Update,
-    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent,
+    ValueKind, Vessel, VesselChart, VesselParameters, VesselQuery, VesselQuerySent, Wording,
 };
 use ts_rs::TS;
 
@@ -224,6 +224,7 @@ fn text() -> String {
         VesselQuerySent::decl(),
         VesselParameters::decl(),
         VesselChart::decl(),
+        Wording::decl(),
     ];
     let mut text = "// Made from crates/api by `make types`. Do not edit.\n".to_owned();
     for declaration in declarations {

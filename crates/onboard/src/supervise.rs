@@ -32,7 +32,7 @@ use mission::{
     Activity, BatteryOutput, BatteryReserve, BatteryStage, Drive, LastOutcome, LimitsOutput, LostComms,
     LostCommsInput, LostCommsOutput, OperationalLimits, Remedy, RunId, Violation,
 };
-use next::{next_values, outlook_text};
+use next::{next_values, now_values, outlook_text};
 pub(crate) use restart::Restart;
 use std::time::Duration;
 use units::MonoTime;
@@ -407,17 +407,7 @@ impl Supervise {
             (Condition::Normal, "no console was ever heard; acts once one was".to_owned())
         };
         context.states.set(context.bus, Entity::LostComms, condition, text);
-        let lost = self.lost_comms.is_lost() || self.lost_comms.is_silent(context.bus.mono());
-        let mut values = vec![("lost", i32::from(lost).to_string())];
-        let outlook = self.lost_comms.outlook();
-        if let Some(at) = outlook.as_ref().and_then(|outlook| outlook.at) {
-            values.push(("due_s", format!("{:.0}", at.since(context.bus.mono()).as_secs_f64())));
-        }
-        // Before a console was heard nothing comes next: its sentence says so.
-        if self.lost_comms.is_lost() || self.lost_comms.silence(context.bus.mono()).is_some() {
-            values.extend(next_values(outlook.as_ref(), self.lost_comms.is_lost()));
-        }
-        context.states.values(Entity::LostComms, &values);
+        context.states.values(Entity::LostComms, &self.lost_comms_values(context.bus.mono()));
         let (condition, text) = match (&self.failure, self.standing(context.bus, Source::Failure)) {
             (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),
             _ => match self.restart_text(context.bus) {
@@ -428,6 +418,24 @@ impl Supervise {
         context.states.set(context.bus, Entity::PlanEngine, condition, text);
         self.tell_limits(context);
         self.tell_grounding(context);
+    }
+
+    /// What the supervisor of lost communications does and will do, for programs.
+    fn lost_comms_values(&self, now: MonoTime) -> Vec<(&'static str, String)> {
+        let (acted, outlook) = (self.lost_comms.is_lost(), self.lost_comms.outlook());
+        let lost = acted || self.lost_comms.is_silent(now);
+        let mut values = vec![("lost", i32::from(lost).to_string())];
+        if let Some(at) = outlook.as_ref().and_then(|outlook| outlook.at) {
+            values.push(("due_s", format!("{:.0}", at.since(now).as_secs_f64())));
+        }
+        // Before a console was heard nothing comes next: its sentence says so.
+        if acted || self.lost_comms.silence(now).is_some() {
+            values.extend(next_values(outlook.as_ref(), acted));
+        }
+        if let Some((remedy, standing)) = self.arbiter.standing(Source::LostComms).filter(|_| acted) {
+            values.extend(now_values(remedy, standing, self.blind));
+        }
+        values
     }
 }
 

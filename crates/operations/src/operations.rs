@@ -3,6 +3,7 @@
 use crate::alarms::{Alarms, ShoreState};
 use crate::commands::{Commands, Order, OrderedBy};
 use crate::leases::{Holder, LeaseRefused, Leases};
+use api::{Said, say};
 use hub::{CALLED_OFF, CommandId, Dispatched, Fleet, Hub, OrderLog as _, Settings};
 use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
 use imc::{Address, PacketView};
@@ -27,7 +28,7 @@ pub enum NotOrdered {
     CalledOff,
     /// The order is not valid, or cannot be taken now.
     #[error("{0}")]
-    Refused(String),
+    Refused(Said),
 }
 
 impl Operations {
@@ -121,7 +122,7 @@ impl Operations {
         let command = self.commands().get(id)?;
         let (vessel, epoch) = (command.vessel, command.epoch);
         if epoch != 0 && holder.is_none_or(|holder| self.leases.epoch(now, vessel, holder) != Ok(epoch)) {
-            self.commands_mut().refused(now, id, "control was lost before it was sent".to_owned());
+            self.commands_mut().refused(now, id, say("control was lost before it was sent"));
             return None;
         }
         let ran = self.running(vessel);

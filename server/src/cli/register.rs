@@ -49,7 +49,7 @@ pub(super) enum RegisterCommand {
 }
 
 fn kind(text: &str) -> Result<RegisterKind, String> {
-    Register::kind(text).map_err(|error| error.text)
+    Register::kind(text).map_err(|error| error.text.into())
 }
 
 /// `lutra-server register`.

@@ -293,6 +293,18 @@ async fn small_screens_cut_nothing_off() {
     before_a_boat("narrow.mjs").await;
 }
 
+/// A row that is a card is still heard as a row of its table.
+#[tokio::test(flavor = "multi_thread")]
+async fn tables_are_tables_on_a_phone_to_who_hears_them() {
+    before_a_boat("cards.mjs").await;
+}
+
+/// What grows above the focus takes it out of nobody's sight.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_focus_by_keyboard_stays_in_sight_and_no_scrolling_is_undone() {
+    before_a_boat("insight.mjs").await;
+}
+
 /// STOP of all vessels asks once, goes to each of them, and tells what became of each.
 #[tokio::test(flavor = "multi_thread")]
 async fn stop_all_goes_to_each_vessel_after_two_steps() {
@@ -306,6 +318,12 @@ async fn stop_all_goes_to_each_vessel_after_two_steps() {
 async fn the_pages_speak_bokmal_to_who_chose_it() {
     let Some(aborted) = before_two_boats("bokmal.mjs").await else { return };
     assert_eq!(aborted, BTreeSet::from([super::testing::FIRST]), "the one that was stopped");
+}
+
+/// What the server refuses, and what became of an order, is said in Bokmål too.
+#[tokio::test(flavor = "multi_thread")]
+async fn refusals_and_outcomes_are_said_in_bokmal() {
+    before_two_boats("bokmal-refusals.mjs").await;
 }
 
 /// Runs a script before two boats of which the first stops when it is told to; which were told to.

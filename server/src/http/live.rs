@@ -216,7 +216,7 @@ async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<Stop, Api
     };
     let (ordered, refused) = match outcome {
         Ok(ordered) => (Some(ordered), None),
-        Err(error) => (None, Some(error.text)),
+        Err(error) => (None, Some(error.text.into())),
     };
     LiveAnswer::Stop(LiveStopped { vessel, key, ordered, refused })
 }

@@ -7,7 +7,7 @@ use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who, extract};
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
-    PlanRevision, PlanSummary, PlanUploadRequest, Role, StoredPlan,
+    PlanRevision, PlanSummary, PlanUploadRequest, RefusalReason, Role, Said, StoredPlan, say,
 };
 use axum::Json;
 use axum::body::Bytes;
@@ -108,7 +108,9 @@ pub(crate) async fn save(
         Ok(()) => Ok(Json(stored(&state, &who, row).await?).into_response()),
         Err(Fault::Refused(text)) if row.revision != from => {
             let newer = stored(&state, &who, row).await?;
-            let body = json!({ "error": { "code": "newer_revision", "text": text }, "newer": newer });
+            let (text, says) = text.into_parts();
+            let error = RefusalReason { code: "newer_revision".to_owned(), text, says, ..Default::default() };
+            let body = json!({ "error": error, "newer": newer });
             Ok((StatusCode::CONFLICT, Json(body)).into_response())
         }
         Err(fault) => Err(fault.into()),
@@ -178,14 +180,15 @@ pub(crate) async fn upload(
     let PlanUploadRequest { vessel, revision, window } = taken(sent)?;
     may_change(&who, Some(vessel))?;
     if row.revision != revision {
-        let text = format!("The plan is at revision {}, not {revision}: look at it again.", row.revision);
+        let text = say("The plan is at revision {now}, not {revision}: look at it again.");
+        let text = text.with("now", row.revision).with("revision", revision);
         return Err(ApiError::new(StatusCode::CONFLICT, "newer_revision", text));
     }
     if row.draft {
-        return Err(refused("The plan is a draft; save it before it goes aboard.".to_owned()));
+        return Err(refused(say("The plan is a draft; save it before it goes aboard.")));
     }
     if row.plan.vessel.is_some_and(|meant| meant != vessel) {
-        return Err(refused("The plan is for another vessel; change that first.".to_owned()));
+        return Err(refused(say("The plan is for another vessel; change that first.")));
     }
     let now = state.shore.clock.utc();
     let specification = slow(move || plans::aboard(&row.plan, now)).await?.map_err(refused)?;
@@ -274,18 +277,21 @@ fn may_change(who: &Principal, vessel: Option<u16>) -> Result<(), ApiError> {
     if role >= Some(Role::Operator) {
         return Ok(());
     }
-    let place = vessel.map_or_else(|| "any vessel".to_owned(), |vessel| format!("vessel {vessel}"));
-    Err(ApiError::forbidden(format!(
-        "{} may not change this plan: it takes the role operator on {place}.",
-        who.name
-    )))
+    let text = match vessel {
+        None => say("{name} may not change this plan: it takes the role operator on any vessel."),
+        Some(vessel) => {
+            say("{name} may not change this plan: it takes the role operator on vessel {vessel}.")
+                .with("vessel", vessel)
+        }
+    };
+    Err(ApiError::forbidden(text.with("name", &who.name)))
 }
 
 fn no_such() -> ApiError {
-    ApiError::not_found("There is no such plan, or it was deleted; GET /api/v1/plans lists them.")
+    ApiError::not_found(say("There is no such plan, or it was deleted; GET /api/v1/plans lists them."))
 }
 
-fn refused(text: String) -> ApiError {
+fn refused(text: impl Into<Said>) -> ApiError {
     ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text)
 }
 

@@ -50,6 +50,12 @@ async fn a_change_of_an_older_revision_gets_the_newer_plan() {
         let (status, refused) = other.ask("PUT", &path, &change(draft, "mine")).await;
         assert_eq!(status, StatusCode::CONFLICT);
         assert_eq!(refused["error"]["code"], "newer_revision");
+        let says = &refused["error"]["says"];
+        assert_eq!(
+            says["template"],
+            "{name} changed the plan meanwhile: it is at revision {now}, yours began at {from}."
+        );
+        assert_eq!((&says["values"]["now"], &says["values"]["from"]), (&json!("2"), &json!("1")));
         assert_eq!(
             (&refused["newer"]["revision"], &refused["newer"]["plan"]["name"]),
             (&json!(2), &json!("survey"))

@@ -4,7 +4,7 @@ use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
 use super::rows::{self, SessionRow, TokenRow};
 use super::rules::{MessageRow, Refused, RuleForm, RuleRow, message_row, new_rule, rule_row};
-use super::words::t;
+use super::words::{t, worded};
 use crate::AppState;
 use crate::web::{ApiError, Remote, Who};
 use api::{NewToken, Vessel};
@@ -161,11 +161,15 @@ async fn change_password(
         return Ok(Err(t(language, "The new password is the old one.").to_string()));
     }
     if let Err(problem) = password::check_new(&who.name, &sent.new, state.config.people.password_length) {
-        return Ok(Err(problem));
+        return Ok(Err(worded(language, &problem)));
     }
     if let Err(refused) = state.shore.people.confirm(who, sent.old, remote.address).await {
         let error = ApiError::from(refused);
-        return if error.status.is_server_error() { Err(error) } else { Ok(Err(error.text)) };
+        return if error.status.is_server_error() {
+            Err(error)
+        } else {
+            Ok(Err(worded(language, &error.text)))
+        };
     }
     let password_hash = state.shore.people.hash(sent.new).await?;
     let keep = match who.via {
@@ -249,7 +253,9 @@ pub(super) async fn token_make(
     let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, make);
     let words = match made.await {
         Ok(made) => Words { secret: made.secret, ..Words::default() },
-        Err(Fault::Refused(problem)) => Words { problem, ..Words::default() },
+        Err(Fault::Refused(problem)) => {
+            Words { problem: worded(frame.language, &problem), ..Words::default() }
+        }
         Err(fault) => return Err(fault.into()),
     };
     show(&state, &who, frame, words).await

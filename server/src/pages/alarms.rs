@@ -76,22 +76,16 @@ pub(super) async fn page(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    Query(mut filter): Query<Filter>,
+    Query(filter): Query<Filter>,
 ) -> Result<Response, PageError> {
     let vessels = names_for(&state, &who);
     let (from_us, to_us) = (picked_us(&filter.from), picked_us(&filter.to));
     let no_time = |time: &Result<_, ()>| {
         let wrong =
-            time.is_err().then(|| frame.t("Not a valid time. Write it like 2026-06-01T12:00, in UTC."));
+            time.is_err().then(|| frame.t("Not a valid time. Write it like 2026-06-01 12:00, in UTC."));
         wrong.map(|text| text.to_string()).unwrap_or_default()
     };
     let wrong = Wrong { from: no_time(&from_us), to: no_time(&to_us) };
-    // A picker takes nothing else.
-    for (text, time) in [(&mut filter.from, &from_us), (&mut filter.to, &to_us)] {
-        if time.is_err() {
-            text.clear();
-        }
-    }
     let priority = Some(filter.priority.clone()).filter(|one| PRIORITIES.contains(&&**one));
     let wanted = Notes {
         vessels: seen(&who),

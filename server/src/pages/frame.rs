@@ -185,7 +185,8 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
     }
     let title = error.status.canonical_reason().unwrap_or("Error").to_owned();
     let frame = Frame::new(&HeaderMap::new(), None, "/");
-    let mut response = html(&ErrorPage { frame, title, text: error.text });
+    let text = words::worded(frame.language, &error.text);
+    let mut response = html(&ErrorPage { frame, title, text });
     *response.status_mut() = error.status;
     response
 }

@@ -2,6 +2,7 @@
 
 use super::form::Sent;
 use super::frame::{Frame, PageError, html, inside, set_secret_cookie};
+use super::words::worded;
 use crate::AppState;
 use crate::web::{ApiError, Remote, SESSION_COOKIE, Who, cookie, cookie_name};
 use askama::Template;
@@ -103,7 +104,8 @@ pub(super) async fn login(
         Err(Refused::Fault(fault)) => return Err(fault.into()),
         Err(refused) => {
             let error = ApiError::from(refused);
-            let mut response = show(frame, remote, &headers, next, name, error.text);
+            let problem = worded(frame.language, &error.text);
+            let mut response = show(frame, remote, &headers, next, name, problem);
             *response.status_mut() = error.status;
             if let Some(wait_s) = error.wait_s {
                 response.headers_mut().insert(header::RETRY_AFTER, wait_s.into());

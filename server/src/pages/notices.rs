@@ -4,6 +4,7 @@ use super::account::{Words, show};
 use super::form::{Sent, vessel};
 use super::frame::{Frame, PageError};
 use super::rules::{Refused, message_row};
+use super::words::worded;
 use crate::AppState;
 use crate::web::{ApiError, Remote, Who};
 use axum::extract::State;
@@ -62,13 +63,8 @@ pub(super) async fn add(
                 }
                 Err(error) if error.kind == ErrorKind::Refused => {
                     let refused = Some(Refused { id: None, way: way.name(), typed, target });
-                    return show(
-                        &state,
-                        &who,
-                        frame,
-                        Words { problem: error.text, refused, ..Words::default() },
-                    )
-                    .await;
+                    let problem = worded(frame.language, &error.text);
+                    return show(&state, &who, frame, Words { problem, refused, ..Words::default() }).await;
                 }
                 Err(error) => return Err(ApiError::from(error).into()),
             }
@@ -103,7 +99,8 @@ pub(super) async fn change(
             let way = mine.iter().find(|rule| rule.id == id).map(|rule| rule.ask.way);
             let target = way.is_some_and(|way| typed.clone().of(way).check_target(settings).is_err());
             let refused = Some(Refused { id: Some(id), way: "", typed, target });
-            show(&state, &who, frame, Words { problem: error.text, refused, ..Words::default() }).await
+            let problem = worded(frame.language, &error.text);
+            show(&state, &who, frame, Words { problem, refused, ..Words::default() }).await
         }
         Err(error) => Err(ApiError::from(error).into()),
     }
@@ -130,7 +127,7 @@ pub(super) async fn test(
             let outcome = message_row(frame.language, message).outcome;
             frame.t("The test message: {outcome}.").with("outcome", outcome).to_string()
         }
-        Err(error) if error.kind == ErrorKind::Refused => error.text,
+        Err(error) if error.kind == ErrorKind::Refused => worded(frame.language, &error.text),
         Err(error) => return Err(ApiError::from(error).into()),
     };
     show(&state, &who, frame, Words { problem, ..Words::default() }).await

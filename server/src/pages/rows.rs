@@ -69,13 +69,13 @@ pub(super) fn older(path: &str, filter: &[(&str, &str)], before: i64) -> String 
     format!("{path}?{}", query.finish())
 }
 
-/// A time of a date picker, in UTC (µs since 1970); nothing where it is empty.
+/// A time as it is typed or picked, in UTC (µs since 1970); nothing where it is empty.
 pub(super) fn picked_us(text: &str) -> Result<Option<i64>, ()> {
-    let text = text.trim();
+    let text = text.trim().trim_end_matches(['Z', 'z']).replacen(' ', "T", 1);
     if text.is_empty() {
         return Ok(None);
     }
-    // Pickers leave seconds out where they are zero.
+    // People and pickers leave seconds out where they are zero.
     let whole =
         if text.len() == "2026-06-01T12:00".len() { format!("{text}:00Z") } else { format!("{text}Z") };
     whole.parse::<UtcTime>().map(|time| Some(time.micros())).map_err(|_| ())

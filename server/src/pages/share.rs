@@ -2,7 +2,7 @@
 
 use super::form::Sent;
 use super::frame::{Frame, PageError, html, set_cookie};
-use super::words::word;
+use super::words::{word, worded};
 use crate::AppState;
 use crate::web::{ApiError, InPath, Remote, cookie_name, plain_cookie};
 use api::{DatasetCheck, DatasetContent, DatasetVersion, ShareVisitKind};
@@ -143,12 +143,7 @@ pub(super) async fn unlock(
         Err(shore::identity::Refused::Fault(fault)) => Err(fault.into()),
         Err(refused) => {
             let error = ApiError::from(refused);
-            let problem = match error.wait_s {
-                Some(wait_s) => {
-                    frame.t("Too many attempts. Try again in {n} s.").with("n", wait_s).to_string()
-                }
-                None => frame.t("The password is wrong.").to_string(),
-            };
+            let problem = worded(frame.language, &error.text);
             let mut response = password_page(frame, problem, error.status);
             if let Some(wait_s) = error.wait_s {
                 response.headers_mut().insert(header::RETRY_AFTER, wait_s.into());

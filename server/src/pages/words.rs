@@ -1,6 +1,6 @@
 //! The words of pages in the reader's language: the catalogue is [`shore::words`], and this says whose language it is.
 
-pub(crate) use shore::words::{Text, alarm, said, t};
+pub(crate) use shore::words::{Text, alarm, said, t, worded};
 
 use axum::http::{HeaderMap, header};
 use shore::identity::Language;

@@ -6,11 +6,12 @@
 //! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
 
 use super::Access;
+use api::say;
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
 use hub::{Incoming, Peer, Role, Sources, Transport};
-use shore::router::{AT_ONCE_BYTES, Connection, Router};
+use shore::router::{AT_ONCE_BYTES, Connection, Router, Whose};
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
@@ -59,14 +60,15 @@ pub(super) async fn serve(
             Err(error) => {
                 // Out of file handles, usually: that passes, the listener stays.
                 tracing::warn!(%error, "the IMCProxy transport cannot accept a connection");
-                router.ledger().failed(Transport::Proxy, &format!("cannot accept a connection: {error}"));
+                let what = say("cannot accept a connection: {error}").with("error", error);
+                router.ledger().failed(Transport::Proxy, Whose::Transport, what);
                 tokio::time::sleep(Duration::from_millis(200)).await;
                 continue;
             }
         };
         if !access.admits(from.ip()) {
             tracing::warn!(peer = %from, "refused at the IMCProxy transport: not in transports.imcproxy.allow");
-            router.ledger().refused(Transport::Proxy, from.ip(), "not in transports.imcproxy.allow");
+            router.ledger().refused(Transport::Proxy, from.ip(), say("not in transports.imcproxy.allow"));
             continue;
         }
         let Some(permit) = access.permit() else {
@@ -74,7 +76,7 @@ pub(super) async fn serve(
             router.ledger().refused(
                 Transport::Proxy,
                 from.ip(),
-                "transports.imcproxy.max_peers are connected",
+                say("transports.imcproxy.max_peers are connected"),
             );
             continue;
         };
@@ -82,7 +84,8 @@ pub(super) async fn serve(
         tasks.spawn(async move {
             if let Err(reason) = peer(stream, from, router.clone(), stop).await {
                 tracing::info!(peer = %from, %reason, "an IMCProxy peer is gone");
-                router.ledger().failed(Transport::Proxy, &format!("{from}: {reason}"));
+                let whose = Whose::Peer(from.to_string());
+                router.ledger().failed(Transport::Proxy, whose, reason.to_string());
             }
             drop(permit);
         });

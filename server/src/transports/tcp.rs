@@ -5,10 +5,11 @@
 //! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
 //! again.
 
+use api::{Said, fixed, say};
 use bytes::Bytes;
 use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::{Deframer, Frame};
-use shore::router::{Connection, Ledger, Router, Stopped};
+use shore::router::{Connection, Ledger, Router, Stopped, Whose};
 use socket2::{SockRef, TcpKeepalive};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWriteExt as _};
@@ -54,7 +55,7 @@ pub(super) async fn keep_connected(node: String, router: Router, stop: Cancellat
         let outcome = stop.run_until_cancelled(attempt).await;
         let Some(outcome) = outcome else { return };
         if let Err(reason) = outcome {
-            router.ledger().failed(Transport::Tcp, &format!("{node}: {reason}"));
+            router.ledger().failed(Transport::Tcp, Whose::Peer(node.clone()), reason.to_string());
             // Said once, not at each attempt of a night in harbour.
             if !told {
                 tracing::warn!(%node, %reason, "not connected; trying again");
@@ -98,7 +99,7 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
         if let Ok(length) = tokio::time::timeout(LOOK, reader.read(&mut buffer)).await {
             let length = length?;
             if length == 0 {
-                anyhow::bail!("the node closed the stream");
+                anyhow::bail!(fixed("the node closed the stream"));
             }
             if std::mem::take(&mut told) {
                 tracing::info!(%node, silent_s = heard.elapsed().as_secs(), "the stream goes on");
@@ -106,9 +107,9 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
             (heard, looked) = (Instant::now(), false);
             deframer.push(&buffer[..length]);
         } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
-            let silent = format!("silent for {} s; the stream stands", SILENCE.as_secs());
+            let silent = Said::from(say("silent for {s} s; the stream stands").with("s", SILENCE.as_secs()));
             tracing::warn!(%node, "{silent}");
-            ledger.failed(Transport::Tcp, &format!("{node}: {silent}"));
+            ledger.failed(Transport::Tcp, Whose::Peer(node.to_owned()), silent);
         }
         let mut batch = packets(&mut deframer, node);
         if batch.is_empty() && !looked && heard.elapsed() >= REST {
@@ -158,7 +159,8 @@ async fn send(
             }
             Err(overflow) => {
                 tracing::error!(%node, %overflow, "what waited for the node is lost");
-                ledger.failed(Transport::Tcp, &format!("{node}: {overflow}: it is lost"));
+                let what = say("{overflow}: it is lost").with("overflow", &overflow);
+                ledger.failed(Transport::Tcp, Whose::Peer(node.to_owned()), what);
                 connection.outbox.reopen();
             }
         }

@@ -1,6 +1,6 @@
 //! How errors look to programs: a status, a code that stays, and a text for people.
 
-use api::{Refusal, RefusalReason};
+use api::{Refusal, RefusalReason, Said, say};
 use axum::Json;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -16,7 +16,7 @@ pub(crate) struct ApiError {
     /// For programs; stays the same.
     pub(crate) code: &'static str,
     /// For people: what is wrong and what to do.
-    pub(crate) text: String,
+    pub(crate) text: Said,
     /// Seconds after which to try again.
     pub(crate) wait_s: Option<u64>,
     /// What a page makes its own words of, where there is more than the code.
@@ -24,42 +24,42 @@ pub(crate) struct ApiError {
 }
 
 impl ApiError {
-    pub(crate) fn new(status: StatusCode, code: &'static str, text: impl Into<String>) -> Self {
+    pub(crate) fn new(status: StatusCode, code: &'static str, text: impl Into<Said>) -> Self {
         Self { status, code, text: text.into(), wait_s: None, detail: None }
     }
 
-    pub(crate) fn bad_request(text: impl Into<String>) -> Self {
+    pub(crate) fn bad_request(text: impl Into<Said>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, "bad_request", text)
     }
 
     /// What cannot be read, with the status that says in which way.
-    pub(crate) fn malformed(status: StatusCode, text: impl Into<String>) -> Self {
+    pub(crate) fn malformed(status: StatusCode, text: impl Into<Said>) -> Self {
         Self { status, ..Self::bad_request(text) }
     }
 
-    pub(crate) fn not_found(text: impl Into<String>) -> Self {
+    pub(crate) fn not_found(text: impl Into<Said>) -> Self {
         Self::new(StatusCode::NOT_FOUND, "not_found", text)
     }
 
-    pub(crate) fn forbidden(text: impl Into<String>) -> Self {
+    pub(crate) fn forbidden(text: impl Into<Said>) -> Self {
         Self::new(StatusCode::FORBIDDEN, "forbidden", text)
     }
 
-    pub(crate) fn unavailable(text: impl Into<String>) -> Self {
+    pub(crate) fn unavailable(text: impl Into<Said>) -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", text)
     }
 
     pub(crate) fn stopping() -> Self {
-        Self::unavailable("The server is stopping.")
+        Self::unavailable(say("The server is stopping."))
     }
 
     /// Too many ask for the same.
-    pub(crate) fn busy(text: &str) -> Self {
+    pub(crate) fn busy(text: impl Into<Said>) -> Self {
         Self::busy_for(10, text)
     }
 
     /// The same; it may be asked again after so long (s).
-    pub(crate) fn busy_for(wait_s: u64, text: &str) -> Self {
+    pub(crate) fn busy_for(wait_s: u64, text: impl Into<Said>) -> Self {
         Self { wait_s: Some(wait_s), ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text) }
     }
 
@@ -71,7 +71,7 @@ impl ApiError {
     /// What went wrong inside is logged, not shown.
     pub(crate) fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");
-        let text = "The server failed; its log says why.";
+        let text = say("The server failed; its log says why.");
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", text)
     }
 }
@@ -91,7 +91,7 @@ impl From<shore::Error> for ApiError {
             ErrorKind::Gone => (StatusCode::GONE, "gone"),
             ErrorKind::Forbidden => (StatusCode::FORBIDDEN, "forbidden"),
             ErrorKind::PasswordChange => (StatusCode::FORBIDDEN, "password_change_required"),
-            ErrorKind::Busy => return Self::busy(&text),
+            ErrorKind::Busy => return Self::busy(text),
             ErrorKind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable"),
             ErrorKind::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal"),
         };
@@ -122,12 +122,12 @@ impl From<Refused> for ApiError {
         match refused {
             Refused::Fault(fault) => fault.into(),
             Refused::Wrong | Refused::WrongOld => {
-                Self::new(StatusCode::UNAUTHORIZED, "wrong", refused.to_string())
+                Self::new(StatusCode::UNAUTHORIZED, "wrong", refused.said())
             }
-            Refused::WrongPassword => Self::new(StatusCode::FORBIDDEN, "wrong_password", refused.to_string()),
+            Refused::WrongPassword => Self::new(StatusCode::FORBIDDEN, "wrong_password", refused.said()),
             Refused::Wait(wait) => Self {
                 wait_s: Some(wait.as_secs() + 1),
-                ..Self::new(StatusCode::TOO_MANY_REQUESTS, "too_many_attempts", refused.to_string())
+                ..Self::new(StatusCode::TOO_MANY_REQUESTS, "too_many_attempts", refused.said())
             },
         }
     }
@@ -140,7 +140,8 @@ impl IntoResponse for ApiError {
             Some(Detail::Control(control)) => (None, Some(control)),
             None => (None, None),
         };
-        let error = RefusalReason { code: self.code.to_owned(), text: self.text, guard, control };
+        let (text, says) = self.text.into_parts();
+        let error = RefusalReason { code: self.code.to_owned(), text, guard, control, says };
         let mut response = (self.status, Json(Refusal { error })).into_response();
         if let Some(wait_s) = self.wait_s {
             response.headers_mut().insert(header::RETRY_AFTER, wait_s.into());

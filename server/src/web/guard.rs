@@ -6,7 +6,7 @@ use super::listen::Peer;
 use super::remote::Remote;
 use super::route::{Kind, Need};
 use crate::AppState;
-use api::Role;
+use api::{Role, say};
 use axum::RequestExt as _;
 use axum::extract::{FromRequestParts, RawPathParams, Request, State};
 use axum::http::request::Parts;
@@ -90,7 +90,7 @@ pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request
             }
             Err(error) => {
                 if error.status == StatusCode::UNAUTHORIZED {
-                    let why = "no token of a vessel's link, or one that does not hold any more";
+                    let why = say("no token of a vessel's link, or one that does not hold any more");
                     post.state.shore.router.ledger().refused(hub::Transport::Link, remote.address, why);
                 }
                 refuse(&post, &request, error)
@@ -153,25 +153,33 @@ async fn may(
         };
     }
     if let Via::Session { must_change_password: true, .. } = who.via {
-        let text = "Choose a password of your own first, at /account.";
+        let text = say("Choose a password of your own first, at /account.");
         return Err(ApiError { code: "password_change_required", ..ApiError::forbidden(text) });
     }
-    let (has, least, place) = match post.need {
-        Need::Somewhere(least) => (who.grants.somewhere(), least, "any vessel".to_owned()),
+    let (has, least, text) = match post.need {
+        Need::Somewhere(least) => (
+            who.grants.somewhere(),
+            least,
+            say("{name} may not do this: it takes the role {role} on any vessel. Ask an admin."),
+        ),
         Need::OnVessel(least) => {
             let vessel = vessel_in_path(request).await?;
             request.extensions_mut().insert(OfVessel(Address(vessel)));
-            (who.grants.on(vessel), least, format!("vessel {vessel}"))
+            let text =
+                say("{name} may not do this: it takes the role {role} on vessel {vessel}. Ask an admin.");
+            (who.grants.on(vessel), least, text.with("vessel", vessel))
         }
-        Need::Everywhere(least) => (who.grants.everywhere(), least, "all vessels".to_owned()),
-        Need::Figures => (who.grants.everywhere(), Role::Admin, "all vessels".to_owned()),
+        Need::Everywhere(_) | Need::Figures => (
+            who.grants.everywhere(),
+            if let Need::Everywhere(least) = post.need { least } else { Role::Admin },
+            say("{name} may not do this: it takes the role {role} on all vessels. Ask an admin."),
+        ),
         Need::Anyone | Need::Session | Need::Link => return Ok(()),
     };
     if has >= Some(least) {
         return Ok(());
     }
-    let text = format!("{} may not do this: it takes the role {least} on {place}. Ask an admin.", who.name);
-    Err(ApiError::forbidden(text))
+    Err(ApiError::forbidden(text.with("name", &who.name).with("role", least)))
 }
 
 async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
@@ -205,7 +213,7 @@ async fn comes_from_us(
     // Without a session (the login) the handler checks a token of its own.
     let Some(who) = who else { return Ok(request) };
     csrf::check(request, who.csrf()).await.map_err(|csrf::BadToken| {
-        let text = "This page was too old: go back, reload it and try again.";
+        let text = say("This page was too old: go back, reload it and try again.");
         let error = ApiError { code: "bad_csrf_token", ..ApiError::forbidden(text) };
         Box::new((post.refusal)(post.kind, None, error))
     })

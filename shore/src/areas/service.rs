@@ -9,7 +9,9 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal};
 use crate::logbook::{NEWER, check_text};
 use crate::once::{Key, Made, Once};
-use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role};
+use api::{
+    LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role, Said, say,
+};
 use planner::Zone;
 use std::sync::Arc;
 use std::time::Duration;
@@ -127,7 +129,8 @@ impl NoGoAreas {
             return Err(malformed(format!("areas: there are {count}; give 1 to {CLOSED}")));
         }
         let numbered = |(at, area): (usize, NoGoAreaRequest)| {
-            checked(area).map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text), ..error })
+            checked(area)
+                .map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text).into(), ..error })
         };
         let areas: Vec<_> = areas.into_iter().enumerate().map(numbered).collect::<Result<_>>()?;
         let first = areas.first().map(|area| area.name.clone()).unwrap_or_default();
@@ -171,8 +174,9 @@ impl NoGoAreas {
         Once { key, make: areas }: Once<Vec<NoGoAreaRequest>>,
     ) -> Result<i64> {
         if self.charts.set().is_none() {
-            let text =
-                "There is no sea chart that could hold it: import one by `lutra-server chart import` first.";
+            let text = say(
+                "There is no sea chart that could hold it: import one by `lutra-server chart import` first.",
+            );
             return Err(Error::refused(text));
         }
         let make = Create { areas, by: who.name.clone(), now: self.clock.utc() };
@@ -253,8 +257,8 @@ fn may_change(who: &Principal) -> Result<()> {
     if who.grants.everywhere() >= Some(Role::Operator) {
         return Ok(());
     }
-    let text =
-        format!("{} may not close areas: it takes the role operator on all vessels. Ask an admin.", who.name);
+    let text = say("{name} may not close areas: it takes the role operator on all vessels. Ask an admin.")
+        .with("name", &who.name);
     Err(Error::new(ErrorKind::Forbidden, text))
 }
 
@@ -276,7 +280,7 @@ fn told(row: Row) -> NoGoArea {
 fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
     let name = check_text("name", &ask.name, 1..=80)?;
     if name.contains(['\n', '\t']) {
-        return Err(malformed("name: has several lines: write one"));
+        return Err(malformed(say("name: has several lines: write one")));
     }
     let reason = check_text("reason", &ask.reason, 0..=500)?;
     let mut corners = ask.corners;
@@ -286,22 +290,29 @@ fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
     }
     if !CORNERS.contains(&corners.len()) {
         let (least, most) = CORNERS.into_inner();
-        return Err(malformed(format!("corners: there are {}; give {least} to {most}", corners.len())));
+        return Err(malformed(
+            say("corners: there are {n}; give {least} to {most}")
+                .with("n", corners.len())
+                .with("least", least)
+                .with("most", most),
+        ));
     }
     let places = places(&corners)?;
     let sides = corners.iter().zip(corners.iter().cycle().skip(1));
     let over = |([_, from_deg], [_, to_deg]): (&[f64; 2], &[f64; 2])| (from_deg - to_deg).abs() > 180.0;
     if corners.iter().any(|[_, lon_deg]| lon_deg.abs() > DATE_LINE_DEG) || sides.into_iter().any(over) {
-        return Err(malformed("corners: the area reaches the date line: close one on each side of it"));
+        return Err(malformed(say("corners: the area reaches the date line: close one on each side of it")));
     }
     let border_m = Zone::new(places.clone()).map_or(0.0, |zone| zone.border_m());
     if border_m > BORDER_M {
         let (km, most_km) = (border_m / 1e3, BORDER_M / 1e3);
-        return Err(malformed(format!(
-            "corners: the border is {km:.0} km long; at most {most_km:.0} km are taken"
-        )));
+        return Err(malformed(
+            say("corners: the border is {km} km long; at most {most_km} km are taken")
+                .with("km", format!("{km:.0}"))
+                .with("most_km", format!("{most_km:.0}")),
+        ));
     }
-    Zone::drawn(places).map_err(|error| malformed(format!("corners: {error}")))?;
+    Zone::drawn(places).map_err(|error| malformed(say("corners: {error}").with("error", error)))?;
     Ok(NoGoAreaRequest { name, reason, corners })
 }
 
@@ -354,6 +365,6 @@ fn side(from: LatLon, to: LatLon) -> Vec<LatLon> {
     (0..pieces).filter_map(|piece| if piece == 0 { Some(from) } else { at(piece).ok() }).collect()
 }
 
-fn malformed(text: impl Into<String>) -> Error {
-    Error::new(ErrorKind::Malformed, text.into())
+fn malformed(text: impl Into<Said>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
 }

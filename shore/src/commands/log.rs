@@ -53,8 +53,9 @@ impl Commands {
 fn of_command(event: CommandEvent) -> Line {
     let CommandEvent { vessel, by, verb, subject, step } = event;
     let stage = step.stage.name();
-    tracing::info!(%vessel, actor = by.actor, verb, subject, stage, text = step.text, "command");
-    let outcome = if step.text.is_empty() { stage.to_owned() } else { format!("{stage}: {}", step.text) };
+    let text = step.in_full();
+    tracing::info!(%vessel, actor = by.actor, verb, subject, stage, text, "command");
+    let outcome = if text.is_empty() { stage.to_owned() } else { format!("{stage}: {text}") };
     let subject = format!("{vessel} {subject}");
     Line { actor: by.actor, address: by.from, action: verb, subject, outcome }
 }

@@ -19,7 +19,7 @@ pub use stop::{Stop, Stops};
 use crate::error::{Error, Result};
 use crate::identity::{Fault, Line, People, Principal};
 use crate::router::Router;
-use api::{Command, Lease, PlansAboard};
+use api::{Command, Lease, PlansAboard, say};
 use hub::CommandId;
 use imc::Address;
 use operations::{Holder, LeaseRefused, LeaseRequest, Operations, Order};
@@ -186,13 +186,15 @@ impl Commands {
         };
         if let Err(fault) = self.write_asked(by, verb, &subjects).await {
             tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
-            let why = "NOT SENT: the audit log cannot be written";
+            let why = say("NOT SENT: the audit log cannot be written");
             let refuse = move |operations: &mut Operations, now| {
-                operations.commands_mut().refused(now, id, why.to_owned());
+                operations.commands_mut().refused(now, id, why);
             };
             self.router.ask(refuse).await?;
-            let text = format!("{why}, and nothing is ordered without it. Try again; STOP works.");
-            return Err(Error { text, ..Error::from(fault) });
+            let text = say(
+                "NOT SENT: the audit log cannot be written, and nothing is ordered without it. Try again; STOP works.",
+            );
+            return Err(Error { text: text.into(), ..Error::from(fault) });
         }
         let holder = by.holder();
         let send = move |operations: &mut Operations, now| {

@@ -213,7 +213,7 @@ impl Steering {
         let steer = move |operations: &mut Operations, now: Now| {
             let epoch = operations.leases().epoch(now, vessel, &holder);
             let begun = asked.and_then(|id| operations.commands().get(id)).map(|command| {
-                (command.stage(), command.steps.last().map(|step| step.text.clone()).unwrap_or_default())
+                (command.stage(), command.steps.last().map(operations::Step::in_full).unwrap_or_default())
             });
             let running = operations.running(vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
             if let (Ok(epoch), Some(sticks)) = (&epoch, sticks) {

@@ -31,7 +31,7 @@ impl Request for Add {
         let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
         let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::Refused(format!(
+            return Err(Fault::refused(format!(
                 "{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more."
             )));
         }

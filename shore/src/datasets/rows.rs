@@ -87,7 +87,7 @@ impl Request for Create {
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let count: i64 = sqlx::query_scalar("SELECT count(*) FROM dataset").fetch_one(&mut *db).await?;
         if count >= DATASETS {
-            return Err(Fault::Refused(format!("There are {DATASETS} datasets: no more can be kept.")));
+            return Err(Fault::refused(format!("There are {DATASETS} datasets: no more can be kept.")));
         }
         let sql = "INSERT INTO dataset (revision, draft, by, made_us) VALUES (1, ?1, ?2, ?3)";
         let query = sqlx::query(sql).bind(written(&self.draft)?).bind(self.by).bind(self.now.micros());
@@ -128,7 +128,7 @@ impl Request for Publish {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         if self.version.number as usize > VERSIONS {
             let text = format!("The dataset has {VERSIONS} versions: make another dataset.");
-            return Err(Fault::Refused(text));
+            return Err(Fault::refused(text));
         }
         let sql = "UPDATE dataset SET draft = NULL, revision = revision + 1
                    WHERE id = ?1 AND revision = ?2 AND withdrawn_us IS NULL";

@@ -378,6 +378,6 @@ fn told(who: &Principal, row: Row) -> Option<Dataset> {
     Some(Dataset { id, revision, state, made, draft, versions, withdrawn, may_change })
 }
 
-pub(super) fn malformed(text: impl Into<String>) -> Error {
+pub(super) fn malformed(text: impl Into<api::Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }

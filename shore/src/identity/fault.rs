@@ -1,5 +1,6 @@
 //! Why app.db did not do what was asked.
 
+use api::Said;
 use thiserror::Error;
 
 /// Why the database did not do what was asked.
@@ -7,7 +8,7 @@ use thiserror::Error;
 pub enum Fault {
     /// What was asked cannot be; the text says why and is meant for the one who asked.
     #[error("{0}")]
-    Refused(String),
+    Refused(Said),
     /// SQLite failed.
     #[error("app.db: {}; check the disk and the folder's rights", words(.0))]
     Sqlite(#[source] sqlx::Error),
@@ -53,9 +54,17 @@ impl From<sqlx::Error> for Fault {
 }
 
 impl Fault {
+    /// What was asked cannot be, for this reason.
+    pub fn refused(why: impl Into<Said>) -> Self {
+        Self::Refused(why.into())
+    }
+
     /// Refuses a change that changed no row.
-    pub(crate) fn unless_changed(done: &sqlx::sqlite::SqliteQueryResult, text: &str) -> Result<(), Self> {
-        if done.rows_affected() > 0 { Ok(()) } else { Err(Self::Refused(text.to_owned())) }
+    pub(crate) fn unless_changed(
+        done: &sqlx::sqlite::SqliteQueryResult,
+        text: impl Into<Said>,
+    ) -> Result<(), Self> {
+        if done.rows_affected() > 0 { Ok(()) } else { Err(Self::refused(text)) }
     }
 
     /// Whether the connection is gone for good: SQLite's thread behind it was lost.

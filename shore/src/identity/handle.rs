@@ -163,7 +163,7 @@ impl People {
         let done = self.db.change(Acted { request, line: line.clone(), now: self.clock.utc() });
         let outcome = tokio::time::timeout(ASK_PATIENCE, done).await.unwrap_or(Err(Fault::Hangs));
         if let Err(Fault::Refused(reason)) = &outcome {
-            let line = Line { outcome: reason.clone(), ..line };
+            let line = Line { outcome: reason.to_string(), ..line };
             self.db.change(audit::Record(vec![(self.clock.utc(), line)])).await?;
         }
         self.changed.send_modify(|count| *count += 1);

@@ -11,6 +11,7 @@ use super::roles::Principal;
 use super::secret::Secret;
 use super::sessions::Lifetime;
 use super::{persons, sessions};
+use api::{Said, say};
 use sha2::{Digest as _, Sha256};
 use sqlx::SqliteConnection;
 use std::net::IpAddr;
@@ -62,6 +63,21 @@ pub enum Refused {
     /// The database failed.
     #[error(transparent)]
     Fault(#[from] Fault),
+}
+
+impl Refused {
+    /// The same with its wording.
+    pub fn said(&self) -> Said {
+        match self {
+            Self::Wrong => say("Name or password is wrong.").into(),
+            Self::WrongOld => say("The old password is wrong.").into(),
+            Self::WrongPassword => say("The password is wrong.").into(),
+            Self::Wait(wait) => {
+                say("Too many attempts. Try again in {n} s.").with("n", wait.as_secs() + 1).into()
+            }
+            Self::Fault(fault) => fault.to_string().into(),
+        }
+    }
 }
 
 impl People {

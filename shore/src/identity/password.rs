@@ -1,5 +1,6 @@
 //! Passwords: argon2id with the parameters that OWASP recommends (19 MiB, two passes), which are the crate's own.
 
+use api::{Said, say};
 use argon2::password_hash::phc::PasswordHash;
 use argon2::{Algorithm, Argon2, Block, Params, PasswordHasher as _, Version};
 use std::sync::LazyLock;
@@ -56,19 +57,19 @@ pub fn is_right(memory: &mut Memory, password: &str, kept: Option<&str>) -> bool
 ///
 /// # Errors
 /// Too short, too long, or guessed at once.
-pub fn check_new(name: &str, password: &str, least: usize) -> Result<(), String> {
+pub fn check_new(name: &str, password: &str, least: usize) -> Result<(), Said> {
     if password.chars().count() < least {
-        return Err(format!("The password needs at least {least} characters."));
+        return Err(say("The password needs at least {least} characters.").with("least", least).into());
     }
     if password.len() > MAX_BYTES {
-        return Err(format!("The password may have at most {MAX_BYTES} bytes."));
+        return Err(say("The password may have at most {most} bytes.").with("most", MAX_BYTES).into());
     }
     let lower = password.to_lowercase();
     let mut distinct: Vec<char> = lower.chars().collect();
     distinct.sort_unstable();
     distinct.dedup();
     if distinct.len() < 5 || lower.contains(&name.to_lowercase()) || lower.contains("password") {
-        return Err("This password would be guessed at once: use several words, not your name.".to_owned());
+        return Err(say("This password would be guessed at once: use several words, not your name.").into());
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::request::Request;
 use super::roles::Grants;
-use api::{Permission, Person, Role};
+use api::{Permission, Person, Role, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -154,7 +154,7 @@ pub(super) async fn add(
 ) -> Result<i64, Fault> {
     check_name(name)?;
     if find(db, name).await?.is_some() {
-        return Err(Fault::Refused(format!("There is a person {name} already.")));
+        return Err(Fault::refused(say("There is a person {name} already.").with("name", name)));
     }
     let sql = "INSERT INTO person (name, password, must_change, created_us) VALUES (?1, ?2, ?3, ?4)";
     let query = sqlx::query(sql).bind(name).bind(password_hash).bind(must_change).bind(now.micros());
@@ -178,7 +178,7 @@ pub(super) async fn known(db: &mut SqliteConnection, name: &str) -> Result<Accou
 
 /// That nobody is called so.
 pub(super) fn unknown(name: &str) -> Fault {
-    Fault::Refused(format!("There is no person {name}."))
+    Fault::refused(say("There is no person {name}.").with("name", name))
 }
 
 /// Removes a person with sessions and tokens.
@@ -279,9 +279,9 @@ async fn somebody_manages(db: &mut SqliteConnection) -> Result<(), Fault> {
     let sql = "SELECT count(*) FROM permission WHERE vessel = ?1 AND role = ?2";
     let admins: i64 = sqlx::query_scalar(sql).bind(ALL).bind(number(Role::Admin)).fetch_one(db).await?;
     if admins == 0 {
-        let text = "The server needs an admin: the first person is one, and the last admin stays until somebody else \
-                    is one.";
-        return Err(Fault::Refused(text.to_owned()));
+        return Err(Fault::refused(say(
+            "The server needs an admin: the first person is one, and the last admin stays until somebody else is one.",
+        )));
     }
     Ok(())
 }
@@ -291,7 +291,7 @@ fn check_name(name: &str) -> Result<(), Fault> {
     if (1..=64).contains(&name.chars().count()) && name.chars().all(good) {
         return Ok(());
     }
-    Err(Fault::Refused("A name has 1 to 64 letters, digits and . _ - @ + in it.".to_owned()))
+    Err(Fault::refused(say("A name has 1 to 64 letters, digits and . _ - @ + in it.")))
 }
 
 #[cfg(test)]

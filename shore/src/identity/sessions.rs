@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::request::Request;
 use super::secret::Secret;
-use api::Session;
+use api::{Session, say};
 use sqlx::SqliteConnection;
 use std::time::Duration;
 use units::UtcTime;
@@ -102,7 +102,7 @@ pub(super) async fn end(db: &mut SqliteConnection, id: i64, person: Option<i64>)
     let sql = "DELETE FROM session WHERE id = ?1 AND (?2 IS NULL OR person = ?2)";
     let ended = sqlx::query(sql).bind(id).bind(person).execute(db).await?;
     if ended.rows_affected() == 0 {
-        Err(Fault::Refused("There is no such session any more.".to_owned()))
+        Err(Fault::refused(say("There is no such session any more.")))
     } else {
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::fault::Fault;
 use super::persons;
 use super::request::Request;
 use super::secret::Secret;
-use api::{NewToken, Token, TokenMade};
+use api::{NewToken, Token, TokenMade, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -102,7 +102,7 @@ async fn make(
     now: UtcTime,
 ) -> Result<TokenMade, Fault> {
     if !(1..=MAX_DAYS).contains(&new.days) {
-        return Err(Fault::Refused(format!("A token lasts 1 to {MAX_DAYS} days.")));
+        return Err(Fault::refused(say("A token lasts 1 to {most} days.").with("most", MAX_DAYS)));
     }
     let expires_us = now.micros() + i64::from(new.days) * DAY_US;
     let vessel = new.vessel.map_or(ALL, i64::from);
@@ -120,13 +120,11 @@ async fn insert(
 ) -> Result<TokenMade, Fault> {
     let label = label.trim();
     if !(1..=100).contains(&label.chars().count()) || label.chars().any(char::is_control) {
-        return Err(Fault::Refused(
-            "A token needs a label of 1 to 100 characters: what is it for?".to_owned(),
-        ));
+        return Err(Fault::refused(say("A token needs a label of 1 to 100 characters: what is it for?")));
     }
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM token").fetch_one(&mut *db).await?;
     if count >= TOKENS {
-        return Err(Fault::Refused(format!("There are {TOKENS} tokens: revoke some first.")));
+        return Err(Fault::refused(say("There are {n} tokens: revoke some first.").with("n", TOKENS)));
     }
     let secret = Secret::random();
     let sql = "INSERT INTO token (hash, label, person, vessel, role, created_us, expires_us)
@@ -151,7 +149,7 @@ pub(super) async fn touch(db: &mut SqliteConnection, id: i64, now: UtcTime) -> R
 async fn revoke(db: &mut SqliteConnection, id: i64, person: Option<i64>) -> Result<String, Fault> {
     let sql = "DELETE FROM token WHERE id = ?1 AND (?2 IS NULL OR person = ?2) RETURNING label";
     let label: Option<String> = sqlx::query_scalar(sql).bind(id).bind(person).fetch_optional(db).await?;
-    label.ok_or_else(|| Fault::Refused("There is no such token any more.".to_owned()))
+    label.ok_or_else(|| Fault::refused(say("There is no such token any more.")))
 }
 
 /// Tokens, the newest first; of `person` only, when given.

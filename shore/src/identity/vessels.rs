@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use super::request::Request;
-use api::Vessel;
+use api::{Vessel, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -56,18 +56,16 @@ impl Request for List {
 async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
     let good = |letter: char| letter.is_alphanumeric() || "._-".contains(letter);
     if !(1..=64).contains(&name.chars().count()) || !name.chars().all(good) {
-        return Err(Fault::Refused(
-            "A vessel's name has 1 to 64 letters, digits and . _ - in it.".to_owned(),
-        ));
+        return Err(Fault::refused(say("A vessel's name has 1 to 64 letters, digits and . _ - in it.")));
     }
     if matches!(address, 0 | 0xFFFF) {
-        return Err(Fault::Refused("0 and 0xFFFF are no vessel's address.".to_owned()));
+        return Err(Fault::refused(say("0 and 0xFFFF are no vessel's address.")));
     }
     let sql = "SELECT name FROM vessel WHERE address = ?1 OR name = ?2";
     let query = sqlx::query_scalar(sql).bind(address).bind(name);
     let taken: Option<String> = query.fetch_optional(&mut *db).await?;
     if let Some(taken) = taken {
-        return Err(Fault::Refused(format!("Name or address is taken by {taken}.")));
+        return Err(Fault::refused(say("Name or address is taken by {name}.").with("name", taken)));
     }
     let sql = "INSERT INTO vessel VALUES (?1, ?2, ?3)";
     sqlx::query(sql).bind(address).bind(name).bind(now.micros()).execute(db).await?;
@@ -81,7 +79,7 @@ async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) 
 async fn remove(db: &mut SqliteConnection, address: u16) -> Result<(), Fault> {
     let sql = "DELETE FROM vessel WHERE address = ?1";
     if sqlx::query(sql).bind(address).execute(&mut *db).await?.rows_affected() == 0 {
-        return Err(Fault::Refused("There is no such vessel.".to_owned()));
+        return Err(Fault::refused(say("There is no such vessel.")));
     }
     let sql = "DELETE FROM token WHERE person IS NULL AND vessel = ?1";
     sqlx::query(sql).bind(address).execute(db).await?;
@@ -103,7 +101,7 @@ pub async fn named(db: &mut SqliteConnection, text: &str) -> Result<u16, Fault> 
         return Ok(vessel.address);
     }
     address(text).map_err(|_| {
-        Fault::Refused(format!(
+        Fault::refused(format!(
             "There is no vessel {text}; see `lutra-server vessel list`, or give its address."
         ))
     })

@@ -5,7 +5,7 @@ use super::named::Named;
 use super::{Event, Out};
 use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;
-use crate::router::{Connection, Router};
+use crate::router::{Connection, Router, Whose};
 use bytes::Bytes;
 use hub::{
     CommandId, Delivery, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Transport, Urgency,
@@ -244,7 +244,8 @@ impl Task {
                 ShoreOutput::Close(id, code, reason) => {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
-                        self.router.ledger().failed(Transport::Link, &format!("{}: {reason}", self.vessel));
+                        let whose = Whose::Vessel(self.vessel);
+                        self.router.ledger().failed(Transport::Link, whose, reason.to_string());
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);

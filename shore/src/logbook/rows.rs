@@ -1,7 +1,7 @@
 //! Notes in app.db.
 
 use crate::identity::{Fault, Request};
-use api::{LogNoteRevision, LogWord};
+use api::{LogNoteRevision, LogWord, fixed, say};
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use units::UtcTime;
 
@@ -11,7 +11,7 @@ const NOTES: i64 = 1_000_000;
 const CORRECTIONS: u32 = 100;
 
 /// Why a change that comes too late is refused.
-pub(crate) const NEWER: &str = "Somebody changed this meanwhile: load it again, then change it.";
+pub(crate) const NEWER: &str = fixed("Somebody changed this meanwhile: load it again, then change it.");
 /// Why a photo is refused that a note cannot have.
 pub(super) const HAS_PHOTO: &str =
     "photo: this note has a photo, or was withdrawn. Write a new note for another photo.";
@@ -177,7 +177,7 @@ impl Request for Write {
         let last: Option<i64> =
             sqlx::query_scalar("SELECT max(id) FROM log_note").fetch_one(&mut *db).await?;
         if last >= Some(NOTES) {
-            return Err(Fault::Refused(format!("The log book is full: it holds {NOTES} notes.")));
+            return Err(Fault::refused(say("The log book is full: it holds {n} notes.").with("n", NOTES)));
         }
         let sql = "INSERT INTO log_note (revision, time_us, vessel, lat_deg, lon_deg, text, folded, person, by, written_us)
                    VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)";
@@ -206,7 +206,7 @@ impl Request for Correct {
         let Self { id, revision, said, by, now } = self;
         if revision > CORRECTIONS {
             let text = format!("This note was corrected {CORRECTIONS} times: write a new one.");
-            return Err(Fault::Refused(text));
+            return Err(Fault::refused(text));
         }
         let sql = "INSERT INTO log_note_before
                    SELECT id, revision, time_us, vessel, lat_deg, lon_deg, text, coalesce(corrected_by, by),

@@ -11,7 +11,9 @@ use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result, slow};
 use crate::identity::{Fault, People, Principal};
 use crate::once::{Key, Made, Once};
-use api::{LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role};
+use api::{
+    LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role, say,
+};
 use imc::Address;
 use std::path::Path;
 use std::sync::Arc;
@@ -223,7 +225,9 @@ impl Logbook {
             return Err(Error::new(ErrorKind::Forbidden, text));
         }
         if let (Some(by), Some(_)) = (&row.withdrawn_by, row.withdrawn_us) {
-            return Err(Error::refused(format!("This note was withdrawn by {by}: write a new one.")));
+            return Err(Error::refused(
+                say("This note was withdrawn by {by}: write a new one.").with("by", by),
+            ));
         }
         Ok(row)
     }
@@ -335,7 +339,7 @@ fn subject(vessel: Option<u16>, text: &str) -> String {
     format!("{place} {begin}")
 }
 
-fn malformed(text: impl Into<String>) -> Error {
+fn malformed(text: impl Into<api::Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }
 

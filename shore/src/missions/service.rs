@@ -11,7 +11,7 @@ use crate::identity::{People, Principal};
 use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
 use crate::once::{Key, Made, Once};
 use api::{
-    LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role,
+    LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role, say,
 };
 use std::sync::Arc;
 use store::TimeRange;
@@ -163,7 +163,9 @@ impl Missions {
         let row = self.find(who, id).await?;
         may_all(who, &row.mission.vessels)?;
         if let Some(by) = &row.withdrawn.0 {
-            return Err(Error::refused(format!("This mission was withdrawn by {by}: make a new one.")));
+            return Err(Error::refused(
+                say("This mission was withdrawn by {by}: make a new one.").with("by", by),
+            ));
         }
         Ok(row)
     }
@@ -220,6 +222,6 @@ fn checked(ask: MissionRequest) -> Result<MissionRequest> {
     Ok(MissionRequest { name, people, purpose, notes, vessels, from_us, to_us })
 }
 
-fn malformed(text: impl Into<String>) -> Error {
+fn malformed(text: impl Into<api::Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }

@@ -4,6 +4,7 @@ use super::content::Content;
 use super::judge::{Draft, Held, Notified};
 use super::rule::{PER_HOUR, Rule, RuleRequest, SigningKey, Way};
 use crate::identity::{Fault, Language, Request, persons};
+use api::say;
 use operations::alarms::Priority;
 use sqlx::SqliteConnection;
 use std::time::Duration;
@@ -109,7 +110,7 @@ impl Request for Add {
         let sql = "SELECT count(*) FROM notice_rule WHERE person = ?1";
         let rules: i64 = sqlx::query_scalar(sql).bind(person).fetch_one(&mut *db).await?;
         if rules >= RULES {
-            return Err(Fault::Refused(format!("You have {RULES} rules: remove one first.")));
+            return Err(Fault::refused(say("You have {n} rules: remove one first.").with("n", RULES)));
         }
         let sql = "INSERT INTO notice_rule (person, way, target, secret, least, vessel, after_s, also_over, made_us)
                    VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)";
@@ -139,7 +140,7 @@ impl Request for Change {
         let update = sqlx::query(sql).bind(id).bind(person).bind(ask.target).bind(ask.least.name());
         let update = update.bind(ask.vessel).bind(ask.after.as_secs().cast_signed()).bind(ask.also_over);
         let changed = update.execute(db).await?.rows_affected();
-        if changed == 0 { Err(Fault::Refused(NO_RULE.to_owned())) } else { Ok(()) }
+        if changed == 0 { Err(Fault::refused(NO_RULE.to_owned())) } else { Ok(()) }
     }
 }
 
@@ -156,7 +157,7 @@ impl Request for Remove {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let sql = "DELETE FROM notice_rule WHERE id = ?1 AND person = ?2";
         let gone = sqlx::query(sql).bind(self.id).bind(self.person).execute(db).await?.rows_affected();
-        if gone == 0 { Err(Fault::Refused(NO_RULE.to_owned())) } else { Ok(()) }
+        if gone == 0 { Err(Fault::refused(NO_RULE.to_owned())) } else { Ok(()) }
     }
 }
 

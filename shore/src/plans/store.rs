@@ -3,7 +3,7 @@
 
 use super::files::free;
 use crate::identity::{Fault, Request};
-use api::{PlanDocument, PlanRevision};
+use api::{PlanDocument, PlanRevision, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -191,9 +191,9 @@ async fn create(db: &mut SqliteConnection, mut plan: PlanDocument, change: &Chan
     let sql = "SELECT count(*) FROM plan WHERE deleted_us IS NULL";
     let count: u32 = sqlx::query_scalar(sql).fetch_one(&mut *db).await?;
     if count >= PLANS {
-        return Err(Fault::Refused(format!(
-            "There are {count} plans, the most that are kept: delete some first."
-        )));
+        return Err(Fault::refused(
+            say("There are {n} plans, the most that are kept: delete some first.").with("n", count),
+        ));
     }
     plan.name = free_name(db, &plan.name).await?;
     let sql = "INSERT INTO plan (name, vessel, revision) VALUES (?1, ?2, 1)";
@@ -215,19 +215,17 @@ async fn save(
     change: &Change,
 ) -> Result<(), Fault> {
     let Some(old) = Load { id, revision: None }.run(db).await?.filter(|old| !old.deleted) else {
-        return Err(Fault::Refused(
-            "The plan was deleted. Restore it, or keep yours as a new plan.".to_owned(),
-        ));
+        return Err(Fault::refused(say("The plan was deleted. Restore it, or keep yours as a new plan.")));
     };
     if old.revision != from {
-        let text = format!(
-            "{} changed the plan meanwhile: it is at revision {}, yours began at {from}.",
-            old.author, old.revision
-        );
-        return Err(Fault::Refused(text));
+        let text = say("{name} changed the plan meanwhile: it is at revision {now}, yours began at {from}.");
+        let text = text.with("name", old.author).with("now", old.revision).with("from", from);
+        return Err(Fault::refused(text));
     }
     if name_of_other(db, &plan.name, id).await? {
-        return Err(Fault::Refused(format!("Another plan is called {}; choose another name.", plan.name)));
+        return Err(Fault::refused(
+            say("Another plan is called {name}; choose another name.").with("name", &plan.name),
+        ));
     }
     let revision = from + 1;
     let sql = "UPDATE plan SET name = ?2, vessel = ?3, revision = ?4 WHERE id = ?1";
@@ -251,7 +249,7 @@ async fn save(
 async fn delete(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), Fault> {
     let sql = "UPDATE plan SET deleted_us = ?2 WHERE id = ?1 AND deleted_us IS NULL";
     if sqlx::query(sql).bind(id).bind(now.micros()).execute(&mut *db).await?.rows_affected() == 0 {
-        return Err(Fault::Refused("There is no such plan any more.".to_owned()));
+        return Err(Fault::refused(say("There is no such plan any more.")));
     }
     let sql = "DELETE FROM plan WHERE deleted_us IS NOT NULL AND id NOT IN
                (SELECT id FROM plan WHERE deleted_us IS NOT NULL ORDER BY deleted_us DESC LIMIT ?1)";
@@ -265,7 +263,7 @@ async fn delete(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), 
 /// It was not deleted.
 async fn restore(db: &mut SqliteConnection, id: i64, change: Change) -> Result<(), Fault> {
     let Some(old) = Load { id, revision: None }.run(db).await?.filter(|old| old.deleted) else {
-        return Err(Fault::Refused("The plan is not among the deleted ones.".to_owned()));
+        return Err(Fault::refused(say("The plan is not among the deleted ones.")));
     };
     let name = free_name(db, &old.plan.name).await?;
     let sql = "UPDATE plan SET deleted_us = NULL, name = ?2 WHERE id = ?1";
@@ -284,7 +282,7 @@ async fn insert(
     plan: &PlanDocument,
     change: &Change,
 ) -> Result<(), Fault> {
-    let body = serde_json::to_string(plan).map_err(|error| Fault::Refused(error.to_string()))?;
+    let body = serde_json::to_string(plan).map_err(|error| Fault::refused(error.to_string()))?;
     let query = sqlx::query("INSERT INTO plan_revision VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
     let query = query.bind(id).bind(revision).bind(&change.author).bind(change.now.micros());
     query.bind(change.draft).bind(body).execute(db).await?;

@@ -111,7 +111,7 @@ impl Request for Write {
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let (version, mut rows) = All.run(&mut *db).await?;
         if self.version.is_some_and(|wanted| wanted != version) {
-            return Err(Fault::Refused(NEWER.to_owned()));
+            return Err(Fault::refused(NEWER.to_owned()));
         }
         let mut last = 0;
         for step in &self.steps {
@@ -169,7 +169,7 @@ impl Write {
         }
         match rows.iter().find(is_other) {
             None => Ok(()),
-            Some(other) => Err(Fault::Refused(format!(
+            Some(other) => Err(Fault::refused(format!(
                 "name: another {} is called `{}`; choose another name",
                 kind_word(kind),
                 name_of(&other.record)
@@ -190,7 +190,7 @@ impl Write {
 
 fn find(rows: &mut [Row], id: i64, revision: u32) -> Result<&mut Row, Fault> {
     let row = rows.iter_mut().find(|row| row.id == id && row.revision == revision);
-    row.ok_or_else(|| Fault::Refused(NEWER.to_owned()))
+    row.ok_or_else(|| Fault::refused(NEWER.to_owned()))
 }
 
 /// Refuses a register that something is wrong with as a whole.
@@ -199,7 +199,7 @@ fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fau
     let count = |kind: RegisterKind| records.iter().filter(|record| kind_of(record) == kind).count();
     if let Some(kind) = KINDS.into_iter().find(|kind| count(*kind) > ENTRIES) {
         let text = format!("There would be more than {ENTRIES} entries of the kind {}.", kind_word(kind));
-        return Err(Fault::Refused(text));
+        return Err(Fault::refused(text));
     }
     let faults = check_all(&records);
     if faults.is_empty() {
@@ -209,7 +209,7 @@ fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fau
     let told = faults.iter().take(TOLD).filter_map(|fault| {
         told_to(&is_hidden, &records, fault, true).map(|text| format!("{}: {text}", fault.column))
     });
-    Err(Fault::Refused(told.collect::<Vec<_>>().join("\n")))
+    Err(Fault::refused(told.collect::<Vec<_>>().join("\n")))
 }
 
 fn folded(record: &RegisterRecord) -> String {

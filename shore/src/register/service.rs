@@ -164,7 +164,7 @@ impl Register {
         let asked = who.clone();
         let looked = crate::error::slow(move || {
             let called = Called::new(&named);
-            let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text);
+            let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text.into());
             import::look(kind, &bytes, (version, &rows), &called.names(), &refusal, &|record| {
                 sees(&asked, record)
             })
@@ -308,6 +308,6 @@ fn problems(answer: &RegisterImport) -> String {
     )
 }
 
-fn malformed(text: impl Into<String>) -> Error {
+fn malformed(text: impl Into<api::Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }

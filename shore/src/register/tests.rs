@@ -31,7 +31,7 @@ async fn done(db: &mut SqliteConnection, write: Write) -> Result<i64, Fault> {
 
 fn refusal(done: Result<i64, Fault>) -> String {
     match done {
-        Err(Fault::Refused(text)) => text,
+        Err(Fault::Refused(text)) => text.into(),
         other => panic!("{other:?}"),
     }
 }

@@ -2,6 +2,7 @@
 //! what went wrong last.
 
 use crate::clock::Clock;
+use api::{Said, say};
 use hub::Transport;
 use imc::Address;
 use std::collections::BTreeMap;
@@ -45,8 +46,21 @@ pub struct TransportRecord {
 pub struct TransportEvent {
     /// When.
     pub at: UtcTime,
-    /// What, in words.
-    pub text: String,
+    /// With whom.
+    pub whose: Whose,
+    /// What.
+    pub what: Said,
+}
+
+/// With whom something happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Whose {
+    /// A vessel, by its link.
+    Vessel(Address),
+    /// A peer, by its network address.
+    Peer(String),
+    /// The transport itself.
+    Transport,
 }
 
 impl Ledger {
@@ -55,8 +69,12 @@ impl Ledger {
         Self { book: Arc::default(), clock }
     }
 
-    fn happened(&self, text: &str) -> TransportEvent {
-        TransportEvent { at: self.clock.utc(), text: text.chars().take(LETTERS).collect() }
+    fn happened(&self, whose: Whose, what: impl Into<Said>) -> TransportEvent {
+        let whose = match whose {
+            Whose::Peer(name) => Whose::Peer(name.chars().take(LETTERS).collect()),
+            known => known,
+        };
+        TransportEvent { at: self.clock.utc(), whose, what: what.into().at_most(LETTERS) }
     }
 
     fn book(&self) -> MutexGuard<'_, Book> {
@@ -73,8 +91,8 @@ impl Ledger {
     }
 
     /// Somebody was not let in.
-    pub fn refused(&self, transport: Transport, who: IpAddr, why: &str) {
-        let happened = self.happened(&format!("{who}: {why}"));
+    pub fn refused(&self, transport: Transport, who: IpAddr, why: impl Into<Said>) {
+        let happened = self.happened(Whose::Peer(who.to_string()), why);
         self.change(transport, |record| {
             record.refused += 1;
             record.refusal = Some(happened);
@@ -82,8 +100,8 @@ impl Ledger {
     }
 
     /// Something went wrong with a peer, or with the transport itself.
-    pub fn failed(&self, transport: Transport, what: &str) {
-        let happened = self.happened(what);
+    pub fn failed(&self, transport: Transport, whose: Whose, what: impl Into<Said>) {
+        let happened = self.happened(whose, what);
         self.change(transport, |record| record.error = Some(happened));
     }
 
@@ -93,9 +111,8 @@ impl Ledger {
             if lost > record.lost {
                 let more = lost - record.lost;
                 tracing::warn!(%transport, more, lost, "packets were lost: they came faster than they were taken");
-                record.error = Some(
-                    self.happened(&format!("{more} packets came faster than they were taken and are lost")),
-                );
+                let what = say("{n} packets came faster than they were taken and are lost").with("n", more);
+                record.error = Some(self.happened(Whose::Transport, what));
             }
             record.lost = lost;
         });
@@ -125,18 +142,19 @@ mod tests {
     fn refusals_are_counted_and_texts_from_outside_bounded() {
         let ledger = Ledger::new(Clock::real());
         ledger.refused(Transport::Udp, [10, 0, 0, 7].into(), "not in transports.udp.allow");
-        ledger.refused(Transport::Udp, [10, 0, 0, 8].into(), &"x".repeat(1_000));
-        ledger.failed(Transport::Udp, "gone");
+        ledger.refused(Transport::Udp, [10, 0, 0, 8].into(), "x".repeat(1_000));
+        ledger.failed(Transport::Udp, Whose::Peer("y".repeat(1_000)), "gone");
         let record = ledger.of(Transport::Udp);
-        assert_eq!((record.refused, record.error.unwrap().text.as_str()), (2, "gone"));
-        let text = record.refusal.unwrap().text;
-        assert!(text.starts_with("10.0.0.8: x") && text.len() == LETTERS);
+        let TransportEvent { whose, what, .. } = record.error.unwrap();
+        assert_eq!((record.refused, whose, what.as_str()), (2, Whose::Peer("y".repeat(LETTERS)), "gone"));
+        let TransportEvent { whose, what, .. } = record.refusal.unwrap();
+        assert_eq!((whose, what.len()), (Whose::Peer("10.0.0.8".to_owned()), LETTERS));
         assert_eq!(ledger.of(Transport::Tcp), TransportRecord::default());
         ledger.lost(Transport::Udp, 0);
-        assert_eq!(ledger.of(Transport::Udp).error.unwrap().text, "gone");
+        assert_eq!(ledger.of(Transport::Udp).error.unwrap().what, "gone");
         ledger.lost(Transport::Udp, 37);
         ledger.lost(Transport::Udp, 37);
         let record = ledger.of(Transport::Udp);
-        assert!(record.lost == 37 && record.error.unwrap().text.starts_with("37 packets came faster"));
+        assert!(record.lost == 37 && record.error.unwrap().what.starts_with("37 packets came faster"));
     }
 }

@@ -7,13 +7,14 @@
 mod ledger;
 mod outbox;
 
-pub use ledger::{Ledger, TransportEvent, TransportRecord};
+pub use ledger::{Ledger, TransportEvent, TransportRecord, Whose};
 use outbox::Unsent;
 pub use outbox::{AT_ONCE_BYTES, Outbox};
 
 use crate::clock::Clock;
 use crate::owners::{Duty, Owners};
 use crate::recorder::Recorder;
+use api::fixed;
 use bytes::Bytes;
 use hub::{Counters, Delivery, Incoming, Peer, PeerId, PeerState, Settings, Telecommand, Transport};
 use imc::{Address, PacketView};
@@ -374,12 +375,14 @@ impl Task {
             if let Some(outbox) = outboxes.get(&peer) {
                 let Unsent { called_off, no_room } = outbox.push(packets);
                 unsent.extend(
-                    called_off.into_iter().map(|id| (id, "a stop was ordered before it could be sent")),
+                    called_off
+                        .into_iter()
+                        .map(|id| (id, fixed("a stop was ordered before it could be sent"))),
                 );
                 if !outbox.takes() {
                     full.insert(peer);
                 }
-                let deaf = "NOT SENT: the connection to the vessel takes nothing at present";
+                let deaf = fixed("NOT SENT: the connection to the vessel takes nothing at present");
                 unsent.extend(no_room.into_iter().map(|id| (id, deaf)));
             }
         });
@@ -390,7 +393,7 @@ impl Task {
         });
         for (id, why) in unsent {
             let now = self.clock.now();
-            self.operations.commands_mut().refused(now, id, why.to_owned());
+            self.operations.commands_mut().refused(now, id, why);
         }
         let records = self.operations.hub_mut().drain_records();
         if !records.is_empty() {

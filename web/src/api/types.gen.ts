@@ -725,6 +725,14 @@ time_us: number,
  */
 text: string, 
 /**
+ * Of what pages make `text` in their reader's language; absent of a vessel's own words.
+ */
+says?: Wording, 
+/**
+ * Whether it was reached after the command had timed out; `text` begins with `late` then.
+ */
+late: boolean, 
+/**
  * The leg for which the vessel's guard refused it, where it named one; null else.
  */
 leg: GuardReason | null, };
@@ -3312,7 +3320,11 @@ guard?: Guard,
 /**
  * Of `no_control`: why.
  */
-control?: NoControl, };
+control?: NoControl, 
+/**
+ * Of what pages make `text` in their reader's language, where it is no fixed sentence and neither of the two above.
+ */
+says?: Wording, };
 
 export type RegisterAnimal = { 
 /**
@@ -4466,3 +4478,13 @@ difference: ChartDifference | null,
  * When the vessel said so, µs since 1970 UTC; null while unknown.
  */
 told_us: number | null, };
+
+export type Wording = { 
+/**
+ * Like `There is no person {name}.`
+ */
+template: string, 
+/**
+ * What is put in the places, by their names.
+ */
+values: { [key in string]?: string }, };

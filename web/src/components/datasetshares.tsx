@@ -11,6 +11,7 @@ import type { Wrong } from "../state/notes";
 import { utc } from "../ui/format";
 import { t, tn } from "../words/words";
 import { Field, FormEnd, type Marks, useSent } from "./sentform";
+import { WhenField } from "./when";
 
 /** The server counts and hashes what a link gives before it answers, ms. */
 const PATIENCE_MS = 120_000;
@@ -123,8 +124,8 @@ function ShareForm({ links, version }: { readonly links: Links; readonly version
       </div>
       <details><summary>{t("Only a part of it")}</summary>
         <div class="filters">
-          {field("from_us", t("From (UTC)"), (marks) => line("from", marks, { type: "datetime-local", step: "1" }))}
-          {field("to_us", t("To (UTC)"), (marks) => line("to", marks, { type: "datetime-local", step: "1" }))}
+          {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} told={(from) => change({ from })} />)}
+          {field("to_us", t("To (UTC)"), (marks) => <WhenField marks={marks} value={draft.to} told={(to) => change({ to })} />)}
           {field("tags", t("Tags"), (marks) => line("tags", marks, { placeholder: "S256-101, 102" }))}
           {field("area", t("Area, corners as latitude,longitude with ; between them"), (marks) => line("area", marks, { placeholder: "63.44,10.35;63.46,10.35;63.46,10.42" }))}
         </div>

@@ -6,6 +6,7 @@ import { type MissionDraft, missionWrong } from "../state/missions";
 import type { Wrong } from "../state/notes";
 import { t } from "../words/words";
 import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
+import { WhenField } from "./when";
 
 interface Needs {
   readonly draft: MissionDraft;
@@ -27,8 +28,8 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>
       <div class="filters">
         {field("name", t("Name"), (marks) => <input ref={name} {...marks} maxLength={120} autocomplete="off" value={draft.name} onInput={(event) => change({ name: event.currentTarget.value })} />)}
-        {field("from_us", t("From (UTC)"), (marks) => <input {...marks} type="datetime-local" step="1" value={draft.from} onInput={(event) => change({ from: event.currentTarget.value })} />)}
-        {field("to_us", t("To (UTC), empty while it goes on"), (marks) => <input {...marks} type="datetime-local" step="1" value={draft.to} onInput={(event) => change({ to: event.currentTarget.value })} />)}
+        {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} told={(from) => change({ from })} />)}
+        {field("to_us", t("To (UTC), empty while it goes on"), (marks) => <WhenField marks={marks} value={draft.to} told={(to) => change({ to })} />)}
         {field("people", t("People"), (marks) => <input {...marks} maxLength={500} autocomplete="off" value={draft.people} onInput={(event) => change({ people: event.currentTarget.value })} />)}
       </div>
       <VesselsOf draft={draft} vessels={vessels} wrong={form.at("vessels")} change={change} />

@@ -6,6 +6,7 @@ import type { Wrong } from "../state/notes";
 import { type Draft, draftOf, type Field as Column, FIELDS, nameOf, registerWrong } from "../state/register";
 import { t } from "../words/words";
 import { Field, FormEnd, type Marks, useFirstFocus, useSent } from "./sentform";
+import { WhenField } from "./when";
 
 export interface RegisterFormNeeds {
   readonly kind: RegisterKind;
@@ -30,7 +31,7 @@ export function RegisterForm({ kind, entry, entries, vessels, label, send, cance
     const shared = { ...marks, value: draft[name] ?? "" };
     const typed = (event: { readonly currentTarget: { readonly value: string } }): void => change({ [name]: event.currentTarget.value });
     if (holds === "text") return <textarea {...shared} rows={2} onInput={typed} />;
-    if (holds === "time") return <input {...shared} type="datetime-local" step="1" onInput={typed} />;
+    if (holds === "time") return <WhenField marks={marks} value={shared.value} told={(text) => change({ [name]: text })} />;
     if (holds === "line" || holds === "number" || holds === "whole") return <input {...shared} inputMode={holds === "line" ? "text" : "decimal"} autocomplete="off" onInput={typed} />;
     return <select {...shared} onChange={typed}><Choices column={column} chosen={draft[name] ?? ""} entries={entries} vessels={vessels} /></select>;
   };

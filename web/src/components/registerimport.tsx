@@ -59,23 +59,27 @@ function Problems({ told: { problems } }: { readonly told: Told }) {
   return (
     <div role="alert">
       <p class="bad-text">{tn(problems.length, "1 problem: mend it in the file and choose it again. Nothing was taken.", "{n} problems: mend them in the file and choose it again. Nothing was taken.")}</p>
-      <table class="compact">
-        <thead><tr>{[t("Line"), t("Column"), t("What is wrong")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
-        <tbody>{problems.slice(0, SHOWN).map(({ line, column, text }, at) => <tr key={at}><td class="num">{line ?? ""}</td><td><code>{column}</code></td><td>{text}</td></tr>)}</tbody>
-      </table>
+      <div class="wide" tabIndex={0} role="region" aria-label={t("What is wrong")}>
+        <table class="compact">
+          <thead><tr>{[t("Line"), t("Column"), t("What is wrong")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
+          <tbody>{problems.slice(0, SHOWN).map(({ line, column, text }, at) => <tr key={at}><td class="num">{line ?? ""}</td><td><code>{column}</code></td><td>{text}</td></tr>)}</tbody>
+        </table>
+      </div>
     </div>
   );
 }
 
 function Changes({ told: { changes } }: { readonly told: Told }) {
   return (
-    <table class="compact">
-      <thead><tr>{[t("Line"), t("Name"), t("What is changed")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
-      <tbody>
-        {changes.slice(0, SHOWN).map(({ line, name, is_new, fields }) => (
-          <tr key={line}><td class="num">{line}</td><td>{name}</td><td>{is_new ? t("new") : fields.map(({ column, before, after }) => `${column}: ${before || "–"} → ${after || "–"}`).join("; ")}</td></tr>
-        ))}
-      </tbody>
-    </table>
+    <div class="wide" tabIndex={0} role="region" aria-label={t("What is changed")}>
+      <table class="compact">
+        <thead><tr>{[t("Line"), t("Name"), t("What is changed")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
+        <tbody>
+          {changes.slice(0, SHOWN).map(({ line, name, is_new, fields }) => (
+            <tr key={line}><td class="num">{line}</td><td>{name}</td><td>{is_new ? t("new") : fields.map(({ column, before, after }) => `${column}: ${before || "–"} → ${after || "–"}`).join("; ")}</td></tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
   );
 }

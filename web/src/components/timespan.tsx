@@ -1,8 +1,9 @@
-// From and to by date pickers, in UTC, with spans that are often wanted.
+// From and to, typed or picked, in UTC, with spans that are often wanted.
 
 import type { Signal } from "@preact/signals";
-import { picked } from "../state/takeout";
+import { picked, timeWrong } from "../state/takeout";
 import { t } from "../words/words";
+import { WhenField } from "./when";
 
 const SPANS: readonly (readonly [string, number | null])[] = [[t("Last hour"), 3_600_000], [t("Today"), 0], [t("Last 7 days"), 7 * 86_400_000], [t("All"), null]];
 
@@ -15,10 +16,11 @@ interface Needs {
 }
 
 export function TimeSpan({ from, to, fromWrong = "", toWrong }: Needs) {
+  const [badFrom, badTo] = [timeWrong(from.value), timeWrong(to.value)];
   return (
     <>
-      <Pick label={t("From (UTC)")} id="span-from" value={from} wrong={fromWrong} />
-      <Pick label={t("To (UTC)")} id="span-to" value={to} wrong={toWrong} />
+      <Pick label={t("From (UTC)")} id="span-from" value={from} wrong={badFrom || fromWrong} />
+      <Pick label={t("To (UTC)")} id="span-to" value={to} wrong={badTo || (badFrom ? "" : toWrong)} />
     </>
   );
 }
@@ -27,7 +29,7 @@ function Pick({ label, id, value, wrong }: { readonly label: string; readonly id
   return (
     <div class="field">
       <label for={id}>{label}</label>
-      <input id={id} type="datetime-local" step="1" value={value.value} aria-invalid={wrong !== ""} aria-describedby={`${id}-wrong`} onInput={(event) => (value.value = event.currentTarget.value)} />
+      <WhenField marks={{ id, "aria-invalid": wrong !== "", "aria-describedby": `${id}-wrong` }} value={value.value} told={(text) => (value.value = text)} />
       <p id={`${id}-wrong`} class="wrong" role="alert">{wrong}</p>
     </div>
   );
@@ -36,7 +38,7 @@ function Pick({ label, id, value, wrong }: { readonly label: string; readonly id
 /** Buttons that set the span; `then` is called after each. */
 export function Spans({ from, to, then = () => undefined }: Pick<Needs, "from" | "to"> & { readonly then?: () => void }) {
   const set = (ms: number | null): void => {
-    const begin = ms === 0 ? `${new Date().toISOString().slice(0, 10)}T00:00:00` : picked((Date.now() - (ms ?? 0)) * 1_000);
+    const begin = ms === 0 ? `${new Date().toISOString().slice(0, 10)} 00:00:00` : picked((Date.now() - (ms ?? 0)) * 1_000);
     [from.value, to.value] = [ms === null ? "" : begin, ""];
     then();
   };

@@ -8,16 +8,17 @@ import { t } from "../words/words";
 import { type Giving, saidOf } from "./giving";
 
 export class PlansOfVessel {
-  readonly root = make("section", { "aria-label": t("Plans aboard") });
+  readonly root = make("section");
   private readonly rows = make("tbody");
   private readonly table = make("table", {}, make("thead", {}, make("tr", {}, ...[t("Plan"), t("Digest"), t("Changed"), ""].map((text) => make("th", { scope: "col" }, text)))), this.rows);
+  private readonly wide = make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans aboard"), hidden: "" }, this.table);
   private readonly none = make("p", { class: "empty" });
   private readonly stop = make("button", { type: "button" }, t("Stop plan"));
   private here = false;
 
   constructor(private readonly giving: Giving, private readonly may: boolean) {
     const refresh = make("button", { type: "button" }, t("Refresh plans aboard"));
-    this.root.append(make("h3", {}, t("Plans aboard")), this.none, this.table, make("div", { class: "row" }, ...(may ? [refresh, this.stop] : [])));
+    this.root.append(make("h3", {}, t("Plans aboard")), this.none, this.wide, make("div", { class: "row" }, ...(may ? [refresh, this.stop] : [])));
     refresh.addEventListener("click", () => {
       giving.fail("");
       giving.orders.ask({ kind: "plan.list" }).then(() => this.look(), (error: unknown) => giving.fail(t("Plans aboard: {why}", { why: saidOf(error) })));
@@ -62,7 +63,7 @@ export class PlansOfVessel {
 
   private show({ time_us, plans }: PlansAboard): void {
     setText(this.none, time_us === null ? t("Plans aboard not reported yet.") : plans.length ? t("Reported by the vessel {time}.", { time: utc(time_us) }) : t("No plan is stored aboard. Upload one first."));
-    setAttribute(this.table, "hidden", plans.length ? null : "");
+    setAttribute(this.wide, "hidden", plans.length ? null : "");
     this.rows.replaceChildren(...plans.map((plan) => this.row(plan)));
     this.enable(this.here);
   }

@@ -1,7 +1,7 @@
 // What was ordered lately, and how far each got.
 
 import type { Command, CommandStep } from "../api/types.gen";
-import { orderText, stageText } from "../state/orderwords";
+import { orderText, stageText, stepText } from "../state/orderwords";
 import { reasonInFull } from "../state/planverdict";
 import { legsOfGoto } from "../state/refusal";
 import { make, setAttribute, setText } from "../ui/dom";
@@ -41,9 +41,9 @@ function stageOf(command: Command): "open" | "done" | "failed" {
 }
 
 /** Why, or what the vessel said; of a leg that it refused, the leg. */
-function stepWords(order: string, { leg, text }: CommandStep): string {
-  if (!leg) return text;
-  return reasonInFull(undefined, (order === "goto" ? legsOfGoto([leg])[0] : undefined) ?? leg);
+function stepWords(order: string, step: CommandStep): string {
+  const { leg } = step;
+  return leg ? reasonInFull(undefined, (order === "goto" ? legsOfGoto([leg])[0] : undefined) ?? leg) : stepText(step);
 }
 
 function row(command: Command): HTMLElement {

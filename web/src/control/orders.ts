@@ -2,6 +2,7 @@
 
 import { getJson, postJson } from "../api/http";
 import type { Command, Lease, LeaseAction, LeaseRequest, Order, OrderRequest } from "../api/types.gen";
+import { stageInFull } from "../state/orderwords";
 import { t } from "../words/words";
 
 const PATIENCE_MS = 8_000;
@@ -41,7 +42,7 @@ export function createOrders(vessel: number, window: string): Orders {
     async ask(order) {
       const command = await settle(order);
       const last = command.steps.at(-1);
-      if (last?.stage !== "effect seen") throw new Unanswered(last ? `${last.stage}: ${last.text}` : t("not sent"));
+      if (last?.stage !== "effect seen") throw new Unanswered(last ? stageInFull(last) : t("not sent"));
       return command;
     },
   };

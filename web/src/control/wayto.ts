@@ -3,6 +3,7 @@
 
 import { postJson, putJson, Refusal } from "../api/http";
 import type { Command, Fix, PlanChange, PlanDocument, PlanUploadRequest, SeaRoute, SeaRouteAnswer, SeaRouteRequest, StoredPlan } from "../api/types.gen";
+import { stageInFull } from "../state/orderwords";
 import { placesOfRoute } from "../state/searoute";
 import { t } from "../words/words";
 import { type Orders, Unanswered } from "./orders";
@@ -45,7 +46,7 @@ export async function sail(plan: PlanDocument, vessel: number, window: string, o
   const upload = await postJson<Command>(`/api/v1/plans/${stored.id}/upload`, PATIENCE_MS, { vessel, revision: stored.revision, window } satisfies PlanUploadRequest);
   const settled = await orders.settled(upload);
   const last = settled.steps.at(-1);
-  if (last?.stage !== "effect seen") throw new Unanswered(t("The route did not get aboard: {text}. It is kept among the plans as {name}.", { text: last?.text || last?.stage || t("not sent"), name: plan.name }));
+  if (last?.stage !== "effect seen") throw new Unanswered(t("The route did not get aboard: {text}. It is kept among the plans as {name}.", { text: last ? stageInFull(last) : t("not sent"), name: plan.name }));
   told("");
   await orders.give({ kind: "plan.start", plan_id: plan.name });
 }

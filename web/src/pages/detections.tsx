@@ -13,7 +13,7 @@ import { flagReason } from "../state/flags";
 import { detectionCompleted } from "../state/newest";
 import { calledBy, FORMATS, tagNames } from "../state/register";
 import { countsOf, tagSeries } from "../state/tags";
-import { pickedUs } from "../state/takeout";
+import { pickedUs, spanWrong } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
 import { t, tn } from "../words/words";
@@ -43,7 +43,7 @@ class Heard {
   readonly counts = computed(() => countsOf(this.rows.value));
   readonly shown = computed(() => this.rows.value.filter((one) => !this.hidden.value.has(tagName(one))));
   readonly listed = computed(() => this.shown.value.filter((one) => !this.picked.value || this.picked.value.has(keyOf(one))));
-  readonly wrong = computed(() => (this.from.value && this.to.value && pickedUs(this.to.value) < pickedUs(this.from.value) ? t("The end is before the beginning.") : ""));
+  readonly wrong = computed(() => spanWrong(this.from.value, this.to.value)?.text ?? "");
   readonly tagWrong = computed(() => /^tag: (.*)$/s.exec(this.answer.trouble.value)?.[1] ?? "");
 
   private query(): string {

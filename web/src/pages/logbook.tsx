@@ -11,7 +11,7 @@ import { NoteList } from "../components/notelist";
 import { Spans, TimeSpan } from "../components/timespan";
 import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, withNewest, type Wrong } from "../state/notes";
 import { Keys } from "../state/sending";
-import { pickedUs } from "../state/takeout";
+import { spanWrong } from "../state/takeout";
 import { newKey } from "../state/window";
 import { createChrome } from "../ui/chrome";
 import { hexAddress } from "../ui/format";
@@ -34,7 +34,7 @@ class Book {
   readonly text: Signal<string>;
   readonly withdrawn: Signal<boolean>;
   readonly filter = computed<Filter>(() => ({ vessel: this.vessel.value, from: this.from.value, to: this.to.value, text: this.text.value, withdrawn: this.withdrawn.value }));
-  readonly wrong = computed(() => (this.from.value && this.to.value && pickedUs(this.to.value) <= pickedUs(this.from.value) ? t("The end is not after the beginning.") : ""));
+  readonly wrong = computed(() => spanWrong(this.from.value, this.to.value)?.text ?? "");
   readonly notes = signal<readonly LogNote[]>([]);
   readonly next = signal<string | null>(null);
   readonly page = resource<LogNotes>();

@@ -4,6 +4,7 @@ import { deleteAt, getJson, postJson, reason } from "../api/http";
 import type { ImportedPlan, PlanDocument, PlansAboard, PlanSummary, StoredPlan, System, VesselQuery, VesselQuerySent } from "../api/types.gen";
 import { type Aboard, type Pair, pairs } from "../plan/copies";
 import { durationText, energyText, lengthText } from "../plan/steps";
+import { asCards } from "../ui/cards";
 import { make, setAttribute } from "../ui/dom";
 import { hexAddress, isShore, systemName, utc } from "../ui/format";
 import { t, tn } from "../words/words";
@@ -84,7 +85,7 @@ class PlansPage {
   private tableOf(all: readonly Pair[]): HTMLElement {
     const names = [t("Plan"), ...this.columns(), ...(this.writable ? [t("Actions")] : [])];
     const head = make("tr", {}, ...names.map((name) => make("th", { scope: "col" }, name)));
-    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, make("table", { class: "plans cards" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair)))));
+    return make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": t("Plans") }, asCards(make("table", { class: "plans" }, make("thead", {}, head), make("tbody", {}, ...all.map((pair) => this.row(pair))))));
   }
 
   /** What stands between a plan's name and what can be done with it. */

@@ -1,6 +1,7 @@
 // Parameters of a vessel as a person changes them: pure functions from what the vessel told and what was typed.
 
 import type { EntityReport, ParameterAbout, ParameterReport, VesselParameters } from "../api/types.gen";
+import { stageText } from "../state/orderwords";
 import { isSame, limitShown, shownAs, toShown, toWire } from "../state/units";
 import { t } from "../words/words";
 
@@ -186,5 +187,5 @@ export function outcomeOf(wanted: string, readBack: ParameterReport | undefined,
   const now = readBack ? ` ${reports}` : ` ${t("The vessel did not report its value afterwards.")}`;
   if (stage === "refused") return { kind: "refused", text: `${words}${now}` };
   if (stage === "effect seen") return { kind: readBack ? "refused" : "timed out", text: `${t("It was accepted, but the value did not change.")}${now}` };
-  return { kind: "timed out", text: `${words || stage}.${now}` };
+  return { kind: "timed out", text: `${words || stageText(stage)}.${now}` };
 }

@@ -5,6 +5,7 @@ import type { Orders } from "../control/orders";
 import { setText } from "../ui/dom";
 import type { ParameterView } from "./view";
 import type { Reader } from "./reading";
+import { stageInFull } from "../state/orderwords";
 import { t } from "../words/words";
 
 /** A vessel that has not saved by then did not save. */
@@ -26,7 +27,7 @@ async function saveAll(view: ParameterView, orders: Orders, reader: Reader, enti
   try {
     for (const entity of entities) {
       const last = (await orders.settle({ kind: "parameters.save", entity })).steps.at(-1);
-      if (last?.stage !== "received" && last?.stage !== "effect seen") throw new Error(`${entity}: ${last?.stage ?? t("not sent")} ${last?.text ?? ""}`);
+      if (last?.stage !== "received" && last?.stage !== "effect seen") throw new Error(`${entity}: ${last ? stageInFull(last) : t("not sent")}`);
     }
     const { left, tells } = await untilSaved(view, reader, entities);
     setText(said, !tells ? t("Sent. This vessel does not report what it saved.") : left.size ? "" : t("Saved: the vessel reports these values for its next start."));

@@ -7,6 +7,7 @@ import { setText } from "../ui/dom";
 import type { ParameterView } from "./view";
 import { changesOf, changeText, type Outcome, outcomeOf, OUTCOMES, type Row, wireText } from "./model";
 import type { Reader } from "./reading";
+import { stepText } from "../state/orderwords";
 import { t, tn } from "../words/words";
 
 /** What would be written, by entity. */
@@ -69,7 +70,7 @@ async function writeOne(view: ParameterView, orders: Orders, reader: Reader, ent
     const { told: now, silent } = await reader.read([entity]);
     view.told = now;
     const back = silent.length ? undefined : now.entities.find((one) => one.entity === entity)?.parameters;
-    return all((row) => outcomeOf(wireText(row.edit ?? "", row), back?.find((one) => one.name === row.told.name), last?.stage ?? "", last?.text ?? ""));
+    return all((row) => outcomeOf(wireText(row.edit ?? "", row), back?.find((one) => one.name === row.told.name), last?.stage ?? "", last ? stepText(last) : ""));
   } catch (error) {
     return all(() => ({ kind: "timed out", text: t("Not read back: {reason}", { reason: reason(error) }) }));
   }

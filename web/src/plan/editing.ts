@@ -144,7 +144,12 @@ export class PlanEditing {
   /** Somebody clicked beside everything. */
   clicked(place: PlanPlace): void {
     if (this.sketching) return this.corner(place);
-    if (this.writable && this.tool && !isSketch(this.tool)) return this.add(this.tool, place);
+    if (this.writable && this.tool && !isSketch(this.tool)) {
+      const kind = this.tool;
+      // An area is made by one click, and the tool is put away as after one that is drawn: the next click chooses.
+      if (kind === "rows") this.tool = undefined;
+      return this.add(kind, place);
+    }
     this.selected = undefined;
     this.on.draw();
   }

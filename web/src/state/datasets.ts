@@ -4,7 +4,7 @@ import type { DatasetContent, DatasetDraft, DatasetQuery, DatasetShare, DatasetS
 import { count, t, tn } from "../words/words";
 import { askedOf } from "./explore";
 import type { Wrong } from "./notes";
-import { picked, pickedUs } from "./takeout";
+import { picked, pickedUs, spanWrong, timeWrong } from "./takeout";
 
 /** Licences to choose from; anything else is own words. */
 export const LICENCES: readonly (readonly [string, string])[] = [
@@ -89,10 +89,12 @@ export function draftOf(fields: Fields, before?: DatasetDraft): DatasetDraft {
   };
 }
 
-export function draftWrong({ title, licence, ownLicence, from, to }: Fields): Wrong | undefined {
+export function draftWrong({ title, licence, ownLicence, embargo, from, to }: Fields): Wrong | undefined {
   if (!title.trim()) return { field: "title", text: t("Give it a title.") };
+  if (timeWrong(embargo, "day")) return { field: "embargo_until", text: timeWrong(embargo, "day") };
   if (licence === OWN && !ownLicence.trim()) return { field: "licence", text: t("Write what others may do with it.") };
-  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to_us", text: t("The end is not after the beginning.") };
+  const span = spanWrong(from, to);
+  if (span) return { field: `${span.field}_us`, text: span.text };
   return undefined;
 }
 
@@ -153,7 +155,8 @@ export const NEW_SHARE: ShareFields = { label: "", days: "30", password: "", pre
 export function shareWrong({ label, days, from, to }: ShareFields): Wrong | undefined {
   if (!label.trim()) return { field: "label", text: t("Write for whom it is.") };
   if (!/^\d+$/.test(days.trim()) || Number(days) < 1 || Number(days) > 730) return { field: "days", text: t("1 to 730 days.") };
-  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to_us", text: t("The end is not after the beginning.") };
+  const span = spanWrong(from, to);
+  if (span) return { field: `${span.field}_us`, text: span.text };
   return undefined;
 }
 

@@ -2,7 +2,7 @@
 
 import type { DetectionsSummary, PlanPlace } from "../api/types.gen";
 import { count, t } from "../words/words";
-import { pickedUs } from "./takeout";
+import { pickedUs, spanWrong } from "./takeout";
 
 /** A question, each part as it stands in its input; empty for all. */
 export interface Asked {
@@ -52,8 +52,7 @@ export function summaryOf(asked: Asked): string {
 
 /** What is wrong with it, before anything is asked. */
 export function askedWrong({ from, to }: Asked): string {
-  if ((from && !Number.isFinite(pickedUs(from))) || (to && !Number.isFinite(pickedUs(to)))) return t("Not a valid time.");
-  return from && to && pickedUs(to) <= pickedUs(from) ? t("The end is not after the beginning.") : "";
+  return spanWrong(from, to)?.text ?? "";
 }
 
 export function cornersOfText(area: string): readonly PlanPlace[] {

@@ -14,6 +14,8 @@ export interface LinkLoss {
   readonly words: string;
   /** What it does next, in the page's words; undefined where it has reported no code for it. */
   readonly next: string | undefined;
+  /** What it has begun to do, and how that stands, in the page's words; undefined where it has reported no code for it. */
+  readonly now: string | undefined;
   /** When that came, µs since 1970 UTC. */
   readonly saidUs: number | null;
   /** When it acts next, as it said, µs since 1970 UTC; null where it named no time. */
@@ -24,7 +26,7 @@ export interface LinkLoss {
   readonly placeUs: number | null;
 }
 
-const UNKNOWN: LinkLoss = { entity: null, words: "", next: undefined, saidUs: null, dueUs: null, lost: false, placeUs: null };
+const UNKNOWN: LinkLoss = { entity: null, words: "", next: undefined, now: undefined, saidUs: null, dueUs: null, lost: false, placeUs: null };
 
 export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const found = [...labels].find(([, label]) => /lost ?comm/i.test(label));
@@ -35,7 +37,7 @@ export function linkLoss(values: Values, labels: Labels): LinkLoss {
   if (!state) return { ...UNKNOWN, entity, placeUs };
   const words = said(state);
   const told = partValues(values, number);
-  return { entity, words, next: next(told), saidUs: state.received_us, dueUs: due(told), lost: meaning(state, "state") !== "NORMAL", placeUs };
+  return { entity, words, next: deed(told, "then", "plan"), now: now(told, words), saidUs: state.received_us, dueUs: due(told), lost: meaning(state, "state") !== "NORMAL", placeUs };
 }
 
 function said(state: Update): string {
@@ -56,8 +58,28 @@ const NEXT: Readonly<Record<string, string>> = {
   stop: t("stop its motors and drift"),
 };
 
-/** The code in words; see `crates/onboard/src/supervise/next.rs`. */
-function next(said: PartValues | undefined): string | undefined {
-  const [code, plan] = [said?.values.get("then") ?? "", said?.values.get("plan")];
+/** The code of a deed in words; see `crates/onboard/src/supervise/next.rs`. */
+function deed(said: PartValues | undefined, name: string, planName: string): string | undefined {
+  const [code, plan] = [said?.values.get(name) ?? "", said?.values.get(planName)];
   return code === "run" && plan ? t("run plan {plan}", { plan }) : NEXT[code];
+}
+
+/** What it has begun to do; why that is not possible only its sentence says. */
+function now(said: PartValues | undefined, words: string): string | undefined {
+  const deedNow = deed(said, "now", "now_plan");
+  if (deedNow === undefined) return undefined;
+  switch (said?.values.get("stands")) {
+    case "holds":
+      return t("It does this now: {deed}.", { deed: deedNow });
+    case "blind":
+      return t("It waits for a position with its motors stopped, then does this: {deed}.", { deed: deedNow });
+    case "waits":
+      return t("It tries to do this and cannot at present: {deed}. Its words: {words}.", { deed: deedNow, words });
+    case "at_rest":
+      return t("It would do this, but not before an operator has set it in motion: {deed}.", { deed: deedNow });
+    case "settled":
+      return t("It has done this, or an operator decided otherwise: {deed}.", { deed: deedNow });
+    default:
+      return undefined;
+  }
 }

@@ -4,7 +4,7 @@ import type { Mission, MissionRequest, Missions } from "../api/types.gen";
 import { t } from "../words/words";
 import { toldAgain } from "./newest";
 import type { Wrong } from "./notes";
-import { fileOf, type Kind, picked, pickedUs } from "./takeout";
+import { fileOf, type Kind, picked, pickedUs, spanWrong } from "./takeout";
 
 /** A mission as it stands in the fields of its form. */
 export interface MissionDraft {
@@ -28,7 +28,8 @@ export function missionWrong({ name, vessels, from, to }: MissionDraft): Wrong |
   if (!name.trim()) return { field: "name", text: t("Give it a name.") };
   if (!vessels.length) return { field: "vessels", text: t("Choose a vessel.") };
   if (!from) return { field: "from_us", text: t("Enter when it begins.") };
-  if (to && pickedUs(to) <= pickedUs(from)) return { field: "to_us", text: t("The end is not after the beginning.") };
+  const span = spanWrong(from, to);
+  if (span) return { field: `${span.field}_us`, text: span.text };
   return undefined;
 }
 

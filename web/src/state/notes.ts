@@ -3,7 +3,7 @@
 import type { LogBookEntry, LogNote, LogNoteRequest, LogNotes } from "../api/types.gen";
 import { t } from "../words/words";
 import { type Part, toldAgain } from "./newest";
-import { picked, pickedUs } from "./takeout";
+import { picked, pickedUs, timeWrong } from "./takeout";
 import { readAngle } from "./units";
 
 /** Letters of a note. */
@@ -37,7 +37,7 @@ export function wrongOf({ text, time, lat, lon }: Draft): Wrong | undefined {
   const letters = [...text.trim()].length;
   if (!letters) return { field: "text", text: t("Write something.") };
   if (letters > LETTERS) return { field: "text", text: t("{letters} characters; at most {most}.", { letters, most: LETTERS }) };
-  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: t("Not a valid time.") };
+  if (timeWrong(time)) return { field: "time_us", text: timeWrong(time) };
   if (lat && readAngle(lat, "lat") === undefined) return { field: "lat_deg", text: t("Latitude from -90° to 90°, like 63.4405 or 63° 26.43′ N.") };
   if (lon && readAngle(lon, "lon") === undefined) return { field: "lon_deg", text: t("Longitude from -180° to 180°, like 10.3521 or 10° 21.13′ E.") };
   if (lat && !lon) return { field: "lon_deg", text: t("Give the longitude too.") };

@@ -1,6 +1,7 @@
 // Orders and what becomes of them, as people say it: pure.
 
-import { t } from "../words/words";
+import type { CommandStep } from "../api/types.gen";
+import { t, worded } from "../words/words";
 
 const ORDERS: Readonly<Record<string, string>> = {
   "vessel.abort": t("STOP"),
@@ -23,6 +24,18 @@ const STAGES: Readonly<Record<string, string>> = { "effect seen": t("done"), "as
 /** An order by its code. */
 export function orderText(code: string): string {
   return ORDERS[code] ?? code;
+}
+
+/** What is said of a stage: why, or what the vessel said. */
+export function stepText({ text, says, late }: Pick<CommandStep, "text" | "says" | "late">): string {
+  if (!late) return worded({ text, says });
+  // Its English says so itself; a vessel's own words stay as they are.
+  return text === "late" ? t("late") : says ? t("late: {why}", { why: worded({ text, says }) }) : text;
+}
+
+/** A stage by its code, with what is said of it. */
+export function stageInFull(step: CommandStep): string {
+  return [stageText(step.stage), stepText(step)].filter(Boolean).join(": ");
 }
 
 /** A stage by its code. */

@@ -1,7 +1,7 @@
 // Why and where something was refused, by the codes of the refusal itself. Pure.
 
 import type { GuardReason, NoControl, PlanDocument, PlanPlace, RefusalReason } from "../api/types.gen";
-import { t } from "../words/words";
+import { t, worded } from "../words/words";
 import { depthText } from "./chart";
 import { reasonWords, refusedText } from "./planverdict";
 
@@ -58,10 +58,10 @@ export function legsOfGoto(reasons: readonly GuardReason[]): GuardReason[] {
   return place ? [...way, { ...place, maneuver, part: "place", from: null, to: null }] : way;
 }
 
-/** Why something was refused, in the person's language. What has no code of its own is said as the server said it. */
-export function refusalText({ text, guard, control }: RefusalReason, plan?: PlanDocument): string {
+/** Why something was refused, in the person's language. What the catalogue lacks is said as the server said it. */
+export function refusalText({ text, guard, control, says }: RefusalReason, plan?: PlanDocument): string {
   if (guard) return t("The chart shows danger: {text}", { text: refusedText(plan, guard) });
-  return control ? controlText(control) : text;
+  return control ? controlText(control) : worded({ text, says });
 }
 
 function controlText(control: NoControl): string {

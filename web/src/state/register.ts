@@ -3,7 +3,7 @@
 import type { Detection, RegisterEntry, RegisterKind, RegisterRecord, RegisterTag } from "../api/types.gen";
 import { t, tn } from "../words/words";
 import type { Wrong } from "./notes";
-import { picked, pickedUs } from "./takeout";
+import { picked, pickedUs, timeWrong } from "./takeout";
 
 /** What a field holds: `ref` the name of an entry of a kind, `vessel` an address. */
 type Holds = "line" | "text" | "number" | "whole" | "time" | "sex" | "vessel" | { readonly ref: RegisterKind };
@@ -160,7 +160,7 @@ export function nameOf(record: RegisterRecord): string {
 export function shownOf(record: RegisterRecord, { name, holds }: Field, called: (address: number) => string): string {
   const value = saidIn(record, name);
   if (value === null || value === undefined) return "";
-  if (holds === "time") return picked(Number(value)).replace("T", " ");
+  if (holds === "time") return picked(Number(value));
   return holds === "vessel" ? called(Number(value)) : String(value);
 }
 
@@ -182,7 +182,7 @@ export function registerWrong(kind: RegisterKind, draft: Draft): Wrong | undefin
     if (!text) continue;
     if (holds === "number" && !Number.isFinite(numberOf(text))) return { field: name, text: t("A number, such as 0.2.") };
     if (holds === "whole" && !/^\d+$/.test(text)) return { field: name, text: t("A whole number, such as 101.") };
-    if (holds === "time" && !Number.isFinite(pickedUs(text))) return { field: name, text: t("Not a valid time.") };
+    if (holds === "time" && timeWrong(text)) return { field: name, text: timeWrong(text) };
   }
   return undefined;
 }

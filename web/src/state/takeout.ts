@@ -19,7 +19,7 @@ export interface Wanted {
   readonly message: string;
   /** Address; empty for all. */
   readonly vessel: string;
-  /** Of a date picker, UTC; empty for an open end. */
+  /** As typed or picked, UTC; empty for an open end. */
   readonly from: string;
   readonly to: string;
   readonly angles: "deg" | "rad";
@@ -34,14 +34,40 @@ const POSITION_FIELDS = "true_lat_deg,true_lon_deg,psi,vx,vy,alt";
 /** The last moment that the server knows, µs since 1970. */
 const LAST_US = 9_007_199_254_740_991;
 
-/** A time of a date picker, which is UTC here, µs since 1970. */
+/** A time as it is typed or picked, which is UTC here, µs since 1970; NaN for what is none. Seconds may be left out. */
 export function pickedUs(text: string): number {
-  return Date.parse(`${text}Z`) * 1_000;
+  const [, day, time] = /^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?)Z?$/i.exec(text.trim()) ?? [];
+  const ms = Date.parse(`${day}T${time}Z`);
+  // There is no 30 February, which some browsers take for 2 March.
+  return day && Number.isFinite(ms) && new Date(ms).toISOString().startsWith(day) ? ms * 1_000 : NaN;
 }
 
-/** For a date picker. */
+/** As a time stands in a field. */
 export function picked(us: number): string {
-  return new Date(us / 1_000).toISOString().slice(0, 19);
+  return new Date(us / 1_000).toISOString().slice(0, 19).replace("T", " ");
+}
+
+/** Whether a text is a time, or a day, as fields take it. */
+export function isTime(text: string, kind: "day" | "time" = "time"): boolean {
+  return Number.isFinite(pickedUs(kind === "day" ? `${text.trim()} 00:00` : text));
+}
+
+/** What is said of a field of a time that is none; empty where it is one, or empty. */
+export function timeWrong(text: string, kind: "day" | "time" = "time"): string {
+  if (!text || isTime(text, kind)) return "";
+  return kind === "day" ? t("Not a valid day. Write it like 2026-06-01.") : t("Not a valid time. Write it like 2026-06-01 12:00, in UTC.");
+}
+
+/** What is wrong with a span, of which either end may be open, and at which end. */
+export function spanWrong(from: string, to: string): { readonly field: "from" | "to"; readonly text: string } | undefined {
+  for (const [field, text] of [["from", timeWrong(from)], ["to", timeWrong(to)]] as const) if (text) return { field, text };
+  return from && to && pickedUs(to) <= pickedUs(from) ? { field: "to", text: t("The end is not after the beginning.") } : undefined;
+}
+
+/** For the address of a file. */
+function instant(text: string): string {
+  const us = pickedUs(text);
+  return Number.isFinite(us) ? `${picked(us).replace(" ", "T")}Z` : text;
 }
 
 /** The questions of a file in the form of CSV, without its way. */
@@ -55,8 +81,8 @@ function csvQuery(wanted: Wanted): URLSearchParams {
 }
 
 function spanned(query: URLSearchParams, { from, to, vessel, gzip }: Wanted): URLSearchParams {
-  if (from) query.set("from", `${from}Z`);
-  if (to) query.set("to", `${to}Z`);
+  if (from) query.set("from", instant(from));
+  if (to) query.set("to", instant(to));
   if (vessel) query.set("vessel", vessel);
   if (gzip) query.set("gzip", "true");
   return query;
@@ -90,7 +116,8 @@ export function logBytes(days: readonly RecordedDay[], { vessel, from, to }: Wan
 /** What is wrong, and at which field: before anything is asked. */
 export function wrongOf({ kind, message, from, to, every_s }: Wanted): { readonly field: string; readonly text: string } | undefined {
   if (kind === "messages" && !message.trim()) return { field: "message", text: t("Name a message, like EstimatedState.") };
-  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to", text: t("The end is not after the beginning.") };
+  const span = spanWrong(from, to);
+  if (span) return span;
   if (every_s && !(Number(every_s) >= 0.001 && Number(every_s) <= 86_400)) return { field: "every_s", text: t("From 0.001 to 86400 seconds.") };
   return undefined;
 }

@@ -13,11 +13,13 @@ import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
 import { createHelp } from "./help";
+import { keepInSight } from "./insight";
 import { createKeepControl } from "./keepcontrol";
 import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { asCalled, hexAddress, systemName } from "./format";
+import { createCalendars } from "./when";
 
 /** The palette is kept by the server within this, or not at all, ms. */
 const PALETTE_MS = 8_000;
@@ -73,6 +75,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
   createMenu();
   createHelp();
   keepInSight();
+  createCalendars();
   // On every page, so that the key goes on with the tab.
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
@@ -134,19 +137,6 @@ function givenNames(): Names {
 function named(state: FleetState, names: Names): System[] {
   const silent = Object.entries(names).filter(([address]) => !state.systems.has(Number(address)));
   return asCalled([...state.systems.values(), ...silent.map(([address, name]) => unheard(Number(address), name))], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
-}
-
-/** What gets the focus is scrolled to below what stays at the top. */
-function keepInSight(): void {
-  const top = document.getElementById("top");
-  if (!top) return;
-  const { style } = document.documentElement;
-  // Where only the bar stays, that counts.
-  const height = (): number => (top.getClientRects().length ? top : (top.firstElementChild ?? top)).getBoundingClientRect().height;
-  const tell = (): void => style.setProperty("--top-height", `${Math.round(height())}px`);
-  const watch = new ResizeObserver(tell);
-  watch.observe(top);
-  for (const part of top.children) watch.observe(part);
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */

@@ -2,6 +2,7 @@
 
 const PATHS = {
   all: "M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",
+  calendar: "M4 6h16v14H4ZM4 10h16M8 3v5M16 3v5",
   chart: "M3 6l6-2 6 2 6-2v14l-6 2-6-2-6 2ZM9 4v14M15 6v14",
   course: "M12 3l7 17-7-4-7 4Z",
   follow: "M12 2v5M12 17v5M2 12h5M17 12h5M12 7a5 5 0 1 0 0 10a5 5 0 0 0 0-10",

@@ -45,13 +45,16 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
   };
 }
 
-function whatItWillDo({ entity, words, next, saidUs, dueUs, lost }: LinkLoss, nowUs: number): string {
+function whatItWillDo({ entity, words, next, now, saidUs, dueUs, lost }: LinkLoss, nowUs: number): string {
   if (entity === null) return t("Unknown what it will do without the link: it has reported no supervisor for lost communications.");
   if (saidUs === null || !words) return t("Unknown what it will do without the link: {entity} has reported nothing.", { entity });
   const left = dueUs === null ? "" : ` ${dueUs > nowUs ? t("That is in {span}.", { span: span((dueUs - nowUs) / 1e6) }) : t("That was {span} ago: it does so now unless it hears a console.", { span: span((nowUs - dueUs) / 1e6) })}`;
-  // Without the link its sentence says more: what it does now, what was not possible, and why.
+  const at = dueUs === null ? "" : ` ${t("at {time}", { time: utc(dueUs, false) })}`;
+  if (lost && now !== undefined) {
+    return `${now}${next === undefined ? "" : ` ${t("Next: {next}.", { next: `${next}${at}` })}`}${left} ${t("{entity} reported this {said}.", { entity, said: utc(saidUs, false) })}`;
+  }
+  // Of older vessels its sentence says more without the link: what it does now, what was not possible, and why.
   if (next !== undefined && !lost) {
-    const at = dueUs === null ? "" : ` ${t("at {time}", { time: utc(dueUs, false) })}`;
     return `${t("Without the link it will {next}.", { next: `${next}${at}` })}${left} ${t("{entity} reported this {said}.", { entity, said: utc(saidUs, false) })}`;
   }
   // Words of a Lutra vessel that hears a console begin so; whether it still does is not what they are read for.

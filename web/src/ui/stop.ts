@@ -2,6 +2,7 @@
 
 import type { LiveFrame, LiveStopped, Ordered, System, Update } from "../api/types.gen";
 import { createStopping, type StopLine, type StopNews, type Stopping } from "../control/stopping";
+import { stepText } from "../state/orderwords";
 import { meaning } from "../state/vitals";
 import { allToStop } from "../state/stopall";
 import { t } from "../words/words";
@@ -247,7 +248,7 @@ function followServer(order: Order, ordered: Ordered, frame: LiveFrame): Ordered
     return order.ordered;
   }
   if (last && (["expired", "refused"].includes(last.stage) || (ordered.waits && last.stage === "timed out"))) {
-    end(order, "failed", ordered.reached ? t("STOP {name}: NO EFFECT SEEN: {text}. Stop the vessel by other means; try again.", { name: order.name, text: last.text }) : t("STOP {name}: NOT SENT: {text}. Stop the vessel by other means; try again.", { name: order.name, text: last.text }));
+    end(order, "failed", ordered.reached ? t("STOP {name}: NO EFFECT SEEN: {text}. Stop the vessel by other means; try again.", { name: order.name, text: stepText(last) }) : t("STOP {name}: NOT SENT: {text}. Stop the vessel by other means; try again.", { name: order.name, text: stepText(last) }));
     return undefined;
   }
   if (ordered.waits && frame.now_us > ordered.time_us + WAITS_US) end(order, "failed", t("STOP {name}: the vessel was not heard in ten minutes; it is not sent any more.", { name: order.name }));

@@ -2,6 +2,8 @@
 // lacks is shown in English. `words/nb.json` has the words of scripts and of the server's templates; its bundle (`nb.ts`)
 // comes before the others where a person reads Bokmål, so that texts may be made as soon as a module is loaded.
 
+import type { Wording } from "../api/types.gen";
+
 declare global {
   /** An English text in the page's language, put there by the bundle of a language; absent in English. */
   var lutraWords: ((english: string) => string | undefined) | undefined;
@@ -29,9 +31,14 @@ export function count(n: number): string {
   return globalThis.lutraWords ? english.replaceAll(",", "\u00a0") : english;
 }
 
-/** A fixed text that the server sent, which the catalogue has too. */
-export function fromServer(english: string): string {
-  return said(english);
+/** A text that the server sent, with the values in its places where it has any; what the catalogue lacks is English. */
+export function fromServer(english: string, values?: Readonly<Record<string, Value | undefined>>): string {
+  return filled(said(english), values);
+}
+
+/** What the server says, by its wording; without one, a fixed sentence is its own, and what a vessel says stays as it is. */
+export function worded({ text, says }: { readonly text: string; readonly says?: Wording | undefined }): string {
+  return says ? fromServer(says.template, says.values) : fromServer(text);
 }
 
 function said(english: string): string {
@@ -39,6 +46,6 @@ function said(english: string): string {
 }
 
 /** Each place once, from the left: what a value contains is never taken for a place. */
-function filled(text: string, values: Readonly<Record<string, Value>> | undefined): string {
+function filled(text: string, values: Readonly<Record<string, Value | undefined>> | undefined): string {
   return values ? text.replace(/\{(\w+)\}/g, (whole, name: string) => (Object.hasOwn(values, name) ? String(values[name]) : whole)) : text;
 }

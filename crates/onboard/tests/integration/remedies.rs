@@ -68,11 +68,14 @@ fn a_remedy_that_a_gap_in_the_positions_prevents_is_carried_out_after_it() {
     sea.run(15.0);
     assert!(!runs(&sea, "far") && !runs(&sea, "hold"), "{:?}", sea.plan_state());
     let text = state(&sea, Entity::LostComms).1;
+    let coded = |sea: &Sea| values(sea, Entity::LostComms).pop().unwrap_or_default();
+    assert!(coded(&sea).ends_with(";now=hold;stands=waits"), "{}", coded(&sea));
     assert!(text.contains("hold station: not possible (the position is not known); adrift with the motors stopped meanwhile; next try at "), "{text}");
     sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(10.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "hold station: in force"), "{:?}", state(&sea, Entity::LostComms));
+    assert_eq!(coded(&sea), "lost=1;then=nothing;now=hold;stands=holds");
     // Without positions the hold fails after a time. It starts again when there are positions.
     sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(150.0, |sea| !runs(sea, "hold")));
@@ -104,6 +107,7 @@ fn a_missing_plan_is_stood_in_for_and_runs_once_it_is_there() {
     assert!(sea.run_until(30.0, |sea| runs(sea, "hold")));
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "not possible (there is no plan 'berth')"));
+    assert!(values(&sea, Entity::LostComms).pop().unwrap().ends_with(";now=run;now_plan=berth;stands=waits"));
     // From a system that is no console, so that communications stay lost.
     let berth = plan("berth", vec![("a".into(), goto(-500.0, 0.0, 1.5).into())]);
     let set = PlanDB { op: PlanDBOp::Set, plan_id: "berth".into(), arg: berth.into(), ..PlanDB::default() };

@@ -1,7 +1,7 @@
 //! What an alarm is, what is written down of it, and what is kept over a restart.
 
 use super::{Kind, LONGEST_SHELF, Priority, TEXT_CHARS};
-use api::AlarmSaying;
+use api::{AlarmSaying, Said, say};
 use imc::Address;
 use std::collections::VecDeque;
 use units::{MonoTime, UtcTime};
@@ -200,6 +200,21 @@ pub enum AlarmRefused {
     /// The reason is missing or too long.
     #[error("say why, in 1 to {TEXT_CHARS} characters")]
     Reason,
+}
+
+impl AlarmRefused {
+    /// The same with its wording.
+    pub fn said(self) -> Said {
+        match self {
+            Self::Gone => say("there is no such alarm any more"),
+            Self::Known => say("this alarm is acknowledged already, or a caution, which needs nobody"),
+            Self::Emergency => say("an emergency cannot be shelved: acknowledge it"),
+            Self::Time => say("an alarm can be shelved for 1 minute to {n} hours")
+                .with("n", LONGEST_SHELF.as_secs() / 3600),
+            Self::Reason => say("say why, in 1 to {most} characters").with("most", TEXT_CHARS),
+        }
+        .into()
+    }
 }
 
 /// What is kept of an alarm over a restart of the server.

@@ -4,6 +4,7 @@ use super::{
     Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, REST_SEEN, Stage, VESSELS,
     is_same_value,
 };
+use api::{Said, say};
 use imc::messages::{
     Aborted, EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
     PlanControlState, PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp,
@@ -67,8 +68,8 @@ impl Commands {
         if let Some(command) = self.all.get_mut(&id) {
             command.answered = true;
         }
-        self.advance(now, id, Stage::Received, String::new());
-        self.advance(now, id, Stage::Executing, text.to_owned());
+        self.advance(now, id, Stage::Received, "");
+        self.advance(now, id, Stage::Executing, text);
     }
 
     fn control(&mut self, now: Now, vessel: Address, answer: &PlanControl) {
@@ -106,8 +107,11 @@ impl Commands {
             _ => false,
         };
         for id in self.open(vessel, |one| one.listens(now.mono) && seen(one)) {
-            let text =
-                if executing { format!("executing {plan_id}") } else { "no plan is executed".to_owned() };
+            let text = if executing {
+                say("executing {plan}").with("plan", &plan_id)
+            } else {
+                say("no plan is executed")
+            };
             self.works(now, id, "");
             self.advance(now, id, Stage::EffectSeen, text);
         }
@@ -119,7 +123,7 @@ impl Commands {
             |one: &Command| one.effect == Effect::Aborts && one.sent.is_some() && one.listens(now.mono);
         for id in self.open(vessel, stop) {
             self.works(now, id, "");
-            self.advance(now, id, Stage::EffectSeen, "the vessel says that it aborted".to_owned());
+            self.advance(now, id, Stage::EffectSeen, say("the vessel says that it aborted"));
         }
     }
 
@@ -185,24 +189,27 @@ impl Commands {
     /// The database says that it has done what was asked.
     fn done(&mut self, now: Now, id: CommandId, answer: &PlanDB) {
         let Some(command) = self.all.get_mut(&id) else { return };
-        let text = match &command.effect {
+        let text: Said = match &command.effect {
             Effect::Stores(plan_id, digest) => match answer.arg.of::<PlanDBInformation>() {
                 Some(stored) if stored.md5 != digest => {
-                    let text = format!("the vessel stores another '{plan_id}': the digests differ");
+                    let text =
+                        say("the vessel stores another '{plan}': the digests differ").with("plan", plan_id);
                     return self.refused(now, id, text);
                 }
-                Some(_) => format!("stores {plan_id}"),
-                None => format!("stores {plan_id}, as it says: it told no digest to compare"),
+                Some(_) => say("stores {plan}").with("plan", plan_id).into(),
+                None => say("stores {plan}, as it says: it told no digest to compare")
+                    .with("plan", plan_id)
+                    .into(),
             },
-            Effect::Removed(plan_id) => format!("{plan_id} is removed"),
+            Effect::Removed(plan_id) => say("{plan} is removed").with("plan", plan_id).into(),
             Effect::Gave(_) => {
                 let Some(plan) = answer.arg.of::<PlanSpecification>() else {
-                    return self.refused(now, id, "the answer holds no plan".to_owned());
+                    return self.refused(now, id, say("the answer holds no plan"));
                 };
                 command.answer = Some(Answer::Plan(Box::new(plan)));
-                String::new()
+                Said::default()
             }
-            _ => String::new(),
+            _ => Said::default(),
         };
         let vessel = command.vessel;
         self.advance(now, id, Stage::EffectSeen, text);
@@ -252,12 +259,13 @@ impl Commands {
                 command.refusals.get(*name).map_or_else(|| (*name).clone(), |why| format!("{name} ({why})"))
             };
             let told: Vec<String> = left_out.iter().map(why).collect();
-            let refused = (!told.is_empty()).then(|| format!("not taken: {}", told.join(", ")));
+            let refused = (!told.is_empty())
+                .then(|| say("not taken: {parameters}").with("parameters", told.join(", ")));
             command.answer = Some(Answer::Parameters(values.clone()));
             self.works(now, id, "");
             match refused {
                 Some(why) => self.refused(now, id, why),
-                None => self.advance(now, id, Stage::EffectSeen, String::new()),
+                None => self.advance(now, id, Stage::EffectSeen, ""),
             }
             self.forget(vessel);
         }

@@ -1,6 +1,7 @@
 //! What the hub's downlink asks of orders and reports of them.
 
 use super::{Commands, Effect, Stage, Step};
+use api::{Said, say};
 use hub::{CommandId, Dispatched, OrderLog, Transport};
 use imc::PacketView;
 use units::Now;
@@ -12,16 +13,16 @@ impl OrderLog for Commands {
 
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched) {
         match dispatched {
-            Dispatched::Sent(transports) => self.sent(now, id, &by(transports)),
+            Dispatched::Sent(transports) => {
+                self.sent(now, id, say("by {transports}").with("transports", names(transports)));
+            }
             Dispatched::Waits(transports) => {
                 let text = match &**transports {
-                    [] => "no way leads to the vessel; it is sent as soon as the vessel is heard".to_owned(),
-                    transports => {
-                        let by = by(transports);
-                        format!(
-                            "sent {by}, where the vessel was not heard lately; again as soon as it is heard"
-                        )
-                    }
+                    [] => say("no way leads to the vessel; it is sent as soon as the vessel is heard"),
+                    transports => say(
+                        "sent by {transports}, where the vessel was not heard lately; again as soon as it is heard",
+                    )
+                    .with("transports", names(transports)),
                 };
                 self.advance(now, id, Stage::Waiting, text);
                 if let Some(command) = self.all.get_mut(&id).filter(|_| !transports.is_empty()) {
@@ -29,7 +30,7 @@ impl OrderLog for Commands {
                     command.sent = Some(now.mono);
                 }
             }
-            Dispatched::Refused(why) => self.refused(now, id, (*why).to_owned()),
+            Dispatched::Refused(why) => self.refused(now, id, *why),
         }
     }
 
@@ -37,13 +38,14 @@ impl OrderLog for Commands {
         if let Some(command) = self.all.get_mut(&id) {
             // What the vessel says from here on is evidence as after the first time.
             command.timed_out = None;
-            self.step(now, id, Stage::Sent, format!("again {}", by(transports)));
+            let text = say("again by {transports}").with("transports", names(transports));
+            self.step(now, id, Stage::Sent, text.into(), false);
         }
     }
 
     fn overtaken(&mut self, now: Now, id: CommandId) {
-        let text = "something was started after it: it is not given again";
-        self.advance(now, id, Stage::TimedOut, text.to_owned());
+        let text = say("something was started after it: it is not given again");
+        self.advance(now, id, Stage::TimedOut, text);
     }
 
     fn is_unconfirmed(&self, id: CommandId) -> bool {
@@ -61,24 +63,24 @@ impl OrderLog for Commands {
     }
 
     fn refused(&mut self, now: Now, id: CommandId, why: &str) {
-        Self::refused(self, now, id, why.to_owned());
+        Self::refused(self, now, id, why);
     }
 
     fn expired(&mut self, now: Now, id: CommandId) {
-        let text = "no way led to the vessel in time; it will not get it any more".to_owned();
+        let text = say("no way led to the vessel in time; it will not get it any more");
         self.advance(now, id, Stage::Expired, text);
     }
 }
 
 impl Commands {
     /// It is on its way.
-    pub fn sent(&mut self, now: Now, id: CommandId, by: &str) {
-        self.advance(now, id, Stage::Sent, by.to_owned());
+    pub fn sent(&mut self, now: Now, id: CommandId, by: impl Into<Said>) {
+        self.advance(now, id, Stage::Sent, by);
     }
 }
 
-/// By which transports an order went, in words.
-fn by(transports: &[Transport]) -> String {
+/// By which transports an order went.
+fn names(transports: &[Transport]) -> String {
     let names: Vec<&str> = transports.iter().map(|transport| transport.name()).collect();
-    format!("by {}", names.join(" and "))
+    names.join(" + ")
 }

@@ -20,7 +20,8 @@ mod tests;
 pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
 pub use reports::{EntityReport, ParameterReport, PlanReport, Question, Reports, is_same_value};
 
-use hub::{CALLED_OFF, CommandId, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency};
+use api::{Said, say};
+use hub::{CommandId, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency};
 use imc::{Address, Header, Packet};
 use order::Effect;
 use std::collections::{BTreeMap, VecDeque};
@@ -104,7 +105,20 @@ pub struct Step {
     /// When.
     pub at: UtcTime,
     /// The vessel's words, or why.
-    pub text: String,
+    pub text: Said,
+    /// Whether it was reached after the command had timed out.
+    pub late: bool,
+}
+
+impl Step {
+    /// The same in English, with whether it is late: for logs and scripts.
+    pub fn in_full(&self) -> String {
+        match (self.late, self.text.as_str()) {
+            (false, text) => text.to_owned(),
+            (true, "") => "late".to_owned(),
+            (true, text) => format!("late: {text}"),
+        }
+    }
 }
 
 /// What a vessel answered to a question.
@@ -239,6 +253,11 @@ pub struct CommandEvent {
     pub step: Step,
 }
 
+/// A stop came before it.
+pub(crate) fn called_off() -> Said {
+    say("a stop was ordered before it could be sent").into()
+}
+
 /// The commands of all vessels.
 #[derive(Debug)]
 pub struct Commands {
@@ -284,12 +303,12 @@ impl Commands {
         by: &OrderedBy,
         epoch: u64,
         order: Order,
-    ) -> Result<CommandId, String> {
+    ) -> Result<CommandId, Said> {
         order.check()?;
         let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
         // Nothing is so urgent as a stop, however much else is under way.
         if open >= OPEN && !order.is_stop() {
-            return Err(format!("{open} commands to this vessel are open: wait for them"));
+            return Err(say("{n} commands to this vessel are open: wait for them").with("n", open).into());
         }
         if order.is_stop() {
             self.call_off_unsent(now, vessel);
@@ -345,7 +364,7 @@ impl Commands {
             |one: &&Command| one.vessel == vessel && one.commands && one.order.is_some() && !one.is_over();
         let off: Vec<CommandId> = self.all.values().filter(unsent).map(|one| one.id).collect();
         for id in off {
-            self.refused(now, id, CALLED_OFF.to_owned());
+            self.refused(now, id, called_off());
         }
     }
 
@@ -367,18 +386,18 @@ impl Commands {
         let (urgency, life) =
             if order.is_stop() { (Urgency::Stop, STOP_LIFE) } else { (Urgency::Command, TIME_TO_LIVE) };
         let tag = Tag { id: Some(id), epoch, expires: now.mono + life, urgency };
-        self.step(now, id, Stage::Accepted, String::new());
+        self.step(now, id, Stage::Accepted, Said::default(), false);
         match Packet::new(header, order.message(request_id)).encode() {
             Ok(packet) => Some(Telecommand { vessel, tag, packet: packet.into() }),
             Err(error) => {
-                self.refused(now, id, format!("it fits no packet: {error}"));
+                self.refused(now, id, say("it fits no packet: {error}").with("error", error));
                 None
             }
         }
     }
 
     /// The server does not send it, or the vessel does not take it.
-    pub fn refused(&mut self, now: Now, id: CommandId, why: String) {
+    pub fn refused(&mut self, now: Now, id: CommandId, why: impl Into<Said>) {
         self.advance(now, id, Stage::Refused, why);
     }
 
@@ -388,21 +407,23 @@ impl Commands {
         match receipt {
             // A stop takes several ways; that one of them failed is not its end.
             Receipt::Expired | Receipt::Refused(_) if one_of_several => {
-                let mut text =
-                    "not by the link; perhaps by another connection: look at the vessel".to_owned();
-                if let Receipt::Refused(why) = receipt {
-                    text = format!("{text} ({why})");
-                }
+                let text = match receipt {
+                    Receipt::Refused(why) => {
+                        say("not by the link; perhaps by another connection: look at the vessel ({why})")
+                            .with("why", why)
+                    }
+                    _ => say("not by the link; perhaps by another connection: look at the vessel"),
+                };
                 self.advance(now, id, Stage::TimedOut, text);
             }
-            Receipt::Received => self.advance(now, id, Stage::Received, String::new()),
+            Receipt::Received => self.advance(now, id, Stage::Received, ""),
             Receipt::Refused(why) => self.advance(now, id, Stage::Refused, why),
             Receipt::Expired => {
-                let text = "the vessel was not reached in time; it will not get it any more".to_owned();
+                let text = say("the vessel was not reached in time; it will not get it any more");
                 self.advance(now, id, Stage::Expired, text);
             }
             Receipt::Unanswered => {
-                let text = "sent, and the vessel did not say that it has it".to_owned();
+                let text = say("sent, and the vessel did not say that it has it");
                 self.advance(now, id, Stage::TimedOut, text);
             }
         }
@@ -416,12 +437,12 @@ impl Commands {
             self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
         for (id, stage) in late {
             let text = match stage {
-                Stage::Asked | Stage::Accepted | Stage::Waiting => "it was not sent",
-                Stage::Sent => "the vessel did not say that it has it",
-                Stage::Received => "the vessel has it and does not answer",
-                _ => "the vessel answered, but nothing shows the effect",
+                Stage::Asked | Stage::Accepted | Stage::Waiting => say("it was not sent"),
+                Stage::Sent => say("the vessel did not say that it has it"),
+                Stage::Received => say("the vessel has it and does not answer"),
+                _ => say("the vessel answered, but nothing shows the effect"),
             };
-            self.advance(now, id, Stage::TimedOut, text.to_owned());
+            self.advance(now, id, Stage::TimedOut, text);
         }
     }
 
@@ -479,7 +500,7 @@ impl Commands {
 
     /// Goes on to a later stage; what is over stays as it is, but for what timed out: later evidence tells more than that
     /// none came in time.
-    fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
+    fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: impl Into<Said>) {
         let Some(command) = self.all.get(&id) else { return };
         let goes_on = !command.is_over() && command.stage() < stage;
         let revives =
@@ -488,22 +509,14 @@ impl Commands {
             return;
         }
         let late = command.timed_out.is_some() && stage != Stage::TimedOut;
-        let text = match (late, text.as_str()) {
-            (false, _) => text,
-            (true, "") => "late".to_owned(),
-            (true, text) => format!("late: {text}"),
-        };
-        self.step(now, id, stage, text);
+        self.step(now, id, stage, text.into(), late);
     }
 
-    fn step(&mut self, now: Now, id: CommandId, stage: Stage, mut text: String) {
+    fn step(&mut self, now: Now, id: CommandId, stage: Stage, text: Said, late: bool) {
         let Some(command) = self.all.get_mut(&id) else { return };
         self.revision += 1;
         command.revision = self.revision;
-        if let Some((end, _)) = text.char_indices().nth(TEXT_CHARS) {
-            text.truncate(end);
-        }
-        let step = Step { stage, at: now.utc, text };
+        let step = Step { stage, at: now.utc, text: text.at_most(TEXT_CHARS), late };
         match stage {
             Stage::Sent => command.sent = Some(now.mono),
             Stage::TimedOut => command.timed_out = Some(now.mono),

@@ -1,5 +1,6 @@
 //! What a vessel can be ordered to do, and the IMC message that says it.
 
+use api::{Said, say};
 use imc::Address;
 use imc::messages::{
     Abort, EntityParameter, Goto, Message, PlanControl, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
@@ -173,15 +174,17 @@ impl Order {
     ///
     /// # Errors
     /// What is wrong with it and what to do.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), Said> {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => {
                 name("plan_id", plan_id)
             }
             Self::Upload(plan) => {
-                let plan_id = plan.plan_id.as_str().ok_or("the plan's name is not a text")?;
+                let plan_id = plan.plan_id.as_str().ok_or_else(|| say("the plan's name is not a text"))?;
                 name("plan_id", plan_id)?;
-                imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| format!("the plan: {error}"))
+                imc::plan_digest::plan_md5(plan)
+                    .map(drop)
+                    .map_err(|error| say("the plan: {error}").with("error", error).into())
             }
             Self::Stop
             | Self::StopPlan
@@ -191,19 +194,23 @@ impl Order {
             Self::Goto { speed_mps, .. } if SPEEDS_MPS.contains(speed_mps) => Ok(()),
             Self::Goto { speed_mps, .. } => {
                 let (least, most) = SPEEDS_MPS.into_inner();
-                Err(format!("speed_mps: {speed_mps} is not within {least} to {most} m/s"))
+                Err(say("speed_mps: {speed_mps} is not within {least} to {most} m/s")
+                    .with("speed_mps", speed_mps)
+                    .with("least", least)
+                    .with("most", most)
+                    .into())
             }
             Self::QueryParameters { entity } | Self::SaveParameters { entity } => name("entity", entity),
             Self::SetParameters { entity, values } => {
                 name("entity", entity)?;
                 if values.is_empty() || values.len() > PARAMETERS {
-                    return Err(format!("values: give 1 to {PARAMETERS} parameters"));
+                    return Err(say("values: give 1 to {most} parameters").with("most", PARAMETERS).into());
                 }
                 for (parameter, value) in values {
                     name("the name of a parameter", parameter)?;
                     if value.len() > LONGEST_VALUE {
-                        let text = format!("{parameter}: the value is longer than {LONGEST_VALUE} bytes");
-                        return Err(text);
+                        let text = say("{parameter}: the value is longer than {most} bytes");
+                        return Err(text.with("parameter", parameter).with("most", LONGEST_VALUE).into());
                     }
                 }
                 Ok(())
@@ -320,12 +327,15 @@ fn goto(place: LatLon, speed_mps: f32) -> PlanSpecification {
     }
 }
 
-fn name(what: &str, given: &str) -> Result<(), String> {
+fn name(what: &str, given: &str) -> Result<(), Said> {
     if given.is_empty() || given.len() > LONGEST_NAME {
-        return Err(format!("{what}: give 1 to {LONGEST_NAME} bytes"));
+        return Err(say("{what}: give 1 to {most} bytes")
+            .with("what", what)
+            .with("most", LONGEST_NAME)
+            .into());
     }
     if given.chars().any(char::is_control) {
-        return Err(format!("{what}: control characters are no part of a name"));
+        return Err(say("{what}: control characters are no part of a name").with("what", what).into());
     }
     Ok(())
 }

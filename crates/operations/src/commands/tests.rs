@@ -62,7 +62,7 @@ impl Bench {
 
     fn last(&self, id: CommandId) -> (Stage, String) {
         let step = self.commands.get(id).unwrap().steps.last().unwrap();
-        (step.stage, step.text.clone())
+        (step.stage, step.in_full())
     }
 }
 

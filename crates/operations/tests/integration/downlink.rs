@@ -88,7 +88,7 @@ impl World {
 
     fn stage(&self, id: CommandId) -> (Stage, String) {
         let command = self.hub.orders().get(id).unwrap();
-        (command.stage(), command.steps.last().unwrap().text.clone())
+        (command.stage(), command.steps.last().unwrap().in_full())
     }
 }
 

@@ -158,7 +158,7 @@ impl Request for Revoke {
         let known = vessels::List.run(db).await?.into_iter().find(|vessel| vessel.name == name);
         let has_key = files.names().map_err(|error| state::refused(&error))?.contains(&name);
         if known.is_none() && !has_key {
-            return Err(Fault::Refused(format!(
+            return Err(Fault::refused(format!(
                 "There is no vessel {name}; see `lutra-server vessel list`."
             )));
         }

@@ -106,5 +106,5 @@ pub(super) fn new_key() -> anyhow::Result<VpnKey> {
 
 /// A fault of a file within a change of app.db, which undoes the change.
 pub(super) fn refused(error: &anyhow::Error) -> Fault {
-    Fault::Refused(format!("{error:#}"))
+    Fault::refused(format!("{error:#}"))
 }

@@ -3,17 +3,17 @@
 use crate::AppState;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
-use crate::pages::words::{t, word};
+use crate::pages::words::{t, word, worded};
 use crate::web::ApiError;
 use api::Vessel;
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;
-use hub::Transport;
+use hub::{Sources, Transport};
 use link::ShoreStatus;
 use shore::clock::written;
 use shore::identity::Language;
-use shore::router::{PeerFigures, TransportEvent, TransportRecord};
+use shore::router::{PeerFigures, TransportEvent, TransportRecord, Whose};
 use units::UtcTime;
 
 /// Every transport, what it is, and the key that opens it; empty for the one that is always open.
@@ -91,32 +91,40 @@ pub(in crate::pages) async fn page(
             Transport::Link => status.iter().filter(|(_, status)| status.up).count(),
             _ => of_it().count(),
         };
-        transport_row(name, key, record, here, of_it().map(|peer| peer.state.received).sum())
+        let received = of_it().map(|peer| peer.state.received).sum();
+        transport_row((frame.language, &known), (name, key), record, here, received)
     });
     let links = status.into_iter().map(|(vessel, status)| {
         let since = ledger.link_since(vessel);
         link_row(frame.language, (vessel.0, &status), since, &known)
     });
     let links = links.collect();
+    let peers = peers.into_iter().map(|peer| peer_row(frame.language, peer, &known)).collect();
     let page = TransportsPage {
         frame,
         now: written(state.shore.clock.utc()),
         transports: transports.into(),
         links,
-        peers: peers.into_iter().map(|peer| peer_row(peer, &known)).collect(),
+        peers,
     };
     Ok(html(&page))
 }
 
 fn transport_row(
-    name: &'static str,
-    key: &'static str,
+    (language, known): (Language, &[Vessel]),
+    (name, key): (&'static str, &'static str),
     record: TransportRecord,
     here: usize,
     received: u64,
 ) -> TransportRow {
     let told = |happened: Option<TransportEvent>| {
-        happened.map_or_else(String::new, |TransportEvent { at, text }| format!("{}: {text}", written(at)))
+        let Some(TransportEvent { at, whose, what }) = happened else { return String::new() };
+        let whose = match whose {
+            Whose::Vessel(address) => format!("{}: ", vessel_name(address.0, known)),
+            Whose::Peer(address) => format!("{address}: "),
+            Whose::Transport => String::new(),
+        };
+        format!("{}: {whose}{}", written(at), worded(language, &what))
     };
     let TransportRecord { address, refused, refusal, error, lost } = record;
     TransportRow {
@@ -132,13 +140,20 @@ fn transport_row(
     }
 }
 
-fn peer_row(figures: PeerFigures, known: &[Vessel]) -> PeerRow {
+fn peer_row(language: Language, figures: PeerFigures, known: &[Vessel]) -> PeerRow {
     let PeerFigures { state, dropped } = figures;
     let vessels: Vec<String> = state.systems.iter().map(|system| vessel_name(system.0, known)).collect();
     let transport = TRANSPORTS.iter().find(|(transport, ..)| *transport == state.peer.transport);
+    // A link is called by its vessel's address; people know its name.
+    let name = match state.peer.sources {
+        Sources::Only(ref all) if state.peer.transport == Transport::Link && all.len() == 1 => {
+            t(language, "link of {vessel}").with("vessel", vessel_name(all[0].0, known)).to_string()
+        }
+        _ => state.peer.name,
+    };
     PeerRow {
         transport: transport.map_or_else(|| state.peer.transport.name(), |(_, name, _)| name),
-        name: state.peer.name,
+        name,
         since: written(state.since),
         vessels: vessels.join(", "),
         received: state.received,
@@ -196,6 +211,24 @@ mod tests {
     fn a_clock_that_is_right_is_neither_ahead_nor_behind() {
         let told = [-499, 499, 1_500, -12_345_600].map(ahead);
         assert_eq!(told, ["0.000 s", "0.000 s", "+0.002 s", "−12.346 s"]);
+    }
+
+    #[test]
+    fn what_went_wrong_with_a_vessel_s_link_is_told_by_its_name_and_in_the_reader_s_language() {
+        let otter = Vessel { address: 0x2810, name: "otter-3".to_owned() };
+        let at = UtcTime::from_micros(0);
+        let event = |whose, what: api::Said| Some(TransportEvent { at, whose, what });
+        let record = TransportRecord {
+            error: event(Whose::Vessel(imc::Address(0x2810)), "closed by it".into()),
+            refusal: event(
+                Whose::Peer("10.0.0.7".to_owned()),
+                api::say("not in transports.udp.allow").into(),
+            ),
+            ..TransportRecord::default()
+        };
+        let row = transport_row((Language::Bokmal, &[otter]), ("", ""), record, 1, 0);
+        assert!(row.error.ends_with("Z: otter-3: closed by it"), "{}", row.error);
+        assert!(row.refusal.ends_with("Z: 10.0.0.7: ikke i transports.udp.allow"), "{}", row.refusal);
     }
 
     #[test]

@@ -7,9 +7,11 @@ pub(super) mod people;
 pub(super) mod storage;
 pub(super) mod vessels;
 
+use super::words::worded;
 use crate::AppState;
 use crate::web::{ApiError, Remote};
-use shore::identity::{Fault, Principal, Request};
+use api::Said;
+use shore::identity::{Fault, Language, Principal, Request};
 use std::fmt::Display;
 
 /// What a page says above its table.
@@ -31,19 +33,24 @@ impl Words {
     fn problem(text: impl Into<String>) -> Self {
         Self { problem: text.into(), ..Self::default() }
     }
+
+    /// Why something was not done.
+    fn refused(language: Language, why: &Said) -> Self {
+        Self::problem(worded(language, why))
+    }
 }
 
-/// Does something with its line in the audit log; a refusal becomes words for the page.
+/// Does something with its line in the audit log; a refusal is for the page to say.
 async fn act<R: Request>(
     state: &AppState,
     (who, remote): (&Principal, Remote),
     action: &'static str,
     subject: &str,
     request: R,
-) -> Result<Result<R::Answer, Words>, ApiError> {
+) -> Result<Result<R::Answer, Said>, ApiError> {
     match state.shore.people.act(who, remote.address.to_string(), action, subject.to_owned(), request).await {
         Ok(done) => Ok(Ok(done)),
-        Err(Fault::Refused(text)) => Ok(Err(Words::problem(text))),
+        Err(Fault::Refused(why)) => Ok(Err(why)),
         Err(fault) => Err(fault.into()),
     }
 }

@@ -71,7 +71,7 @@ pub(in crate::pages) async fn add(
     let add = persons::Add { name: added, password_hash: hash, must_change: true, vessel, role, now };
     let words = match act(&state, (&who, remote), "person.add", &name, add).await? {
         Ok(_) => Words { secret_for: secret_for(&frame, &name), secret, ..Words::default() },
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }
@@ -99,7 +99,7 @@ pub(in crate::pages) async fn role(
     let set = persons::SetRole { name: new.name, vessel, role };
     let words = match act(&state, (&who, remote), "person.role", &subject, set).await? {
         Ok(()) => Words::notice(frame.t("Changed. {what}.").with("what", &subject)),
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }
@@ -123,7 +123,7 @@ pub(in crate::pages) async fn password(
     let set = persons::SetPassword { name: reset, password_hash: hash, must_change: true, keep: None };
     let words = match act(&state, (&who, remote), "person.password", &name, set).await? {
         Ok(()) => Words { secret_for: secret_for(&frame, &name), secret, ..Words::default() },
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }
@@ -139,7 +139,7 @@ pub(in crate::pages) async fn remove(
     let remove = persons::Remove(name.clone());
     let words = match act(&state, (&who, remote), "person.remove", &name, remove).await? {
         Ok(()) => Words::notice(frame.t("{name} is removed.").with("name", &name)),
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }

@@ -108,14 +108,18 @@ pub(in crate::pages) async fn add(
     let name = new.name.trim().to_owned();
     let address = match vessels::address(new.address.trim()) {
         Ok(address) => address,
-        Err(problem) => return show(&state, frame, Words::problem(problem)).await,
+        Err(_) => {
+            let problem = frame.t("{text} is no IMC address; give one like 2068 or 0x0814.");
+            return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string()))
+                .await;
+        }
     };
     let add = vessels::Add { address, name: name.clone(), now: state.shore.clock.utc() };
     let words = match act(&state, (&who, remote), "vessel.add", &name, add).await? {
         Ok(()) => Words::notice(
             frame.t("{name} is known. Its link needs a token: make one below.").with("name", &name),
         ),
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }
@@ -139,7 +143,7 @@ pub(in crate::pages) async fn remove(
         Ok(()) => Words::notice(
             frame.t("Forgotten, and its link tokens are revoked. Its archive and history stay."),
         ),
-        Err(words) => words,
+        Err(why) => Words::refused(frame.language, &why),
     };
     show(&state, frame, words).await
 }
@@ -162,7 +166,10 @@ pub(in crate::pages) async fn token(
     let make = tokens::MakeLink { label, vessel: address, days: None, now };
     let secret = match act(&state, (&who, remote), "token.make", &vessel.name, make).await? {
         Ok(made) => made.secret,
-        Err(words) => return show(&state, frame, words).await,
+        Err(why) => {
+            let words = Words::refused(frame.language, &why);
+            return show(&state, frame, words).await;
+        }
     };
     let secret_for = frame.t("Link token of {name}").with("name", &vessel.name).to_string();
     let words = Words { secret_for, secret, ..Words::default() };

@@ -18,6 +18,7 @@ mod reader;
 use super::Access;
 use crate::config::Udp as UdpConfig;
 use anyhow::Context as _;
+use api::say;
 use drops::Counted;
 use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::messages::{Announce, Payload as _, SystemType};
@@ -25,7 +26,7 @@ use imc::{Address, PacketView};
 use memory::{Announced, Memory};
 use reader::{Datagram, Inbox};
 use shore::owners::Owners;
-use shore::router::{Connection, Outbox, Router};
+use shore::router::{Connection, Outbox, Router, Whose};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4};
@@ -193,7 +194,8 @@ impl Node {
             Ok(party) => party,
             Err(error) => {
                 tracing::error!(%error, "the UDP transport cannot be served");
-                return router.ledger().failed(Transport::Udp, &format!("cannot be served: {error}"));
+                let what = say("cannot be served: {error}").with("error", error);
+                return router.ledger().failed(Transport::Udp, Whose::Transport, what);
             }
         };
         let inbox = Arc::clone(&party.inbox);
@@ -335,7 +337,7 @@ impl Party {
                 metrics::counter!("lutra_refused_total", "transport" => "udp").increment(1);
                 // An announcement that was refused is told already.
                 if !announces {
-                    let why = "a datagram of a node that has not announced itself from there";
+                    let why = say("a datagram of a node that has not announced itself from there");
                     self.router.ledger().refused(Transport::Udp, from.ip(), why);
                 }
             }
@@ -362,7 +364,7 @@ impl Party {
             return false;
         }
         if !self.access.admits(from.ip()) {
-            self.router.ledger().refused(Transport::Udp, from.ip(), "not in transports.udp.allow");
+            self.router.ledger().refused(Transport::Udp, from.ip(), say("not in transports.udp.allow"));
             return false;
         }
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
@@ -378,7 +380,7 @@ impl Party {
             self.router.ledger().refused(
                 Transport::Udp,
                 from.ip(),
-                "too many nodes have announced themselves",
+                say("too many nodes have announced themselves"),
             );
             return false;
         }
@@ -387,8 +389,11 @@ impl Party {
         match self.known.get_mut(&view.src()) {
             Some(known) if known.is_another(&announced.sockets, from.ip()) => {
                 let there = known.sockets.first().map(SocketAddrV4::to_string).unwrap_or_default();
-                let why = format!("{} is {} at {there}, which is still speaking", view.src(), known.name);
-                self.router.ledger().refused(Transport::Udp, from.ip(), &why);
+                let why = say("{address} is {name} at {there}, which is still speaking")
+                    .with("address", view.src())
+                    .with("name", &known.name)
+                    .with("there", there);
+                self.router.ledger().refused(Transport::Udp, from.ip(), why);
                 return false;
             }
             Some(known) => self.changed |= known.is_now(&announced),
@@ -416,7 +421,7 @@ impl Party {
                     self.router.ledger().refused(
                         Transport::Udp,
                         ip.into(),
-                        "transports.udp.max_peers are connected",
+                        say("transports.udp.max_peers are connected"),
                     );
                 }
                 return;
