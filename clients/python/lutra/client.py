@@ -57,11 +57,13 @@ class Lutra:
 
     def vessels(self) -> List[Dict[str, Any]]:
         """The vessels that one may see, as they are now."""
-        return self._json("/api/v1/vessels")
+        vessels: List[Dict[str, Any]] = self._json("/api/v1/vessels")
+        return vessels
 
     def recorded(self) -> List[Dict[str, Any]]:
         """Which messages of which vessels are recorded, how many, and from when to when."""
-        return self._json("/api/v1/recorded")
+        recorded: List[Dict[str, Any]] = self._json("/api/v1/recorded")
+        return recorded
 
     def detections(
         self, start: Time = None, end: Time = None, vessel: Words = None, tag: Words = None,
@@ -92,7 +94,7 @@ class Lutra:
         """The same as a table of pandas, with its types. Needs pandas and pyarrow."""
         import io
 
-        import pandas
+        import pandas  # type: ignore[import-untyped]
 
         query = {**_question(**question), "format": "parquet"}
         return pandas.read_parquet(io.BytesIO(self.connection.read("/api/v1/detections.csv", query)))
@@ -124,7 +126,8 @@ class Lutra:
 
     def datasets(self) -> List[Dict[str, Any]]:
         """The datasets that one may see."""
-        return self._json("/api/v1/datasets")
+        datasets: List[Dict[str, Any]] = self._json("/api/v1/datasets")
+        return datasets
 
     def download_dataset(
         self, path: Path, dataset: int, version: int, format: str = "lutra", verify: bool = True, tries: int = 5
@@ -155,7 +158,8 @@ class Link:
 
     def about(self) -> Dict[str, Any]:
         """What the link gives: title, licence, columns, SHA-256 (a Frictionless package)."""
-        return json.loads(self.connection.read("/datapackage.json"))
+        package: Dict[str, Any] = json.loads(self.connection.read("/datapackage.json"))
+        return package
 
     def rows(self) -> Iterator[Row]:
         """The rows of the dataset as they come."""

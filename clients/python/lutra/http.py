@@ -59,7 +59,8 @@ class Connection:
         for attempt in range(1, tries + 1):
             request = urllib.request.Request(url, headers={**self._headers, **(headers or {})})
             try:
-                return _OPENER.open(request, timeout=self._timeout_s)
+                answer: http.client.HTTPResponse = _OPENER.open(request, timeout=self._timeout_s)
+                return answer
             except urllib.error.HTTPError as error:
                 if error.code == 416:
                     return error  # type: ignore[return-value]

@@ -37,6 +37,8 @@ pub enum Need {
     Nginx,
     /// OpenVPN.
     Openvpn,
+    /// `python3`.
+    Python,
     /// The folder `shared` beside the checkout.
     Shared,
     /// WireGuard.
@@ -61,6 +63,7 @@ impl Need {
             Self::Nftables => "nftables",
             Self::Nginx => "nginx",
             Self::Openvpn => "openvpn",
+            Self::Python => "python",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",
         }

@@ -157,3 +157,6 @@ pub(super) fn sample(
     let of_detections = Exported { rows: rows.done.rows - fixed.rows, bytes: rows.done.bytes - fixed.bytes };
     Ok(Sample { wanted: rows.wanted, of_detections, fixed, is_whole })
 }
+
+#[cfg(test)]
+mod tests;
