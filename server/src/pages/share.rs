@@ -87,7 +87,7 @@ struct Data {
     bytes: String,
     time: String,
     place: String,
-    formats: [(&'static str, &'static str); 14],
+    formats: [(&'static str, &'static str); 18],
     check: Option<DatasetCheck>,
     /// Whether a check runs that took longer than the page waits.
     is_being_checked: bool,

@@ -31,7 +31,7 @@ impl HeardFile {
     /// # Errors
     /// There is no such format or spreadsheet, or the format is not for spreadsheets.
     pub fn new(name: Option<&str>, spreadsheet: Option<&str>) -> store::Result<Self> {
-        let dialect = super::export::dialect(spreadsheet)?;
+        let dialect = crate::history::export::dialect(spreadsheet)?;
         let wanted = name.map_or("", str::trim);
         let found = if wanted.is_empty() { Ok(LUTRA) } else { format(wanted) };
         let format = found.map_err(|text| StoreError::Query(format!("format: {text}")))?;
@@ -93,6 +93,11 @@ impl HeardFile {
         } else {
             format!("detections-{name}.{ending}")
         }
+    }
+
+    /// Whether what it begins with tells nothing of how long one without a row is.
+    pub(super) fn is_made_at_its_end(&self) -> bool {
+        self.format.needs_spool() || self.format.is_database()
     }
 
     /// Whether the tracks of vessels stand in it too: in a database, of a plain question. Who gets a dataset or a part of one gets what

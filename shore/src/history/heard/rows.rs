@@ -118,7 +118,7 @@ impl<'r> Rows<'r> {
         making.header(&mut self.buffer).map_err(unwritable)?;
         self.making = Some(making);
         self.fixed.bytes += match self.bounds {
-            Some(_) if self.file.format.is_made_at_the_end() => self.empty_bytes(data)?,
+            Some(_) if self.file.is_made_at_its_end() => self.empty_bytes(data)?,
             _ => self.buffer.len() as u64,
         };
         Ok(())

@@ -59,8 +59,6 @@ pub(super) enum Over {
     Nothing,
     /// A value in each record.
     Records,
-    /// A value for each of a dimension of fixed length, by its number.
-    Dimension(usize),
 }
 
 #[derive(Debug)]
@@ -78,8 +76,6 @@ pub(super) struct Variable {
 pub(super) struct Classic {
     /// The dimension of records, and how many there are.
     pub(super) records: (&'static str, u32),
-    /// Those of fixed length, none of which is 0.
-    pub(super) dimensions: Vec<(&'static str, u32)>,
     pub(super) attributes: Attributes,
     /// At least two of records: of a single one the format fills nothing up.
     pub(super) variables: Vec<Variable>,
@@ -109,9 +105,8 @@ impl Classic {
             Kind::Text(bytes) => Some((format!("{}_strlen", one.name), bytes)),
             _ => None,
         });
-        let fixed = self.dimensions.iter().map(|(dimension, length)| ((*dimension).to_owned(), *length));
         let dimensions: Vec<(String, u32)> =
-            std::iter::once((self.records.0.to_owned(), 0)).chain(fixed).chain(texts).collect();
+            std::iter::once((self.records.0.to_owned(), 0)).chain(texts).collect();
         list(&mut out, DIMENSIONS, dimensions.len());
         for (dimension, length) in &dimensions {
             name(&mut out, dimension);
@@ -125,15 +120,14 @@ impl Classic {
     fn variables(&self, out: &mut Vec<u8>, begins: u64) {
         list(out, VARIABLES, self.variables.len());
         let of_fixed: u64 =
-            self.variables.iter().filter(|one| one.over != Over::Records).map(|one| self.size(one)).sum();
+            self.variables.iter().filter(|one| one.over != Over::Records).map(size).sum();
         let (mut fixed, mut records) = (begins, begins + of_fixed);
-        let mut letters = 1 + self.dimensions.len();
+        let mut letters = 1;
         for variable in &self.variables {
             name(out, &variable.name);
             let mut over: Vec<usize> = match variable.over {
                 Over::Nothing => Vec::new(),
                 Over::Records => vec![0],
-                Over::Dimension(number) => vec![1 + number],
             };
             if let Kind::Text(_) = variable.kind {
                 over.push(letters);
@@ -143,22 +137,18 @@ impl Classic {
             over.iter().for_each(|dimension| word(out, *dimension as u32));
             attributes(out, &variable.attributes);
             word(out, variable.kind.code());
-            let size = self.size(variable);
+            let size = size(variable);
             word(out, size as u32);
             let at = if variable.over == Over::Records { &mut records } else { &mut fixed };
             out.extend_from_slice(&at.to_be_bytes());
             *at += size;
         }
     }
+}
 
-    /// Bytes of a variable, of one of records in each, filled up.
-    fn size(&self, variable: &Variable) -> u64 {
-        let values = match variable.over {
-            Over::Nothing | Over::Records => 1,
-            Over::Dimension(number) => self.dimensions.get(number).map_or(0, |(_, length)| *length),
-        };
-        (u64::from(values) * u64::from(variable.kind.bytes())).next_multiple_of(4)
-    }
+/// Bytes of a variable, of one of records in each, filled up.
+fn size(variable: &Variable) -> u64 {
+    u64::from(variable.kind.bytes()).next_multiple_of(4)
 }
 
 fn length(bytes: &[u8]) -> u32 {

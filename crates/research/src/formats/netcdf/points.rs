@@ -96,8 +96,7 @@ impl Points {
             variables.iter().filter(|one| one.over == Over::Records).map(|one| one.kind).collect();
         let header = Classic {
             records: ("obs", self.rows),
-            dimensions: Vec::new(),
-            attributes: described(about, &self.covered),
+                attributes: described(about, &self.covered),
             variables,
         };
         header.write(out)?;

@@ -34,7 +34,6 @@ pub fn write_track(of: &TrackOf<'_>) -> Vec<u8> {
     attributes.extend(extent(around(points), first, last));
     let file = Classic {
         records: ("obs", u32::try_from(points.len()).unwrap_or(u32::MAX)),
-        dimensions: Vec::new(),
         attributes,
         variables: [name(vessel), crs()].into_iter().chain(coordinates("when the vessel was there, by its clock")).collect(),
     };
