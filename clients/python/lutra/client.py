@@ -41,6 +41,9 @@ _DETECTIONS: Dict[str, str] = {
     },
 }
 
+# Of the columns before the fields of a message, those that are no texts.
+_SENDER: Dict[str, str] = {"time": "datetime", "unix_s": "number", "entity_id": "integer", "dst_ent": "integer"}
+
 
 class Lutra:
     """A server, as a person with a token asks it.
@@ -116,7 +119,8 @@ class Lutra:
             "from": _iso(start), "to": _iso(end), "every_s": every_s, "angles": angles, "units": False, "guard": False,
         }
         about = self._json("/api/v1/export.json", query)
-        kinds = {column["name"]: column["type"] for column in about["columns"]}
+        kinds = {column["name"]: column["type"] for column in about["columns"] if "type" in column}
+        kinds.update(_SENDER)
         return rows(self.connection.open(self.connection.url("/api/v1/export.csv", query)), kinds)
 
     def download_rows(self, path: Path, message: str, tries: int = 5, **question: Any) -> Downloaded:

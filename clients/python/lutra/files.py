@@ -99,9 +99,10 @@ def _fetch(connection: Connection, url: str, part: Path, note: Path, begun: Opti
         goes_on = begun is not None and answer.status == 206
         if not goes_on:
             _write_note(note, url, answer.headers.get("ETag"))
+        # By read1, for read forgets what it has of a chunk that is cut.
         received = 0
         with open(part, "ab" if goes_on else "wb") as out:
-            while chunk := answer.read(CHUNK):
+            while chunk := answer.read1(CHUNK):
                 received += len(chunk)
                 out.write(chunk)
         # Where the length was said before, http.client takes a cut body for a whole one.

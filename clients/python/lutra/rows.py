@@ -49,7 +49,7 @@ def _lines(answer: http.client.HTTPResponse) -> Iterator[str]:
     decode = codecs.getincrementaldecoder("utf-8")()
     rest = ""
     try:
-        while chunk := answer.read(1 << 16):
+        while chunk := answer.read1(1 << 16):
             text = rest + decode.decode(chunk)
             whole, end, rest = text.rpartition("\n")
             if end:

@@ -151,7 +151,8 @@ async fn whole_track(
 
 fn track_file(name: &str, (ending, media): (&str, &'static str), bytes: Vec<u8>) -> Response {
     let disposition = format!("attachment; filename=\"{}-track.{ending}\"", extract::file_name(name));
-    ([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes).into_response()
+    ([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes)
+        .into_response()
 }
 
 /// The parts of a track between breaks.

@@ -1,6 +1,6 @@
 //! The package for Python against a running server: rows with their types, downloads that are cut and go on, and a link with a password.
 
-use crate::support::program::{Server, run};
+use crate::support::program::{Server, add_admin, run};
 use imc::messages::{EstimatedState, TBRFishTag};
 use imc::{Address, Header, Message, Packet};
 use serde_json::{Value, json};
@@ -78,7 +78,7 @@ fn the_package_for_python_reads_everything_and_goes_on_with_what_was_cut() {
     }
     let data = tempfile::tempdir().unwrap();
     fill(data.path());
-    run(data.path(), &["user", "add", "kari", "--role", "researcher"]);
+    add_admin(data.path(), "kari", PASSWORD);
     let token = run(data.path(), &["token", "create", "--person", "kari", "--role", "researcher"]);
     let token = token.trim();
     let server = Server::start(data.path());

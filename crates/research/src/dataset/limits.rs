@@ -105,8 +105,8 @@ fn is_harmless(heard: &Heard<'_>) -> bool {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::study::Study;
     use crate::formats::unzipped;
+    use crate::study::Study;
     use crate::{About, Lag, Writer};
     use api::{RegisterAnimal, RegisterDeployment, RegisterReceiver, RegisterRecord, RegisterTag};
     use detections::{Noise, Origin, Protocol, ReceiverClock};
@@ -226,8 +226,8 @@ pub(crate) mod tests {
                 _ => String::from_utf8(out.split_off(begun)).unwrap(),
             };
             let middle = format!("{:.8}", one.pose.unwrap().place.lat_deg());
-            let is_without =
-                ["thelma", "thelma-old", "actel", "actel-biometrics", "yaps", "netcdf"].contains(&format.name);
+            let is_without = ["thelma", "thelma-old", "actel", "actel-biometrics", "yaps", "netcdf"]
+                .contains(&format.name);
             assert!(text.contains(&middle) || is_without, "{}: {text}", format.name);
             for told in ["63.4321", "10.3987", "Munkholmen", "Korsvika", "63.45", "10.385", "4242", "77"] {
                 assert!(!text.contains(told), "{}: {told} in {text}", format.name);

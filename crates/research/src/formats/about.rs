@@ -120,7 +120,8 @@ impl Covered {
 
     /// What was done to places, in words; empty where they are as they were measured.
     pub(super) fn coarsening(&self) -> String {
-        self.cell_m.map_or_else(String::new, |cell_m| format!("places are middles of cells of about {cell_m} m"))
+        self.cell_m
+            .map_or_else(String::new, |cell_m| format!("places are middles of cells of about {cell_m} m"))
     }
 }
 

@@ -224,7 +224,9 @@ impl Writer {
                 self.made = Made::Archive(Box::new(archive));
             }
             Rows::Points => self.made = Made::Points(Box::new(netcdf::Points::new(self.spool.take())?)),
-            Rows::Database => return Err(io::Error::other("a database is not written one row after another")),
+            Rows::Database => {
+                return Err(io::Error::other("a database is not written one row after another"));
+            }
             _ if self.format.name == LUTRA.name => lutra::header(out, self.dialect),
             _ => out.extend_from_slice(self.format.header.as_bytes()),
         }

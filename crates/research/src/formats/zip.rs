@@ -58,8 +58,7 @@ impl Zip {
         header.extend_from_slice(name.as_bytes());
         self.put(out, &header)?;
         let packer = DeflateEncoder::new(Vec::new(), Compression::default());
-        self.open =
-            Some(Open { name, begins, crc: crc32fast::Hasher::new(), packer, packed: 0, bytes: 0 });
+        self.open = Some(Open { name, begins, crc: crc32fast::Hasher::new(), packer, packed: 0, bytes: 0 });
         Ok(())
     }
 
@@ -68,7 +67,9 @@ impl Zip {
     /// # Errors
     /// As [`Self::begin()`], or none is open.
     pub(super) fn push(&mut self, out: &mut dyn Write, bytes: &[u8]) -> io::Result<()> {
-        let Some(open) = &mut self.open else { return Err(io::Error::other("no file of the archive is open")) };
+        let Some(open) = &mut self.open else {
+            return Err(io::Error::other("no file of the archive is open"));
+        };
         open.crc.update(bytes);
         open.bytes += bytes.len() as u64;
         open.packer.write_all(bytes)?;
@@ -121,11 +122,15 @@ impl Zip {
 }
 
 fn shorts(out: &mut Vec<u8>, values: &[u16]) {
-    values.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
+    for value in values {
+        out.extend_from_slice(&value.to_le_bytes());
+    }
 }
 
 fn words(out: &mut Vec<u8>, values: &[u32]) {
-    values.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
+    for value in values {
+        out.extend_from_slice(&value.to_le_bytes());
+    }
 }
 
 fn fits(bytes: u64) -> io::Result<u32> {
@@ -186,7 +191,10 @@ pub(crate) mod tests {
         zip.end(&mut out).unwrap();
         assert!(out.len() < long.len() / 50, "{} bytes", out.len());
         let files = unzipped(&out);
-        assert_eq!(files, [("a.csv".to_owned(), format!("{long}end")), ("empty.xml".to_owned(), String::new())]);
+        assert_eq!(
+            files,
+            [("a.csv".to_owned(), format!("{long}end")), ("empty.xml".to_owned(), String::new())]
+        );
         assert!(Zip::default().push(&mut out, b"x").is_err(), "no file is open");
     }
 }

@@ -99,8 +99,7 @@ fn a_geopackage_has_a_layer_of_detections_and_one_of_tracks() {
     assert!((number(&blob, 13) - 10.4).abs() < 1e-9 && (number(&blob, 21) - 63.44).abs() < 1e-9);
     assert_eq!(ask("SELECT count(*) FROM detections WHERE geom IS NULL AND latitude_deg IS NULL"), 1);
     assert_eq!(ask("SELECT count(*) FROM tracks WHERE positions=2"), 2, "no line over a break");
-    let line: Vec<u8> =
-        found.query_row("SELECT geom FROM tracks WHERE fid=2", [], |row| row.get(0)).unwrap();
+    let line: Vec<u8> = found.query_row("SELECT geom FROM tracks WHERE fid=2", [], |row| row.get(0)).unwrap();
     // Its envelope is west, east, south, north.
     assert!((number(&line, 24) - 63.46).abs() < 1e-6 && (number(&line, 32) - 63.47).abs() < 1e-6);
     assert_eq!(ask("SELECT count(*) FROM gpkg_contents WHERE min_x>10 AND max_y<64 AND srs_id=4326"), 2);
@@ -119,7 +118,9 @@ fn gdal_reads_both_layers() {
     };
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && output.stderr.is_empty(), "{said}");
-    for part in ["Layer name: detections", "Layer name: tracks", "Geometry: Line String", "POINT (10.4", "EPSG"] {
+    for part in
+        ["Layer name: detections", "Layer name: tracks", "Geometry: Line String", "POINT (10.4", "EPSG"]
+    {
         assert!(said.contains(part), "{part} in {said}");
     }
 }

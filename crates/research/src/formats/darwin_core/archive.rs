@@ -76,7 +76,11 @@ impl Archive {
         before(&mut cells(&mut row.before, false), heard);
         after(&mut cells(&mut row.after, true), heard);
         facts::write(&mut row.facts, heard, self.measured.insert(animal.name.clone()));
-        if is_hourly { self.hours.open(heard, row) } else { self.write(out, &row)? }
+        if is_hourly {
+            self.hours.open(heard, row)
+        } else {
+            self.write(out, &row)?
+        }
         Ok(true)
     }
 

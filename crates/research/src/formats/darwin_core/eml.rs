@@ -36,7 +36,10 @@ pub(super) fn eml(about: &About, covered: &Covered, keep: Keep) -> String {
     out.push_str("</dataset>\n");
     if !about.citation.is_empty() {
         let citation = escaped(&about.citation);
-        let _ = writeln!(out, "<additionalMetadata><metadata><gbif><citation>{citation}</citation></gbif></metadata></additionalMetadata>");
+        let _ = writeln!(
+            out,
+            "<additionalMetadata><metadata><gbif><citation>{citation}</citation></gbif></metadata></additionalMetadata>"
+        );
     }
     out.push_str("</eml:eml>\n");
     out
@@ -88,7 +91,11 @@ fn coverage(out: &mut String, covered: &Covered) {
     let mut parts = String::new();
     if let Some([south, west, north, east]) = covered.box_deg {
         let coarse = covered.coarsening();
-        let text = if coarse.is_empty() { "Where the vessels heard tags".to_owned() } else { format!("Where the vessels heard tags; {coarse}") };
+        let text = if coarse.is_empty() {
+            "Where the vessels heard tags".to_owned()
+        } else {
+            format!("Where the vessels heard tags; {coarse}")
+        };
         let _ = writeln!(
             parts,
             "<geographicCoverage><geographicDescription>{text}</geographicDescription><boundingCoordinates>\
@@ -131,7 +138,9 @@ fn methods(out: &mut String, covered: &Covered, keep: Keep) {
         Keep::Every => "Every detection is kept.",
     };
     let coarse = match covered.cell_m {
-        Some(cell_m) => format!("Places are coarsened: each is the middle of a fixed cell of about {cell_m} m."),
+        Some(cell_m) => {
+            format!("Places are coarsened: each is the middle of a fixed cell of about {cell_m} m.")
+        }
         None => String::new(),
     };
     paragraphs_in(

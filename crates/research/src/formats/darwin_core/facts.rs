@@ -29,7 +29,11 @@ struct Fact<'f> {
 pub(super) fn write(out: &mut Vec<u8>, heard: &Heard<'_>, of_animal: bool) {
     let id = id(heard);
     let snr = f64::from(heard.detection.snr_db);
-    line(out, &id, &Fact { about: "signal to noise ratio", about_id: "", value: snr, unit: "dB", unit_id: "" });
+    line(
+        out,
+        &id,
+        &Fact { about: "signal to noise ratio", about_id: "", value: snr, unit: "dB", unit_id: "" },
+    );
     if let Some(sensor) = heard.sensor().filter(|sensor| sensor.value.is_finite()) {
         let about = if sensor.kind.is_empty() { "sensor of the tag" } else { sensor.kind };
         line(out, &id, &Fact { about, about_id: "", value: sensor.value, unit: sensor.unit, unit_id: "" });

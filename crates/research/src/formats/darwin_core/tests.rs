@@ -31,10 +31,12 @@ fn table(text: &str) -> Vec<BTreeMap<String, String>> {
     lines.map(|cells| header.iter().cloned().zip(cells).collect()).collect()
 }
 
-/// What `meta.xml` says of each table: its element, its file, the column of its key, and the term of each column.
-fn described(meta: &str) -> Vec<(String, String, usize, Vec<String>)> {
+/// A table as `meta.xml` has it: its element, its file, the column of its key, and the term of each column.
+type Table = (String, String, usize, Vec<String>);
+
+fn described(meta: &str) -> Vec<Table> {
     let mut reader = quick_xml::Reader::from_str(meta);
-    let (mut tables, mut is_location): (Vec<(String, String, usize, Vec<String>)>, bool) = (Vec::new(), false);
+    let (mut tables, mut is_location): (Vec<Table>, bool) = (Vec::new(), false);
     loop {
         match reader.read_event().unwrap() {
             quick_xml::events::Event::Start(tag) => match tag.name().as_ref() {
@@ -140,7 +142,8 @@ fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
     for hour in 0..=10_000_u32 {
         // Reported at once, heard in hours of their own.
         let clock = ReceiverClock::read(START_S + 3_600 * hour, 0);
-        hours.open(&heard(&Detection { clock, ..first.clone() }), row(u64::from(hour)));
+        let one = Detection { clock, ..first.clone() };
+        hours.open(&study.heard(&one, "otter-1", Lag::Unknown), row(u64::from(hour)));
     }
     assert_eq!(hours.next(Some(&heard(&first))).map(|row| row.of), Some(0), "the oldest makes room");
     assert!(hours.next(Some(&heard(&first))).is_none());

@@ -119,8 +119,7 @@ impl Classic {
 
     fn variables(&self, out: &mut Vec<u8>, begins: u64) {
         list(out, VARIABLES, self.variables.len());
-        let of_fixed: u64 =
-            self.variables.iter().filter(|one| one.over != Over::Records).map(size).sum();
+        let of_fixed: u64 = self.variables.iter().filter(|one| one.over != Over::Records).map(size).sum();
         let (mut fixed, mut records) = (begins, begins + of_fixed);
         let mut letters = 1;
         for variable in &self.variables {
@@ -134,7 +133,9 @@ impl Classic {
                 letters += 1;
             }
             word(out, over.len() as u32);
-            over.iter().for_each(|dimension| word(out, *dimension as u32));
+            for dimension in over {
+                word(out, dimension as u32);
+            }
             attributes(out, &variable.attributes);
             word(out, variable.kind.code());
             let size = size(variable);

@@ -39,7 +39,13 @@ fn coordinate(name: &str, axis: &str, long_name: &str, units: &str) -> Variable 
     if name == "time" {
         attributes.push(("calendar", "standard".into()));
     }
-    Variable { name: name.to_owned(), kind: Kind::Double, over: Over::Records, attributes, values: Vec::new() }
+    Variable {
+        name: name.to_owned(),
+        kind: Kind::Double,
+        over: Over::Records,
+        attributes,
+        values: Vec::new(),
+    }
 }
 
 /// Seconds since then are the times of all files.
@@ -88,7 +94,10 @@ fn extent(box_deg: Option<[f64; 4]>, first_us: Option<i64>, last_us: Option<i64>
         all.extend([
             ("time_coverage_start", Attribute::Text(super::about::iso(first))),
             ("time_coverage_end", Attribute::Text(super::about::iso(last))),
-            ("time_coverage_duration", Attribute::Text(format!("PT{}S", seconds(last.saturating_sub(first))))),
+            (
+                "time_coverage_duration",
+                Attribute::Text(format!("PT{}S", seconds(last.saturating_sub(first)))),
+            ),
         ]);
     }
     all

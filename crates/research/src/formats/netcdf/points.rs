@@ -55,7 +55,10 @@ impl Points {
     pub(in super::super) fn row(&mut self, heard: &Heard<'_>) -> io::Result<bool> {
         let Some(pose) = heard.detection.pose else { return Ok(false) };
         self.rows = self.rows.checked_add(1).ok_or_else(|| {
-            io::Error::new(io::ErrorKind::FileTooLarge, "NetCDF counts up to 4294967295 detections; ask for a shorter time")
+            io::Error::new(
+                io::ErrorKind::FileTooLarge,
+                "NetCDF counts up to 4294967295 detections; ask for a shorter time",
+            )
         })?;
         self.covered.take(heard);
         let mut row = Vec::with_capacity(512);
@@ -94,11 +97,8 @@ impl Points {
         let variables = self.variables();
         let kinds: Vec<Kind> =
             variables.iter().filter(|one| one.over == Over::Records).map(|one| one.kind).collect();
-        let header = Classic {
-            records: ("obs", self.rows),
-                attributes: described(about, &self.covered),
-            variables,
-        };
+        let header =
+            Classic { records: ("obs", self.rows), attributes: described(about, &self.covered), variables };
         header.write(out)?;
         let mut waiting = self.waiting.read()?;
         let mut record = Vec::new();

@@ -35,7 +35,10 @@ pub fn write_track(of: &TrackOf<'_>) -> Vec<u8> {
     let file = Classic {
         records: ("obs", u32::try_from(points.len()).unwrap_or(u32::MAX)),
         attributes,
-        variables: [name(vessel), crs()].into_iter().chain(coordinates("when the vessel was there, by its clock")).collect(),
+        variables: [name(vessel), crs()]
+            .into_iter()
+            .chain(coordinates("when the vessel was there, by its clock"))
+            .collect(),
     };
     let mut out = Vec::new();
     // Writing to memory does not fail.
@@ -62,8 +65,8 @@ fn name(vessel: &str) -> Variable {
 
 /// South, west, north, east, degrees.
 fn around(points: &[TrackPoint]) -> Option<[f64; 4]> {
-    let least = |of: fn(&TrackPoint) -> f64| points.iter().map(of).min_by(f64::total_cmp);
-    let most = |of: fn(&TrackPoint) -> f64| points.iter().map(of).max_by(f64::total_cmp);
-    let (lat, lon): (fn(&TrackPoint) -> f64, fn(&TrackPoint) -> f64) = (|one| one.lat_deg, |one| one.lon_deg);
-    Some([least(lat)?, least(lon)?, most(lat)?, most(lon)?])
+    let lats = || points.iter().map(|point| point.lat_deg);
+    let lons = || points.iter().map(|point| point.lon_deg);
+    let (south, north) = (lats().min_by(f64::total_cmp)?, lats().max_by(f64::total_cmp)?);
+    Some([south, lons().min_by(f64::total_cmp)?, north, lons().max_by(f64::total_cmp)?])
 }
