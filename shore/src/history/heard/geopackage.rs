@@ -91,7 +91,7 @@ impl GeoPackage {
             .map_err(failed)?;
         database.execute_batch(TABLES).map_err(failed)?;
         let columns: Vec<String> = LUTRA_COLUMNS.iter().map(column).collect();
-        let names: Vec<String> = LUTRA_COLUMNS.iter().map(|column| name_of(column)).collect();
+        let names: Vec<String> = LUTRA_COLUMNS.iter().map(name_of).collect();
         let create = format!(
             "CREATE TABLE detections (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POINT, {})",
             columns.join(", ")
@@ -156,7 +156,9 @@ impl GeoPackage {
     }
 
     fn track(&mut self, vessel: &str, part: &[TrackPoint]) -> io::Result<()> {
-        part.iter().for_each(|point| self.of_tracks.reach(point.lat_deg, point.lon_deg));
+        for point in part {
+            self.of_tracks.reach(point.lat_deg, point.lon_deg);
+        }
         let (Some(first), Some(last)) = (part.first(), part.last()) else { return Ok(()) };
         self.came_us = self.came_us.max(last.time_us);
         let sql = "INSERT INTO tracks (geom,vessel,from_utc,to_utc,positions) VALUES (?,?,?,?,?)";
@@ -214,7 +216,7 @@ fn column(column: &DetectionColumn) -> String {
 fn cell(value: Value<'_>) -> Cell {
     match value {
         Value::Whole(value) => value.map_or(Cell::Null, Cell::Integer),
-        Value::Text(text) if text.is_empty() => Cell::Null,
+        Value::Text("") => Cell::Null,
         Value::Text(text) => Cell::Text(text.to_owned()),
         Value::Millis(_) | Value::Micros(_) => {
             value.micros().map_or(Cell::Null, |time_us| Cell::Text(moment(time_us)))
@@ -250,7 +252,9 @@ fn point(lat_deg: f64, lon_deg: f64) -> Vec<u8> {
 
 fn line(points: &[TrackPoint]) -> Vec<u8> {
     let mut around = Layer::default();
-    points.iter().for_each(|point| around.reach(point.lat_deg, point.lon_deg));
+    for point in points {
+        around.reach(point.lat_deg, point.lon_deg);
+    }
     let mut out = geometry(around.0.map(|[west, south, east, north]| [west, east, south, north]), 2);
     out.extend_from_slice(&u32::try_from(points.len()).unwrap_or(u32::MAX).to_le_bytes());
     for point in points {

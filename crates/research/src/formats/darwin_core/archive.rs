@@ -77,9 +77,9 @@ impl Archive {
         after(&mut cells(&mut row.after, true), heard);
         facts::write(&mut row.facts, heard, self.measured.insert(animal.name.clone()));
         if is_hourly {
-            self.hours.open(heard, row)
+            self.hours.open(heard, row);
         } else {
-            self.write(out, &row)?
+            self.write(out, &row)?;
         }
         Ok(true)
     }
