@@ -37,10 +37,11 @@ fn fill(data: &Path) {
         };
         put(second, tag.into());
     }
-    for (second, lat_deg) in [(0, 63.44_f64), (1, 63.45), (601, 63.46), (602, 63.47)] {
+    let positions = [(0, 63.44_f64, 10.4_f64), (1, 63.45, 10.41), (601, 63.46, 10.4), (602, 63.47, 10.42)];
+    for (second, lat_deg, lon_deg) in positions {
         let state = EstimatedState {
             lat: lat_deg.to_radians(),
-            lon: 10.4_f64.to_radians(),
+            lon: lon_deg.to_radians(),
             ..EstimatedState::default()
         };
         put(second, state.into());
