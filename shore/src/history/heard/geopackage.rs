@@ -3,6 +3,7 @@
 //! It is a database of SQLite in a file without a name in the data folder, at most 1 GiB, which is sent once it is whole. Times that stand in
 //! it are those of the data, so that the same rows give the same bytes. A detection without a place is a row without a geometry.
 
+use super::rows::unwritable;
 use super::spool::{MOST, full, named, room};
 use crate::history;
 use api::TrackPoint;
@@ -13,7 +14,7 @@ use rusqlite::{Connection, ErrorCode, params, params_from_iter};
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write};
 use std::path::Path;
-use store::{DetectionsWanted, Reader, StoreError, TimeRange};
+use store::{DetectionsWanted, Reader, TimeRange};
 use tables::IsoTime;
 
 /// Bytes of a page.
@@ -269,8 +270,4 @@ fn failed(error: rusqlite::Error) -> io::Error {
         Some(ErrorCode::DiskFull) => full(MOST),
         _ => io::Error::other(error),
     }
-}
-
-fn unwritable(source: io::Error) -> StoreError {
-    StoreError::Io { path: "the export".into(), source }
 }

@@ -6,7 +6,7 @@ use detections::{Detection, TagFilter};
 use research::{Heard, Lag, Lags, Study};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::time::Instant;
 use store::{DetectionsWanted, Exported, StoreError, TimeRange};
@@ -237,6 +237,11 @@ fn rounded(degrees: f64) -> f64 {
     (degrees * 1e7).round() / 1e7
 }
 
-fn unwritable(source: std::io::Error) -> StoreError {
+/// What keeps a file from being written. That more waits than may, or than the disk has room for, is the asker's to change.
+pub(super) fn unwritable(source: std::io::Error) -> StoreError {
+    let is_ours = source.get_ref().is_some();
+    if is_ours && matches!(source.kind(), ErrorKind::FileTooLarge | ErrorKind::StorageFull) {
+        return StoreError::Query(source.to_string());
+    }
     StoreError::Io { path: "the export".into(), source }
 }

@@ -193,4 +193,10 @@ fn a_file_that_is_larger_than_may_wait_is_refused_with_what_to_do() {
     let heard = study.heard(&one, "otter", research::Lag::Unknown);
     let failed = (0..10_000).find_map(|_| writer.row(&mut Vec::new(), &heard).err()).unwrap();
     assert!(failed.to_string().contains("ask for a shorter time"), "{failed}");
+    let StoreError::Query(text) = rows::unwritable(failed) else {
+        panic!("it is told as a fault of the server")
+    };
+    assert!(text.contains("ask for a shorter time"), "{text}");
+    let gone = std::io::Error::from(std::io::ErrorKind::BrokenPipe);
+    assert!(matches!(rows::unwritable(gone), StoreError::Io { .. }));
 }
