@@ -102,8 +102,8 @@ pub struct DetectionsFileQuery {
     /// then. Everywhere when left out or empty.
     pub area: Option<String>,
     /// `lutra` (all columns), or a portal's or package's: `vue`, `fathom`, `thelma`, `thelma-old`, `otn`, `etn`, `glatos`, `actel`,
-    /// `actel-biometrics`, `yaps`, `movebank`, `darwin-core`; for maps `geojson` and `kml`, for programs `parquet`, all three with all
-    /// columns. `lutra` when left out. See `docs/detections.md`.
+    /// `actel-biometrics`, `yaps`, `movebank`, `darwin-core`, `dwca`, `dwca-all`; for maps `geojson`, `kml` and `geopackage`, for
+    /// programs `parquet` and `netcdf`, all five with all columns. `lutra` when left out. See `docs/detections.md`.
     pub format: Option<String>,
     /// For spreadsheets, in the format `lutra`: `comma` or `point`, the decimal sign; for programs when left out.
     pub spreadsheet: Option<String>,

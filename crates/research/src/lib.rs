@@ -37,7 +37,10 @@ pub use dataset::{
 };
 pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
 pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
-pub use formats::{ColumnKind, DetectionColumn, FORMATS, Format, LUTRA, LUTRA_COLUMNS, Writer, format};
+pub use formats::{
+    About, ColumnKind, DetectionColumn, FORMATS, Format, LUTRA, LUTRA_COLUMNS, Spool, TrackOf, Value, Writer,
+    format, values, write_track,
+};
 pub use lag::{HORIZON_S, Lag, Lags};
 pub use narrowed::Narrowed;
 pub use orcid::is_orcid;

@@ -41,6 +41,8 @@ pub enum Need {
     Postgis,
     /// `initdb`, `pg_ctl` and `psql` of PostgreSQL, and `setpriv` where the tests run as root.
     Postgres,
+    /// `python3`.
+    Python,
     /// The folder `shared` beside the checkout.
     Shared,
     /// WireGuard.
@@ -67,6 +69,7 @@ impl Need {
             Self::Openvpn => "openvpn",
             Self::Postgis => "postgis",
             Self::Postgres => "postgres",
+            Self::Python => "python",
             Self::Shared => "shared",
             Self::Wireguard => "wireguard",
         }

@@ -81,9 +81,9 @@ pub(crate) async fn detections(
     let file = HeardFile { narrowed, ..file };
     let find = move |reader: &mut Reader| export::systems(reader, &vessels, &named, &may);
     let systems = state.shore.history.ask(find).await?;
-    // Any change of what carries detections may change the file; a vessel that said nothing yet has none.
-    let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
-    let carriers = Selection { messages, range: file.read_range(range), ..Selection::default() };
+    // Any change of what it is made of may change the file; a vessel that said nothing yet has none.
+    let carriers =
+        Selection { messages: file.messages(), range: file.read_range(range), ..Selection::default() };
     let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
     let download = Download {
         question: format!(

@@ -13,6 +13,7 @@ use axum::http::header;
 use axum::response::{IntoResponse as _, Response};
 use geofile::Position;
 use imc::Address;
+use research::TrackOf;
 use shore::Wanted;
 use shore::history::{self, export};
 use std::sync::Arc;
@@ -118,32 +119,49 @@ pub(crate) async fn track_gpx(
     OfVessel(vessel): OfVessel,
     QueryParams(query): QueryParams<TrackQuery>,
 ) -> Result<Response, ApiError> {
+    let (name, track) = whole_track(&state, vessel, &query).await?;
+    let text = geofile::gpx::write_track(&name, &segments(&track));
+    Ok(track_file(&name, ("gpx", "application/gpx+xml"), text.into_bytes()))
+}
+
+/// `GET /api/v1/vessels/{vessel}/track.nc`.
+pub(crate) async fn track_netcdf(
+    State(state): State<AppState>,
+    OfVessel(vessel): OfVessel,
+    QueryParams(query): QueryParams<TrackQuery>,
+) -> Result<Response, ApiError> {
+    let (name, (points, step_us)) = whole_track(&state, vessel, &query).await?;
+    let file = research::write_track(&TrackOf { vessel: &name, points: &points, step_us });
+    Ok(track_file(&name, ("nc", "application/x-netcdf"), file))
+}
+
+/// What people call a vessel, and its track as a file has it.
+async fn whole_track(
+    state: &AppState,
+    vessel: Address,
+    query: &TrackQuery,
+) -> Result<(String, (Vec<TrackPoint>, i64)), ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
     let most = extract::number("points", query.points, 20_000, 2..=20_000)?;
     let track = state.shore.history.ask(move |reader| history::track(reader, vessel, range, most)).await?;
     let named = state.shore.people.vessels();
     let name = named.iter().find(|one| one.address == vessel.0).map(|one| one.name.clone());
-    let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| vessel.to_string());
-    let text = geofile::gpx::write_track(&name, &segments(&track));
-    let disposition = format!("attachment; filename=\"{}-track.gpx\"", extract::file_name(&name));
-    let media = "application/gpx+xml".to_owned();
-    Ok(([(header::CONTENT_TYPE, media), (header::CONTENT_DISPOSITION, disposition)], text).into_response())
+    Ok((name.filter(|name| !name.is_empty()).unwrap_or_else(|| vessel.to_string()), track))
 }
 
-/// Longest time between two positions that a line may join (µs), where positions are not thinned further apart than a third of that.
-const UNBROKEN_US: i64 = 300_000_000;
+fn track_file(name: &str, (ending, media): (&str, &'static str), bytes: Vec<u8>) -> Response {
+    let disposition = format!("attachment; filename=\"{}-track.{ending}\"", extract::file_name(name));
+    ([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], bytes)
+        .into_response()
+}
 
-/// The parts of a track between breaks: no line is drawn over a time from which nothing is known.
+/// The parts of a track between breaks.
 fn segments((points, step_us): &(Vec<TrackPoint>, i64)) -> Vec<Vec<(Position, String)>> {
-    let longest_us = UNBROKEN_US.max(step_us.saturating_mul(3));
     let placed = |point: &TrackPoint| {
         let at = Position::new(point.lat_deg, point.lon_deg)?;
         Some((at, UtcTime::from_micros(point.time_us).to_string()))
     };
-    points
-        .chunk_by(|one, next| next.time_us.saturating_sub(one.time_us) <= longest_us)
-        .map(|part| part.iter().filter_map(placed).collect())
-        .collect()
+    history::unbroken(points, *step_us).map(|part| part.iter().filter_map(placed).collect()).collect()
 }
 
 /// `GET /api/v1/vessels/{vessel}/at`.

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 const KEPT_S: u32 = 43_200;
 
 /// Formats besides the canonical one, and what they are called on all pages.
-const FORMATS: [(&str, &str); 14] = [
+const FORMATS: [(&str, &str); 18] = [
     ("vue", "VUE (Innovasea)"),
     ("fathom", "Fathom (Innovasea)"),
     ("thelma", "Thelma Biotel ComPort"),
@@ -34,9 +34,13 @@ const FORMATS: [(&str, &str); 14] = [
     ("yaps", "yaps"),
     ("movebank", "Movebank"),
     ("darwin-core", word("Darwin Core (OBIS, GBIF), occurrences")),
+    ("dwca", word("Darwin Core archive, first of each hour")),
+    ("dwca-all", word("Darwin Core archive, every detection")),
     ("geojson", word("GeoJSON, for maps")),
     ("kml", word("KML, for Google Earth")),
+    ("geopackage", word("GeoPackage, for maps")),
     ("parquet", word("Parquet, for programs")),
+    ("netcdf", word("NetCDF (CF), for oceanographers")),
 ];
 
 /// Why a link shows nothing, in plain words.
@@ -83,7 +87,7 @@ struct Data {
     bytes: String,
     time: String,
     place: String,
-    formats: [(&'static str, &'static str); 14],
+    formats: [(&'static str, &'static str); 18],
     check: Option<DatasetCheck>,
     /// Whether a check runs that took longer than the page waits.
     is_being_checked: bool,

@@ -6,6 +6,7 @@ mod attack;
 mod backup;
 mod chart;
 mod chart_sync;
+mod clients;
 mod clock;
 mod demo;
 mod disk_full;

@@ -5,7 +5,7 @@ use crate::history::heard::{self, HeardFile};
 use crate::history::{History, export};
 use api::{DatasetContent, DatasetShare, DatasetVersion};
 use imc::Address;
-use research::{LUTRA, Limits, Narrowed, Study};
+use research::{About, LUTRA, Limits, Narrowed, Study};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -51,6 +51,7 @@ impl Frozen {
         file.without.clone_from(&query.without);
         // What is heard after publication, or lies outside a link's part, would change rows as a neighbour.
         file.is_closed = true;
+        file.about = about(version);
         let mut range =
             TimeRange { from_us: query.from_us.unwrap_or(0), to_us: query.to_us.unwrap_or(i64::MAX) };
         if let Some(share) = share {
@@ -82,8 +83,8 @@ impl Frozen {
     pub fn question(&self) -> String {
         let Self { wanted, names, register, file, .. } = self;
         format!(
-            "{wanted:?} {names:?} {register} {} {:?} {:?} {:?}",
-            file.format.name, file.narrowed, file.without, file.limits
+            "{wanted:?} {names:?} {register} {} {:?} {:?} {:?} {:?}",
+            file.format.name, file.narrowed, file.without, file.limits, file.about
         )
     }
 
@@ -100,8 +101,7 @@ impl Frozen {
     /// # Errors
     /// The history cannot be read.
     pub fn version(&self, data: &Path) -> store::Result<u64> {
-        let messages = ["TBRFishTag", "Event"].map(str::to_owned).to_vec();
-        let range = self.file.read_range(self.wanted.range);
+        let (messages, range) = (self.file.messages(), self.file.read_range(self.wanted.range));
         let carriers = Selection { messages, range, ..Selection::default() };
         store::table_version(&mut Reader::open(data)?, &carriers)
     }
@@ -125,6 +125,20 @@ impl Frozen {
             heard::content(&data, wanted, names, study, file, &given_up)
         });
         Ok(computed.await??)
+    }
+}
+
+/// What a file of a version says of itself.
+fn about(version: &DatasetVersion) -> About {
+    About {
+        id: version.doi.clone(),
+        title: version.title.clone(),
+        summary: version.description.clone(),
+        publisher: version.publisher.clone(),
+        creators: version.authors.clone(),
+        licence: version.licence.clone(),
+        citation: version.citation.clone(),
+        published_us: Some(version.published.time_us),
     }
 }
 

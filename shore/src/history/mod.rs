@@ -362,6 +362,15 @@ pub fn track(
     Ok((track.points.iter().map(point).collect(), track.step_us))
 }
 
+/// Longest time between two positions that a line may join (µs), where positions are not thinned further apart than a third of that.
+const UNBROKEN_US: i64 = 300_000_000;
+
+/// The parts of a track between breaks: no line is drawn over a time from which nothing is known.
+pub fn unbroken(points: &[api::TrackPoint], step_us: i64) -> impl Iterator<Item = &[api::TrackPoint]> {
+    let longest_us = UNBROKEN_US.max(step_us.saturating_mul(3));
+    points.chunk_by(move |one, next| next.time_us.saturating_sub(one.time_us) <= longest_us)
+}
+
 /// All labels that a vessel's entities had.
 ///
 /// # Errors

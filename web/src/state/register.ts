@@ -230,9 +230,13 @@ export const FORMATS: readonly (readonly [string, string])[] = [
   ["yaps", "yaps"],
   ["movebank", "Movebank"],
   ["darwin-core", t("Darwin Core (OBIS, GBIF), occurrences")],
+  ["dwca", t("Darwin Core archive, first of each hour")],
+  ["dwca-all", t("Darwin Core archive, every detection")],
   ["geojson", t("GeoJSON, for maps")],
   ["kml", t("KML, for Google Earth")],
+  ["geopackage", t("GeoPackage, for maps")],
   ["parquet", t("Parquet, for programs")],
+  ["netcdf", t("NetCDF (CF), for oceanographers")],
 ];
 
 /** Tags by protocol and number: whose a detection is. */

@@ -17,6 +17,11 @@ impl<'o> Cells<'o> {
         Self { out, format: Format { dialect, ..Format::default() }, absent, is_first: true }
     }
 
+    /// Cells that go on with a row.
+    pub(super) fn further(out: &'o mut Vec<u8>, dialect: Dialect, absent: &'static str) -> Self {
+        Self { is_first: false, ..Self::new(out, dialect, absent) }
+    }
+
     fn next(&mut self) {
         if !std::mem::replace(&mut self.is_first, false) {
             self.format.next(self.out);

@@ -17,6 +17,11 @@ pub struct DetectionColumn {
 }
 
 impl DetectionColumn {
+    /// Its name without the unit.
+    pub fn bare_name(&self) -> &'static str {
+        self.name.split_once(" [").map_or(self.name, |(name, _)| name)
+    }
+
     /// The unit that its name has.
     pub fn unit(&self) -> Option<&'static str> {
         self.name.split_once(" [").and_then(|(_, unit)| unit.strip_suffix(']'))
@@ -108,8 +113,10 @@ pub const LUTRA_COLUMNS: [DetectionColumn; 32] = [
 
 /// A value of a column; not known where it is `None` or an empty text.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Value<'v> {
+pub enum Value<'v> {
+    /// A text.
     Text(&'v str),
+    /// A whole number.
     Whole(Option<i64>),
     /// With as many digits as tell it from all others.
     Real(Option<f64>),
@@ -126,8 +133,25 @@ pub(super) enum Value<'v> {
 }
 
 impl Value<'_> {
+    /// The number that the text of the CSV is, as all files have the same values: `None` for what is no number, or not known.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Real(value) => *value,
+            Self::Text(_) | Self::Millis(_) | Self::Micros(_) => None,
+            _ => self.plain().and_then(|(text, _)| text.parse().ok()),
+        }
+    }
+
+    /// The moment, µs since 1970 UTC; `None` for what is none, or not known.
+    pub fn micros(&self) -> Option<i64> {
+        match self {
+            Self::Millis(time) | Self::Micros(time) => time.map(UtcTime::micros),
+            _ => None,
+        }
+    }
+
     /// The value as JSON and XML have it: `None` where it is not known; whether it is a number.
-    pub(super) fn plain(&self) -> Option<(Cow<'_, str>, bool)> {
+    pub fn plain(&self) -> Option<(Cow<'_, str>, bool)> {
         let number = |text: String| Some((Cow::from(text), true));
         let time = |time: &Option<UtcTime>, write: fn(&mut IsoTime, &mut Vec<u8>, i64)| {
             let mut out = Vec::new();
@@ -156,7 +180,7 @@ pub(super) fn digits(value: f64) -> String {
 }
 
 /// Hands over the values of [`LUTRA_COLUMNS`], in their order.
-pub(super) fn values(heard: &Heard<'_>, put: &mut dyn FnMut(Value<'_>)) {
+pub fn values(heard: &Heard<'_>, put: &mut dyn FnMut(Value<'_>)) {
     of_detection(heard, put);
     of_register(heard, put);
 }

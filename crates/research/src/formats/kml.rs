@@ -2,6 +2,7 @@
 //!
 //! A placemark has a place: detections without one are left out.
 
+use super::about::escaped;
 use super::columns::{LUTRA_COLUMNS, values};
 use super::{Document, Format, Rows};
 use crate::study::Heard;
@@ -49,20 +50,4 @@ fn element(out: &mut String, heard: &Heard<'_>) -> bool {
         "</ExtendedData><Point><coordinates>{lon_deg:.8},{lat_deg:.8}</coordinates></Point></Placemark>"
     );
     true
-}
-
-/// As text and between quotes. XML has no way to write most control characters: a space stands for them.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            letter if letter.is_control() || matches!(letter, '\u{FFFE}' | '\u{FFFF}') => out.push(' '),
-            letter => out.push(letter),
-        }
-    }
-    out
 }

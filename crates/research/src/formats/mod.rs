@@ -3,6 +3,7 @@
 //! Most are CSV. Headers are the formats' own, byte for byte: readers know a file by them. All texts are UTF-8 without a mark, times
 //! are UTC, degrees have eight decimals (1 mm). What is not known is absent in the way of the format, never 0.
 
+mod about;
 mod actel;
 mod cells;
 mod columns;
@@ -10,17 +11,24 @@ mod darwin_core;
 mod etn;
 mod fathom;
 mod geojson;
+mod geopackage;
 mod glatos;
 mod kml;
 mod lutra;
 mod movebank;
+mod netcdf;
 mod otn;
 mod parquet;
 mod thelma;
 mod vue;
+mod waiting;
 mod yaps;
+mod zip;
 
-pub use columns::{ColumnKind, DetectionColumn, LUTRA_COLUMNS};
+pub use about::About;
+pub use columns::{ColumnKind, DetectionColumn, LUTRA_COLUMNS, Value, values};
+pub use netcdf::{TrackOf, write_track};
+pub use waiting::Spool;
 
 use crate::study::{Heard, Study};
 use cells::Cells;
@@ -53,9 +61,18 @@ enum Rows {
     Elements(Document),
     /// Detections as rows of a Parquet table.
     Table,
+    /// Detections as a Darwin Core archive.
+    Archive(darwin_core::Keep),
+    /// Detections as points of NetCDF.
+    Points,
+    /// Detections in a database, which this crate does not write.
+    Database,
     /// Animals with their tags.
-    Animals(fn(&mut Cells<'_>, &api::RegisterTag, &api::RegisterAnimal)),
+    Animals(WriteAnimal),
 }
+
+/// Writes the row of an animal and its tag.
+type WriteAnimal = fn(&mut Cells<'_>, &api::RegisterTag, &api::RegisterAnimal);
 
 /// All of one's own columns: for programs and spreadsheets that need no other format.
 pub const LUTRA: Format = lutra::FORMAT;
@@ -75,7 +92,7 @@ struct Document {
 }
 
 /// All formats, the one of all columns first.
-pub const FORMATS: [Format; 16] = [
+pub const FORMATS: [Format; 20] = [
     LUTRA,
     vue::FORMAT,
     fathom::FORMAT,
@@ -89,9 +106,13 @@ pub const FORMATS: [Format; 16] = [
     yaps::FORMAT,
     movebank::FORMAT,
     darwin_core::FORMAT,
+    darwin_core::HOURLY,
+    darwin_core::EVERY,
     geojson::FORMAT,
     kml::FORMAT,
+    geopackage::FORMAT,
     parquet::FORMAT,
+    netcdf::FORMAT,
 ];
 
 /// The format of this name.
@@ -124,6 +145,9 @@ impl Format {
             Rows::Detections(_) | Rows::Animals(_) => "csv",
             Rows::Elements(document) => document.ending,
             Rows::Table => "parquet",
+            Rows::Archive(_) => "zip",
+            Rows::Points => "nc",
+            Rows::Database => "gpkg",
         }
     }
 
@@ -133,7 +157,20 @@ impl Format {
             Rows::Detections(_) | Rows::Animals(_) => "text/csv; charset=utf-8",
             Rows::Elements(document) => document.media,
             Rows::Table => "application/vnd.apache.parquet",
+            Rows::Archive(_) => "application/zip",
+            Rows::Points => "application/x-netcdf",
+            Rows::Database => "application/geopackage+sqlite3",
         }
+    }
+
+    /// Whether its writer needs a [`Spool`].
+    pub const fn needs_spool(&self) -> bool {
+        matches!(self.rows, Rows::Archive(_) | Rows::Points)
+    }
+
+    /// Whether it is a database, GeoPackage, which a [`Writer`] does not write: who has files writes it by [`values`].
+    pub const fn is_database(&self) -> bool {
+        matches!(self.rows, Rows::Database)
     }
 }
 
@@ -144,37 +181,73 @@ pub struct Writer {
     dialect: Dialect,
     /// Whether an element is there already.
     is_begun: bool,
-    table: Option<parquet::Table>,
+    /// Where bytes wait, until the header takes it.
+    spool: Option<Box<dyn Spool>>,
+    made: Made,
+}
+
+/// What is on its way into a file that is more than one row after another.
+#[derive(Debug)]
+enum Made {
+    Nothing,
+    Table(Box<parquet::Table>),
+    Archive(Box<darwin_core::Archive>),
+    Points(Box<netcdf::Points>),
 }
 
 impl Writer {
     /// Of this format; all but [`LUTRA`] know the plain dialect only.
     pub fn new(format: Format, dialect: Dialect) -> Self {
-        Self { format, dialect, is_begun: false, table: None }
+        Self { format, dialect, is_begun: false, spool: None, made: Made::Nothing }
+    }
+
+    /// With a place for what waits, for a format that [`Format::needs_spool`].
+    #[must_use]
+    pub fn with_spool(self, spool: Box<dyn Spool>) -> Self {
+        Self { spool: Some(spool), ..self }
     }
 
     /// Appends what a file begins with.
     ///
     /// # Errors
-    /// The writer of the format fails.
+    /// The writer of the format fails, or it needs a spool and has none, or the format is a database.
     pub fn header(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
         out.extend_from_slice(self.dialect.mark());
-        if let Rows::Table = self.format.rows {
-            return self.table.insert(parquet::Table::new()?).drain(out);
-        }
-        if self.format.name == LUTRA.name {
-            lutra::header(out, self.dialect);
-        } else {
-            out.extend_from_slice(self.format.header.as_bytes());
+        match self.format.rows {
+            Rows::Table => {
+                let mut table = Box::new(parquet::Table::new()?);
+                table.drain(out)?;
+                self.made = Made::Table(table);
+            }
+            Rows::Archive(keep) => {
+                let archive = darwin_core::Archive::new(keep, self.spool.take(), out)?;
+                self.made = Made::Archive(Box::new(archive));
+            }
+            Rows::Points => self.made = Made::Points(Box::new(netcdf::Points::new(self.spool.take())?)),
+            Rows::Database => {
+                return Err(io::Error::other("a database is not written one row after another"));
+            }
+            _ if self.format.name == LUTRA.name => lutra::header(out, self.dialect),
+            _ => out.extend_from_slice(self.format.header.as_bytes()),
         }
         Ok(())
     }
 
-    /// Appends the row of a detection, or what is ready of the rows so far; `false` where the format has none for it.
+    /// Appends the row of a detection, or what is ready of the rows so far; `false` where the format has none for it, or not one more.
     ///
     /// # Errors
-    /// As [`Self::header()`].
+    /// As [`Self::header()`], or where bytes wait is full.
     pub fn row(&mut self, out: &mut Vec<u8>, heard: &Heard<'_>) -> io::Result<bool> {
+        match &mut self.made {
+            Made::Table(table) => {
+                table.row(heard)?;
+                table.drain(out)?;
+                return Ok(true);
+            }
+            Made::Archive(archive) => return archive.row(out, heard),
+            Made::Points(points) => return points.row(heard),
+            Made::Nothing => {}
+        }
         match self.format.rows {
             Rows::Detections(write) => {
                 let begun = out.len();
@@ -187,13 +260,7 @@ impl Writer {
                 Ok(written)
             }
             Rows::Elements(document) => Ok(self.element(document, out, heard)),
-            Rows::Table => {
-                let Some(table) = &mut self.table else { return Ok(false) };
-                table.row(heard)?;
-                table.drain(out)?;
-                Ok(true)
-            }
-            Rows::Animals(_) => Ok(false),
+            _ => Ok(false),
         }
     }
 
@@ -209,28 +276,39 @@ impl Writer {
         is_there
     }
 
-    /// Appends what a file ends with: the rows of one that is of the register alone, of others their last lines. How many rows.
+    /// Writes what a file ends with: the rows of one that is of the register alone, of others their last lines, or all that waited. How
+    /// many rows of the register. What the file says of itself is of `about`.
     ///
     /// # Errors
-    /// As [`Self::header()`].
-    pub fn end(&mut self, out: &mut Vec<u8>, study: &Study) -> io::Result<u64> {
-        match self.format.rows {
-            Rows::Animals(write) => {
-                let mut rows = 0;
-                for (tag, animal) in study.carried() {
-                    write(&mut Cells::new(out, self.dialect, self.format.absent), tag, animal);
-                    out.push(b'\n');
-                    rows += 1;
-                }
-                return Ok(rows);
-            }
-            Rows::Elements(document) => out.extend_from_slice(document.end.as_bytes()),
-            Rows::Table => self.table.take().map_or(Ok(()), |table| table.end(out))?,
-            Rows::Detections(_) => {}
+    /// As [`Self::row()`], or `out` cannot be written.
+    pub fn end(&mut self, out: &mut dyn io::Write, study: &Study, about: &About) -> io::Result<u64> {
+        match std::mem::replace(&mut self.made, Made::Nothing) {
+            Made::Table(table) => table.end(out)?,
+            Made::Archive(archive) => archive.end(out, about)?,
+            Made::Points(points) => points.end(out, about)?,
+            Made::Nothing => {}
         }
-        Ok(0)
+        match self.format.rows {
+            Rows::Animals(write) => self.animals(write, out, study),
+            Rows::Elements(document) => out.write_all(document.end.as_bytes()).map(|()| 0),
+            _ => Ok(0),
+        }
+    }
+
+    fn animals(&self, write: WriteAnimal, out: &mut dyn io::Write, study: &Study) -> io::Result<u64> {
+        let mut rows = 0;
+        for (tag, animal) in study.carried() {
+            let mut row = Vec::new();
+            write(&mut Cells::new(&mut row, self.dialect, self.format.absent), tag, animal);
+            row.push(b'\n');
+            out.write_all(&row)?;
+            rows += 1;
+        }
+        Ok(rows)
     }
 }
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use zip::tests::unzipped;

@@ -14,7 +14,6 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 use std::io;
 use std::sync::Arc;
-use units::UtcTime;
 
 /// Rows of a group.
 const ROWS: usize = 32_768;
@@ -77,16 +76,15 @@ impl Table {
         Ok(())
     }
 
-    /// Appends what still waits, and the footer.
+    /// Writes what still waits, and the footer.
     ///
     /// # Errors
     /// As [`Self::new()`].
-    pub(super) fn end(mut self, out: &mut Vec<u8>) -> io::Result<()> {
+    pub(super) fn end(mut self, out: &mut dyn io::Write) -> io::Result<()> {
         if self.rows > 0 {
             self.group().map_err(failed)?;
         }
-        out.append(&mut self.file.into_inner().map_err(failed)?);
-        Ok(())
+        out.write_all(&self.file.into_inner().map_err(failed)?)
     }
 
     /// Makes a group of the rows.
@@ -197,18 +195,10 @@ fn text(value: Value<'_>) -> Option<ByteArray> {
 }
 
 fn whole(value: Value<'_>) -> Option<i64> {
-    match value {
-        Value::Whole(value) => value,
-        Value::Millis(time) | Value::Micros(time) => time.map(UtcTime::micros),
-        _ => None,
-    }
+    if let Value::Whole(value) = value { value } else { value.micros() }
 }
 
-/// The number that the text of the CSV is: both files have the same values.
+/// Whole numbers have a column of their own.
 fn real(value: Value<'_>) -> Option<f64> {
-    match value {
-        Value::Real(value) => value,
-        Value::Text(_) | Value::Whole(_) | Value::Millis(_) | Value::Micros(_) => None,
-        _ => value.plain().and_then(|(text, _)| text.parse().ok()),
-    }
+    if let Value::Whole(_) = value { None } else { value.number() }
 }

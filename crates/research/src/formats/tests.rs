@@ -11,9 +11,9 @@ use imc::Address;
 use units::{LatLon, UtcTime};
 
 /// 2026-11-21 08:00 UTC.
-const START_S: u32 = 1_795_248_000;
+pub(super) const START_S: u32 = 1_795_248_000;
 
-fn bare() -> Detection {
+pub(super) fn bare() -> Detection {
     let reported = UtcTime::from_micros(1_795_248_001_000_001);
     Detection {
         origin: Origin { system: Address(0x0814), entity: 2, reported, received: None },
@@ -31,7 +31,7 @@ fn bare() -> Detection {
     }
 }
 
-fn whole() -> Detection {
+pub(super) fn whole() -> Detection {
     let place = LatLon::from_deg(63.44, -10.4).unwrap();
     let received = Some(UtcTime::from_micros(1_795_248_002_000_000));
     Detection {
@@ -50,7 +50,7 @@ fn whole() -> Detection {
     }
 }
 
-fn study() -> Study {
+pub(super) fn study() -> Study {
     let from_us = Some(i64::from(START_S) * 1_000_000);
     Study::new([
         RegisterRecord::Person(RegisterPerson { name: "Kari Nordmann".to_owned(), ..Default::default() }),
@@ -112,13 +112,14 @@ fn lag_of(lag_s: Option<f64>) -> Lag {
     lag_s.map_or(Lag::Nothing, Lag::Seconds)
 }
 
-fn bytes(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> Vec<u8> {
-    let (mut writer, mut out) = (Writer::new(format, Dialect::Plain), Vec::new());
+pub(super) fn bytes(format: Format, study: &Study, all: &[(Detection, Option<f64>)]) -> Vec<u8> {
+    let spool = Box::new(std::io::Cursor::new(Vec::new()));
+    let (mut writer, mut out) = (Writer::new(format, Dialect::Plain).with_spool(spool), Vec::new());
     writer.header(&mut out).unwrap();
     for (one, lag) in all {
         writer.row(&mut out, &study.heard(one, "otter-1", lag_of(*lag))).unwrap();
     }
-    writer.end(&mut out, study).unwrap();
+    writer.end(&mut out, study, &About::default()).unwrap();
     out
 }
 

@@ -129,6 +129,11 @@ impl Reader {
         if range.from_us != i64::MIN && range.to_us != i64::MAX {
             return Ok(range);
         }
+        self.recorded(group, range)
+    }
+
+    /// The part of a range in which the group has samples: from the first to the last one of all its recordings.
+    pub(super) fn recorded(&mut self, group: GroupKey, range: TimeRange) -> Result<TimeRange> {
         let mut extent = Extent::NONE;
         for (key, _) in self.parts(TimeRange::ALL)? {
             if key == MonthKey::Undated {

@@ -46,6 +46,11 @@ impl Reader {
         let Some((group, _)) = estimates.max_by_key(|(_, extent)| extent.count) else {
             return Ok(Track::default());
         };
+        // Positions are thinned by the width of the range: time from which nothing is recorded must not widen it.
+        let range = self.recorded(*group, range)?;
+        if range.is_empty() {
+            return Ok(Track::default());
+        }
         let source = Source { system, entity: group.src_ent, message: "EstimatedState".to_owned() };
         let (grid, lat) = self.cells(&source, tables::TRUE_POSITION[0], range, max_points)?;
         let (_, lon) = self.cells(&source, tables::TRUE_POSITION[1], range, max_points)?;

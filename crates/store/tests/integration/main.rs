@@ -12,4 +12,5 @@ mod properties;
 mod recordings;
 mod silences;
 mod support;
+mod tracks;
 mod upkeep;

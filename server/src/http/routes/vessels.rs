@@ -26,6 +26,14 @@ pub(super) fn of_vessels() -> Vec<Route> {
         .query::<TrackQuery>()
         .media("application/gpx+xml"),
         Route::get(
+            "/api/v1/vessels/{vessel}/track.nc",
+            viewer,
+            "A vessel's track as NetCDF: a trajectory by CF-1.10, with the attributes of ACDD-1.3.",
+            history::track_netcdf,
+        )
+        .query::<TrackQuery>()
+        .media("application/x-netcdf"),
+        Route::get(
             "/api/v1/vessels/{vessel}/buckets",
             viewer,
             "Least, greatest and mean values of a field, for plots of any range.",

@@ -1,10 +1,21 @@
 //! Occurrences for OBIS and GBIF, in terms of Darwin Core: that an animal was heard at a place and time.
 //!
-//! An occurrence has a species and a place: tags without an animal in the register, and detections without a place, are left out.
+//! `darwin-core` is the table alone; the archives have its rows with measurements and descriptions. An occurrence has a species and a place: tags without an animal in the register, and detections without a place, are left out.
+
+mod archive;
+mod eml;
+mod facts;
+mod hours;
+mod meta;
+
+pub(super) use archive::{Archive, Keep};
+
+use archive::{DESCRIPTION, FACTS, OCCURRENCES};
 
 use super::cells::Cells;
 use super::{Format, Rows};
 use crate::study::Heard;
+use tables::Dialect;
 
 /// How far from the vessel the animal may have been, m: what networks of fixed receivers state for a raw detection.
 const HEARD_WITHIN_M: f64 = 1_000.0;
@@ -21,13 +32,46 @@ pub(super) const FORMAT: Format = Format {
     has_lag: true,
 };
 
+/// The first of each hour in an archive, as OBIS and GBIF ask for.
+pub(super) const HOURLY: Format = Format {
+    name: "dwca",
+    about: "OBIS and GBIF: a whole Darwin Core archive, of each animal, vessel and hour the first detection",
+    header: "PK",
+    absent: "",
+    rows: Rows::Archive(Keep::FirstOfHour),
+    has_lag: true,
+};
+
+/// Every detection in an archive.
+pub(super) const EVERY: Format = Format {
+    name: "dwca-all",
+    about: "OBIS and GBIF: a whole Darwin Core archive, of every detection",
+    rows: Rows::Archive(Keep::Every),
+    ..HOURLY
+};
+
 fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
-    let one = heard.detection;
-    let (Some(animal), Some(pose)) = (heard.animal, one.pose) else { return false };
-    if animal.scientific_name.is_empty() {
+    if !is_occurrence(heard) {
         return false;
     }
-    let id = format!("{:04x}-{}", one.origin.system.0, one.id());
+    before(cells, heard);
+    cells.text(&generalization(None, heard.cell_m));
+    after(cells, heard);
+    true
+}
+
+/// Whether it has a species and a place.
+fn is_occurrence(heard: &Heard<'_>) -> bool {
+    heard.animal.is_some_and(|animal| !animal.scientific_name.is_empty()) && heard.detection.pose.is_some()
+}
+
+/// Names it among the detections of all vessels.
+fn id(heard: &Heard<'_>) -> String {
+    format!("{:04x}-{}", heard.detection.origin.system.0, heard.detection.id())
+}
+
+/// The cells before what is said of many that became one.
+fn before(cells: &mut Cells<'_>, heard: &Heard<'_>) {
     cells.text("Event");
     cells.maybe(heard.project.map(|project| &*project.licence));
     cells.maybe(heard.principal_investigator.map(|person| &*person.affiliation));
@@ -35,7 +79,12 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     cells.maybe(heard.project.map(|project| &*project.name));
     cells.maybe(heard.project.map(|project| &*project.title));
     cells.text("MachineObservation");
-    cells.text(&heard.cell_m.map_or_else(String::new, generalization));
+}
+
+/// The cells after it.
+fn after(cells: &mut Cells<'_>, heard: &Heard<'_>) {
+    let (Some(animal), Some(pose)) = (heard.animal, heard.detection.pose) else { return };
+    let id = id(heard);
     cells.text(&id);
     cells.text(sex(&animal.sex));
     cells.text(&animal.life_stage);
@@ -60,11 +109,18 @@ fn row(cells: &mut Cells<'_>, heard: &Heard<'_>) -> bool {
     );
     cells.text(&animal.scientific_name);
     cells.text("Animalia");
-    true
 }
 
-fn generalization(cell_m: u32) -> String {
-    format!("places are middles of cells of about {cell_m} m")
+/// What was done to the data: of how many detections of an hour this is the first, and how large the cells of places are.
+fn generalization(of: Option<u64>, cell_m: Option<u32>) -> String {
+    let of_hour = of.map(|of| format!("subsampled by hour: first of {of} record(s)"));
+    let coarse = cell_m.map(|cell_m| format!("places are middles of cells of about {cell_m} m"));
+    of_hour.into_iter().chain(coarse).collect::<Vec<_>>().join("; ")
+}
+
+/// Cells of a row that begins, or goes on, in an archive.
+fn cells(out: &mut Vec<u8>, goes_on: bool) -> Cells<'_> {
+    if goes_on { Cells::further(out, Dialect::Plain, "") } else { Cells::new(out, Dialect::Plain, "") }
 }
 
 /// How far the animal may have been from the place, whole m: within reach of the receiver, the vessel within twice the deviation of
@@ -82,3 +138,6 @@ fn sex(word: &str) -> &str {
         other => other,
     }
 }
+
+#[cfg(test)]
+mod tests;

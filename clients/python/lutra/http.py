@@ -1,0 +1,106 @@
+"""Requests: headers, errors, and waiting where a server is busy."""
+
+from __future__ import annotations
+
+import http.client
+import time
+import urllib.error
+import urllib.parse
+import urllib.request
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple
+
+from .errors import LutraError, refusal
+
+BUSY = (429, 503)
+"""Statuses after which the same question may be asked again."""
+LONGEST_WAIT_S = 60.0
+"""A server that asks for a longer wait is not waited for."""
+
+Query = Mapping[str, Any]
+
+
+class _Stay(urllib.request.HTTPRedirectHandler):
+    """Follows no redirection: it could take the secret elsewhere."""
+
+    def redirect_request(self, *_: Any, **__: Any) -> None:
+        return None
+
+
+_OPENER = urllib.request.build_opener(_Stay)
+
+
+class Connection:
+    """Where questions go, and the header that says who asks."""
+
+    def __init__(
+        self,
+        base: str,
+        secret: Optional[Tuple[str, str]],
+        timeout_s: float,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        scheme = urllib.parse.urlsplit(base).scheme
+        if scheme not in ("http", "https"):
+            raise LutraError(f"{base!r}: an address begins with https:// (or http:// in one's own network)")
+        self.base = base.rstrip("/")
+        self._headers: Dict[str, str] = {"User-Agent": "lutra-python/0.1"}
+        if secret:
+            self._headers[secret[0]] = secret[1]
+        self._timeout_s = timeout_s
+        self.sleep = sleep
+
+    def url(self, path: str, query: Optional[Query] = None) -> str:
+        """The address of a path; what is None in a query is left out, a list becomes words between commas."""
+        said = {name: _word(value) for name, value in (query or {}).items() if value is not None}
+        return f"{self.base}{path}" + (f"?{urllib.parse.urlencode(said)}" if said else "")
+
+    def open(self, url: str, headers: Optional[Mapping[str, str]] = None, tries: int = 4) -> http.client.HTTPResponse:
+        """An answer whose body is not read yet. A busy server is asked again as it wishes, so many times in all."""
+        for attempt in range(1, tries + 1):
+            request = urllib.request.Request(url, headers={**self._headers, **(headers or {})})
+            try:
+                answer: http.client.HTTPResponse = _OPENER.open(request, timeout=self._timeout_s)
+                return answer
+            except urllib.error.HTTPError as error:
+                if error.code == 416:
+                    return error  # type: ignore[return-value]
+                with error:
+                    wait_s = _wait_s(error.headers.get("Retry-After"))
+                    if error.code not in BUSY or attempt == tries or wait_s > LONGEST_WAIT_S:
+                        raise refusal(error.code, error.read(65536), _place(url)) from None
+            except (urllib.error.URLError, OSError, http.client.HTTPException) as error:
+                raise LutraError(f"{_place(url)}: the server was not reached: {error}") from error
+            self.sleep(wait_s)
+        raise AssertionError("the last attempt returns or raises")
+
+    def read(self, path: str, query: Optional[Query] = None) -> bytes:
+        """The whole body of an answer."""
+        url = self.url(path, query)
+        try:
+            with self.open(url) as answer:
+                return answer.read()
+        except (http.client.HTTPException, OSError) as error:
+            raise LutraError(f"{_place(url)}: the answer was cut: {error}") from error
+
+
+def _place(url: str) -> str:
+    """An address without its query; that of a link is a secret and is not shown."""
+    path = urllib.parse.urlsplit(url).path
+    if path.startswith("/s/"):
+        path = "/s/…/" + "/".join(path.split("/")[3:])
+    return path
+
+
+def _wait_s(text: Optional[str]) -> float:
+    try:
+        return max(0.5, float(text or ""))
+    except ValueError:
+        return 2.0
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return ",".join(_word(one) for one in value)
+    return str(value)
