@@ -30,7 +30,7 @@ pub struct Alarm {
     pub text: String,
     /// Why such an alarm comes.
     pub cause: String,
-    /// What follows if nobody does anything.
+    /// What follows if no one acts on it.
     pub consequence: String,
     /// What to do.
     pub action: String,
@@ -43,9 +43,9 @@ pub struct Alarm {
     pub over_us: Option<i64>,
     /// How often it came since it was normal.
     pub count: u32,
-    /// Who said they know; null for nobody.
+    /// Who acknowledged it; null while no one has.
     pub acknowledged: Option<AlarmWord>,
-    /// Whether it became more urgent because nobody acknowledged it.
+    /// Whether it became more urgent because it was not acknowledged.
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
@@ -55,7 +55,7 @@ pub struct Alarm {
     pub collapsed: Option<String>,
     /// How often it sounded: a client sounds when this grows.
     pub sounded: u32,
-    /// Whether somebody has to say that they know.
+    /// Whether a person has to acknowledge it.
     pub wants_acknowledgement: bool,
 }
 
@@ -97,7 +97,7 @@ pub enum AlarmSaying {
         #[cfg_attr(test, ts(type = "number"))]
         since_us: i64,
     },
-    /// Somebody else speaks in the vessel's name.
+    /// Another peer sends with the vessel's IMC address.
     OtherSource {
         /// Their address.
         peer: String,
@@ -331,7 +331,7 @@ pub fn filled(template: &str, values: &[(&'static str, String)]) -> String {
     text + rest
 }
 
-/// Somebody's word about an alarm.
+/// A person's acknowledgement of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmWord {
@@ -379,7 +379,7 @@ pub struct AlarmNote {
     /// `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or
     /// `off the shelf`.
     pub what: String,
-    /// Who did it; empty for nobody.
+    /// The person who did it; empty where no person did.
     pub by: String,
     /// The alarm's words by codes with figures; empty where the words are a person's.
     #[serde(default)]

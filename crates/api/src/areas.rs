@@ -41,7 +41,7 @@ pub struct NoGoArea {
     pub area: NoGoAreaRequest,
     /// Who closed it first, and when.
     pub written: LogWord,
-    /// Who changed or closed it again last; null if nobody did.
+    /// Who last changed it or closed it again; null if no one did.
     pub changed: Option<LogWord>,
     /// Who lifted it; null while it is closed.
     pub lifted: Option<LogWord>,
@@ -66,7 +66,7 @@ pub struct NoGoAreas {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct NoGoAreasQuery {
-    /// Whether those that were lifted are told too; false if not given.
+    /// Whether lifted areas are listed too; false if not given.
     pub lifted: Option<bool>,
 }
 

@@ -13,7 +13,7 @@ pub struct ChartSet {
     /// What names its contents, for the address of tiles; null where there is no chart, which
     /// `lutra-server chart import` changes.
     pub set: Option<String>,
-    /// Why there is none although there is a file; null where all is well.
+    /// Why the chart file cannot be used; null where all is well.
     pub trouble: Option<String>,
     /// The charts in it by name.
     pub cells: Vec<ChartCell>,
@@ -21,7 +21,7 @@ pub struct ChartSet {
     pub bounds: Option<ChartBounds>,
     /// Whether a chart in it says of itself that it is not for navigation.
     pub not_for_navigation: bool,
-    /// Least depth in which anybody may drive a vessel (m).
+    /// Least depth in which an operator may steer a vessel by hand (m).
     pub navigable_m: f64,
     /// Least depth in which it may go by itself (m).
     pub autonomous_m: f64,
@@ -79,9 +79,9 @@ pub struct ChartAtQuery {
     pub lat_deg: f64,
     /// Longitude (°).
     pub lon_deg: f64,
-    /// Objects within this distance are told (m), 0 to 2000; 25 when left out.
+    /// Objects within this distance are listed (m), 0 to 2000; 25 when left out.
     pub within_m: Option<f64>,
-    /// IMC address of the vessel whose own limits count, where it told them and they may be seen.
+    /// IMC address of the vessel whose own limits apply, where it reported them and the requester may see them.
     pub vessel: Option<u16>,
 }
 

@@ -4,8 +4,8 @@ use crate::GuardReason;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// An order that the server has written into the audit log and handed on. Whether the vessel obeys is told by the
-/// vessel alone: by what it says afterwards.
+/// An order that the server has written into the audit log and passed on. Whether the vessel carries it out is known
+/// only from the vessel's later messages.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ordered {
@@ -34,7 +34,7 @@ pub struct StopQuery {
     pub key: String,
 }
 
-/// What somebody wants of the control of a vessel.
+/// A request about the control of a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
@@ -49,7 +49,7 @@ pub struct LeaseRequest {
     pub window: String,
 }
 
-/// What somebody wants of the control of a vessel.
+/// What is requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -76,7 +76,7 @@ pub struct Lease {
     pub vessel: u16,
     /// Who has it; null while it is free.
     pub holder: Option<LeaseHolder>,
-    /// Who asked for it; null for nobody.
+    /// Who asked for it; null while no one has.
     pub waiting: Option<LeaseWaiting>,
     /// What happened last; null while nothing has since the server started.
     pub last: Option<LeaseChange>,
@@ -120,9 +120,9 @@ pub struct LeaseChange {
     /// `granted`, `requested`, `handed over`, `granted without an answer`, `declined`, `withdrawn`, `released`,
     /// `expired` or `taken over`.
     pub change: String,
-    /// Who did it, or to whom it happened where nobody did.
+    /// Who did it, or whom it concerns where it happened automatically.
     pub who: String,
-    /// Who had control before, or whose request it was; null for nobody else.
+    /// Who had control before, or whose request it was; null for no other person.
     pub from: Option<String>,
     /// Why, in their words; may be empty.
     pub reason: String,

@@ -15,7 +15,7 @@ pub enum DatasetState {
     Draft,
     /// It has a version that can be cited.
     Published,
-    /// Its maker took it back: it is named, and nobody gets its data.
+    /// Its maker withdrew it: its name is still listed, but its data is no longer available.
     Withdrawn,
 }
 
@@ -83,7 +83,7 @@ pub struct DatasetAuthor {
 pub struct DatasetVessel {
     /// IMC address.
     pub system: u16,
-    /// What people called it at publication; empty where nobody had named it.
+    /// Its name at publication; empty where it had none.
     pub name: String,
 }
 
@@ -341,11 +341,11 @@ pub struct DatasetShare {
 pub struct DatasetShareMade {
     /// The link.
     pub share: DatasetShare,
-    /// Its way on this server: `/s/…`. Whoever has it has the data.
+    /// Its path on this server: `/s/…`. It gives access to the data without a login.
     pub path: String,
 }
 
-/// What somebody did by a link.
+/// What a visitor did by a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -4,8 +4,8 @@
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order. A stop goes by the same socket: `{"stop": {…}}`, answered by `{"stop": {…}}`.
 //!
-//! Whoever asks for the compact form gets a fifteenth of the bytes: what a series is comes once, then its values, and
-//! all frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
+//! The compact form takes a fifteenth of the bytes: a series is described once, then only its values come, and all
+//! frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
 //! flush and holds one frame as JSON with a line feed after it.
 
 use crate::{Alarm, Command, Detection, Lease, Ordered};
@@ -131,7 +131,7 @@ pub struct LiveFrame {
 pub struct System {
     /// IMC address.
     pub address: u16,
-    /// What it calls itself, or what people call it; null while nobody has said.
+    /// Its name as announced, or as given by people; null while it has none.
     pub name: Option<String>,
     /// Kind by its Announce, like `USV` or `CCU`.
     pub kind: Option<String>,

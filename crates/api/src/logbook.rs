@@ -30,7 +30,7 @@ pub struct LogNote {
     /// When it was written, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub written_us: i64,
-    /// Who corrected it last; null if nobody did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
+    /// Who corrected it last; null if no one did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
     pub corrected: Option<LogWord>,
     /// Who withdrew it; null while it stands.
     pub withdrawn: Option<LogWord>,
@@ -74,7 +74,7 @@ pub struct LogNoteRequest {
 #[serde(default, deny_unknown_fields)]
 pub struct LogNoteQuery {
     /// Names this note, so that it can be sent again where no answer came: what the same person sends with the same key is
-    /// one note, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is a note of its own.
+    /// one note, and the first is the answer. 1 to 64 characters, unique; without it each is a note of its own.
     pub key: Option<String>,
     /// How long ago its writer sent it for the first time, ms, where no try before was answered; at most an hour. A note
     /// without a time is about that moment.

@@ -40,7 +40,7 @@ pub struct Mission {
     pub mission: MissionRequest,
     /// Who wrote it down first, and when.
     pub written: LogWord,
-    /// Who changed it last; null if nobody did.
+    /// Who changed it last; null if no one did.
     pub changed: Option<LogWord>,
     /// Who withdrew it; null while it stands.
     pub withdrawn: Option<LogWord>,
@@ -64,7 +64,7 @@ pub struct MissionChange {
 #[serde(default, deny_unknown_fields)]
 pub struct MissionQuery {
     /// Names this mission, so that it can be sent again where no answer came: what the same person sends with the same key is
-    /// one mission, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is its own.
+    /// one mission, and the first is the answer. 1 to 64 characters, unique; without it each is its own.
     pub key: Option<String>,
 }
 

@@ -72,7 +72,7 @@ pub struct Person {
     pub created_us: i64,
 }
 
-/// A browser in which somebody is logged in.
+/// A browser in which a user is logged in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Session {
@@ -155,7 +155,7 @@ pub struct Vessel {
     pub name: String,
 }
 
-/// Something that somebody did or tried.
+/// An action that a user carried out or tried.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AuditEntry {

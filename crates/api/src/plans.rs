@@ -1,4 +1,4 @@
-//! Plans ashore: what somebody draws, what is kept of it, and what it takes to sail it.
+//! Plans ashore: as an operator draws them, as they are stored, and what it takes to sail them.
 //!
 //! Places are degrees, WGS 84; bearings degrees clockwise from north. A plan's name is its name aboard.
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::{IntoParams, ToSchema};
 
-/// A plan as somebody draws it: its maneuvers are sailed in their order.
+/// A plan as an operator draws it: its maneuvers are sailed in their order.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -141,7 +141,7 @@ pub struct StoredPlan {
     pub id: i64,
     /// Grows with every change; a change names the one it was made from.
     pub revision: u32,
-    /// Whether its latest changes were kept by themselves only, not saved by somebody.
+    /// Whether its latest changes were only saved automatically, not by a person.
     pub draft: bool,
     /// Who changed it last.
     pub author: String,

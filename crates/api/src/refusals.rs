@@ -28,12 +28,12 @@ pub struct RefusalReason {
     pub control: Option<NoControl>,
 }
 
-/// Why somebody has no control, or does not get it.
+/// Why the requester has no control, or does not get it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "why", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum NoControl {
-    /// Nobody has it: it can be taken.
+    /// It is not held: it can be taken.
     Free,
     /// Another person has it.
     Held {
@@ -44,7 +44,7 @@ pub enum NoControl {
     OtherWindow,
     /// It was theirs and expired.
     Expired,
-    /// Nobody waits for it.
+    /// No client is waiting for it.
     NobodyWaits,
     /// Another person has asked already.
     Asked {
@@ -54,9 +54,9 @@ pub enum NoControl {
         #[cfg_attr(test, ts(type = "number"))]
         within_s: u64,
     },
-    /// Who takes over says why.
+    /// A takeover needs a reason.
     ReasonNeeded {
-        /// Who has it, and is told.
+        /// Who has it, and is informed.
         by: String,
     },
     /// A text is too long.

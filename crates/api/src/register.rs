@@ -14,7 +14,7 @@ use utoipa::{IntoParams, ToSchema};
 pub enum RegisterKind {
     /// A study that animals, tags and deployments belong to.
     Project,
-    /// Somebody who leads a project or answers questions.
+    /// A person who leads a project or is its contact.
     Person,
     /// An animal that carries a tag, or carried one.
     Animal,

@@ -110,8 +110,8 @@ pub enum ImportState {
     Running,
     /// It was read to its end.
     Done,
-    /// It ended before; what was read stays, and uploading it again adds only the rest.
+    /// It stopped early; what was read stays, and uploading it again adds only the rest.
     Failed,
-    /// Somebody ended it; what was read stays, and uploading it again adds only the rest.
+    /// A user cancelled it; what was read stays, and uploading it again adds only the rest.
     Cancelled,
 }

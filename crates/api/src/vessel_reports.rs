@@ -32,13 +32,13 @@ pub struct VesselQuerySent {
     pub time_us: i64,
     /// How many packets it took; 0 where the same was asked less than 2 s ago.
     pub packets: u32,
-    /// Whether a transport leads to the vessel at present; else nobody heard it.
+    /// Whether a transport leads to the vessel at present; else the query reached no one.
     pub reached: bool,
     /// Labels of the entities that were asked for their parameters.
     pub entities: Vec<String>,
 }
 
-/// The parameters of a vessel, as it told them last.
+/// The parameters of a vessel, as last reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselParameters {
@@ -59,11 +59,11 @@ pub struct EntityReport {
     pub time_us: i64,
     /// By name.
     pub parameters: Vec<ParameterReport>,
-    /// How many more it told than are kept.
+    /// How many more it reported than are kept.
     pub left_out: u32,
 }
 
-/// A parameter as it was told.
+/// A parameter as it was reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ParameterReport {
@@ -71,11 +71,11 @@ pub struct ParameterReport {
     pub name: String,
     /// Its value, as text.
     pub value: String,
-    /// What the next start will have; null where the vessel does not tell.
+    /// Its value from the next start; null where the vessel does not report it.
     pub saved: Option<String>,
     /// Whether the value is longer than what is kept of it, so that it is not to be written back.
     pub cut: bool,
-    /// When it was told, µs since 1970 UTC.
+    /// When it was reported, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// What it means; null for parameters of other programs than Lutra's.
@@ -135,7 +135,7 @@ pub struct RouteLeg {
     pub id: String,
     /// What it is, in a word.
     pub kind: String,
-    /// Its places, in order; none for one that follows somebody or stays.
+    /// Its places, in order; none for one that follows another system or stays.
     pub places: Vec<PlanPlace>,
     /// The circle that the vessel keeps within, m; null for none.
     pub radius_m: Option<f64>,

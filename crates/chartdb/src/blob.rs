@@ -102,7 +102,7 @@ pub(crate) fn polygons(envelope: Envelope, list: &[Vec<&[GeoPoint]>]) -> Vec<u8>
     out
 }
 
-/// Reads a blob; `None` where it is none, damaged, or of a kind that charts have no use for.
+/// Reads a blob; `None` where it is not one, is damaged, or is of a kind that charts do not use.
 pub(crate) fn read(blob: &[u8]) -> Option<Shape> {
     let flags = *blob.get(3)?;
     if !blob.starts_with(b"GP") {

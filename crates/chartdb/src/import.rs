@@ -14,9 +14,9 @@ use units::UtcTime;
 
 /// Imports files and folders into a chart set, which is made where there is none.
 ///
-/// `progress` is told before each chart and may return false to stop. Where any chart fails, the set stays as
-/// it was (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import of the same
-/// charts goes on from what was read.
+/// `progress` is called before each chart and may return false to stop. Where any chart fails, the set stays
+/// unchanged (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import of the same
+/// charts continues from what was read.
 ///
 /// # Errors
 /// When the set or an input cannot be read or written at all, or the caller asked to stop.

@@ -24,7 +24,7 @@ use std::time::{Duration, SystemTime};
 /// Of an index, that is kept in memory at most.
 const KEPT_BYTES: usize = 96 << 20;
 
-/// Nobody writes an index for so long.
+/// Writing an index never takes this long: an older temporary file is left over.
 const ABANDONED: Duration = Duration::from_hours(1);
 
 /// An index that was loaded.

@@ -22,7 +22,7 @@ pub struct ChartDb {
     connection: Connection,
 }
 
-/// What a chart set tells of one of its charts.
+/// What a chart set records of one of its charts.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Chart {
     /// Its number in the database.
@@ -95,7 +95,7 @@ pub struct LogEntry {
     pub text: String,
 }
 
-/// Copies one state of a set, whatever imports do meanwhile; one that comes then waits, and is told so if it is too long.
+/// Copies one consistent state of a set. An import that starts meanwhile waits, and gets an error if it waits too long.
 ///
 /// # Errors
 /// When there is no set, it cannot be read, or the copy, which must not be there yet, cannot be written.
@@ -109,7 +109,7 @@ impl ChartDb {
     /// Opens a chart set for reading.
     ///
     /// # Errors
-    /// When there is none, or the file is something else.
+    /// When the file does not exist, or is not a chart set.
     pub fn open(path: &FilePath) -> Result<Self> {
         if !path.exists() {
             return Err(ChartDbError::Absent(path.to_owned()));
@@ -162,7 +162,7 @@ impl ChartDb {
         read().named(&self.path)
     }
 
-    /// The charts by name. Where somebody edited the set, each is read for its box and the number of its features.
+    /// The charts by name. Where the set was edited by hand, each is read for its box and the number of its features.
     pub(crate) fn charts_in_full(&self) -> Result<Vec<Chart>> {
         let mut charts = self.charts()?;
         if !self.edited()?.is_empty() {
@@ -182,7 +182,7 @@ impl ChartDb {
     /// The charts of those names, all where none is given.
     ///
     /// # Errors
-    /// When there is none of a name, or the database cannot be read.
+    /// When no chart has one of the names, or the database cannot be read.
     pub fn charts_named(&self, names: &[String]) -> Result<Vec<Chart>> {
         let all = self.charts()?;
         if names.is_empty() {
@@ -319,7 +319,7 @@ impl ChartDb {
         Ok(all)
     }
 
-    /// What somebody's editing left there; empty where nobody did.
+    /// The mark that manual editing left in the set; empty where it was not edited.
     pub(crate) fn edited(&self) -> Result<String> {
         let select = "SELECT value FROM chart_set WHERE key = 'edited'";
         self.connection.query_row(select, [], |row| row.get(0)).named(&self.path)

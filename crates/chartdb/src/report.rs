@@ -110,7 +110,7 @@ pub struct ImportReport {
     pub notices: Vec<String>,
     /// Whether the set was changed, or was this already.
     pub applied: bool,
-    /// Digest of the set as it is now, in hexadecimal; empty where there is none.
+    /// Digest of the set now, in hexadecimal; empty where there is no set.
     pub digest: String,
 }
 

@@ -41,7 +41,7 @@ impl<'de> Visitor<'de> for Pairs {
     }
 }
 
-/// The attributes of [`attributes`]; `None` where it is none.
+/// Reads the attributes that [`attributes`] wrote; `None` where the text is not such a list.
 pub(crate) fn read_attributes(text: &str) -> Option<Vec<Attribute>> {
     let pairs = serde_json::Deserializer::from_str(text).deserialize_map(Pairs).ok()?;
     let attribute = |(key, value): (String, String)| {

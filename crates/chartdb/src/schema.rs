@@ -7,8 +7,8 @@
 //! where a cell has data, `import_log` what was done, dropped or repaired, `chart_set` what the set is.
 //!
 //! The triggers that keep the R-trees right call functions that only the editing program has (ST_MinX and its
-//! like), so Lutra drops them before it writes and makes them again last. Ours among them note that somebody
-//! edited, so that the depth index is rebuilt.
+//! like), so Lutra drops them before it writes and makes them again last. Our own triggers record manual edits,
+//! so that the depth index is rebuilt.
 
 use crate::error::{ChartDbError, Named as _, Result};
 use rusqlite::{Connection, OptionalExtension as _, params};
@@ -126,7 +126,7 @@ CREATE TRIGGER rtree_t_geom_delete AFTER DELETE ON t WHEN old.geom NOT NULL
 BEGIN DELETE FROM rtree_t_geom WHERE id = OLD.fid; END;
 ";
 
-/// Whatever somebody edits, the set is another one from then on.
+/// Any manual edit gives the set a new digest.
 const EDIT_TRIGGERS: &str = "
 CREATE TRIGGER edited_t_insert AFTER INSERT ON t
 BEGIN UPDATE chart_set SET value = hex(randomblob(16)) WHERE key = 'edited'; END;

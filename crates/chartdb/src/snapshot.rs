@@ -10,7 +10,7 @@ pub struct Snapshot {
     set: ChartDb,
     charts: Vec<Chart>,
     digest: [u8; 32],
-    /// What somebody's editing left in it.
+    /// The mark that manual editing left in it.
     edited: String,
     /// SQLite's count of what others changed, when the digest was compared last.
     version: i64,
@@ -39,8 +39,7 @@ impl Snapshot {
         self.digest
     }
 
-    /// The charts by name, each with its box and the number of its features as they are, also where somebody edited the
-    /// set.
+    /// The charts by name, each with its present box and number of features, also where the set was edited by hand.
     pub fn charts(&self) -> &[Chart] {
         &self.charts
     }

@@ -1,4 +1,4 @@
-//! Changing a chart set so that nobody ever sees half of it.
+//! Changing a chart set atomically: no reader ever sees half of a change.
 //!
 //! Charts are read into a database of their own, `chart.gpkg.part`, one transaction for each. When all are read, it
 //! becomes the set where there was none; else its charts go into the set in one transaction (`merge`), so that a small

@@ -111,7 +111,7 @@ pub(crate) fn made(
     }
 }
 
-/// What is to be told of positions in a datum.
+/// The notice for positions in a datum other than WGS 84.
 pub(crate) fn datum_notice(datum: Datum) -> Option<String> {
     (datum != Datum::Wgs84).then(|| {
         format!(

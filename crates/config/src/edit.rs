@@ -172,7 +172,7 @@ impl Edits {
             end += usize::from(setting.value[end..].starts_with(','));
             setting.value.replace_range(start..end, "");
         }
-        // DUNE leaves the comma in front of a last item that was taken out; nobody means the empty item behind it.
+        // DUNE leaves the comma in front of a removed last item; the empty item behind it is never meant.
         setting.value = trim(setting.value.trim_end_matches([' ', ','])).to_owned();
         setting.record(place, Action::Remove, text);
         let remedy = "name whole items, in an order in which none begins another";

@@ -32,7 +32,7 @@ use units::{LatLon, MonoTime, wrap_pi};
 const CONTINUE_WITHIN: Duration = Duration::from_secs(1);
 /// Braking silences the monitors no longer than this.
 const LONGEST_BRAKING: Duration = Duration::from_secs(30);
-/// Largest time to arrival that is told (s).
+/// Largest time to arrival that is reported (s).
 const LONGEST_ETA_S: f64 = 65_535.0;
 
 /// The tracker.

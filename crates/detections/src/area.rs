@@ -1,4 +1,4 @@
-//! A part of the sea that somebody drew.
+//! An area of the sea that a user drew.
 
 use std::fmt;
 use std::str::FromStr;
@@ -71,7 +71,7 @@ impl FromStr for Area {
             place.filter(|(lat, lon)| LatLon::from_deg(*lat, *lon).is_ok()).ok_or(NoArea::Corner(at + 1))
         };
         let corners: Vec<(f64, f64)> = texts.iter().enumerate().map(corner).collect::<Result<_, _>>()?;
-        // Whoever clicks twice, or closes the ring by its first corner, means one corner.
+        // A double click, or the first corner repeated to close the ring, is one corner.
         let is_new = |at: &usize| corners[*at] != corners[(at + corners.len() - 1) % corners.len()];
         let ring: Vec<usize> = (0..corners.len()).filter(is_new).collect();
         if !CORNERS.contains(&ring.len()) {

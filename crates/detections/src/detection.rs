@@ -53,7 +53,7 @@ pub struct Origin {
 /// The receiver's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ReceiverClock {
-    /// Seconds: since 1970 UTC where it is set, else since a moment that nobody knows.
+    /// Seconds: since 1970 UTC where it is set, else since an unknown moment.
     pub seconds: u32,
     /// Thousandths of a second beside them.
     pub millis: u16,

@@ -1,4 +1,4 @@
-//! How a receiver listens, told also while it hears nothing: without it nobody knows where no fish was.
+//! How a receiver listens, reported also while it hears nothing: only so is it known where no fish was.
 
 use crate::detection::ClockState;
 use crate::list::{List, number};

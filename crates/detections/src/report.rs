@@ -12,7 +12,7 @@ use units::{LatLon, UtcTime};
 /// The topic of an Event that is a detection.
 pub const TOPIC: &str = "AcousticDetection";
 
-/// Whether a packet tells of a detection.
+/// Whether a packet reports a detection.
 pub fn is_report(view: &PacketView<'_>) -> bool {
     view.id() == TBRFishTag::ID
         || (view.id() == Event::ID

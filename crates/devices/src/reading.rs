@@ -203,7 +203,7 @@ pub struct TagReading {
     pub counter: u16,
     /// The line as it came, without its end, where there was one.
     pub raw: Option<String>,
-    /// Lines that the receiver wrote since the one before and that never came; absent where nobody knows, as of the first.
+    /// Lines that the receiver wrote since the previous one and that were lost; absent where unknown, as for the first.
     pub lines_lost: Option<u16>,
 }
 
@@ -224,7 +224,7 @@ pub struct WaterReading {
     pub frequency_khz: u8,
     /// Running number of the line.
     pub counter: u16,
-    /// Lines that the receiver wrote since the one before and that never came; absent where nobody knows, as of the first.
+    /// Lines that the receiver wrote since the previous one and that were lost; absent where unknown, as for the first.
     pub lines_lost: Option<u16>,
 }
 

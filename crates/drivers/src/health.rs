@@ -1,6 +1,6 @@
 //! The state of the computer: what the texts of Linux under /proc and /sys say, and the figures of its file systems.
 //!
-//! Whoever owns the files reads them, about once a second, and hands their text to [`Health::read`]; what cannot be read is
+//! The caller reads the files, about once a second, and passes their text to [`Health::read`]; what cannot be read is
 //! absent with the reason, and the rest counts all the same. Formats: proc(5), sysfs-class-thermal of the Linux
 //! documentation, statvfs(3).
 

@@ -217,7 +217,7 @@ impl Watchdog {
         }
     }
 
-    /// Of a pin only its last level counts: a pulse that nobody carried out is past.
+    /// Of a pin only its last level counts: a level not yet written is replaced.
     fn set(&mut self, pin: Pin, high: bool) {
         self.out.retain(|output| !matches!(output, WatchdogOutput::Set { pin: other, .. } if *other == pin));
         self.out.push_back(WatchdogOutput::Set { pin, high });

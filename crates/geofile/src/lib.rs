@@ -1,8 +1,8 @@
 //! GPX 1.1 and GeoJSON (RFC 7946) as named points and lines, and GeoJSON as polygons.
 //!
-//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is its reader's
-//! business. A file is read whole or refused with the place of what is wrong in it; nothing is believed about its size
-//! before it is there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
+//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is left to the
+//! caller. A file is read whole or refused with the place of the error; no stated size is trusted before the data is
+//! there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
 //!
 //! - [`Shapes`] is what a file holds, each [`Shape`] with its [`Geometry`]: [`geojson::read`], [`gpx::read`].
 //! - [`Polygon`]s are read by [`geojson::read_polygons`].

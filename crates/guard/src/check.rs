@@ -41,7 +41,7 @@ pub fn check_way(
 pub struct Check<'a> {
     index: &'a DepthIndex,
     limits: &'a GuardLimits,
-    /// Where the vessel may be by now; `None` where nobody knows.
+    /// Where the vessel may be by now; `None` where that is unknown.
     here: Option<Disc>,
     legs: Vec<LegCheck>,
     warnings: Vec<Warning>,
@@ -50,7 +50,7 @@ pub struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    /// A check that begins where the vessel is. Without that the way to the first place is told to be unchecked.
+    /// A check that begins where the vessel is. Without a position the way to the first place is reported as unchecked.
     pub fn new(from: Option<LatLon>, index: &'a DepthIndex, limits: &'a GuardLimits) -> Self {
         let here = from.map(Disc::at);
         Self { index, limits, here, legs: Vec::new(), warnings: Vec::new(), corridors: 0, way_m: 0.0 }
@@ -71,7 +71,7 @@ impl<'a> Check<'a> {
         self.corridors > MOST_CORRIDORS || self.way_m > LONGEST_WAY_M
     }
 
-    /// Where the vessel may be after all that was given; `None` where nobody knows.
+    /// Where the vessel may be after all that was given; `None` where that is unknown.
     pub fn here(&self) -> Option<Disc> {
         self.here
     }
@@ -151,7 +151,7 @@ impl<'a> Check<'a> {
         self.here = Some(disc);
     }
 
-    /// From here on nobody knows where the vessel is.
+    /// From here on the vessel's position is unknown.
     pub fn be_anywhere(&mut self) {
         self.here = None;
     }
@@ -343,7 +343,7 @@ mod tests {
         assert_eq!(ways(&closed, lenient).warnings[0].code(), "entry-prohibited");
         assert_eq!(ways(&closed, lenient.at_least(usual)), refused, "a vessel weakens no rule of the shore");
         assert_eq!(ways(&closed, EntryRules::IGNORE).warnings, []);
-        // Whoever is in one must be able to steer out of it.
+        // A vessel inside one must be able to steer out of it.
         let around = crate::WaterAround::new(&closed, &GuardLimits::default(), (place(0.0, 0.0), 1.0), 5.0);
         assert!(around.is_clear() && around.ahead(0.0, 300.0).is_none());
     }

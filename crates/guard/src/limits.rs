@@ -5,7 +5,7 @@ use charts::depth_index::{ChartTrust, Demand, EntryRules};
 /// Limits of the guard. All but the water level are 0 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GuardLimits {
-    /// Least depth in which anybody may drive the vessel (m).
+    /// Least depth in which an operator may steer the vessel by hand (m).
     pub navigable_m: f64,
     /// Least depth in which it may go by itself (m).
     pub autonomous_m: f64,

@@ -25,8 +25,8 @@ pub struct Refuge {
 }
 
 impl WaterAround<'_> {
-    /// The roomiest place that a straight way leads to; `radius_m` is how far the vessel may drift there at most. Way and
-    /// place are deep enough for the vessel by itself, else the place, else both at least for anybody.
+    /// The place with most room that a straight way leads to; `radius_m` is how far the vessel may drift there at most.
+    /// Way and place are deep enough for autonomous sailing; else the place alone is; else both are for manual steering.
     pub fn refuge(&self, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
         let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
         [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {

@@ -116,15 +116,15 @@ pub enum Reason {
     Land,
     /// Something in the way, whatever the depth.
     Obstacle,
-    /// A danger whose depth nobody knows, or an unsurveyed area.
+    /// A danger of unknown depth, or an unsurveyed area.
     UnknownDepth,
     /// Nothing is charted.
     NoData,
     /// Something overhead that the vessel does not fit under.
     TooLow,
-    /// Too shallow for anybody.
+    /// Too shallow even for manual steering.
     TooShallow,
-    /// Deep enough for an operator who steers, too shallow for the vessel by itself.
+    /// Deep enough for manual steering, too shallow for autonomous sailing.
     TooShallowAlone,
     /// Deep enough, in an area that the vessel may not enter.
     Entry(
@@ -290,14 +290,14 @@ pub enum Warning {
         /// The first part with a place.
         label: String,
     },
-    /// Nobody knows beforehand where this leads.
+    /// Where this leads is not known beforehand.
     Unchecked {
         /// Whose way it is.
         label: String,
         /// What it is, in a word.
         kind: String,
     },
-    /// The vessel drifts for a time that nobody knows beforehand.
+    /// The vessel drifts for a time that is not known beforehand.
     DriftsOn {
         /// Whose drifting it is.
         label: String,

@@ -10,7 +10,7 @@ const SIGMAS: f64 = 2.45;
 const WIDENING: f64 = 0.07;
 /// The cone is covered by corridors that end at these shares of its length.
 const STEPS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
-/// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, and nobody is
+/// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, so it is not
 /// braked, turned back or aborted for it.
 const UNDER_WAY: EntryRules = EntryRules::IGNORE;
 /// Halvings of an interval when a clear radius is looked for.

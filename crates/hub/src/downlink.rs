@@ -4,12 +4,11 @@
 //! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
 //! ends, and goes out when the vessel is heard again.
 //!
-//! A stop takes every way there is, goes ahead of everything that waits, and calls off what was ordered before it and is
-//! not sent: a start that comes after the stop that was meant to end it would be worse than none. That it was sent does
-//! not say that it arrived. So until the vessel shows that it has it, the stop is kept, and given again when the vessel is
-//! heard: after a silence, when a connection that took it has ended, when the link stands again, and from time to time.
-//! Whoever starts something after the stop ends that, unless the start comes to nothing. What somebody starts beside the
-//! vessel, by a radio of their own, is not known here.
+//! A stop is sent by every way, ahead of everything that waits, and cancels earlier orders that are not sent yet: a start
+//! that arrives after the stop that was meant to end it would be worse than none. Sent does not mean arrived. So until
+//! the vessel shows that it has the stop, it is kept and sent again when the vessel is heard: after a silence, when a
+//! connection that took it has ended, when the link is open again, and from time to time. A start after the stop ends
+//! this, unless the start is not carried out. What an operator starts by a radio of their own is not known here.
 //!
 //! | urgency | without a way | life |
 //! |---|---|---|
@@ -35,8 +34,8 @@ pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
 pub const CALLED_OFF: &str = "a stop was ordered before it could be sent";
 /// A stop is worth delivering for as long as this.
 pub const STOP_LIFE: Duration = Duration::from_mins(10);
-/// A copy of a stop that was handed to a connection lives as long as any order. A later copy could end what somebody
-/// started after the stop. The stop itself is kept here and given again.
+/// A copy of a stop that was passed to a connection lives as long as any order: a later copy could end what an operator
+/// started after the stop. The stop itself is kept here and sent again.
 const COPY_LIFE: Duration = TIME_TO_LIVE;
 /// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
 const WAITING: usize = 20;
@@ -92,7 +91,7 @@ pub trait OrderLog {
     fn expired(&mut self, now: Now, id: CommandId);
 }
 
-/// Nobody follows orders: for a hub that only routes.
+/// No log of orders: for a hub that only routes.
 impl OrderLog for () {
     fn heard(&mut self, _: Now, _: &PacketView<'_>) {}
     fn is_unconfirmed(&self, _: CommandId) -> bool {
@@ -338,7 +337,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Somebody else starts something aboard: a stop that was given before must not end it.
+    /// Another controller starts something aboard: an earlier stop must not end it.
     pub(crate) fn another_starts(&mut self, now: Now, view: &PacketView<'_>) {
         let is_kept = !self.standing.is_empty() || !self.waiting.is_empty();
         if is_kept && starts(view) && self.reaches_alive(now.mono, view.dst()) {
@@ -498,7 +497,7 @@ impl<O: OrderLog> Hub<O> {
     }
 }
 
-/// Whether somebody has a vessel begin something.
+/// Whether a packet orders a vessel to start something.
 fn starts(view: &PacketView<'_>) -> bool {
     match view.id() {
         PlanControl::ID => imc::decode::<PlanControl>(view).is_ok_and(|control| {

@@ -113,7 +113,7 @@ impl Repeats {
     }
 }
 
-/// What makes two packets the same sample: source, entity, message, time and payload, whoever it is sent to.
+/// What makes two packets the same sample: source, entity, message, time and payload, whatever its destination.
 /// `None` for a packet without a time, of which two may look alike and yet be two.
 pub(crate) fn sample(view: &PacketView<'_>) -> Option<u64> {
     let timestamp = view.timestamp();

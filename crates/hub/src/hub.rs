@@ -1,7 +1,7 @@
-//! The machine that owns routing, the fleet's state and what goes to the archive.
+//! The machine that owns routing, the fleet's state and the records for the archive.
 //!
-//! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
-//! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
+//! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what is a copy;
+//! `route` chooses the receivers. Every new packet is recorded, whether it has a receiver or not.
 
 use crate::delivery::Delivery;
 use crate::downlink::{OrderLog, PendingStops, Waiting};
@@ -237,8 +237,8 @@ impl<O: OrderLog> Hub<O> {
         // What follows the packet in its message is not passed on.
         let packet = packet.slice(..view.bytes().len());
         if link.is_some() && !slot.peer.sources.allow(view.src()) {
-            // What the vessel recorded of what others told it, a console in its own radio's reach above all.
-            // That is kept, but the vessel speaks for nobody else.
+            // What the vessel recorded from other systems, above all a console in reach of its own radio.
+            // It is recorded but not routed: a vessel sends for itself only.
             self.records.push(Record { packet, received: now.utc, transport, link });
             return;
         }
@@ -252,7 +252,7 @@ impl<O: OrderLog> Hub<O> {
         if let Some(slot) = self.peers.get_mut(&from) {
             slot.heard(view.src(), now.mono, copy);
         }
-        // The link numbers its records: they are told apart by number, and a record that was seen live is still
+        // The link numbers its records: their number identifies them, and a record that was seen live is still
         // a record.
         let mut recorded = link.is_none() && sample.is_some_and(|sample| self.samples.seen(sample));
         let mut again = copy;
@@ -319,7 +319,7 @@ impl<O: OrderLog> Hub<O> {
     }
 
     /// A packet of this server's own: from people, programs, or the server as a console. It is recorded before it
-    /// is delivered. Whether somebody was there to hear it.
+    /// is delivered. Returns whether it had a receiver.
     pub fn send(&mut self, now: Now, packet: &Bytes) -> bool {
         let Ok(view) = PacketView::new(packet) else { return false };
         let delivered = self.counters.delivered;

@@ -10,12 +10,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use units::MonoTime;
 
-/// How long it is told that another speaks in a vessel's name.
+/// How long a [`Contradiction`] is reported after the last such packet.
 const CLAIM_LASTS: Duration = Duration::from_mins(1);
-/// Characters of a peer's name that are told.
+/// Characters of a peer's name that are reported.
 const NAME_CHARS: usize = 100;
 
-/// Somebody else speaks in the name of a vessel that has a link, and is not believed.
+/// Another peer sends with the address of a vessel that has a link, and is not believed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
     /// The vessel.
@@ -66,7 +66,7 @@ impl Linked {
         self.vessels.contains(&source) && !self.is_trusted(transport)
     }
 
-    /// Somebody spoke in a vessel's name.
+    /// A peer sent with a vessel's address.
     pub(crate) fn claimed(&mut self, now: MonoTime, vessel: Address, transport: Transport, peer: &str) {
         let empty = || Claim { peer: String::new(), last: now };
         let claim = self.claims.entry((vessel, transport)).or_insert_with(empty);

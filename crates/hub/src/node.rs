@@ -23,7 +23,7 @@ const ASK_AGAIN_EVERY: Duration = Duration::from_mins(1);
 /// A system that was silent for longer gets no more heartbeats.
 const THERE_FOR: Duration = Duration::from_mins(1);
 
-/// What the hub is told once.
+/// The hub's settings, fixed at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// This server's own address, a console's (0x4000 to 0x5FFF), or vessels would not count its heartbeats.
@@ -61,7 +61,7 @@ impl Node {
         self.services = services.chars().take(4_096).collect();
     }
 
-    /// What a peer is told when it comes, so that a vessel behind it learns of us at once.
+    /// The announcement sent to a peer that joins, so that a vessel behind it learns of us at once.
     pub(crate) fn announce_to_newcomer(&self, now: Now) -> Option<Bytes> {
         self.active.then(|| self.announcement(now))
     }

@@ -6,7 +6,7 @@
 //! | for one system | the peers behind which that system was heard last; a command by the best way alone, an Abort by all |
 //! | for everyone, from a vessel | every console |
 //! | for everyone, from a console | every console and every vessel |
-//! | for this server | nobody: the fleet's state and the record take it |
+//! | for this server | no peer: it goes to the fleet's state and the record |
 //!
 //! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
 //! here before by another transport goes nowhere: so two relays, or a vessel that is reached twice, make no loop.

@@ -78,8 +78,8 @@ impl Slot {
             .map(|(address, _)| *address)
     }
 
-    /// How good a way it is to a system that lives behind it, the best one highest: one that is alive before one
-    /// that is not, then by transport (what tells of losses, and what is nearest, first), then the one heard last.
+    /// How good a way it is to a system behind it, the best one highest: one that is alive before one that is
+    /// not, then by transport (those that report losses, and the nearest, first), then the one heard last.
     pub(crate) fn way_to(&self, address: Address, now: MonoTime) -> Option<(bool, u8, MonoTime)> {
         let heard = *self.homes.get(&address).filter(|heard| now.since(**heard) < HOME_LASTS)?;
         let by_transport = match self.peer.transport {

@@ -48,7 +48,7 @@ pub struct Header {
 }
 
 impl Default for Header {
-    /// From nobody to everybody in 1970.
+    /// Without source, to all, at the Unix epoch.
     fn default() -> Self {
         Self {
             timestamp: 0.0,

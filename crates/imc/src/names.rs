@@ -1,7 +1,7 @@
-//! Who is who: the names that systems and entities tell of themselves, each from when it was told.
+//! The names that systems and entities announce, each with the time from which it holds.
 //!
-//! Numbers of entities are handed out when a system starts, so after a restart the same number can be another part. A label
-//! therefore holds from when it was told until the next one is; before the first it is the first.
+//! Numbers of entities are assigned when a system starts, so after a restart the same number can be another part. A label
+//! therefore holds from its announcement until the next one; before the first announcement the first label holds.
 
 use crate::address::Address;
 use crate::entities;

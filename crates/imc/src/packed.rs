@@ -15,7 +15,7 @@ pub(crate) struct Packed {
     bytes: Vec<u8>,
     /// How deep messages are nested in here: 0 for nulls, 1 for messages that hold none.
     height: u8,
-    /// Why a message could not be packed; whoever encodes this is told.
+    /// Why a message could not be packed; reported when this is encoded.
     fault: Option<Box<Unwritable>>,
 }
 

@@ -63,7 +63,7 @@ pub(crate) fn plain(bytes: &[u8]) -> Option<&str> {
     str::from_utf8(bytes).ok().filter(|text| !bytes.contains(&0) && !spells_byte(text))
 }
 
-/// Hands on the parts of an escaped text, so that nobody need hold it whole.
+/// Passes on the parts of an escaped text one by one, so that it is never in memory whole.
 pub(crate) fn escaped_parts(bytes: &[u8], mut each: impl FnMut(&str)) {
     const DIGITS: &str = "0123456789abcdef";
     for chunk in bytes.utf8_chunks() {

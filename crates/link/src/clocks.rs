@@ -3,7 +3,7 @@
 //! As in NTP (RFC 5905 section 8): of four times, sent here t1, received there t2, sent there t3, received here
 //! t4, the round trip is (t4 - t1) - (t3 - t2) and the other clock is ahead by ((t2 - t1) + (t3 - t4)) / 2, wrong
 //! by at most half the round trip. Of the last samples the one with the shortest round trip counts. Steady clocks
-//! are compared, so that nobody setting the time disturbs an expiry; UTC follows from the stamps.
+//! are compared, so that setting the time does not disturb an expiry; UTC follows from the stamps.
 
 use crate::frame::Stamp;
 use std::collections::VecDeque;

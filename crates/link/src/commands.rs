@@ -106,7 +106,7 @@ impl Pending {
         self.waiting.values().filter_map(Waiting::elsewhere_at).filter(|at| *at > now).min()
     }
 
-    /// Those that nobody will answer any more, and whether they were ever sent.
+    /// Those that will not be answered any more, and whether they were ever sent.
     pub(crate) fn overdue(&mut self, now: MonoTime) -> Vec<(u64, bool)> {
         let over: Vec<(u64, bool)> =
             self.waiting.iter().filter(|(_, one)| now >= end(one)).map(|(id, one)| (*id, one.sent)).collect();

@@ -18,11 +18,11 @@
 //! - What cannot be delivered is declared: a [`Gap`] says which numbers, from when to when, and why.
 //! - A command is delivered at most once per start of the vessel's program, and never after its time to live by
 //!   the most pessimistic reading of the clocks.
-//! - Who commands the vessel ([`Lease`]) is told before the first command of every connection and while it holds;
-//!   the vessel's driver refuses the commands of everyone else.
-//! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with what the link has
-//!   to spare; it goes on where it was after any cut or restart of either end. That the whole is what the digest says
-//!   is the vessel's driver's to check.
+//! - The holder of the [`Lease`] is sent before the first command of every connection and repeated while it is held;
+//!   the vessel's driver refuses commands of all others.
+//! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with the link's spare
+//!   capacity; the transfer resumes after any cut or restart of either end. The vessel's driver checks the whole
+//!   against the digest.
 //!
 //! A vessel with several ways to the shore keeps a connection on each; what goes by which, and how nothing is lost, doubled
 //! or carried out twice on a switch, stands at the head of [`ways`].

@@ -225,7 +225,7 @@ impl DepthIndex {
             &strip,
             |_| true,
             |strip, told, a, b| {
-                // Beyond the border of what is charted as assessed nobody knows.
+                // Beyond the border of the assessed area the zone of confidence is unknown: 6.
                 let found = told.zone.unwrap_or(6);
                 let near = |nearest: super::plane::Nearest| {
                     nearest.distance_m <= strip.reach_m - widest_m + widening(found)

@@ -21,7 +21,7 @@ pub struct ZoneError {
 /// How far the chart is believed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum ChartTrust {
-    /// As it is drawn; its quality is told with every answer.
+    /// As it is drawn; its quality is reported with every answer.
     #[default]
     AsCharted,
     /// Depths are reduced by the error of the worst zone of confidence that the corridor comes near.

@@ -39,7 +39,7 @@ pub(super) struct Entry {
     pub(super) bounds: Bounds,
     /// Its tree of dangers.
     pub(super) danger: Bounds,
-    /// Its waters, if nobody says how well they are surveyed.
+    /// Its waters, if their survey quality is not stated.
     pub(super) unassessed: Option<Bounds>,
     pub(super) worst_zone: Option<u8>,
     pub(super) objects: u32,

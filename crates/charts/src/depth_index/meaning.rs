@@ -93,7 +93,7 @@ pub fn is_in_the_way(feature: &Feature) -> bool {
 }
 
 /// Why a cell must not be used, if it must not: it does not say how deep it is or where it has data, or it has an
-/// object that vessels must keep clear of, and nobody knows where that is or how far it reaches.
+/// object that vessels must keep clear of, but whose position or extent is unknown.
 pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
     if let Some(feature) = lies_nowhere(&cell.features) {
         return Some(S57Problem::Nowhere { class: feature.class, record: feature.record });
@@ -160,7 +160,7 @@ fn is_depth_unknown(feature: &Feature) -> bool {
     feature.list(Attr::QUASOU).any(|code| code == DEPTH_UNKNOWN)
 }
 
-/// A missing DRVAL1 is unknown, not 0. Where it is beyond DRVAL2 nobody knows which of them is right: the lesser counts.
+/// A missing DRVAL1 is unknown, not 0. Where it is beyond DRVAL2 either may be wrong: the lesser counts.
 fn depth_area(feature: &Feature) -> Stored {
     let [first_m, second_m] = [Attr::DRVAL1, Attr::DRVAL2].map(|code| depth_m(feature, code));
     let Some(first_m) = first_m.filter(|_| !is_depth_unknown(feature)) else { return Stored::Unknown };

@@ -100,7 +100,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Takes in something above. One whose height nobody knows is the lowest.
+    /// Takes in an overhead obstacle. One of unknown height counts as the lowest.
     pub(super) fn pass_under(&mut self, stored: Stored, object: u32) {
         let lower = |(held, _): (Stored, u32)| stored.clearance_m() < held.clearance_m();
         if self.overhead.is_none_or(lower) {
@@ -108,7 +108,7 @@ impl State {
         }
     }
 
-    /// Takes in an area that holds the point; the first of a restriction is told.
+    /// Takes in an area that holds the point; the first of each restriction is reported.
     pub(super) fn enter(&mut self, restriction: Restriction, object: u32) {
         self.areas[restriction as usize].get_or_insert(object);
     }

@@ -119,7 +119,7 @@ impl Piece {
         answers
     }
 
-    /// The box of its waters, if nobody says how well they are surveyed.
+    /// The box of its waters, if their survey quality is not stated.
     pub(super) fn unassessed(&self) -> Option<Bounds> {
         let mut bounds = Bounds::EMPTY;
         for area in &self.areas.list {

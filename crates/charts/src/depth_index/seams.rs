@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// How far beyond a border its other side is told (units, about 3 cm).
+/// How far beyond a border its other side is sampled (units, about 3 cm).
 const STEP: f64 = 3.0;
 
 /// Runs by the tree that they go to.
@@ -321,7 +321,7 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         numbers
     }
 
-    /// Runs along the borders of zones of confidence beyond which there is water that nobody assessed.
+    /// Runs along the borders of zones of confidence beyond which there is unassessed water.
     fn unassessed(&self, piece: &mut Piece) -> Vec<Run> {
         let mut borders: Vec<(Vertex, Vertex)> = Vec::new();
         for area in &piece.areas.list {

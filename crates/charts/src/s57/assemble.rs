@@ -42,7 +42,7 @@ impl<'a> Assembler<'a> {
         Self { store, budget: limit, limit }
     }
 
-    /// The geometry of a feature. What cannot be resolved is told, not left out.
+    /// The geometry of a feature. What cannot be resolved is reported, not left out.
     pub(super) fn geometry(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
         if feature.pointers.is_empty() && feature.last_pointers.is_empty() {
             return Ok(Geometry::None);
@@ -176,8 +176,8 @@ impl<'a> Assembler<'a> {
         Ok(Geometry::Lines(paths))
     }
 
-    /// The area of what says that it is a line, but whose edges are told to bound something and do. Not of the skin of
-    /// the Earth: nothing becomes water by a guess.
+    /// The area of a feature that is coded as a line, but whose edges are coded as boundaries and form one. Not of the
+    /// skin of the Earth: nothing becomes water by a guess.
     fn area_of_line(&mut self, feature: &StoredFeature) -> Result<Option<Geometry>, S57Problem> {
         let bounds = |one: &Pointer| matches!(one.usage, EXTERIOR | INTERIOR | DATA_LIMIT);
         let skin = SKIN_CLASSES.contains(&ObjectClass(feature.class));

@@ -253,7 +253,7 @@ proptest! {
             VectorChange::of(nodes[1]).vertices(ListEdit::Replace { index: 1, items: vec![moved] }),
         );
         let read = read(&cell, &updates);
-        // A sounding feature may lose all its soundings; that is told and nothing else is.
+        // A sounding feature may lose all its soundings; that is the only notice.
         let told = usize::from(depths.is_empty());
         prop_assert_eq!(read.notices.len(), told, "{:?}", read.notices);
         let found = only(&read, ObjectClass::DEPCNT);

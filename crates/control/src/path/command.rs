@@ -1,4 +1,4 @@
-//! What a path tracker is told: fixes and paths, and why it may refuse them.
+//! The inputs of a path tracker: fixes and paths, and why it may refuse them.
 
 use crate::motion::Motion;
 use thiserror::Error;
@@ -50,7 +50,7 @@ pub enum PathEnd {
 /// A path to follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathCommand {
-    /// Number by which its status is told apart.
+    /// Number that identifies its status.
     pub path_ref: u32,
     /// Where it starts.
     pub start: PathStart,

@@ -19,10 +19,10 @@ pub struct EarthModel {
     pub separation_m: f64,
 }
 
-/// Who speaks in the sentences of heading and turn, as the compass is told; in all others it is the satellites' receiver.
+/// The talker of heading and rate-of-turn sentences, as the compass is configured; all others have the GNSS receiver's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Talker {
-    /// `GP`, a satellites' receiver.
+    /// `GP`, a GPS receiver.
     #[default]
     Gp,
     /// `HE`, a gyro that seeks north.

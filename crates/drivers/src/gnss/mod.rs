@@ -2,15 +2,15 @@
 //!
 //! An epoch ends when all kinds of sentences have come that the last epochs had, when the line is quiet, or when the next
 //! begins, whichever is first: so a reading does not wait for the next second, and a lost sentence mixes no two epochs. A
-//! remnant without position or heading, as a sentence behind a pause, is no reading where epochs have positions.
+//! remnant without position or heading, such as a sentence after a pause, gives no reading where epochs have positions.
 //!
-//! The compass fails when nothing of use came for a while, and says what did come: nothing, bytes that make no sentence (the
-//! baud rate), or sentences of no use (its settings). While it fails its settings are sent again, after waits that double, for
-//! a receiver that lost its power forgets them; what writes them into its flash memory goes once a day at most. One epoch and
-//! one sentence are kept.
+//! The compass fails when no usable sentence came for a while, and reports what did come: nothing, bytes that form no sentence
+//! (wrong baud rate), or unusable sentences (wrong settings). While it fails its settings are sent again, after waits that
+//! double, for a receiver that lost its power loses them; the command that saves them to flash is sent once a day at most. One
+//! epoch and one sentence are kept.
 //!
-//! A Hemisphere that talks at another speed than its line (as delivered, 4800 bit/s) is told to change: `$JBAUD` goes to it at
-//! each speed that it can have, and then the line is what it was.
+//! A Hemisphere whose speed differs from the line's (as delivered, 4800 bit/s) is switched over: `$JBAUD` is sent at each
+//! speed that it can have, then the line returns to its own speed.
 
 use crate::outbox::Outbox;
 use crate::{Driver, Input, Output, State};
@@ -43,7 +43,7 @@ const LEARNED: usize = 3;
 pub struct CompassSettings {
     /// Sent one after another when the port opens, each with CR LF behind it.
     pub init: Vec<String>,
-    /// Speed of the serial line (bit/s), which a Hemisphere is told to go over to; `None` for what has no speed.
+    /// Speed of the serial line (bit/s), to which a Hemisphere is switched; `None` for a line without a speed.
     pub baud: Option<u32>,
     /// Added to the true heading for how the antennas are mounted (rad, clockwise).
     pub heading_offset_rad: f64,

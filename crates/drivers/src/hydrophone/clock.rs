@@ -45,7 +45,7 @@ pub enum Sync {
         /// One in so many commands carries the full time.
         full_every: u32,
     },
-    /// By a pulse per second at the receiver; the time is told so often.
+    /// By a pulse per second at the receiver; the time is sent once a period.
     Pulse {
         /// From one command to the next.
         period: Duration,
@@ -378,7 +378,7 @@ impl Keeper {
         self.was_set = false;
     }
 
-    /// A stamp can be. One that nobody sets is found again by its stamps alone.
+    /// A stamp is plausible. A clock that we do not set counts as set again by its stamps alone.
     const fn believe(&mut self) {
         let found = matches!(self.state, ClockState::Unknown | ClockState::Unset);
         if found || (matches!(self.state, ClockState::Lost) && matches!(self.sync, Sync::Off)) {

@@ -5,7 +5,7 @@
 //! that refused a setting stays in error meanwhile. How it listens and its clock is kept is a reading of its own, given before
 //! the line that it matters to. Running numbers
 //! reveal lost lines and restarts. With a sensor interval set, silence fails the receiver; bytes without a valid line tell
-//! of a wrong baud rate. Detections are given from the first line on, whatever else fails.
+//! of a wrong baud rate. Detections are given from the first line on, even if something else fails.
 
 mod clock;
 mod continuity;
@@ -115,9 +115,9 @@ pub struct Receiver {
     refusal: Option<Refusal>,
     keeper: Keeper,
     continuity: Continuity,
-    /// The frequency that its lines tell (kHz).
+    /// The frequency in its lines (kHz).
     frequency_khz: Option<u8>,
-    /// What was told last of how it listens.
+    /// The last report of how it listens.
     told: ReceiverReading,
     /// When silence is too long.
     silent_at: Option<MonoTime>,

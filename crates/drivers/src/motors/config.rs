@@ -19,7 +19,7 @@ const MOST_CHANNELS: usize = 32;
 pub struct MotorAssignment {
     /// Its number on the bus, 0 or 1.
     pub motor: u8,
-    /// Whether it turns astern where it is told ahead, as a motor mounted or wired the other way round does.
+    /// Whether it turns astern when commanded ahead, as a motor mounted or wired the other way round does.
     pub reversed: bool,
 }
 

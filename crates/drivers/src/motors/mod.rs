@@ -67,7 +67,7 @@ impl Motors {
         })
     }
 
-    /// The same, but it only listens: it sends no frame, whatever it is asked. What somebody else commands is let be.
+    /// The same, but it only listens: it sends no frame, so that another controller's commands stand.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -17,7 +17,7 @@ pub(super) struct Troubles {
     motors: [Told; MOTORS as usize],
 }
 
-/// A part's error, and when it was told.
+/// A part's error, and when it was reported.
 #[derive(Debug, Clone, Copy, Default)]
 struct Told {
     error: u16,

@@ -1,9 +1,9 @@
 //! What the fleet looks like now: the last packet of every series, how old it is and how often it comes, the
 //! names of entities, and the latest events.
 //!
-//! A series is a message of an entity of a system; messages that tell several things of one entity apart by an
-//! `id` (as `SetThrusterActuation` does port and starboard) make a series of each. Packets are kept as they came
-//! and decoded by whoever looks.
+//! A series is a message of an entity of a system; where an `id` distinguishes several parts of one entity (as
+//! `SetThrusterActuation` does port and starboard), each is a series. Packets are kept as received and decoded by
+//! the reader.
 //!
 //! Every change has a revision, so that a reader that comes back asks only for what is new since then and sees
 //! the latest of each series; how many were skipped follows from the counts. Events are kept one by one in a ring

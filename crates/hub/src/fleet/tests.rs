@@ -184,7 +184,7 @@ fn what_is_kept_is_bounded() {
     assert!(fleet.system(Address(0)).is_none(), "the longest silent one went");
 }
 
-/// Packets as long as may be, from as many systems and entities as somebody makes up.
+/// Packets of the greatest length, from any number of invented systems and entities.
 #[test]
 fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
     let mut fleet = Fleet::default();

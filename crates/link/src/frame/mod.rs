@@ -9,7 +9,7 @@
 //! | length | body |
 //!
 //! A frame of an unknown type is skipped by its length, and bytes behind the fields that a version knows are
-//! ignored: both is how later versions add things. Bodies:
+//! ignored: so later versions can add frames and fields. Bodies:
 //!
 //! | type | frame | from | body |
 //! |---|---|---|---|
@@ -54,7 +54,7 @@ use units::{MonoTime, UtcTime};
 
 /// The version of this description.
 pub const VERSION: u16 = 2;
-/// The oldest version that can still be spoken. Version 1 knew no leases: whoever cannot tell two commanders apart
+/// The oldest version that is still accepted. Version 1 knew no leases: a vessel that cannot distinguish two holders
 /// must not be commanded.
 pub const OLDEST_VERSION: u16 = 2;
 /// Most bytes of a message. A transport should refuse larger ones before they are in memory.

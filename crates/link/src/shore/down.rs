@@ -10,7 +10,7 @@ use bytes::Bytes;
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// A lease is told again this often, and dies aboard when it was not for so long.
+/// A lease is sent again this often, and expires aboard after [`LEASE_LASTS`] without that.
 const LEASE_EVERY: Duration = Duration::from_secs(10);
 const LEASE_LASTS: Duration = Duration::from_secs(30);
 
@@ -99,7 +99,7 @@ impl Shore {
         }
     }
 
-    /// When the lease is to be told again: while somebody has it and the link stands.
+    /// When the lease is to be sent again: while it is held and the link is open.
     pub(super) fn lease_due(&self) -> Option<MonoTime> {
         let held = matches!(self.lease, Some(Commander { holder: Some(_), .. }));
         (held && !self.sessions.is_empty()).then_some(self.next_lease)

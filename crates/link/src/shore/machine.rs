@@ -41,13 +41,13 @@ pub struct Shore {
     last_live: u64,
     pub(super) commands: Pending,
     pub(super) lease: Option<Commander>,
-    /// What vessels are to have, once that is known.
+    /// The chart that vessels are to have, once that is known.
     pub(super) chart: Option<ChartOffer>,
     /// The part that the driver reads, over which connection it goes.
     pub(super) reading: Option<(ConnectionId, ChartRequest)>,
-    /// When the lease is told again.
+    /// When the lease is sent again.
     pub(super) next_lease: MonoTime,
-    /// Leases told to vessels with several ways.
+    /// Leases sent to vessels with several ways.
     pub(super) leases: u64,
     transit: Latency,
     received_bytes: u64,

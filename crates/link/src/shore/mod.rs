@@ -66,8 +66,8 @@ pub enum ShoreInput {
         /// The packet.
         packet: Bytes,
     },
-    /// Who commands the vessel from now on. Sent to the vessel now, on every connection, and again and again while
-    /// somebody does.
+    /// Who commands the vessel from now on. Sent to the vessel now and on every connection, and repeated while the
+    /// lease is held.
     Lease(Commander),
     /// The chart that vessels are to have; `None` for none. Offered to the vessel now and on every connection.
     Chart(Option<ChartOffer>),

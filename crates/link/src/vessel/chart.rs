@@ -1,8 +1,8 @@
-//! The shore's chart on its way aboard: what is asked for when, and what the shore is told of it.
+//! The transfer of the shore's chart aboard: what is requested when, and what is reported to the shore.
 //!
-//! One part is under way at a time, and none while the one before is being kept. A part is so small that the link
-//! carries it in [`CARRIED_WITHIN`], and three times as long as it took nothing is asked for: what comes down
-//! besides, commands and acknowledgements, waits for one part at most and finds three quarters of the link free.
+//! One part is under way at a time, and none while the previous one is being stored. A part is so small that the link
+//! carries it in [`CARRIED_WITHIN`], and for three times as long as it took no part is requested: commands and
+//! acknowledgements wait for one part at most and find three quarters of the link free.
 
 use crate::frame::{
     ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest, ChartStage, Frame, MAX_PART_BYTES,
@@ -26,7 +26,7 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(15);
 /// A chart that could not be taken is tried again after this, then after twice as long, up to the greatest.
 const FIRST_RETRY: Duration = Duration::from_secs(5);
 const GREATEST_RETRY: Duration = Duration::from_mins(10);
-/// How far it has come is told this often.
+/// The progress is reported this often.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 /// The chart aboard.

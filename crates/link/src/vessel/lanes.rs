@@ -98,7 +98,7 @@ impl Vessel {
         if self.ways.len() < 2 || !self.ways[place].stands() {
             return;
         }
-        // That a way went or came is told at once.
+        // That a way was lost or came up is reported at once.
         let states: Vec<WayState> = self.ways.iter().map(Way::state).collect();
         if now.mono < self.next_report && states == self.told_states {
             return;

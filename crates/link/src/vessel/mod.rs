@@ -75,9 +75,9 @@ impl Entry {
 /// Why an attempt at a connection failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// Nobody answered, or the connection broke before it stood. Tried again within a second.
+    /// No answer, or the connection broke before it was open. Tried again within a second.
     Unanswered,
-    /// Somebody said no: wrong token, wrong address. Tried again after longer and longer pauses.
+    /// The server refused: wrong token, wrong address. Tried again after longer and longer pauses.
     Refused,
 }
 
@@ -118,8 +118,8 @@ pub enum VesselInput {
     Handshake(usize, usize),
     /// What became of a command.
     Answer(u64, Answer),
-    /// The chart aboard, at the start and whenever it changes. Before the first the shore is told that
-    /// none is taken.
+    /// The chart aboard, at the start and whenever it changes. Until the first the shore is informed that
+    /// no chart is accepted.
     ChartAboard(ChartAboard),
     /// So many bytes of this chart are aboard: the next part is wanted.
     ChartGoOn(ChartDigest, u64),

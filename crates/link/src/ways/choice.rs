@@ -72,7 +72,7 @@ pub(crate) fn choose(lane: Lane, current: Option<usize>, ways: &[Candidate]) -> 
         return (found, changed.then_some(found.map_or(Why::None, |_| why)));
     };
     if !one.answers {
-        // Where none answers, going elsewhere helps nobody.
+        // Where no way answers, a change gains nothing.
         return match best(&|other, candidate| other != place && candidate.answers) {
             Some(other) => (Some(other), Some(Why::Failover)),
             None => (current, None),

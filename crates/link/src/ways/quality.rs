@@ -16,7 +16,7 @@ const LEAST_ALLOWANCE: Duration = Duration::from_millis(600);
 const FIRST_RATE_BYTES_PER_S: f64 = 20_000.0;
 /// Smaller messages say nothing of the rate.
 const TELLS_RATE_BYTES: u64 = 2048;
-/// A rate is forgotten by this share with each message that tells of it.
+/// The highest rate seen decays by this share with each message that measures the rate.
 const RATE_FORGET: f64 = 0.05;
 
 /// What is known of a way; it outlives its connections.

@@ -38,7 +38,7 @@ fn given(shore: &mut Shore) -> Vec<ShoreOutput> {
     std::iter::from_fn(|| shore.poll_output()).collect()
 }
 
-/// Connects, and carries messages both ways until nobody has anything to say. Answers what else was wanted.
+/// Connects, and carries messages both ways until neither end has output. Answers its other requests.
 struct Pair {
     vessel: Vessel,
     shore: Shore,

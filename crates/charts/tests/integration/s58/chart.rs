@@ -1,4 +1,4 @@
-//! A small chart that a test damages, and the question whether anybody would call it safe.
+//! A small chart that a test damages, and the check whether any query calls it safe.
 
 use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg, unsafe_to_use};
 use charts::s57::write::{CellDraft, FeatureDraft, FeatureRef, UpdateDraft, VectorRef, VectorUse};

@@ -59,10 +59,10 @@ pub(crate) enum Fault {
     /// One of the ways takes so long in one direction from now on.
     Delay(usize, u64),
     KillVessel(u64),
-    /// The vessel's program does nothing, and then goes on.
+    /// The vessel's program stalls, and then continues.
     Stall(u64),
     KillShore(u64),
-    /// All connections break and both ends are told.
+    /// All connections break and both ends are informed.
     Reset,
     DiskFull(u64),
     /// Bytes a second, and for how long.
