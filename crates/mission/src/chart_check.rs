@@ -7,10 +7,10 @@ use guard::{Check, Disc, GuardLimits, Verdict, Warning};
 use std::f64::consts::PI;
 use units::{LatLon, LocalFrame, LocalPoint, Turn};
 
-/// Holds a plan against the chart.
+/// Checks a plan against the chart.
 ///
-/// `from` is where the vessel is when the plan starts; without it the way to the first place is told to be unchecked. A
-/// plan that follows itself in a circle is checked with the way back to its beginning. Legs bear the names of their
+/// `from` is where the vessel is when the plan starts; without it the way to the first place is reported as unchecked. A
+/// plan that repeats in a circle is checked with the way back to its beginning. Legs bear the names of their
 /// maneuvers.
 pub fn check_plan(plan: &Plan, from: Option<LatLon>, index: &DepthIndex, limits: &GuardLimits) -> Verdict {
     let mut check = Check::new(from, index, limits);

@@ -19,7 +19,7 @@ pub enum Command {
 /// A path to follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Path {
-    /// Number by which its progress is told apart; it only grows.
+    /// Number that identifies its progress; it only grows.
     pub path_ref: u32,
     /// Where it starts.
     pub start: PathStart,
@@ -54,7 +54,7 @@ pub struct Circle {
 /// Who may steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
-    /// Whoever sends.
+    /// Any sender.
     Anyone,
     /// The system of this address only.
     System(u16),

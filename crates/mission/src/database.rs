@@ -1,8 +1,8 @@
 //! The plan database: named plans as opaque bytes with a digest, who changed them and when.
 //!
-//! The database holds what is safely stored. A change is first handed to the shell ([`Effect`]), becomes
+//! The database holds what is safely stored. A change is first passed to the shell ([`Effect`]), becomes
 //! visible when the shell reports it done ([`PlanDatabase::stored`]) and is only then answered with success;
-//! so what a client was told survives a power cut, provided the shell writes atomically. Effects are to be
+//! so a confirmed change survives a power cut, provided the shell writes atomically. Effects are to be
 //! carried out in their order. Reading answers at once, by what is stored.
 //!
 //! Bounds: number of plans, bytes of one plan and of all, changes under way. At a bound a change is refused;

@@ -38,21 +38,21 @@ use std::time::Duration;
 use units::{MonoTime, Now};
 use vehicle::Vehicle;
 
-/// What the engine is told.
+/// The engine's input.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// Somebody asks something about plans.
+    /// A request about plans.
     Request(Request),
-    /// Something the active maneuver may care about.
+    /// An event that may concern the active maneuver.
     Event(Event),
-    /// The conditions of all monitored entities, by label; in place of what was told before.
+    /// The conditions of all monitored entities, by label; replaces the previous report.
     Entities(BTreeMap<String, EntityCondition>),
     /// Whether the vessel knows where it is. While it does not, a plan waits with its motors stopped.
     Position {
         /// It does.
         known: bool,
     },
-    /// Somebody orders everything to stop.
+    /// An abort: everything stops.
     Abort {
         /// Who.
         by: u16,

@@ -25,9 +25,9 @@ pub enum Event {
     Medium(Medium),
     /// A way that the maneuver FollowReference looked for.
     Way(Way),
-    /// Another commands the vessel from ashore: what the one before asked for, and was not begun, is not wanted any more.
+    /// Control ashore has changed hands: requests of the previous holder that were not begun are dropped.
     CommanderChanged,
-    /// Somebody ended the teleoperation.
+    /// An operator ended the teleoperation.
     TeleoperationDone {
         /// Address of the sender.
         from: u16,

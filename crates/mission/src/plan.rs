@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The destination of a transition that ends the plan.
 pub const PLAN_END: &str = "_done_";
 
-/// A plan as somebody sent it.
+/// A plan as received.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanDraft {
     /// Its name.

@@ -102,7 +102,7 @@ pub enum ProblemKind {
     /// Two numbers are no place.
     #[error("{0}")]
     Place(#[from] units::PlaceError),
-    /// Both coordinates are exactly 0: a position that nobody filled in.
+    /// Both coordinates are exactly 0: a position that was never filled in.
     #[error("the position is 0, 0")]
     NullIsland,
     /// A place outside the area of operation.

@@ -1,8 +1,8 @@
 //! Machines that watch the vessel and step in: lost communications, battery reserve, operational limits.
 //!
-//! Each is pure and small: it is told what it watches, answers what to do ([`Remedy`]), and can say at any
+//! Each is pure and small: it takes what it watches as input, answers what to do ([`Remedy`]), and can say at any
 //! time what it will do next and when ([`Outlook`]). The caller carries remedies out through the engine, as
-//! plans that ignore errors, and tells the machine when one could not be.
+//! plans that ignore errors, and reports to the machine when one could not be.
 
 mod alarm;
 mod battery;

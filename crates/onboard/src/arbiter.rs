@@ -45,7 +45,7 @@ pub(crate) struct Picture {
     pub(crate) run: Option<RunId>,
     /// Whether the last run came to a good end.
     pub(crate) ended_well: bool,
-    /// Whether an operator has set the vessel in motion and nobody has aborted since.
+    /// Whether an operator has set the vessel in motion, without an abort since.
     pub(crate) under_way: bool,
 }
 
@@ -56,7 +56,7 @@ pub(crate) enum Standing {
     Holds,
     /// It is tried again at this time.
     Waits(MonoTime),
-    /// Nobody has set the vessel in motion.
+    /// No operator has set the vessel in motion.
     AtRest,
     /// Its plan ended well, or an operator stepped in.
     Settled,
@@ -91,7 +91,7 @@ impl Arbiter {
         self.next_try = now;
     }
 
-    /// A supervisor wants nothing any more; a remedy that runs goes on until somebody steps in.
+    /// A supervisor withdraws its demand; a remedy that runs continues until an operator steps in.
     pub(crate) fn withdraw(&mut self, source: Source) {
         self.demands.remove(&source);
     }

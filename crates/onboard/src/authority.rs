@@ -1,8 +1,8 @@
 //! The one owner of the thrusters.
 //!
-//! Whoever steers (the course and speed controller, a remote operator) must be granted the thrusters and must
-//! keep commanding: a command is good for half a second and never a moment longer. What is stale, not a
-//! number, or from anyone but the owner never reaches a motor. Every change of owner goes through a stop.
+//! The controller in charge (the course and speed controller, or a remote operator) must be granted the thrusters
+//! and must keep commanding: a command is valid for half a second and no longer. A command that is stale, not a
+//! number, or not from the owner never reaches a motor. Every change of owner goes through a stop.
 //!
 //! Fresh commands go out at once and again at 4 Hz, because the motor card stops a motor that is not
 //! commanded within a second; a stop is repeated at 1 Hz.
@@ -28,7 +28,7 @@ pub enum Owner {
 /// Why a command was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// Another one owns the thrusters, or nobody.
+    /// Another controller owns the thrusters, or none does.
     #[error("another controller owns the thrusters")]
     NotOwner,
     /// A value is not a number within -1 to 1; the motors are stopped.
@@ -60,7 +60,7 @@ impl Authority {
         }
     }
 
-    /// Takes the thrusters away from whoever has them.
+    /// Takes the thrusters away from their owner.
     pub fn revoke(&mut self) {
         self.owner = None;
         self.command = None;

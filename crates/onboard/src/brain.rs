@@ -82,7 +82,7 @@ pub struct Brain {
     shut_down: bool,
     /// How often it has looked where the vessel is: moves while the brain steers.
     steps: u64,
-    /// Somebody turns the computer's power off.
+    /// The computer's power is being turned off.
     powering_off: bool,
     afloat: bool,
     /// The time of the satellites at their last position.
@@ -219,7 +219,7 @@ impl Brain {
         }
     }
 
-    /// Whether the part with this label is in error; one that nobody knows is not.
+    /// Whether the part with this label is in error; an unknown label is not.
     pub fn in_error(&self, label: &str) -> bool {
         let part = self.settings.labels.find(label);
         part.is_some_and(|part| self.states.condition(part) >= Condition::Error)
@@ -348,7 +348,7 @@ impl Brain {
         let to_us = header.dst == self.bus.address();
         let may_stop = may_stop(&self.bus, header.dst);
         let before = self.plans.plan_state().run;
-        // What an operator now decides settles a failure that nobody has looked at yet.
+        // An operator's decision settles a failure that no supervisor has handled yet.
         let earlier = self.plans.take_failed();
         if to_us || (may_stop && request.op == PlanControlOp::Stop) {
             let asker = Asker { system: header.src, entity: header.src_ent };
@@ -457,7 +457,7 @@ impl Brain {
             self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();
         } else if self.estimate.is_none() && self.navigation.estimate(now).is_some() {
-            // Not a step later than the parts that are told of it: who starts something as soon as all is good is led at once.
+            // In the step in which the other parts see the position: a plan that starts at once must be steered at once.
             self.navigate();
         }
         if now >= self.next_watch {

@@ -23,7 +23,7 @@ pub(crate) struct Asker {
 }
 
 impl Asker {
-    /// Everyone: for what nobody asked.
+    /// All systems: for messages without a requester.
     pub(crate) const EVERYONE: Self = Self { system: Address::NULL, entity: ANY_ENTITY };
 }
 
@@ -112,7 +112,7 @@ impl Bus {
         self.send_to(from, Asker::EVERYONE, message);
     }
 
-    /// To whoever asked.
+    /// To the requester.
     pub(crate) fn send_to<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) {
         let Some(bytes) = self.packet(from, to, message) else { return };
         let to = self.node.recipients(self.now.mono, T::ID, from.number(), to.system);
@@ -154,7 +154,7 @@ impl Bus {
         self.entry_to(from, Asker::EVERYONE, level, text);
     }
 
-    /// The same to whoever asked for what it is about.
+    /// The same, to the requester.
     pub(crate) fn entry_to(&mut self, from: Entity, to: Asker, level: Level, text: impl Into<String>) {
         let text = text.into();
         let (context, _) = from.label_and_task();

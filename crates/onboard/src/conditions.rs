@@ -1,4 +1,4 @@
-//! What the plan engine is told of the watched parts.
+//! The conditions of the watched parts, as reported to the plan engine.
 
 use crate::entity::{Entity, Labels};
 use crate::states::{Condition, States};
@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
 
-/// It is told again after this time, changed or not.
+/// They are reported again after this time, changed or not.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// Conditions by the labels of the parts.
 type ByLabel = BTreeMap<String, EntityCondition>;
 
-/// What the engine was told last, and when it is told again.
+/// The last report to the engine, and when the next is due.
 #[derive(Debug)]
 pub(crate) struct Conditions {
     last: ByLabel,

@@ -87,8 +87,7 @@ fn services(settings: &Settings, reachable: &Reachable) -> String {
     imc::services::build(fixed.chain(open))
 }
 
-/// The list of entities, to whoever asked.
-/// Answers questions about this system that need nothing but what is fixed.
+/// Answers questions about this system from its fixed settings.
 pub(crate) fn answer(bus: &mut Bus, settings: &Settings, asker: Asker, to_entity: u8, message: &Message) {
     match message {
         Message::EntityList(list) if list.op == EntityListOp::Query => {

@@ -1,10 +1,10 @@
 //! What the hydrophone reads: detections of tagged fish, and the water.
 //!
-//! A detection gets the place the hydrophone was at when it was heard: at the receiver's stamp less the length of a tag's
-//! transmission, or at the arrival of its line less the same where the receiver's clock was never set or is lost. Such
-//! detections have no time of day. Each detection leaves as an Event that tells all of it, and as the TBRFishTag
-//! that every console knows, unless that would be false ([`Detection::fish_tag`]). How the receiver listens is told also while
-//! it hears nothing ([`Listening`]).
+//! A detection gets the hydrophone's position when the transmission began: at the receiver's stamp less the length of a
+//! tag's transmission, or at the arrival of its line less the same where the receiver's clock was never set or is lost.
+//! Such detections have no time of day. Each detection is sent as an Event with all its values, and as the TBRFishTag
+//! that every console knows, unless that would be false ([`Detection::fish_tag`]). How the receiver listens is reported
+//! also while it hears nothing ([`Listening`]).
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -27,9 +27,9 @@ const MOTOR_LIFE: Duration = Duration::from_secs(2);
 const LONGEST_NAME: usize = 24;
 /// Longest line of a receiver that is repeated (characters).
 const LONGEST_LINE: usize = 200;
-/// How the receiver listens is told again after this, for those that began to hear.
+/// How the receiver listens is reported again after this, for consoles that connected meanwhile.
 const TOLD_AGAIN: Duration = Duration::from_secs(30);
-/// Thrust that differs by this from what was told is another.
+/// Thrust that differs by this from the last report is reported again.
 const OTHER_THRUST: f64 = 0.15;
 
 /// What is known of the receiver and of how it can listen.
@@ -49,7 +49,7 @@ pub(crate) struct Hydrophone {
     receiver: Option<ReceiverReading>,
     serial: Option<u32>,
     frequency_khz: Option<u8>,
-    /// What was told last of how it listens, and when.
+    /// The last report of how it listens, and when.
     told: Option<(MonoTime, Listening)>,
     /// Mean and peak noise as they were reported last, and when.
     noise: Option<(MonoTime, u8, u8)>,
@@ -143,7 +143,7 @@ impl Hydrophone {
 
     /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is believed.
     fn pose(&self, bus: &Bus, at: MonoTime, stamp: Option<UtcTime>) -> Option<Pose> {
-        // Both clocks count microseconds in 63 bits; UTC is told by what it is now, whatever it was set from.
+        // Both clocks count microseconds in 63 bits; a UTC stamp is converted by the present offset between them.
         let micros = |at: MonoTime| at.micros() as i64;
         let heard_us = stamp.map_or(micros(at), |stamp| micros(bus.mono()) - (bus.utc() - stamp));
         let transmission_us = self.settings.transmission.as_micros() as i64;
@@ -272,7 +272,7 @@ impl Hydrophone {
         Effort { lines_lost, noise: self.noise.map(noise), propeller_rpm: self.propeller_rpm(now) }
     }
 
-    /// Speed of the faster propeller (rpm). Of one propeller nobody knows whether the other is faster.
+    /// Speed of the faster propeller (rpm). Absent if only one is known, as the other may be faster.
     fn propeller_rpm(&self, now: MonoTime) -> Option<f64> {
         let turns = self.propellers.map(|known| known.filter(|(at, _)| now.since(*at) <= MOTOR_LIFE));
         turns.port.zip(turns.starboard).map(|((_, port), (_, starboard))| port.max(starboard))
@@ -312,7 +312,7 @@ impl Hydrophone {
     }
 }
 
-/// Whether a receiver listens otherwise than was told.
+/// Whether a receiver listens otherwise than last reported.
 fn is_other(told: &Listening, now: &Listening) -> bool {
     let facts = |one: &Listening| (one.on, one.receiver, one.frequency_khz, one.protocols, one.clock);
     let thrust = told.thrust.zip(now.thrust);

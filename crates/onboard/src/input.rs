@@ -1,7 +1,7 @@
-//! What the brain is told: readings of the devices, the health of its computer, packets, and the passing of time.
+//! The inputs of the brain: readings of the devices, the health of its computer, packets, and the passing of time.
 //!
-//! Readings are as the devices gave them, nonsense included. [`Navigation`](crate::Navigation) and the other parts
-//! that use them refuse it. SI units and radians.
+//! Readings are as the devices gave them, invalid ones included. [`Navigation`](crate::Navigation) and the other parts
+//! that use them refuse those. SI units and radians.
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;

@@ -29,7 +29,7 @@ pub struct Lease {
 /// Why an order is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotObeyed {
-    /// Somebody has the lease, and it is not the sender.
+    /// The lease is held, and not by the sender.
     #[error("refused: {0} has control of this vessel from ashore; ask there, or abort")]
     Another(String),
     /// It was given under a lease that has ended.
@@ -62,7 +62,7 @@ impl LeaseGate {
         before.as_deref() != self.holder(now)
     }
 
-    /// Who commands; nobody when no lease lives.
+    /// Who commands; `None` when the lease is not held.
     pub fn holder(&self, now: MonoTime) -> Option<&str> {
         self.until.is_some_and(|until| now < until).then_some(self.holder.as_str())
     }
@@ -175,7 +175,7 @@ mod tests {
         assert!(gate.told(at(1), &lease(8, 30)));
         assert!(!gate.told(at(2), &lease(7, 30)));
         assert_eq!(gate.admit(at(2), 7, &start()), Err(NotObeyed::Ended));
-        // Its end is told: orders that were on their way are void at once.
+        // Its end is reported: orders that were on their way are void at once.
         assert!(gate.told(at(3), &lease(8, 0)));
         assert_eq!(gate.admit(at(3), 8, &start()), Err(NotObeyed::Ended));
         assert_eq!((gate.holder(at(3)), gate.admit(at(3), 0, &start())), (None, Ok(())));

@@ -5,7 +5,7 @@
 //! it is refused, the vessel is reckoned onwards, and only when three in a row agree with each other is the
 //! new place believed. Between positions, and over gaps up to a limit, position follows from velocity and
 //! heading from the rate of turn. What is not measured is doubted: the uncertainty grows with time, and with the way
-//! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one nobody steers.
+//! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one no controller steers.
 //!
 //! Heading (where the bow points, from the compass) and course (where the vessel goes, from the receiver's
 //! velocity) are never mixed: north and east velocities are kept, surge and sway follow from them and the
@@ -137,7 +137,7 @@ pub struct Estimate {
 pub struct Arrival {
     /// The moment.
     pub at: MonoTime,
-    /// How long after what it tells of that was.
+    /// How long after the measurement that was.
     pub lag: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! Who is out there, and what goes to whom.
+//! The systems in contact, and which messages each of them gets.
 //!
 //! As DUNE has it: a node gets UDP traffic once it announced an `imc+udp` address and something came from its
 //! id by one of the announced addresses within the contact timeout; a TCP client gets everything listed from
@@ -6,9 +6,9 @@
 //! its rate limits, per message and entity; packets addressed to one system go to that system only on UDP and
 //! are never limited.
 //!
-//! Anybody can announce anything, in anybody's name. So an announcement alone opens a contact for some seconds
-//! only; it lasts when something else comes from there, too. Who is in contact is neither redirected by
-//! another host's announcement nor pushed out by many new ones, and few can be in contact at once.
+//! Any host can announce any system. So an announcement alone opens a contact for some seconds only; it lasts when
+//! another message comes from there, too. A system in contact is neither redirected by another host's announcement
+//! nor pushed out by many new ones, and few can be in contact at once.
 
 use crate::entity::Entity;
 use crate::peer::Peer;

@@ -1,10 +1,10 @@
-//! Which keys of an operator may still act: only fresh ones, only from where the session was started.
+//! Which remote-operation messages still act: only fresh ones, only from the peer that started the session.
 //!
-//! Keys that waited in a stalled connection say what the operator wanted seconds ago. A packet's age is told
+//! Messages that waited in a stalled connection say what the operator wanted seconds ago. A packet's age is computed
 //! from its sender's clock, whose offset to the vessel's steady time is that of the fastest packet seen: the
-//! first message of a session sets it and faster ones mend it. The offset is kept over a silence, so that what
-//! a stall held back is late when it comes all at once. It follows a clock that was set back within a minute
-//! of messages; until then the keys are refused and the watchdog stops the motors.
+//! first message of a session sets it and faster ones correct it. The offset is kept over a silence, so that messages
+//! held back by a stall are late when they come all at once. It follows a clock that was set back within a minute
+//! of messages; until then the messages are refused and the watchdog stops the motors.
 //!
 //! A session belongs to the peer that started it. A late message still stops: its `Stop` and `Exit` count,
 //! nothing else of it does.
@@ -56,7 +56,7 @@ pub(crate) struct Operators {
     bound: Option<Peer>,
     /// Time of the newest keys that acted (s, the sender's).
     newest_s: Option<f64>,
-    /// A refusal was told; the next is told after keys have acted again.
+    /// A refusal was reported; the next is reported after keys have acted again.
     told: bool,
 }
 

@@ -15,7 +15,7 @@ pub enum Output {
     Packet {
         /// The packet, whole.
         bytes: Vec<u8>,
-        /// Who gets it; nobody when empty.
+        /// The receivers; may be empty.
         to: Vec<Peer>,
     },
     /// An announcement, to the discovery ports.

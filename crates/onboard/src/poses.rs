@@ -23,7 +23,7 @@ pub struct LeverArm {
     pub forward_m: f64,
     /// To starboard.
     pub starboard_m: f64,
-    /// Down; it moves no place on the chart, and is told with how the receiver listens.
+    /// Down; it moves no place on the chart, and is reported with how the receiver listens.
     pub down_m: f64,
 }
 

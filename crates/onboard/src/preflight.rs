@@ -1,12 +1,13 @@
-//! The preflight: nobody arms the motors until position, heading, clock, CAN and chart are good, or a person says why not.
+//! The preflight check: the motors are not armed until position, heading, clock, CAN and chart are good, or a person
+//! overrides it with a reason.
 //!
-//! It is held against each start that is asked from outside: of plans, of a single maneuver such as Goto, of manual
-//! control, which are all starts of the plan engine. Once all was good the motors are armed until the program ends: what
-//! fails under way is the supervisors' business, and a vessel must be able to come home. What the vessel starts on its own
-//! account, out of need or after a restart under way, is not held against it. A vessel without a configured chart has no
-//! chart that could be bad.
+//! It applies to each start that is requested from outside: of plans, of a single maneuver such as Goto, of manual
+//! control, which are all starts of the plan engine. Once all was good the motors are armed until the program ends:
+//! failures under way are left to the supervisors, and a vessel must be able to come home. It does not apply to what the
+//! vessel starts on its own, as a remedy or after a restart under way. A vessel without a configured chart passes the
+//! check of the chart.
 //!
-//! A person overrides it by the parameter [`OVERRIDE`] of this part, whose value is the reason. It is no parameter of the
+//! A person overrides it by the parameter [`OVERRIDE`] of this part, whose value is the reason. The parameter is not in the
 //! files: it is written to the log book, holds for this run of the program, and is never saved.
 
 use crate::bus::{Asker, Bus};

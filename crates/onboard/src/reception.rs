@@ -108,7 +108,7 @@ impl Reception {
         self.intake.declare(now)
     }
 
-    /// Answers an order of somebody who does not command.
+    /// Answers an order of a system that is not in command.
     fn refuse(&mut self, bus: &mut Bus, asker: Asker, message: &Message, why: &NotObeyed) {
         if self.lease.is_news(bus.mono()) {
             let text = format!("{} of {} is {why}", message.abbrev(), asker.system);

@@ -121,13 +121,13 @@ pub struct WatchSettings {
     pub limits: LimitsConfig,
     /// Load of the processor by this program (%) that is an error when held for ten seconds.
     pub cpu_percent: f64,
-    /// Free disk (%) below which a fault is told.
+    /// Free disk (%) below which a fault is reported.
     pub disk_free_percent: f64,
     /// Free disk (%) below which it is an error.
     pub disk_error_percent: f64,
-    /// Free memory of the computer (%) below which a fault is told.
+    /// Free memory of the computer (%) below which a fault is reported.
     pub memory_free_percent: f64,
-    /// Memory of this program (MiB) above which a fault is told.
+    /// Memory of this program (MiB) above which a fault is reported.
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
     pub clock_offset_s: f64,

@@ -12,7 +12,7 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
-    /// Takes the latest estimate, `None` when there is none. Returns whether the position is known; after a loss it
+    /// Takes the latest estimate, if there is one. Returns whether the position is known; after a loss it
     /// counts as known again when positions have been measured for `recovery`.
     pub(crate) fn see(&mut self, now: MonoTime, estimate: Option<&Estimate>, recovery: Duration) -> bool {
         let is_good = estimate.is_some_and(|estimate| !estimate.is_reckoned() && !estimate.is_heading_old());

@@ -19,7 +19,7 @@ const REFRESH: Duration = Duration::from_secs(30);
 /// What a vessel that is not at rest does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doing {
-    /// A plan of somebody's.
+    /// An operator's plan.
     Plan,
     /// An operator steers.
     Teleoperation,

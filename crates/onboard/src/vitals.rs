@@ -14,10 +14,10 @@ pub struct Vitals {
     pub mode: Mode,
     /// The batteries are below their warning level.
     pub fuel_low: bool,
-    /// Somebody turns the computer's power off.
+    /// The computer's power is being turned off.
     pub powering_off: bool,
-    /// The last time that the satellites' receiver told: the computer's clock when it came, and the satellites' minus that
-    /// (µs), which is late by the time that the message took.
+    /// The last time from the GNSS receiver: the computer's clock when it came, and the satellites' minus that (µs), which
+    /// is late by the time that the message took.
     pub satellite_time: Option<(UtcTime, i64)>,
 }
 

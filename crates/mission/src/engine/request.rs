@@ -37,7 +37,7 @@ pub struct Request {
 pub enum RequestKind {
     /// Run a plan, in place of the running one if any.
     Start {
-        /// The plan, as found in the request or in the database, or why there is none.
+        /// The plan, as found in the request or in the database, or why none was found.
         plan: Result<Box<Plan>, NoPlan>,
         /// How to run it.
         options: StartOptions,
@@ -46,10 +46,10 @@ pub enum RequestKind {
     Stop,
     /// Check a plan and tell its statistics; nothing moves.
     Load {
-        /// The plan, or why there is none.
+        /// The plan, or why none was found.
         plan: Result<Box<Plan>, NoPlan>,
     },
-    /// Tell which plan runs.
+    /// Report which plan runs.
     Get,
 }
 
@@ -170,7 +170,7 @@ pub enum EndReason {
     /// Its last maneuver is done.
     #[error("plan completed")]
     Completed,
-    /// Somebody stopped it.
+    /// A system stopped it.
     #[error("plan stopped")]
     Stopped,
     /// Another plan was started.
@@ -190,7 +190,7 @@ pub enum EndReason {
     /// The vessel did not know where it was for too long.
     #[error("the position was lost for too long")]
     PositionLost,
-    /// Somebody aborted.
+    /// The system of this address aborted.
     #[error("stopped by {0:#06x}")]
     Aborted(u16),
     /// Its maneuvers follow each other without ever taking time.
@@ -213,7 +213,7 @@ impl EndReason {
         }
     }
 
-    /// Whether it ended without anybody having wanted that.
+    /// Whether it ended by a fault, not by completion or order.
     pub fn is_failure(&self) -> bool {
         match self {
             Self::Completed | Self::Stopped | Self::Replaced | Self::Aborted(_) => false,

@@ -10,7 +10,7 @@ use crate::plan::{Node, Plan};
 use crate::statistics::{Progress, Standing};
 use units::{MonoTime, Now, UtcTime};
 
-/// Warnings of a plan that are told one by one; the others are counted.
+/// Warnings of a plan that are reported one by one; the others are counted.
 const WARNINGS_TOLD: usize = 20;
 
 #[derive(Debug, Clone)]

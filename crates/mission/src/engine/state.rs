@@ -175,13 +175,13 @@ pub enum Mode {
     Service,
     /// Calibrating before a plan.
     Calibration,
-    /// An entity is in error, or somebody aborted.
+    /// An entity is in error, or the vessel was aborted.
     Error,
     /// A maneuver is under way.
     Maneuver,
 }
 
-/// The state of the vehicle, to be told about twice per second.
+/// The state of the vehicle, to be reported about twice per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VehicleState {
     /// What it does.

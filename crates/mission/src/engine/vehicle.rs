@@ -1,6 +1,6 @@
-//! The vehicle's modes: what entities and aborts make of them.
+//! The vehicle's modes, as they follow from entity states and aborts.
 //!
-//! DUNE's mode for loops from outside is absent: nobody but the engine ever has loops on.
+//! DUNE's mode for control loops enabled from outside is absent: only the engine enables loops.
 
 use super::{EndReason, Engine, Mode, NoteLevel, Output};
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,7 +22,7 @@ pub(super) struct Vehicle {
     mode: Mode,
     conditions: BTreeMap<String, EntityCondition>,
     vital: BTreeSet<String>,
-    /// Somebody aborted and no entity report has come since.
+    /// An abort came, and no entity report since.
     aborted: bool,
     last_error: Option<(String, UtcTime)>,
 }

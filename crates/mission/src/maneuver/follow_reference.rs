@@ -1,14 +1,14 @@
-//! Follow reference: does as a commander says, place by place.
+//! Follow reference: the maneuver in which another system commands the vessel place by place.
 //!
-//! Waits for a first reference, goes where it says, hovers (motors off) when near and goes again when the
-//! place is farther than its radius plus a tolerance. What a reference leaves out stays as before, or starts
-//! as: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference again
-//! keeps the timeout from passing and changes nothing else. A place outside the area, or one that no safe way leads to,
-//! is refused: what was followed before goes on. While another vessel is announced close by, it
-//! hovers, and goes on when the other is gone or silent. A reference that only stops, or that only changes the speed
-//! on the way to the place before, is never refused. Where ways can be looked for ([`FollowReferenceConfig::routes_around`]),
-//! a place behind land is gone to around it once a way is found ([`Detour`], [`Search`]); what is given up before one was
-//! found is told. Without a position it waits for one and looks at the way then.
+//! Waits for a first reference, goes to its place, hovers (motors off) when near and goes again when the
+//! place is farther than its radius plus a tolerance. A field that a reference leaves out keeps its value; at the
+//! start these are: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference
+//! again restarts the timeout and changes nothing else. A place outside the area, or one that no safe way leads to,
+//! is refused: the previous reference stays in force. While another vessel is announced close by, it hovers, and
+//! continues when the other is gone or silent. A reference that only stops, or that only changes the speed on the way
+//! to the same place, is never refused. Where routes can be searched ([`FollowReferenceConfig::routes_around`]), a
+//! place behind land is reached around it once a way is found ([`Detour`], [`Search`]); a search that is given up is
+//! reported. Without a position it waits for one and checks the way then.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::detour::Detour;
@@ -175,8 +175,8 @@ impl Machine {
         }
     }
 
-    /// Whether a reference leads where the vessel may go; one that does not is told of once. Without a position only
-    /// its place can be judged.
+    /// Whether a reference leads where the vessel may go; a refused one is reported once. Without a position only
+    /// its place can be checked.
     fn may_go(&mut self, cx: &mut Context<'_>, next: &Reference) -> bool {
         let Some(goal) = next.location else { return true };
         if let Some(detour) = self.detour.take_if(|detour| detour.leads_to(goal))
@@ -254,7 +254,7 @@ impl Machine {
         self.reference.is_some_and(|reference| reference.location == Some(goal))
     }
 
-    /// What a way was looked for to is not gone to; who asked for it is told.
+    /// Ends the search for a way; the system that asked for the place is informed.
     fn give_up(&mut self, cx: &mut Context<'_>, why: &str) {
         if let Some(wanted) = self.search.give_up() {
             let system = wanted.system;

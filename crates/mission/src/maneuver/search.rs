@@ -1,9 +1,9 @@
 //! The search for a way to the place of a reference that no straight way leads to.
 //!
-//! Whoever runs the engine is asked for it, and answers when it can; nothing moves until then. One way is looked for at a
-//! time and not more often than [`LEAST_BETWEEN`], however often the place changes: what came last is followed by the way
-//! that was found if its end can be bent to it, else by the next one. So a place that moves, or two that alternate, never
-//! keep a search from coming to its end.
+//! The engine's caller is asked for it, and answers when it can; nothing moves until then. One way is searched at a time
+//! and not more often than [`LEAST_BETWEEN`], however often the place changes: the latest place is reached by the way that
+//! was found if its end can be moved there, else by the next one. So a place that moves, or two that alternate, never
+//! keep a search from finishing.
 
 use super::behaviour::Context;
 use super::detour::Detour;

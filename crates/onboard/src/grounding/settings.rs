@@ -116,7 +116,7 @@ impl Chart {
         Self::Loaded(ChartFile { name: name.to_owned(), digest, index: Arc::new(index) })
     }
 
-    /// What names the file; `None` where there is none.
+    /// Digest of the file; `None` without a chart.
     pub fn digest(&self) -> Option<[u8; 32]> {
         match self {
             Self::Loaded(file) => Some(file.digest),

@@ -46,7 +46,7 @@ pub(crate) enum Doing {
     Own,
 }
 
-/// How near danger is, as it is told; later is worse.
+/// How near danger is, as it is reported; later is worse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Stage {
     /// None within the warning's time and distance.

@@ -1,7 +1,7 @@
-//! What the next start will have: the values of the files, and what was saved since.
+//! The parameters of the next start: the values of the files, and those saved since.
 //!
-//! Consoles that ask with visibility `developer` are told it, so that nobody takes a value for kept that is gone
-//! with the next start.
+//! They are sent to consoles that ask with visibility `developer`, so that a value that is lost with the next start
+//! is not taken for saved.
 
 use crate::bus::Bus;
 use crate::entity::Entity;

@@ -84,7 +84,7 @@ pub(crate) struct Plans {
     settings: Box<Settings>,
     /// The plan of the start in hand, until the engine gives it a number.
     starting: Option<PlanSpecification>,
-    /// The plan that ended last, if it failed and nobody has asked.
+    /// The plan that ended last, if it failed and that has not been handled.
     failed: Option<Failed>,
     /// The last run on the vessel's own account, and whether one is being started.
     own_run: Option<RunId>,
@@ -93,9 +93,9 @@ pub(crate) struct Plans {
     resumes: bool,
     /// A plan led by a route is being started, which was checked just now.
     starts_routed: bool,
-    /// Why nobody else may start anything yet.
+    /// Why starts from outside are still refused.
     pub(crate) unready: Option<String>,
-    /// Why the last start on the vessel's own account came to nothing.
+    /// Why the last start on the vessel's own account failed.
     own_refusal: Option<String>,
     runs: BTreeMap<RunId, PlanSpecification>,
     plan_state: PlanState,
@@ -183,17 +183,17 @@ impl Plans {
         self.runs.get(&run)
     }
 
-    /// The plan that ended last, if it failed and nobody has asked.
+    /// The plan that ended last, if it failed and that has not been handled.
     pub(crate) fn take_failed(&mut self) -> Option<Failed> {
         self.failed.take()
     }
 
-    /// That failure is still to be asked for, unless another came since.
+    /// Puts that failure back to be handled, unless another came since.
     pub(crate) fn failed_before(&mut self, failed: Failed) {
         self.failed.get_or_insert(failed);
     }
 
-    /// Whether the plan that ended last failed and nobody has asked.
+    /// Whether the plan that ended last failed and that has not been handled.
     pub(crate) fn has_failed(&self) -> bool {
         self.failed.is_some()
     }

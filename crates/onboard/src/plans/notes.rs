@@ -1,8 +1,8 @@
 //! What a plan asks for that is not done aboard, found before it is sailed.
 //!
-//! Nothing of a plan is dropped without a word: what would make it another plan than its author means refuses
-//! it, what merely has no effect on a surface vessel is told. The same text about several maneuvers is told
-//! once, with their number.
+//! Nothing of a plan is dropped silently: what would change the author's intent refuses the plan; what merely
+//! has no effect on a surface vessel is reported. The same text about several maneuvers is reported once, with
+//! their number.
 
 use crate::parameters::{self, ParameterError};
 use crate::settings::Settings;

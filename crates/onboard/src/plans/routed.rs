@@ -73,7 +73,7 @@ impl Plans {
         ways_out: &[GuardLimits],
     ) -> Result<PlanSpecification, String> {
         let plan = self.database.plan(plan_id).ok_or_else(|| format!("there is no plan '{plan_id}'"))?;
-        // The first corner is where the vessel was when it asked, unless it is told to go there first.
+        // The first corner is where the vessel was when it asked, unless the route starts elsewhere.
         let corners =
             if route.start_moved { &route.places[..] } else { route.places.get(1..).unwrap_or_default() };
         let led = led_by(&plan, corners);

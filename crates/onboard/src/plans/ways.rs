@@ -27,7 +27,7 @@ impl Plans {
         self.ask_for_way(bus, from, to, 0);
     }
 
-    /// The plan has ended whose maneuver waits for a way; who asked for a place behind land is told.
+    /// The plan whose maneuver waits for a way has ended; the system that asked for a place behind land is informed.
     pub(super) fn give_up_way(&mut self, bus: &mut Bus, plan_id: &str) {
         let Some(search) = self.way.take() else { return };
         bus.give_up_route(search.number);

@@ -160,8 +160,8 @@ impl Context<'_> {
         Err(refusal.unwrap_or_else(|| "the area has no room".to_owned()))
     }
 
-    /// What a way is held against: as for plans, then in water that anybody may drive in, at last in a narrow one too:
-    /// the vessel may have been steered where plans do not lead.
+    /// The limits to check a way by, in turn: as for plans; with the least depth for manual steering; that in a narrow
+    /// corridor too. The vessel may have been steered where plans do not lead.
     fn looser_and_looser(&self) -> [GuardLimits; 3] {
         let guard = self.guard;
         let anybody = GuardLimits { autonomous_m: guard.navigable_m, ..guard };

@@ -114,7 +114,7 @@ impl Supervise {
         }
         self.under_way = true;
         if under_way.doing != Doing::Drift {
-            // One that was stopped may lie on its trailer by now, with nobody to be heard.
+            // A vessel that was stopped may lie on its trailer by now, out of contact.
             self.lost_comms.arm();
         }
         let remedy = match &context.restart.action {

@@ -1,11 +1,11 @@
 //! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel looks for a route.
 //!
-//! A route is asked for, first with the clearance that is set, then with the guard's own. Meanwhile the next weaker remedy
-//! stands in. What is found is held against guard and area from where the vessel is by then; what they refuse is never sailed.
-//! Where nothing is found that is told with what is in the way, and it is tried again once a minute; so it is where the
-//! energy that is left does not reach ([`super::energy`]). What is found while the engine takes no plan is kept for some
-//! minutes, and judged again with each try. Whatever settles the remedy (a stop, an abort, an operator who steps in) makes
-//! the answer one that nobody waits for. By another chart all is looked for anew, and a way under way is judged again.
+//! A route is requested, first with the configured clearance, then with the guard's own. Meanwhile the next weaker remedy
+//! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if they
+//! refuse it. Where no route is found, this is reported with what is in the way, and it is tried again once a minute; so it
+//! is where the remaining energy does not suffice ([`super::energy`]). A route found while the engine takes no plan is kept
+//! for some minutes, and checked again with each try. Once the remedy is settled (by a stop, an abort, an operator who steps
+//! in) the answer is ignored. With another chart the search starts anew, and a way under way is checked again.
 
 use super::{Context, DEEP_WATER, Supervise, entity_of};
 use crate::arbiter::Source;
@@ -18,9 +18,9 @@ use mission::Remedy;
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// An answer that takes longer is told to be missing. It is still taken when it comes, until it is asked for again.
+/// An answer that takes longer is reported as missing. It is still taken when it comes, until the next request.
 const ANSWER_WITHIN: Duration = Duration::from_mins(1);
-/// Where there is no route, one is looked for again after this time.
+/// Where there is no route, one is searched again after this time.
 const AGAIN: Duration = Duration::from_mins(1);
 
 /// A route that the engine does not take is kept so long.
@@ -169,7 +169,7 @@ impl WayHome {
         self.search.as_ref().is_some_and(|search| matches!(search.state, State::Asked { .. }))
     }
 
-    /// Takes an answer; false if nobody waits for it.
+    /// Takes an answer; false if no search waits for it.
     fn take(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) -> bool {
         let until = context.bus.mono() + FOUND_KEPT;
         let asked = |search: &&mut Search| search.number == answer.number && search.is_open();

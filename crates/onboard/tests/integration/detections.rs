@@ -1,5 +1,5 @@
-//! What a receiver hears gets the vessel's pose, and is told whole: also before its clock is set, and in codings that IMC
-//! has no number for.
+//! Detections get the vessel's pose and are reported whole: also before the receiver's clock is set, and in codings that
+//! have no number in IMC.
 
 use crate::common::*;
 use ::detections::{ClockState, Detection, Listening, Origin, fused};
@@ -60,7 +60,7 @@ fn adrift(settings: Settings, change: impl FnOnce(&mut sim::VesselConfig)) -> Se
     sea
 }
 
-/// The hydrophone's state as it was told last.
+/// The hydrophone's state as last reported.
 fn state_of(sea: &Sea) -> Option<EntityState> {
     let number = Entity::Hydrophone.number();
     let mut own = sea.said.iter().rev().filter(|(_, packet)| packet.header.src_ent == number);
@@ -232,7 +232,7 @@ fn how_the_receiver_listens_is_told_while_it_hears_nothing() {
         (first.thrust, first.clock, first.clock_offset_s),
         (Some(0.0), Some(ClockState::Disciplined), Some(3.6))
     );
-    // The vessel sails: its own thrust is told within a second.
+    // The vessel sails: its own thrust is reported within a second.
     sea.forget();
     let north = plan("north", vec![("a".to_owned(), Message::from(goto(300.0, 0.0, 1.5)))]);
     sea.ask(PlanControlOp::Start, "north", Some(north.into()));

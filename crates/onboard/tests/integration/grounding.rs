@@ -279,7 +279,7 @@ fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
     assert!(says(&sea, Entity::Grounding, "it lies close to danger and drifts closer: back to deep water"));
 }
 
-/// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is looked at when it comes.
+/// The plan is in deep water but a reference leads elsewhere: what is not known beforehand is checked when it comes.
 #[test]
 fn a_reference_towards_land_is_refused_before_the_vessel_sets_out() {
     let mut sea = afloat(&islet());

@@ -1,4 +1,4 @@
-//! The program is killed and starts over: what was under way is told, and done what the files say.
+//! The program is killed and starts over: it reports what was under way, and does what the files say.
 
 use crate::common::*;
 use control::CrossTrackConfig;

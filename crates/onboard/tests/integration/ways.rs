@@ -1,5 +1,5 @@
-//! Ways that the vessel looks for by itself: home round a headland, to a reference behind land. What is found is held against
-//! the guard, and an answer that nobody waits for moves nothing.
+//! Ways that the vessel searches on its own: home round a headland, to a reference behind land. A route that is found is
+//! checked by the guard, and an answer without an open request moves nothing.
 
 use crate::common::*;
 use imc::messages::*;
@@ -55,7 +55,7 @@ fn under_way(mut sea: Sea) -> Sea {
     sea
 }
 
-/// The same, and nobody is heard any more; who looks for routes is the test.
+/// The same, and contact is lost; the test answers the requests for routes.
 fn lost() -> (Sea, RouteRequest) {
     lost_by(wanting(&headland()))
 }
@@ -187,7 +187,7 @@ fn it_holds_while_it_waits_and_a_stale_answer_moves_nothing() {
     sea.run(3.0);
     assert_eq!(sea.last::<PlanSpecification>().unwrap().start_man_id, "route 1");
     assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
-    // The same answer once more is one that nobody waits for.
+    // The same answer once more has no open request.
     sea.ask(PlanControlOp::Stop, "", None);
     answer(&mut sea, request.number, Ok(around(&request)));
     sea.run(5.0);

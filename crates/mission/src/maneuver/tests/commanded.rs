@@ -223,7 +223,7 @@ fn follow_reference_hovers_while_another_vessel_is_close() {
     assert_eq!(bench.fix(fix(16.0, 0.0)), []);
     bench.now_s = 35.1;
     path(&bench.fix(fix(16.0, 0.0)));
-    // Without a separation nobody is too close.
+    // Without a separation no vessel is too close.
     bench.config.reference.separation_m = 0.0;
     bench.event(&sighting(16.0, 0.0));
     assert_eq!(bench.fix(fix(16.0, 0.0)), []);

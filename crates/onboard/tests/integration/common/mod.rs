@@ -97,7 +97,7 @@ impl Sea {
         self.tell(Input::Connected(PEER));
     }
 
-    /// Time passes for the hull while nobody polls it or steers.
+    /// Time passes for the hull while the program neither polls nor steers.
     pub(crate) fn hang(&mut self, seconds: f64) {
         let span = Duration::from_secs_f64(seconds);
         self.vehicle.hull.vessel.step(span);

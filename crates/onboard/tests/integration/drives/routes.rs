@@ -163,7 +163,7 @@ fn a_hundred_routes_are_sailed_without_entering_their_margins() {
     sail(0..100);
 }
 
-/// Nobody is heard any more while an operator steers, and home lies behind the archipelago's land. Takes some seconds: a
+/// Contact is lost while an operator steers, and home lies behind the archipelago's land. Takes some seconds: a
 /// quarter of an hour at sea.
 #[test]
 fn a_return_over_the_demonstrations_chart_keeps_out_of_all_margins() {
