@@ -19,7 +19,7 @@ pub struct Operations {
 /// Why an order is not taken.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotOrdered {
-    /// Somebody else commands the vessel.
+    /// Another person commands the vessel.
     #[error(transparent)]
     NoControl(#[from] LeaseRefused),
     /// A stop came in between.
@@ -95,11 +95,11 @@ impl Operations {
         self.alarms.watch(now, self.hub.fleet(), &ShoreState { contradictions, ..shore.clone() });
     }
 
-    /// Takes an order under the lease of whoever gives it, before it is written into the audit log. `stops` is what
-    /// [`Commands::stops`] was when the order began to be prepared: one that a stop came in between of is not given.
+    /// Takes an order under the lease of the person who gives it, before it is written into the audit log. `stops` is what
+    /// [`Commands::stops`] was when the order began to be prepared: if a stop came since, the order is not given.
     ///
     /// # Errors
-    /// Somebody else commands the vessel, a stop came in between, or the order is not valid.
+    /// Another person commands the vessel, a stop came in between, or the order is not valid.
     pub fn begin(
         &mut self,
         now: Now,

@@ -1,4 +1,4 @@
-//! What a vessel's agent is told of the fleet file: an .ini file that requires the packaged one and says what differs.
+//! A vessel's agent settings from the fleet file: an .ini file that requires the packaged one and states the differences.
 
 use crate::fleet::{Device, Fleet, Limits, VESSEL_ADDRESSES, Vessel, Way};
 use std::collections::BTreeMap;

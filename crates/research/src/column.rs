@@ -124,7 +124,7 @@ fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<String> {
         .then(|| "has control characters in it: write it without them".to_owned())
 }
 
-/// Not more of what somebody wrote than helps to find it.
+/// The beginning of a user's text, enough to find it by.
 pub(crate) fn shown(text: &str) -> String {
     text.chars().take(60).collect()
 }

@@ -1,8 +1,8 @@
 //! Entries as CSV: a header of names of fields, and a line for each entry.
 //!
 //! Written by the rules of `tables`. Read more leniently, as people's spreadsheets write it: with or without a byte order mark,
-//! with commas, semicolons or tabs, and with decimal commas where cells are told apart by semicolons. Nothing is guessed that
-//! could be something else, and every problem of a file is told at once.
+//! with commas, semicolons or tabs, and with decimal commas where semicolons separate the cells. Nothing ambiguous is
+//! guessed, and every problem of a file is reported at once.
 
 use crate::check::{check, folded};
 use crate::column::{Slot, shown};
@@ -17,10 +17,10 @@ use units::UtcTime;
 pub const ROWS: usize = 10_000;
 /// Cells that a header may have: more than twice as many as any kind has columns.
 const CELLS: usize = 64;
-/// Problems that are told; more of them help nobody.
+/// Problems that are reported; more of them are of no use.
 const PROBLEMS: usize = 1_000;
 
-/// What R writes for what is not there.
+/// What R writes for a missing value.
 const ABSENT: &str = "NA";
 
 /// How vessels are called.

@@ -23,7 +23,7 @@ pub enum Lag {
     Seconds(f64),
     /// No other detection within [`HORIZON_S`].
     Nothing,
-    /// Nobody looked, or too many waited to know it.
+    /// Not computed, or too many waited to know it.
     Unknown,
 }
 

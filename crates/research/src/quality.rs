@@ -1,4 +1,4 @@
-//! Why somebody should look twice at a detection. Nothing is left out for it.
+//! Why a detection is doubtful. Doubtful detections are flagged, never left out.
 
 use crate::study::{Heard, confirming_s};
 use api::{DetectionFlag, FlagCode};

@@ -224,7 +224,7 @@ impl Heard<'_> {
 
     /// Why this is perhaps no detection of the tag: nothing else confirms it within 30 of its ping intervals (the rule of Pincock
     /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
-    /// pings, or so seldom that a day's neighbours do not tell, or nobody knows its neighbours.
+    /// pings, or it pings so seldom that a day's neighbours do not suffice, or its neighbours are unknown.
     pub fn doubt(&self) -> Option<String> {
         let within_s = confirming_s(self.tag?)?;
         is_doubted(within_s, self.lag).then(|| {
@@ -235,8 +235,8 @@ impl Heard<'_> {
         })
     }
 
-    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, which stays as it is
-    /// where nobody gave it a number.
+    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, unchanged where
+    /// it has no number there.
     pub fn codespace(&self) -> String {
         let detection = self.detection;
         codespace(self.tag, &detection.protocol.to_string(), detection.frequency_khz)

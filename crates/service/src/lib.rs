@@ -17,7 +17,7 @@ pub fn ready() {
     tell(NotifyState::Ready);
 }
 
-/// The service ends by itself or was told to.
+/// The service ends, on its own or by request.
 pub fn ending() {
     tell(NotifyState::Stopping);
 }
@@ -28,7 +28,7 @@ fn tell(state: NotifyState<'_>) {
     }
 }
 
-/// How often [`Lifeline::beat`] is wanted at least; `None` where nobody watches (`WatchdogSec` of the unit).
+/// How often [`Lifeline::beat`] must be called at least; `None` without a watchdog (`WatchdogSec` of the unit).
 pub fn watched_every() -> Option<Duration> {
     // Half of what is allowed, as sd_watchdog_enabled(3) advises.
     sd_notify::watchdog_enabled().map(|limit| limit / 2)

@@ -1,8 +1,8 @@
-//! What the doctors of the programs found, for people and for what watches (Nagios, Icinga, Zabbix, a script).
+//! Findings of the programs' doctors, for people and for monitoring (Nagios, Icinga, Zabbix, a script).
 //!
-//! A code is a stable word for what was looked at; texts are for people and may change. Several findings may have one code:
-//! what watches takes the worst. Values that somebody wrote into a configuration are left out of what machines get, which
-//! often travels by mail: [`masked`].
+//! A code is a stable word for what was checked; texts are for people and may change. Several findings may have one code:
+//! monitoring takes the worst. Values from a configuration are left out of the output for machines, which is often sent
+//! by mail: [`masked`].
 
 use serde_json::{Value, json};
 
@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 pub enum Status {
     /// As it should be.
     Ok,
-    /// It works, and somebody should look at it.
+    /// It works, but an operator should look at it.
     Warn,
-    /// To be mended.
+    /// It must be repaired.
     Fail,
 }
 
@@ -56,7 +56,7 @@ impl Finding {
         Self { part, status: Status::Ok, text: text.into(), remedy: String::new() }
     }
 
-    /// Somebody should look at it.
+    /// An operator should look at it.
     pub fn warn(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, status: Status::Warn, text: text.into(), remedy: remedy.into() }
     }

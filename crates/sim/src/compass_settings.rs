@@ -24,7 +24,7 @@ const RATES: [(&str, i64); 7] = [
     (".2", 5_000_000),
 ];
 
-/// What a receiver sends before anybody tells it.
+/// What a receiver sends before any command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AtFirst {
     /// The sentences of the boats at each epoch, as a receiver that was set up and saved it.
@@ -108,7 +108,7 @@ impl CompassSettings {
         answers
     }
 
-    /// Carries a command out; its answer, or `None` where it is none that the receiver obeys.
+    /// Carries a command out and returns the answer; `None` for a command that the receiver does not have.
     fn obey(&mut self, command: &str) -> Option<&'static str> {
         const DONE: &str = "$>\r\n";
         let fields: Vec<&str> = command.split(',').collect();

@@ -5,7 +5,7 @@
 //! at which its last byte reaches the computer, which may lie up to one step before the call that makes it
 //! available, and comes out in that order.
 //!
-//! Outputs that nobody polls are kept up to 100 000; beyond that the oldest is lost and counted.
+//! Up to 100 000 outputs wait to be polled; beyond that the oldest is lost and counted.
 
 use crate::battery::{BatteryBank, BatteryConfig};
 use crate::card::{Card, CardConfig};
@@ -188,7 +188,7 @@ pub struct Vessel {
     lost: u64,
     reports: Vec<(MonoTime, CardReport)>,
     heard: Vec<(UtcTime, Reading)>,
-    /// Lines lost since the last that came as a value; nobody knows before the first.
+    /// Lines lost since the last that came as a value; unknown before the first.
     lines_lost: Option<u16>,
 }
 
@@ -335,7 +335,7 @@ impl Vessel {
         &self.battery
     }
 
-    /// Outputs lost because nobody polled.
+    /// Outputs lost because they were not polled.
     pub fn outputs_lost(&self) -> u64 {
         self.lost
     }
@@ -511,7 +511,7 @@ impl Vessel {
     }
 }
 
-/// A fish that has swum until `start`; what its tag sent before, nobody heard.
+/// A fish that has swum until `start`; earlier transmissions of its tag were not heard.
 fn swimming(config: &FishConfig, start: UtcTime) -> Result<Fish, OutOfRange> {
     within("beginning of the fish (s since 1970)", config.since.seconds(), 0.0, LAST_START_S)?;
     let swum_s = start.seconds() - config.since.seconds();

@@ -50,7 +50,7 @@ pub(crate) fn put(data: &Path, file: &Path) -> Result<PathBuf> {
         })
         .find(|path| !path.exists())
         .ok_or_else(|| StoreError::Query(format!("there is no free name for {name} in {ASIDE}")))?;
-    // Its log goes first: on its own it harms nobody, while a database without its log would lack what it holds.
+    // Its log goes first: a log on its own does no harm, while a database without its log would lack what that holds.
     for end in ["-wal", "-shm", ""] {
         let (from, to) = (beside(file, end), beside(&to, end));
         match fs::rename(&from, &to) {

@@ -55,8 +55,8 @@ impl Check {
     }
 }
 
-/// Looks at a data folder. `thorough` reads the whole archive and every page of the history; `progress` is told
-/// what is looked at next and may stop by returning false.
+/// Checks a data folder. `thorough` reads the whole archive and every page of the history; `progress` gets the name
+/// of the next check and may stop by returning false.
 ///
 /// # Errors
 /// When the folder cannot be read at all, and [`StoreError::Cancelled`]. Anything else that is wrong is a check.

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Packets of the archive that are read into the history at once when nobody waits.
+/// Packets of the archive that are read into the history at once when no client is waiting.
 pub(crate) const REPLAY_PACKETS: usize = 20_000;
 /// The same between two commits, which wait meanwhile.
 const SLICE_PACKETS: usize = 8_000;
@@ -32,7 +32,7 @@ const IDLE_COMMITS: u32 = 20;
 const TRY_EVERY: u32 = 10;
 /// Bytes on a disk that reading what is missing leaves to the archive; of a small disk a twentieth.
 const RESERVED_BYTES: u64 = 512 << 20;
-/// Causes that are told; more of them are counted.
+/// Causes that are reported; more of them are counted.
 const CAUSES: usize = 4;
 
 /// The history, or why there is not one that can be written.
@@ -140,7 +140,7 @@ impl Follower {
         }
     }
 
-    /// Whether there is none to be written, or it knows nothing of what was read.
+    /// Whether there is no history to write to, or it is new and holds nothing that was read.
     pub(crate) fn knows_nothing(&self) -> bool {
         match &self.kept {
             Kept::Open(history) => history.is_new(),

@@ -1,9 +1,8 @@
-//! What vessels say is missing: `archive/gaps.jsonl`, a line of JSON for each declaration.
+//! The gaps that vessels declare: `archive/gaps.jsonl`, a line of JSON for each declaration.
 //!
-//! It lies with the archive because it is as much the truth as the packets are. But it is a statement, and whoever
-//! has a vessel's token can make it. So it is bounded: neighbours are one, of a system and a day no more than
-//! [`MOST_A_DAY`] are kept, no time is later than a day from now. And it is revoked, as far as that goes, by the
-//! first record that comes for one of its numbers.
+//! It is stored beside the archive because it is primary data, as the packets are. But any client with a vessel's token
+//! can make such a statement. So it is bounded: adjacent gaps are merged, at most [`MOST_A_DAY`] are kept for a system
+//! and a day, no time is later than a day from now. A record that comes for one of its numbers revokes that part of it.
 
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::MonthKey;

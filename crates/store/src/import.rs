@@ -58,7 +58,7 @@ impl Store {
     ///
     /// # Errors
     /// When a file cannot be read or the archive not written, and [`StoreError::Cancelled`]. A file that holds
-    /// no packets is no error but a problem that is told.
+    /// no packets is not an error but a problem that is reported.
     pub fn import(
         &mut self,
         paths: &[PathBuf],
@@ -79,7 +79,7 @@ impl Store {
             }
         }
         self.make_ready()?;
-        // Each log has an arrival of its own, by which its packets are told from those that came before.
+        // Each log has an arrival time of its own, which distinguishes its packets from earlier ones.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
             let received = UtcTime::from_micros(start_us + at as i64);
@@ -126,12 +126,12 @@ impl Store {
     }
 }
 
-/// One log on its way in, some packets at a time, so that whoever owns the store can take other packets in between.
+/// The import of one log, some packets at a time, so that the owner of the store can take other packets in between.
 #[derive(Debug)]
 pub struct LogImport {
     file: PathBuf,
     log: LogReader<Chain<Cursor<Vec<u8>>, File>>,
-    /// By which its packets are told from those that came before.
+    /// Arrival time, which distinguishes its packets from earlier ones.
     received: UtcTime,
     imported: Imported,
     /// Packets of all logs before this one.

@@ -37,7 +37,7 @@
 //!                              Arrivals.idx when and how each came, and its number in a record lane
 //! DATA/archive/format.json                the form of these files
 //! DATA/archive/gaps.jsonl                 what vessels say is missing
-//!              shortened.jsonl            days that held more once; told until somebody removes it
+//!              shortened.jsonl            days that held more once; reported until removed
 //! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
 //!              undated.sqlite             samples whose stated time is before 2000 or after 2099, or none
 //!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress, months

@@ -35,8 +35,8 @@ pub struct Reindexed {
     pub before: u64,
 }
 
-/// Makes the history again from the archive. No other process may write to the folder; `progress` is told how
-/// many packets were read and may stop by returning false.
+/// Makes the history again from the archive. No other process may write to the folder; `progress` gets the number
+/// of packets read and may stop by returning false.
 ///
 /// # Errors
 /// When files cannot be read or written, and [`StoreError::Cancelled`]. Also when the archive holds fewer samples

@@ -24,7 +24,7 @@ const AT_ONCE_PACKETS: u64 = 20_000;
 ///
 /// There is one writer for each folder; readers of the history ([`crate::Reader`]) need no writer and do not
 /// disturb it. Nothing is on disk before a commit says so. At most 64 MiB wait for a commit: then
-/// [`Store::accept`] refuses, and whoever brings packets must hold them back.
+/// [`Store::accept`] refuses, and the caller must hold packets back.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -65,7 +65,7 @@ impl Store {
         Ok(store)
     }
 
-    /// As [`Self::open`]; `progress` is told how many packets were read into the history and may stop that by
+    /// As [`Self::open`]; `progress` gets the number of packets read into the history and may stop that by
     /// returning false.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ impl Store {
     /// Puts everything accepted on disk and into the history.
     ///
     /// The archive comes first. When it cannot be written nothing of what waits is on disk, nothing is lost
-    /// and a later commit can succeed. When the history cannot be written, that is told in
+    /// and a later commit can succeed. When the history cannot be written, that is reported in
     /// [`Committed::history_behind`]: the packets are safe, and later commits bring the history up to date.
     ///
     /// # Errors
@@ -237,14 +237,14 @@ impl Store {
         Ok(committed)
     }
 
-    /// As [`Self::sync`], for work in between: what becomes durable by it is told by the next one.
+    /// As [`Self::sync`], for work in between: what becomes durable by it is reported by the next one.
     pub(crate) fn sync_quietly(&mut self) -> Result<()> {
         self.untold = self.sync()?.durable;
         Ok(())
     }
 
     /// The second half: the history follows; how many rows it gained. Of what it [lacks](Self::behind) it reads a
-    /// slice, so that whoever records packets in between is not held up.
+    /// slice, so that the recording of packets in between is not delayed.
     ///
     /// # Errors
     /// When the history cannot be written. Later calls read from the archive what is missing.

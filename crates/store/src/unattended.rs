@@ -1,4 +1,4 @@
-//! What of a store may go with nobody looking.
+//! Which days of a store may be removed unattended.
 //!
 //! A wrong clock must not take a season, neither the one that names the days nor the one of today. So nothing is measured from a
 //! time: the newest days *with recordings* stay, so many of them, however far apart they lie. A day with a date that is wrong by years

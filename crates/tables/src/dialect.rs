@@ -3,7 +3,7 @@
 /// The byte order mark, by which spreadsheets know UTF-8.
 const MARK: &[u8] = "\u{FEFF}".as_bytes();
 
-/// How the cells of a table are told apart, and its numbers written.
+/// How the cells of a table are separated, and its numbers written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dialect {
     /// RFC 4180: commas, decimal points, no mark. What programs read.

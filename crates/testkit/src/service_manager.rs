@@ -8,7 +8,7 @@ use tempfile::TempDir;
 /// Nothing that is waited for takes longer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Hears what a program tells of itself.
+/// Receives the notifications of a program.
 #[derive(Debug)]
 pub struct ServiceManager {
     folder: TempDir,
@@ -34,20 +34,20 @@ impl ServiceManager {
             .env("WATCHDOG_USEC", watchdog.as_micros().to_string());
     }
 
-    /// The next thing that is told.
+    /// The next notification.
     ///
     /// # Panics
-    /// Nothing is told for half a minute.
+    /// None comes for half a minute.
     pub fn told(&self) -> String {
         let mut bytes = [0; 256];
         let length = self.socket.recv(&mut bytes).expect("the program tells how it is");
         String::from_utf8_lossy(&bytes[..length]).trim().to_owned()
     }
 
-    /// Passes over what is told until `wanted`.
+    /// Skips notifications until `wanted`.
     ///
     /// # Panics
-    /// Nothing is told for half a minute.
+    /// None comes for half a minute.
     pub fn waits_for(&self, wanted: &str) {
         while self.told() != wanted {}
     }

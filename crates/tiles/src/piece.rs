@@ -8,7 +8,7 @@ use crate::world::Bounds;
 use charts::coverage::is_coverage;
 use charts::s57::{AttributeCode, Feature, ObjectClass};
 
-/// Something that is drawn, or only told of where it has no layer.
+/// An object that is drawn, or only listed where it has no layer.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Item {
     pub(crate) layer: Option<Layer>,

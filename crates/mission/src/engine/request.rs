@@ -44,7 +44,7 @@ pub enum RequestKind {
     },
     /// End the running plan.
     Stop,
-    /// Check a plan and tell its statistics; nothing moves.
+    /// Check a plan and report its statistics; nothing moves.
     Load {
         /// The plan, or why none was found.
         plan: Result<Box<Plan>, NoPlan>,

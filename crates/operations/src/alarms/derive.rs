@@ -32,20 +32,20 @@ const CLOCK_OFFSET_S: f64 = 0.1;
 const CLOCK_HYSTERESIS: f64 = 0.8;
 /// An error in a log book is an alarm for so long.
 const LOG_BOOK_LASTS: Duration = Duration::from_mins(1);
-/// What a log book says of an abort so soon after the order is no trouble.
+/// An entry of the log book about an abort raises no alarm this soon after the order.
 const ABORT_TOLD: Duration = Duration::from_secs(10);
 /// Errors of log books that are kept; the oldest goes first.
 const LOG_BOOK_KEPT: usize = 1_000;
-/// Motors that are told one by one.
+/// Motors that are reported one by one.
 const MOTORS_TOLD: usize = 8;
 /// Free space of the server's disk below which an alarm is raised (bytes, and part of the whole).
 const DISK_CAUTION: (u64, f64) = (10 << 30, 0.05);
 const DISK_WARNING: u64 = 1 << 30;
-/// So long before a certificate's end it is told, and is urgent (µs).
+/// So long before a certificate's end an alarm comes, as a caution and as a warning (µs).
 const CERTIFICATE_CAUTION_US: i64 = 30 * DAY_US;
 const CERTIFICATE_WARNING_US: i64 = 7 * DAY_US;
 const DAY_US: i64 = 86_400_000_000;
-/// The part of a certificate's alarm that tells of files which cannot be used.
+/// The part of a certificate's alarm that is about files which cannot be used.
 const NEW_FILES: &str = "new files";
 
 /// What a vessel's link knows of its clock.
@@ -124,10 +124,10 @@ pub(super) struct Observed {
 }
 
 impl Observed {
-    /// Whether nobody can say at the moment if this holds.
+    /// Whether it cannot be determined at present if this holds.
     pub(super) fn unknown(&self, key: &Key) -> bool {
         key.vessel.is_some_and(|vessel| match key.kind {
-            // Whether it came in since the start, whether it is expected and who else speaks is always known.
+            // Whether anything came since the start, and whether another peer sends in its name, is always known.
             Kind::NeverHeard | Kind::OtherSource => false,
             Kind::NotHeard => !self.heard.contains(&vessel) && !self.silent.contains(&vessel),
             _ => !self.heard.contains(&vessel),
@@ -240,7 +240,7 @@ impl Observer {
             };
             let words = entry.text.to_str_lossy();
             if self.aborts.contains_key(&view.src()) && words.to_lowercase().contains("abort") {
-                // It does what it was told.
+                // It carries out an order.
                 continue;
             }
             let label = fleet.system(view.src()).and_then(|system| system.entity(view.src_ent()));
@@ -401,7 +401,7 @@ impl Parts {
     }
 }
 
-/// Whether somebody has to be told about this system: real vessels, not consoles or imported systems.
+/// Whether this system can have alarms: real vessels, not consoles or imported systems.
 fn is_vessel(system: &System) -> bool {
     let sails = match system.kind() {
         Some(kind) => {
@@ -469,7 +469,7 @@ fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     all
 }
 
-/// That a certificate ends, and that its successor cannot be used: two troubles, so that who knows of one is told the other.
+/// That a certificate ends, and that its successor cannot be used: two troubles, so that each is acknowledged on its own.
 fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> {
     let CertificateState { file, until, refused } = certificate;
     let (left_us, file) = (until.micros().saturating_sub(now.micros()), bounded(file));

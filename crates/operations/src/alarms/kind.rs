@@ -5,7 +5,7 @@ use std::time::Duration;
 /// How urgent an alarm is (MSC.302(87)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Priority {
-    /// To be known; nobody has to acknowledge it.
+    /// For information; needs no acknowledgement.
     Caution,
     /// To be looked at soon.
     Warning,
@@ -34,7 +34,7 @@ impl Priority {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 
-    /// How often it sounds while nobody acknowledges it; `None` for silent ones.
+    /// How often it sounds until it is acknowledged; `None` for silent ones.
     pub const fn repeats(self) -> Option<Duration> {
         match self {
             Self::Caution => None,
@@ -54,7 +54,7 @@ pub enum Kind {
     NotHeard,
     /// Nothing came from a vessel that has a link since the server started.
     NeverHeard,
-    /// Somebody else speaks in the name of a vessel that has a link.
+    /// Another peer sends with the address of a vessel that has a link.
     OtherSource,
     /// The vessel does not know where it is.
     Position,
@@ -279,12 +279,12 @@ impl Kind {
         })
     }
 
-    /// Whether it is told also of a vessel from which nothing comes.
+    /// Whether it is reported also for a silent vessel.
     pub(crate) const fn outlives_silence(self) -> bool {
         matches!(self, Self::NotHeard | Self::OtherSource)
     }
 
-    /// Whether a warning that nobody acknowledges becomes an alarm.
+    /// Whether a warning that is not acknowledged becomes an alarm.
     pub(crate) const fn escalates(self) -> bool {
         matches!(
             self,
@@ -298,7 +298,7 @@ impl Kind {
 pub struct Advice {
     /// Why it comes.
     pub cause: &'static str,
-    /// What follows if nobody does anything.
+    /// What follows if no one acts on it.
     pub consequence: &'static str,
     /// What to do.
     pub action: &'static str,

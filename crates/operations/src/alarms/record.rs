@@ -57,11 +57,11 @@ pub fn day_and_time(us: i64) -> [String; 2] {
 pub enum State {
     /// Nothing is wrong.
     Normal,
-    /// Wrong, and nobody said they know.
+    /// Wrong, and not acknowledged.
     Unacknowledged,
     /// Wrong, and known; or a caution.
     Acknowledged,
-    /// Was wrong, and nobody said they know.
+    /// Was wrong, and not acknowledged.
     Returned,
 }
 
@@ -126,13 +126,13 @@ pub struct Alarm {
     pub over: Option<UtcTime>,
     /// How often it came since it was normal.
     pub count: u32,
-    /// Who said they know.
+    /// Who acknowledged it.
     pub acknowledged: Option<Signature>,
-    /// Whether it became more urgent because nobody acknowledged it.
+    /// Whether it became more urgent because it was not acknowledged.
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
-    /// Put aside for a time.
+    /// Shelved for a time.
     pub shelved: Option<Shelving>,
     /// What it is part of at present, and is not reported besides.
     pub collapsed: Option<Kind>,
@@ -148,12 +148,12 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// Whether it is told: neither normal, nor put aside, nor part of another.
+    /// Whether it is reported: neither normal, nor shelved, nor part of another.
     pub fn is_told(&self) -> bool {
         self.state != State::Normal && self.shelved.is_none() && self.collapsed.is_none()
     }
 
-    /// Whether somebody has to say that they know.
+    /// Whether a person has to acknowledge it.
     pub fn wants_acknowledgement(&self) -> bool {
         self.is_told() && matches!(self.state, State::Unacknowledged | State::Returned)
     }
@@ -174,7 +174,7 @@ pub struct Note {
     pub priority: Priority,
     /// `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or `off the shelf`.
     pub what: &'static str,
-    /// Who did it; empty for nobody.
+    /// The person who did it; empty where no person did.
     pub by: String,
     /// The alarm's words by codes; empty where the words are a person's.
     pub says: Vec<AlarmSaying>,
@@ -185,10 +185,10 @@ pub struct Note {
 /// Why an alarm stays as it is.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmRefused {
-    /// There is none.
+    /// There is no such alarm.
     #[error("there is no such alarm any more")]
     Gone,
-    /// It needs nobody.
+    /// It needs no acknowledgement.
     #[error("this alarm is acknowledged already, or a caution, which needs nobody")]
     Known,
     /// It must be seen.
@@ -223,7 +223,7 @@ pub struct Saved {
     pub over: Option<UtcTime>,
     /// How often it came.
     pub count: u32,
-    /// Who said they know.
+    /// Who acknowledged it.
     pub acknowledged: Option<Signature>,
     /// Whether it became more urgent by waiting.
     pub escalated: bool,

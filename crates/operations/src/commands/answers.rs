@@ -17,7 +17,7 @@ use units::{Now, UtcTime};
 const PLANS: usize = 1_000;
 
 impl Commands {
-    /// Takes what a packet of the present tells of orders and of the vessel.
+    /// Takes what a live packet shows of orders and of the vessel.
     pub(super) fn evidence(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
         self.reports.heard(now, view);
@@ -123,8 +123,8 @@ impl Commands {
         }
     }
 
-    /// Whoever asked: what a vessel stores is news. What it says of one plan changes the list at once; before it told
-    /// the whole list, that plan is all that is known.
+    /// Takes news of the plans stored aboard, whoever the requester was. An answer about one plan updates the list at once;
+    /// before the whole list has come, that plan is all that is known.
     fn plans(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
         if answer.r#type != PlanDBType::Success {
             return;

@@ -1,14 +1,14 @@
-//! What becomes of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
+//! The stages of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
 //!
-//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered several times
-//! under one request id, and a failure may come minutes later. So answers move a command on while it is open, and
-//! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
-//! database gives. Telemetry that could be from before the order counts only after an answer.
+//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered
+//! several times under one request id, and a failure may come minutes later. So answers advance a command while it is
+//! open, and the effect is taken from telemetry: the plan that PlanControlState reports as executed, the digest that the
+//! plan database gives. Telemetry that could be from before the order counts only after an answer.
 //!
-//! A command that timed out is not forgotten: what shows later that the vessel has it, does it or refuses it moves it on,
-//! and says that it came late.
+//! A command that timed out is not forgotten: later evidence that the vessel has it, carries it out or refuses it
+//! advances it, marked as late.
 //!
-//! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
+//! [`KEPT`] commands are kept for each vessel; the oldest finished ones are dropped first.
 
 mod answers;
 mod dispatch;
@@ -41,7 +41,7 @@ const TEXT_CHARS: usize = 500;
 const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
 const EFFECT_WITHIN: Duration = Duration::from_secs(15);
-/// So long after it timed out the state of the vessel still tells of a command that it never answered.
+/// So long after it timed out the state of the vessel still counts for a command that it never answered.
 const LATE_STATE: Duration = Duration::from_mins(1);
 /// At rest so long after a stop was sent, a vessel that rested before has obeyed it.
 const REST_SEEN: Duration = Duration::from_secs(2);
@@ -188,7 +188,7 @@ impl Command {
         reached.max().unwrap_or(Stage::Asked)
     }
 
-    /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
+    /// Whether the vessel's own state reports, which answer no order, still count for it.
     fn listens(&self, now: MonoTime) -> bool {
         self.answered || self.timed_out.is_none_or(|at| now.since(at) < LATE_STATE)
     }
@@ -218,7 +218,7 @@ pub enum Receipt {
 pub struct OrderedBy {
     /// The person.
     pub name: String,
-    /// As the audit log names them: a script in a person's name is told from the person.
+    /// As the audit log names them: a person's script has a name other than the person.
     pub actor: String,
     /// From which network address.
     pub from: String,
@@ -330,8 +330,8 @@ impl Commands {
         Ok(id)
     }
 
-    /// Stops that were ordered of a vessel. Whoever prepares an order looks before and after: one that a stop came in
-    /// between of is not given.
+    /// Stops that were ordered of a vessel. Compared before and after an order is prepared: if a stop came in between,
+    /// the order is not given.
     pub fn stops(&self, vessel: Address) -> u64 {
         self.stops.get(&vessel).copied().unwrap_or_default()
     }
@@ -408,7 +408,7 @@ impl Commands {
         }
     }
 
-    /// Time passes: what was to come by now and did not is told. Call it about once a second.
+    /// Times out commands whose next stage is overdue. Call it about once a second.
     pub fn tick(&mut self, now: Now) {
         let due =
             |one: &&Command| !one.is_over() && one.deadline.is_some_and(|deadline| now.mono >= deadline);
@@ -472,7 +472,7 @@ impl Commands {
         self.revision
     }
 
-    /// What happened to commands since the last call, and how much before it was forgotten because nobody fetched it.
+    /// The events of commands since the last call, and how many were dropped because they were not fetched.
     pub fn drain(&mut self) -> (Vec<CommandEvent>, u64) {
         (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
     }
@@ -509,7 +509,7 @@ impl Commands {
             Stage::TimedOut => command.timed_out = Some(now.mono),
             _ => {}
         }
-        // Questions are nobody's act; what is asked and accepted is written down by who asks.
+        // Queries are not audited; earlier stages are written to the audit log by the caller.
         if command.commands && stage >= Stage::Waiting {
             let event = CommandEvent {
                 vessel: command.vessel,

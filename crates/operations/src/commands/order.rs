@@ -25,7 +25,7 @@ const LONGEST_VALUE: usize = 1_000;
 /// An order to a vessel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
-    /// Stop: whatever it does, it does no more. Anybody may give it, without control.
+    /// Stop, whatever the vessel is doing. Any user may give it, without control.
     Stop,
     /// Start a plan that is stored aboard.
     StartPlan {
@@ -229,7 +229,7 @@ impl Order {
                 control(PlanControlOp::Start, GOTO_PLAN, Some(goto(*place, *speed_mps).into()))
             }
             Self::Teleoperate { by } => {
-                // Decimal, as DUNE reads it: keys of nobody else count.
+                // Decimal, as DUNE reads it: keys of other systems are ignored.
                 let maneuver = Teleoperation { custom: format!("src={}", by.0).as_str().into() };
                 control(PlanControlOp::Start, TELEOPERATION_PLAN, Some(maneuver.into()))
             }

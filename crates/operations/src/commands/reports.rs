@@ -49,11 +49,11 @@ pub enum Question {
 pub struct ParameterReport {
     /// Its value.
     pub value: String,
-    /// What the next start will have; `None` where the vessel does not tell that.
+    /// Its value from the next start; `None` where the vessel does not report it.
     pub saved: Option<String>,
     /// Whether the value is longer than what is kept of it.
     pub cut: bool,
-    /// When it was told.
+    /// When it was reported.
     pub at: UtcTime,
 }
 
@@ -102,7 +102,7 @@ impl EntityReport {
 pub struct PlanReport {
     /// All of it.
     pub plan: PlanSpecification,
-    /// When it was told.
+    /// When it was reported.
     pub at: UtcTime,
     bytes: usize,
 }
@@ -203,12 +203,12 @@ impl Reports {
         of.into_iter().flat_map(|of| of.entities.iter().map(|(label, entity)| (label.as_str(), entity)))
     }
 
-    /// A parameter as it was told last.
+    /// A parameter as last reported.
     pub fn parameter(&self, vessel: Address, entity: &str, name: &str) -> Option<&ParameterReport> {
         self.vessels.get(&vessel)?.entities.get(entity)?.parameters.get(name)
     }
 
-    /// A plan as the vessel told it last.
+    /// A plan as the vessel last reported it.
     pub fn plan(&self, vessel: Address, plan_id: &str) -> Option<&PlanReport> {
         self.vessels.get(&vessel)?.plans.get(plan_id)
     }

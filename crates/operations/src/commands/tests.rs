@@ -333,7 +333,7 @@ fn parameters_are_set_when_the_vessel_echoes_them() {
     let text = "updating entity parameters: invalid parameter: 'A'".into();
     bench.says(2, Address(0xFFFF), LogBookEntry { text, ..LogBookEntry::default() });
     assert_eq!(bench.last(id), (Stage::Refused, "A: invalid parameter".to_owned()));
-    // Saving is answered by nobody: that it arrived is all there is.
+    // Saving is not answered: receipt is the last stage.
     let (id, _) = bench.order(3, Order::SaveParameters { entity: "Path Control".to_owned() }, None);
     bench.commands.receipt(at(3), id, Receipt::Received);
     assert!(bench.commands.get(id).unwrap().is_over());
@@ -389,7 +389,7 @@ fn what_timed_out_follows_the_evidence_that_comes_late() {
     bench.commands.tick(at(516));
     bench.answers(517, PlanControlType::Failure, &request, "no such plan");
     assert_eq!(bench.last(id), (Stage::Refused, "late: no such plan".to_owned()));
-    // Without an answer the state of the vessel tells for a minute: after that it may be by somebody else's order.
+    // Without an answer the state of the vessel counts for a minute: after that it may come from another order.
     let (id, _) = bench.order(600, start("third"), None);
     bench.commands.tick(at(616));
     bench.state(640, EXECUTING, "third");

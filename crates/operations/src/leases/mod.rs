@@ -1,8 +1,8 @@
-//! Who commands a vessel: one lease per vessel, asked for, granted, renewed, taken over, and ending by itself.
+//! Who commands a vessel: one lease per vessel, requested, granted, renewed, taken over, and expiring on its own.
 //!
 //! A lease has an epoch that grows with every grant, also over restarts of the server, because a grant takes the
-//! greater of the last one plus one and UTC in µs. The vessel is told the epoch and obeys nobody else while the
-//! lease lives, so that an order of a former holder is void however late it comes.
+//! greater of the last one plus one and UTC in µs. The epoch is sent to the vessel, which obeys only its holder while
+//! the lease is valid, so that an order of a former holder is void however late it comes.
 //!
 //! | asked | while free | while another has it | by its holder |
 //! |---|---|---|---|
@@ -42,7 +42,7 @@ pub struct Holder {
     pub key: String,
 }
 
-/// A lease that somebody has.
+/// A lease that is held.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
     /// Who.
@@ -56,7 +56,7 @@ pub struct Held {
     expires: MonoTime,
 }
 
-/// Somebody who asked for a lease that another has.
+/// A person who asked for a lease that another holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Waiting {
     /// Who.
@@ -73,9 +73,9 @@ pub struct Waiting {
 /// How a lease changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It was free and is somebody's.
+    /// It was free and is held now.
     Granted,
-    /// Somebody waits for it.
+    /// Another person waits for it.
     Requested,
     /// The holder gave it to the one who asked.
     HandedOver,
@@ -89,7 +89,7 @@ pub enum Change {
     Released,
     /// The holder's page was not heard for too long.
     Expired,
-    /// Somebody took it without asking.
+    /// Another person took it without asking.
     TakenOver,
 }
 
@@ -119,7 +119,7 @@ pub struct LeaseEvent {
     pub at: UtcTime,
     /// What.
     pub change: Change,
-    /// Who did it, or to whom it happened where nobody did.
+    /// Who did it, or whom it concerns where it happened automatically.
     pub who: String,
     /// Who had the lease before, where that is another.
     pub from: Option<String>,
@@ -130,7 +130,7 @@ pub struct LeaseEvent {
 /// The lease of one vessel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Lease {
-    /// Who has it; nobody while it is free.
+    /// Who holds it; `None` while it is free.
     pub held: Option<Held>,
     /// Who waits for it.
     pub waiting: Option<Waiting>,
@@ -141,7 +141,7 @@ pub struct Lease {
     revision: u64,
 }
 
-/// What somebody wants of a lease.
+/// A request about a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LeaseRequest {
     /// To have it, for this reason, if the holder agrees or does not answer.
@@ -158,13 +158,13 @@ pub enum LeaseRequest {
     Take(String),
 }
 
-/// Why somebody does not get what they want.
+/// Why a request about a lease is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LeaseRefused {
     /// Only the holder may do that.
     #[error("you do not have control of this vessel: {0}")]
     NotYours(NotYours),
-    /// Nobody waits.
+    /// No one is waiting.
     #[error("nobody waits for control of this vessel")]
     NobodyWaits,
     /// Another waits already.
@@ -183,10 +183,10 @@ pub enum LeaseRefused {
     },
 }
 
-/// Why somebody does not have control.
+/// Why a person does not have control.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotYours {
-    /// Nobody has it.
+    /// It is not held.
     #[error("it is free; take it first")]
     Free,
     /// This person has it.
@@ -320,7 +320,7 @@ impl Leases {
         self.revision
     }
 
-    /// What happened since the last call, and how much before it was forgotten because nobody fetched it.
+    /// The events since the last call, and how many were dropped because they were not fetched.
     pub fn drain(&mut self) -> (Vec<LeaseEvent>, u64) {
         (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
     }
@@ -375,7 +375,7 @@ impl Leases {
                 if reason.trim().is_empty() {
                     return Err(LeaseRefused::NoReason(held.holder.name.clone()));
                 }
-                // Whoever else waited asks the one who has it now, who gets the whole time to answer.
+                // Another person who waited now waits for the new holder, who gets the whole time to answer.
                 if let Some(waiting) = self.stop_waiting(vessel).filter(|one| !same(&one.who, who)) {
                     let (granted_at, due) = (later(now, ANSWER_WITHIN), now.mono + ANSWER_WITHIN);
                     let waiting = Waiting { granted_at, due, ..waiting };

@@ -24,9 +24,9 @@
 //!
 //! | round trip, browser to vessel and back | |
 //! |---|---|
-//! | over [`WARN_OVER`] | the person is told |
+//! | over [`WARN_OVER`] | the person is warned |
 //! | over [`CAP_OVER`] | thrust is at most [`CAPPED`] |
-//! | over [`REFUSE_OVER`] | it does not begin, and what goes on is interrupted |
+//! | over [`REFUSE_OVER`] | steering does not begin, and is interrupted if it has begun |
 
 #[cfg(test)]
 mod tests;
@@ -40,11 +40,11 @@ pub const MOST_AGE: Duration = Duration::from_millis(250);
 pub const LIFE: Duration = Duration::from_millis(500);
 /// From a person's sample to the end of its life aboard.
 pub const BUDGET: Duration = Duration::from_millis(700);
-/// A round trip above this is told.
+/// A round trip above this is reported.
 pub const WARN_OVER: Duration = Duration::from_millis(300);
 /// A round trip above this limits thrust to [`CAPPED`].
 pub const CAP_OVER: Duration = Duration::from_millis(500);
-/// With a round trip above this nobody steers.
+/// With a round trip above this steering is refused.
 pub const REFUSE_OVER: Duration = Duration::from_secs(1);
 /// Most thrust and turn while the round trip is long, of 1.
 pub const CAPPED: f64 = 0.3;
@@ -89,7 +89,7 @@ pub enum State {
     Steering,
 }
 
-/// Why nobody steers.
+/// Why the sticks do not steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
     /// It just began.

@@ -9,12 +9,12 @@ fn ms(ms: u64) -> MonoTime {
     MonoTime::from_micros(ms * 1_000)
 }
 
-/// The same time with a wall clock that nobody sets.
+/// The same time with a wall clock that is never set.
 fn now(now_ms: u64) -> Now {
     Now { mono: ms(now_ms), utc: UtcTime::from_micros(1_700_000_000_000_000 + 1_000 * now_ms as i64) }
 }
 
-/// A browser whose samples take [`WAY_MS`] unless told otherwise.
+/// A browser whose samples take [`WAY_MS`] unless stated otherwise.
 struct Hands {
     teleop: Teleop,
     seq: u64,

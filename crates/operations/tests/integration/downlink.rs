@@ -221,7 +221,7 @@ fn the_effect_of_a_stop_is_what_the_vessel_says() {
     let (stop, _) = world.order(2_000, Order::Stop);
     world.says(4_100, udp, ready.clone());
     assert_eq!(world.stage(stop).0, Stage::EffectSeen);
-    // Nothing is so urgent as a stop, and what it does is told late or not.
+    // A stop is sent however many orders wait, and its effect is reported even after its timeout.
     let (stop, _) = world.order(5_000, Order::Stop);
     for millis in 0..19 {
         world.order(6_000 + millis, start());
@@ -394,7 +394,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
     assert_eq!(world.ids(udp), [stop, begin]);
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);
-    // A start that the vessel does not take is none.
+    // A start that the vessel refuses does not count.
     world.hub.orders_mut().refused(at(41_000), begin, "no such plan".to_owned());
     world.heard(80_000, udp);
     assert_eq!(world.ids(udp), [stop]);

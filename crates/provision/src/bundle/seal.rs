@@ -47,14 +47,14 @@ impl std::fmt::Debug for Randomness {
 }
 
 /// The passphrase in what was typed or read from a file: its first line, without blanks around it. Ashore and aboard read it
-/// so; `None` where there is more than one line, for nobody knows which is meant.
+/// so; `None` where there is more than one line, as it is unclear which is meant.
 pub fn passphrase_in(text: &str) -> Option<&str> {
     let mut lines = text.trim().lines();
     let first = lines.next().unwrap_or_default().trim();
     lines.next().is_none().then_some(first)
 }
 
-/// Whether a passphrase is long enough to keep a bundle that somebody finds.
+/// Whether a passphrase is long enough to protect a bundle that a stranger finds.
 pub fn passphrase_is_good(passphrase: &str) -> bool {
     passphrase.chars().count() >= PASSPHRASE_CHARS
 }

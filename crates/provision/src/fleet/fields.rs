@@ -1,4 +1,4 @@
-//! Tables of a TOML file taken apart key by key: what is not understood is told with its line and place, and reading goes on.
+//! Reads tables of a TOML file key by key: what is not understood is reported with its line and place, and reading continues.
 
 use super::problem::Problem;
 use std::fmt::Display;
@@ -8,7 +8,7 @@ use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Problems that are told; a file full of nonsense has many.
+/// Problems that are reported; a file full of errors has many.
 const MOST: usize = 200;
 
 /// The file's text and what is wrong with it.
@@ -63,7 +63,7 @@ pub(super) struct Fields<'a, 't> {
 }
 
 impl<'a, 't> Fields<'a, 't> {
-    /// A table that may have these keys; others are told.
+    /// A table that may have these keys; others are reported.
     pub(super) fn new(
         report: &mut Report<'_>,
         table: Found<&'a DeTable<'t>>,

@@ -1,7 +1,7 @@
-//! What a fleet file says, in types that cannot hold what makes no sense.
+//! The contents of a fleet file, in types that cannot hold invalid values.
 //!
-//! `fields` takes tables apart and remembers where everything stands, `read` makes the types of them, `rules` compares vessels
-//! with each other and with the VPN, `problem` is what is told of a mistake.
+//! `fields` reads tables and keeps the position of each value, `read` makes the types from them, `rules` compares vessels
+//! with each other and with the VPN, `problem` is the report of a mistake.
 
 mod door;
 mod fields;
@@ -135,9 +135,9 @@ impl Device {
 pub struct Limits {
     /// Top speed (m/s).
     pub top_speed_mps: Option<f64>,
-    /// Least depth in which anybody may drive it (m).
+    /// Least depth in which an operator may steer it by hand (m).
     pub navigable_depth_m: Option<f64>,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_depth_m: Option<f64>,
     /// How far it reaches below the water (m).
     pub draught_m: Option<f64>,

@@ -13,7 +13,7 @@ pub(super) struct Placed {
     pub(super) vpn_at: usize,
 }
 
-/// Tells of what is doubled, and of addresses outside the VPN; `vpn` comes with the byte where the server's address stands.
+/// Reports duplicates, and addresses outside the VPN; `vpn` comes with the byte offset of the server's address.
 pub(super) fn check(report: &mut Report<'_>, vpn: Option<(&Vpn, usize)>, vessels: &[Placed]) {
     let mut names = BTreeMap::new();
     let mut imc = BTreeMap::new();

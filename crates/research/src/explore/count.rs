@@ -97,7 +97,7 @@ pub(super) fn add(pair: &mut Pair, is_doubted: bool) {
 pub(super) struct Bars {
     pub(super) steps: Steps,
     pub(super) counts: Vec<Pair>,
-    /// Seconds that receivers listened; absent where nobody told.
+    /// Seconds that receivers listened; absent where none reported it.
     listened_s: Vec<Option<f64>>,
 }
 

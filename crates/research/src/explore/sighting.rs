@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// As much memory as a name takes, in detections.
 const NAME_WEIGHT: usize = 4;
-/// Latitude or longitude where nobody knows it.
+/// Latitude or longitude where it is unknown.
 pub(super) const NOWHERE: i32 = i32::MIN;
 
 /// What a plot needs of a detection.
@@ -78,7 +78,7 @@ impl SightingsBuilder {
         });
     }
 
-    /// Takes what a receiver told of how it listens, the next older one.
+    /// Takes a receiver's report of how it listens, newest first.
     pub fn listen(&mut self, origin: Origin, told: Listening) {
         let Origin { system, entity, reported, .. } = origin;
         self.kept.listened.push(Listened {

@@ -129,9 +129,9 @@ struct Span {
 impl Span {
     /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
     ///
-    /// A few whose times are far from all others' stay outside, lest nothing else be seen: detections of which a clock is known to
-    /// be wrong, and listening, of which nobody knows. What was heard by a good clock always stands on the axis: the first week of a
-    /// season may be a few detections far from all others.
+    /// A few whose times are far from all others' stay outside, so that the others remain visible: detections by a clock known
+    /// to be wrong, and listening, whose clock is unknown. Detections by a good clock are always on the axis: the first week of
+    /// a season may be a few detections far from all others.
     fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
         let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
         each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));
@@ -210,8 +210,8 @@ impl Reach {
     }
 }
 
-/// Stretches in which receivers listened, of the vessels and the time asked for. Nobody knows how long was listened within an
-/// area, for what tells it has no place.
+/// Stretches in which receivers listened, of the vessels and the time asked for. Listening within an area is unknown, as
+/// its reports have no position.
 fn each_stretch(pieces: &Pieces<'_>, question: &Question, mut give: impl FnMut(u16, i64, i64)) {
     if question.narrowed.has_area() {
         return;
@@ -411,7 +411,7 @@ impl<'s> Counts<'s> {
     }
 }
 
-/// Where nothing was heard and nobody listened.
+/// The summary without detections or listening.
 fn nothing() -> DetectionsSummary {
     DetectionsSummary {
         detections: 0,

@@ -233,7 +233,7 @@ fn a_code_that_is_used_again_is_another_fish() {
         tag("first", "Olga", at_us(0), at_us(1_000)),
         tag("second", "Kari", at_us(2_000), None),
     ]));
-    // Three of Olga, one while nobody had the code, two of Kari by another receiver.
+    // Three of Olga, one while no animal had the code, two of Kari by another receiver.
     let late = |after_s| Detection { receiver: 1_025, ..heard(101, after_s, 1) };
     let told = [
         heard(101, 1, 1),
@@ -348,7 +348,7 @@ fn one_wrong_clock_does_not_stretch_the_plots() {
     let stretched = counted(&told, &Question { whole_axis: true, ..all([1]) });
     assert_eq!((stretched.detections, stretched.outside), (32, 0));
     assert!(stretched.bar_us > 7 * 86_400_000_000, "over 56 years");
-    // Of a few nobody knows which are far.
+    // Among only a few none counts as far.
     assert_eq!(counted(&told[25..], &all([1])).outside, 0);
 }
 

@@ -41,7 +41,7 @@ pub fn export_csv(
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
     let selection = &selection.known(&mut reader)?;
     let mut writer = Writer::new(out);
-    // Whoever waits for the first byte gets it before the first question to the database.
+    // The client gets the first byte before the first query to the database.
     writer.buffer.extend_from_slice(options.dialect.mark());
     let written = if selection.is_raw() {
         let table = Raw::new(&reader, selection, *options)?;

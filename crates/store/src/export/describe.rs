@@ -71,7 +71,7 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
     with_left_out(described(&columns, selection, *options), reader, selection)
 }
 
-/// Adds how many messages have no row, because nobody knows their fields.
+/// Adds how many messages have no row, because their fields are unknown.
 fn with_left_out(mut about: Value, reader: &mut Reader, selection: &Selection) -> Result<Value> {
     about["left_out"] = json!({ RAW: unexplained(reader, selection)? });
     Ok(about)

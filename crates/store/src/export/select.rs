@@ -231,7 +231,7 @@ pub fn system(known: &BTreeMap<Address, Vec<String>>, text: &str) -> Result<Addr
     Err(wrong("vessel", format!("nothing is recorded of `{}`; {remedy}", shown(text))))
 }
 
-/// Not more of what somebody wrote than helps to find it.
+/// The beginning of a user's text, enough to find it by.
 fn shown(text: &str) -> String {
     text.chars().take(60).collect()
 }

@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// Moves a damaged file away; what people are told of it.
+/// Moves a damaged file away and returns the report for people.
 fn put_aside(folder: &Path, name: &str, why: &str) -> Result<String> {
     let data = folder.parent().unwrap_or(folder);
     let kept = aside::put(data, &folder.join(name))?;

@@ -125,7 +125,7 @@ impl Month {
     }
 
     /// Brings roll-ups up to date, in one transaction, until about `budget` samples were read; all of them
-    /// when there is none. How many were read.
+    /// without a budget. Returns how many were read.
     pub(crate) fn roll_up(&mut self, schema: &Schema, commit: u64, budget: Option<u64>) -> Result<u64> {
         let due = self.due(commit, budget.is_none());
         if due.is_empty() {

@@ -29,7 +29,7 @@ fn fill(folder: &Path) -> Vec<String> {
     dump(folder)
 }
 
-/// Commits until the history has all of the archive; what was told meanwhile.
+/// Commits until the history has all of the archive; returns the reports meanwhile.
 fn until_whole(store: &mut Store) -> Vec<String> {
     let mut told = Vec::new();
     for _ in 0..COMMITS {
@@ -254,7 +254,7 @@ fn an_archive_that_became_shorter_stays_told() {
         assert_eq!(told.len(), 2, "{checks:#?}");
         assert!(told.iter().all(|check| check.remedy.contains("shortened.jsonl")));
     }
-    // Whoever has seen to it says so by the remedy that is named.
+    // An operator confirms by the named remedy.
     fs::remove_file(folder.path().join("archive/shortened.jsonl")).unwrap();
     let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
     assert!(checks.iter().all(|check| check.health < Health::Problem), "{checks:#?}");
