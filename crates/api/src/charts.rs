@@ -241,7 +241,7 @@ pub struct Guard {
     pub text: String,
     /// Depth in which the vessel may go by itself (m), which the plan is held against.
     pub autonomous_m: f64,
-    /// Whether these are limits that the vessel told; else they are those of the server.
+    /// Whether these are limits that the vessel reported; else they are those of the server.
     pub of_vessel: bool,
     /// Why it is refused: a leg each; up to 100.
     pub reasons: Vec<GuardReason>,

@@ -26,7 +26,7 @@ pub struct Ordered {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopQuery {
-    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 bytes at most.
     pub window: String,
     /// Names this stop, so that it can be sent again, and by the live socket too, and is carried out once: what comes
     /// with the same key from the same person for the same vessel within 10 minutes gets the same answer. Empty for a
@@ -44,7 +44,7 @@ pub struct LeaseRequest {
     /// Why, for the one who has control; needed to take over. 200 characters at most.
     #[serde(default)]
     pub reason: String,
-    /// Tells the windows of a person apart; empty for scripts. 64 characters at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 characters at most.
     #[serde(default)]
     pub window: String,
 }
@@ -235,7 +235,7 @@ pub struct Command {
     pub over: bool,
     /// The plan that was asked for; only where a single command is asked for.
     pub plan: Option<PlanGiven>,
-    /// The parameters that the vessel told; only where a single command is asked for.
+    /// The parameters that the vessel reported; only where a single command is asked for.
     pub parameters: Option<Vec<Parameter>>,
 }
 

@@ -21,7 +21,7 @@ pub struct DetectionsSummaryQuery {
     /// out then. Everywhere when left out or empty.
     pub area: Option<String>,
     /// Whether the plots reach to all times, also to a few by clocks that are wrong and far from all others; no when left out.
-    /// `outside` and `listened_outside_s` tell how many those are.
+    /// `outside` and `listened_outside_s` say how many those are.
     pub whole_axis: Option<bool>,
 }
 
@@ -182,7 +182,7 @@ pub struct SummaryVessel {
     /// Detections.
     #[cfg_attr(test, ts(type = "number"))]
     pub detections: u64,
-    /// How long its receivers listened, all together, s; null where it did not tell, and where an area is chosen.
+    /// How long its receivers listened, all together, s; null where it did not report it, and where an area is chosen.
     pub listened_s: Option<f64>,
 }
 

@@ -103,7 +103,7 @@ pub struct At {
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// The last sample of every series at or before it, of 31 days at most; its age is `time_us` less its own. The
-    /// history does not tell instances within an entity apart.
+    /// history does not distinguish instances within an entity.
     pub values: Vec<Update>,
     /// Whether there were more series than fit.
     pub cut: bool,

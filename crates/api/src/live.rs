@@ -32,7 +32,7 @@ pub enum LiveRequest {
 pub struct LiveStop {
     /// IMC address of the vessel.
     pub vessel: u16,
-    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 bytes at most.
     #[serde(default)]
     pub window: String,
     /// Names this stop; 1 to 64 bytes.
@@ -96,7 +96,7 @@ pub struct LiveFrame {
     pub now_us: i64,
     /// Whether this starts over: what is not in it is not there.
     pub snapshot: bool,
-    /// Systems that are not as they were told before, ten times a second at most.
+    /// Systems that changed since the last frame, ten times a second at most.
     pub systems: Vec<System>,
     /// Series with a new value; empty in the compact form.
     pub values: Vec<Update>,
@@ -106,7 +106,7 @@ pub struct LiveFrame {
     pub samples: Vec<LiveSample>,
     /// Events, in order.
     pub events: Vec<Update>,
-    /// Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
+    /// Tags that were heard, also those that a vessel reports late. One can come in several frames, with what was not
     /// known of it before, and is the same by vessel and id.
     pub detections: Vec<Detection>,
     /// Values that newer ones replaced before they were sent.
@@ -194,7 +194,7 @@ pub struct Update {
     pub abbrev: String,
     /// Number of the entity within the source; 255 for none.
     pub entity: u8,
-    /// What tells several series of one entity apart, like port and starboard; null where nothing has to.
+    /// Distinguishes several series of one entity, like port and starboard; null where there is one.
     pub instance: Option<u8>,
     /// The source's time, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
@@ -225,7 +225,7 @@ pub struct LiveSeries {
     pub abbrev: String,
     /// Number of the entity within the source; 255 for none.
     pub entity: u8,
-    /// What tells several series of one entity apart; null where nothing has to.
+    /// Distinguishes several series of one entity; null where there is one.
     pub instance: Option<u8>,
     /// Names of its fields, in the order of the message. A series that is described again has more of them.
     pub names: Vec<String>,

@@ -219,7 +219,7 @@ pub struct PlanTrouble {
     pub text: String,
 }
 
-/// What something takes; null where that cannot be told, as for what goes on until it is stopped.
+/// What a maneuver or plan takes; null where that is unknown, as where it lasts until it is stopped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanCost {

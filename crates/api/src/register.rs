@@ -284,9 +284,9 @@ pub struct RegisterDeleteQuery {
 pub struct RegisterImportQuery {
     /// What its lines are: `project`, `person`, `animal`, `tag`, `receiver` or `deployment`.
     pub kind: String,
-    /// Whether it is done. Otherwise the answer tells what would be changed, and nothing is.
+    /// Whether it is done. Otherwise the answer says what would be changed, and nothing is.
     pub apply: Option<bool>,
-    /// `version` of the answer that told what would be changed: 409 when the register was changed since.
+    /// `version` of the answer that said what would be changed: 409 when the register was changed since.
     pub version: Option<i64>,
 }
 

@@ -14,7 +14,7 @@ use utoipa::ToSchema;
 pub enum TeleopMessage {
     /// The vessel is to be steered by hand: what it does ends. Needs control from this window.
     Begin {
-        /// Tells the windows of a person apart.
+        /// Distinguishes the windows of a person.
         window: String,
     },
     /// What the person's hands do now.

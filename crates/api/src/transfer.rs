@@ -30,7 +30,7 @@ pub struct ExportQuery {
     pub labels: Option<bool>,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it; true when left out.
     pub guard: Option<bool>,
-    /// Whether each row also tells when its message first came ashore; false when left out.
+    /// Whether each row also gives the time at which its message first came ashore; false when left out.
     pub received: Option<bool>,
     /// For spreadsheets: `comma` (byte order mark, semicolons, decimal commas) or `point` (mark, commas, decimal points);
     /// for programs, without a mark, when left out.
@@ -63,7 +63,7 @@ pub struct LogQuery {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ImportQuery {
-    /// The file's name, to be told by; 1 to 200 letters.
+    /// The file's name, to recognise it by; 1 to 200 letters.
     pub name: String,
 }
 

@@ -1,4 +1,4 @@
-//! What vessels tell of themselves when they are asked: their parameters, and the plan that they sail.
+//! What vessels report on request: their parameters, and the plan that they sail.
 
 use crate::PlanPlace;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ pub struct VesselQuerySent {
 pub struct VesselParameters {
     /// By the entity's label.
     pub entities: Vec<EntityReport>,
-    /// Whether they come from the history: the vessel has told none since the server started.
+    /// Whether they come from the history: the vessel has reported none since the server started.
     pub recorded: bool,
 }
 
@@ -54,7 +54,7 @@ pub struct VesselParameters {
 pub struct EntityReport {
     /// Its label.
     pub entity: String,
-    /// When it told any of them last, µs since 1970 UTC.
+    /// When it last reported any of them, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// By name.

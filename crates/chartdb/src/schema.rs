@@ -3,7 +3,7 @@
 //! Feature tables by kind of geometry: `skin` (the areas of group 1 that tile the sea and the land), `areas`,
 //! `lines`, `points`, `soundings` (one row each) and `points_of_interest`. `objects` holds what has no geometry
 //! of its own: collections, and of each group of soundings what they share. Every feature of a cell has exactly
-//! one row in `skin`, `areas`, `lines`, `points` or `objects`. `cells` tells where they come from, `coverage`
+//! one row in `skin`, `areas`, `lines`, `points` or `objects`. `cells` says where they come from, `coverage`
 //! where a cell has data, `import_log` what was done, dropped or repaired, `chart_set` what the set is.
 //!
 //! The triggers that keep the R-trees right call functions that only the editing program has (ST_MinX and its

@@ -134,7 +134,7 @@ pub(crate) struct Text<'a> {
     pub(crate) doubtful_cut: Option<char>,
 }
 
-/// Tells which form `line` has; it has no white space in front and is not empty.
+/// Returns which form `line` has; it has no white space in front and is not empty.
 pub(crate) fn classify(line: &str) -> Line<'_> {
     if line.starts_with(['#', ';']) {
         return Line::Comment;

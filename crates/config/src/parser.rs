@@ -76,7 +76,7 @@ impl<'s, S: FileSource> Parser<'s, S> {
         &mut self.edits.report
     }
 
-    /// Reads `path` unless it does not exist; tells whether it does.
+    /// Reads `path` unless it does not exist; returns whether it does.
     pub(crate) fn file_if_present(&mut self, path: &Path) -> bool {
         let path = normalised(path);
         match self.source.read(&path) {

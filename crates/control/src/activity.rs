@@ -17,7 +17,7 @@ pub struct MotorActivity {
 }
 
 impl MotorActivity {
-    /// The motors were commanded, at `now`; a command that is repeated may be told again or not.
+    /// The motors were commanded, at `now`; a repeated command may be passed again or not.
     pub fn see(&mut self, now: MonoTime, motors: MotorPair) {
         if let Some((then, before)) = self.last.replace((now, motors)) {
             let change = before.zip(motors, |before, after| (after - before).abs());

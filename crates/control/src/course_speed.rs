@@ -219,7 +219,7 @@ impl CourseSpeed {
         self.active = Some(Active::from_motors(motors));
     }
 
-    /// Common and differential effort to actuation; tells the loops what could not be done.
+    /// Common and differential effort to actuation; reports to the loops what was beyond the motors' limits.
     fn share(&mut self, common: f64, differential: f64) -> MotorPair {
         let CourseSpeedConfig { drive, output, .. } = &self.config;
         let limits = speed_loop::effort_limits(drive, output.max_actuation);

@@ -104,7 +104,7 @@ impl Guidance {
         Ok(())
     }
 
-    /// Tells that another path begins: integrators start again where so configured.
+    /// Another path begins: integrators start again where so configured.
     pub fn new_path(&mut self) {
         self.circle.clear();
         match &self.config.leg {

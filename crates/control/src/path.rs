@@ -169,7 +169,7 @@ impl PathTracker {
         self.braking_since = None;
     }
 
-    /// The status at a new fix. `braking` tells that the vessel is being stopped on purpose.
+    /// The status at a new fix. `braking`: the vessel is being stopped on purpose.
     ///
     /// # Errors
     /// When no path is followed or the fix is not a number.

@@ -199,7 +199,7 @@ impl Pid {
         }
     }
 
-    /// Tells which limit the use of the last output ran into; it holds for the next step only.
+    /// Reports which limit the last output was clipped at; it holds for the next step only.
     pub fn saturated(&mut self, saturation: Saturation) {
         self.saturation = saturation;
     }

@@ -204,7 +204,7 @@ impl Remote {
         self.session.is_some()
     }
 
-    /// A message at `now`. `in_control` tells whether its sender holds control of the vessel; `heading_rad`
+    /// A message at `now`. `in_control`: whether its sender holds control of the vessel; `heading_rad`
     /// is where the bow points, for the autopilot to hold at first.
     pub fn handle(
         &mut self,

@@ -7,8 +7,8 @@ use units::LatLon;
 /// Corners that an area may have.
 const CORNERS: std::ops::RangeInclusive<usize> = 3..=100;
 
-/// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles, which at the reach of a
-/// hydrophone no one tells from geodesics. No side crosses another, and none the 180th meridian.
+/// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles; at the range of a
+/// hydrophone they do not differ noticeably from geodesics. No side crosses another, and none the 180th meridian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
     /// Latitude and longitude of each corner (deg, north and east positive), in order; the last joins the first.

@@ -61,8 +61,8 @@ pub struct ReceiverClock {
     pub state: ClockState,
 }
 
-/// What is known of a receiver's clock, from the least to the best. Consoles' TBRFishTag does not say it: a stamp alone tells
-/// whether it was ever set.
+/// What is known of a receiver's clock, from the least to the best. Consoles' TBRFishTag does not carry it: a stamp alone
+/// shows only whether the clock was ever set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ClockState {
     /// It was never set since power-up: its count is not a time of day.
@@ -93,8 +93,8 @@ impl ClockState {
         Self::ALL.into_iter().find(|state| state.word() == word)
     }
 
-    /// What two reports tell together: who says that a clock is not good knows more than a stamp tells, and so does who says
-    /// that it is kept.
+    /// The state from two reports: one that says the clock is bad is based on more than a stamp, and so is one that says the
+    /// clock is kept.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         if self.min(other) < Self::Set { self.min(other) } else { self.max(other) }
@@ -135,7 +135,7 @@ pub struct Noise {
 }
 
 impl ReceiverClock {
-    /// What a receiver's stamp tells by itself.
+    /// What a receiver's stamp shows on its own.
     pub fn read(seconds: u32, millis: u16) -> Self {
         let state = if seconds >= SET_AFTER_S { ClockState::Set } else { ClockState::NotSet };
         Self { seconds, millis, state }
@@ -165,7 +165,7 @@ impl Detection {
         format!("{}-{}", self.protocol, self.tag_id)
     }
 
-    /// Whether both tell of one detection.
+    /// Whether both report one detection.
     pub fn is_same(&self, other: &Self) -> bool {
         self.key() == other.key()
     }
@@ -196,7 +196,7 @@ impl Detection {
 }
 
 /// One for each detection, in order of report, vessel, entity, receiver, its clock and the tag: of several reports of
-/// the same, what they tell together.
+/// the same, from what they say together.
 pub fn fused(mut reports: Vec<Detection>) -> Vec<Detection> {
     reports.sort_by(|one, other| one.key().cmp(&other.key()));
     let mut told: Vec<Detection> = Vec::with_capacity(reports.len());

@@ -104,7 +104,7 @@ impl GroundVelocity {
     /// Slower than this a receiver may leave its course empty (m/s).
     pub const STANDING_MPS: f64 = 0.1;
 
-    /// Whether it is the velocity of a vessel that stands still: too slow for the receiver to tell a course.
+    /// Whether it is the velocity of a vessel that stands still: too slow for the receiver to give a course.
     pub fn stands(&self) -> bool {
         self.course_rad.is_nan() && self.speed_mps < Self::STANDING_MPS
     }

@@ -170,7 +170,7 @@ pub struct Spot {
     pub edition: Option<(String, String)>,
     /// Compilation scale of the cell, 1 : this; absent where unknown.
     pub scale: Option<u32>,
-    /// Zone of confidence (CATZOC 1 to 6); absent where the chart does not tell.
+    /// Zone of confidence (CATZOC 1 to 6); absent where it is not charted.
     pub zone: Option<u8>,
 }
 

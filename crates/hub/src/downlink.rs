@@ -390,7 +390,7 @@ impl<O: OrderLog> Hub<O> {
         if stop && !again {
             // A link that is down may still hold a start that was ordered before: the stop calls it off there.
             for down in self.links_that_are_down(vessel) {
-                // What becomes of it there tells nothing of the stop.
+                // Its outcome there says nothing of the stop.
                 self.hand(down, packet, Tag { id: None, ..copy });
             }
         }

@@ -5,7 +5,7 @@
 //! bounded in number: two halves, each a set of 64-bit digests; when the younger half is full, the older one is
 //! forgotten.
 //!
-//! A command that is said again is a command again, and never a copy, unless the vessel echoes it. [`Repeats`] tells
+//! A command that is sent again is a new command, never a copy, unless the vessel echoes it. [`Repeats`] tells
 //! the one from the other.
 
 #![expect(clippy::disallowed_types, reason = "the sets are asked, never gone through")]

@@ -76,7 +76,7 @@ impl Linked {
         claim.last = now;
     }
 
-    /// What must be told now.
+    /// What must be reported now.
     pub(crate) fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
         self.claims.retain(|_, claim| now.since(claim.last) < CLAIM_LASTS);
         let told = self.claims.iter().map(|((vessel, transport), claim)| Contradiction {

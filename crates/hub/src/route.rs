@@ -11,7 +11,7 @@
 //! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
 //! here before by another transport goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
 //!
-//! A DUNE tells all its clients what each of them said. So what comes from a peer behind which its destination lives
+//! A DUNE forwards to all its clients what each of them sent. So what comes from a peer behind which its destination lives
 //! is an echo: the vessel has it, and gets it by no transport. And a vessel tells no copies apart, so that of several ways
 //! to it a command takes one: the one that is alive, TCP before UDP. An Abort does no harm twice.
 

@@ -79,7 +79,7 @@ pub enum FrameError {
     /// The packet goes on after the last byte.
     #[error("truncated: {have} of {need} bytes")]
     Truncated {
-        /// Bytes that the packet needs, as far as can be told.
+        /// Bytes that the packet needs, as far as known.
         need: usize,
         /// Bytes there are.
         have: usize,
@@ -249,7 +249,7 @@ impl<'a> PacketView<'a> {
     }
 }
 
-/// The byte order that a sync number tells.
+/// The byte order that a sync number shows.
 #[inline]
 pub(crate) fn order(sync: [u8; 2]) -> Result<ByteOrder, FrameError> {
     if sync == SYNC.to_le_bytes() {

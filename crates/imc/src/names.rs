@@ -20,7 +20,7 @@ pub struct SystemName {
     pub kind: u8,
 }
 
-/// One name that a packet tells.
+/// One name in a packet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Told {
     /// Of its sender.
@@ -38,12 +38,12 @@ pub struct Names {
     pub entities: BTreeMap<(u16, u8), Runs<String>>,
 }
 
-/// Whether a message tells names.
+/// Whether a message carries names.
 pub fn are_in(id: u16) -> bool {
     [EntityInfo::ID, EntityList::ID, Announce::ID].contains(&id)
 }
 
-/// The names that a packet tells.
+/// The names in a packet.
 pub fn told(view: &PacketView<'_>) -> Vec<Told> {
     match view.id() {
         Announce::ID => decode::<Announce>(view).ok().flatten().map_or_else(Vec::new, |announce| {
@@ -65,7 +65,7 @@ pub fn told(view: &PacketView<'_>) -> Vec<Told> {
 }
 
 impl Names {
-    /// Hears what a packet of this time tells.
+    /// Takes the names in a packet of this time.
     pub fn hear(&mut self, view: &PacketView<'_>, time_us: i64) {
         for one in told(view) {
             match one {

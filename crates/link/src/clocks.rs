@@ -87,7 +87,7 @@ impl Clocks {
     /// How the other UTC stands to ours.
     pub(crate) fn estimate(&self, now: Now) -> Option<ClockEstimate> {
         let (sample, uncertainty_us) = self.best(now.mono)?;
-        // The newest stamp tells where the other UTC is: it may have been set since the best sample.
+        // The newest stamp shows the other's UTC: it may have been set since the best sample.
         let latest = self.samples.back()?.utc_minus_mono_us;
         let ours = now.utc.micros().saturating_sub(now.mono.micros() as i64);
         Some(ClockEstimate {

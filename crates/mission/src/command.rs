@@ -1,4 +1,4 @@
-//! What a maneuver tells the vessel's control to do.
+//! Commands of a maneuver to the vessel's control.
 
 use units::Speed;
 use units::{LatLon, Turn};

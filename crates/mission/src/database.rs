@@ -73,11 +73,11 @@ pub enum DatabaseQuery {
     Delete,
     /// Hand a plan out.
     Get,
-    /// Tell about a plan.
+    /// Report a plan.
     GetInfo,
     /// Forget all plans.
     Clear,
-    /// Tell about all plans.
+    /// Report all plans.
     GetState,
 }
 

@@ -177,7 +177,7 @@ impl Engine {
         }
     }
 
-    /// The next thing to carry out or tell.
+    /// The next output to carry out or report.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }

@@ -19,7 +19,7 @@ pub enum Event {
     },
     /// A commander's wish for the maneuver FollowReference.
     Reference(Reference),
-    /// Another system told where it is.
+    /// Another system reported its position.
     Sighting(Sighting),
     /// What the vessel is in.
     Medium(Medium),

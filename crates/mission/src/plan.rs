@@ -1,9 +1,9 @@
 //! Plans: drafts as they arrive, and plans as checked values.
 //!
-//! A draft names its maneuvers and what follows what. [`Plan::build`] checks everything and tells all problems
+//! A draft names its maneuvers and their order. [`Plan::build`] checks everything and reports all problems
 //! at once; what it returns can be sailed. Only the first transition out of a maneuver counts, its conditions
 //! do not ("when done" is the only one), and cycles are legal. Actions at the start and end of plans and
-//! maneuvers are not kept here: the engine tells the place ([`ActionPoint`](crate::ActionPoint)), the caller
+//! maneuvers are not kept here: the engine reports the place ([`ActionPoint`](crate::ActionPoint)), the caller
 //! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
 //! here, cannot be followed.
 
@@ -233,7 +233,7 @@ impl Plan {
     }
 }
 
-/// Where each name stands; tells what is wrong with the names.
+/// The index of each name; reports what is wrong with the names.
 fn index<'a>(
     draft: &'a PlanDraft,
     limits: &PlanLimits,

@@ -1,4 +1,4 @@
-//! Length, duration and energy of a plan, told before it starts.
+//! Length, duration and energy of a plan, estimated before it starts.
 //!
 //! Legs are flat and straight and sailed at the planned speed; what the sea adds shows in the progress
 //! ([`Progress`]), not here. What cannot be known (an operator's way, a loiter without end) is absent and makes
@@ -18,7 +18,7 @@ use std::time::Duration;
 use units::Speed;
 use units::{LatLon, Now};
 
-/// What a plan will take, as far as that can be told before it starts.
+/// What a plan will take, as far as that is known before it starts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanStatistics {
     /// Name of the plan.
@@ -29,7 +29,7 @@ pub struct PlanStatistics {
     pub maneuvers: Vec<(String, Cost)>,
 }
 
-/// What something takes; what cannot be told is absent.
+/// What a plan or maneuver takes; what is not known is absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cost {
     /// Way (m).

@@ -45,6 +45,6 @@ impl fmt::Display for Remedy {
 pub struct Outlook {
     /// The next remedy.
     pub remedy: Remedy,
-    /// When, as far as it can tell.
+    /// When, as far as known.
     pub at: Option<MonoTime>,
 }

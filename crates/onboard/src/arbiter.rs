@@ -139,7 +139,7 @@ impl Arbiter {
         self.demands.iter().any(|(other, demand)| *other != source && !demand.settled)
     }
 
-    /// What to do now, and for whom; its outcome is to be told.
+    /// What to do now, and for whom; its outcome must be reported back.
     pub(crate) fn decide(&mut self, now: MonoTime, picture: Picture) -> Option<(Source, Remedy)> {
         self.under_way = picture.under_way;
         if let Some(ended) = self.running.take_if(|running| picture.run != Some(running.run)) {

@@ -5,7 +5,7 @@
 //! where it begins. Setting the clock is chrony's business; this only judges it, since what is recorded and the
 //! hydrophone's clock go by it. The brain's own deadlines run on a steady time and do not care.
 //!
-//! A receiver must tell an epoch before the next pulse (within a second of its own), or the second is off by one.
+//! A receiver must report an epoch before the next pulse (within a second of its own), or the second is off by one.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -130,7 +130,7 @@ impl Pulse {
         self.known = self.measured().or(self.known);
     }
 
-    /// The receiver tells a whole second, after the pulse that began it, at this time of the computer.
+    /// The receiver reports a whole second, after the pulse that began it, at this time of the computer.
     fn second(&mut self, arrived: UtcTime, epoch: UtcTime) {
         // A pulse is looked for ten times a second: the message may come before its own pulse was seen.
         let follows = |reading: &PulseReading| (0..SECOND_US).contains(&(arrived - reading.utc));
@@ -215,7 +215,7 @@ impl Clock {
         self.pulse.take(at, reading);
     }
 
-    /// How long before its arrival an epoch was, by its own time where the clock is good enough to tell; zero where it is not.
+    /// How long before its arrival an epoch was, by its own time where the clock is good enough; zero where it is not.
     pub(crate) fn lag(&self, bus: &Bus, at: MonoTime, reading: &GnssReading) -> Duration {
         let good = self.coarse_s.is_some_and(|offset_s| GOOD_S.contains(&offset_s));
         let lag_us = reading.utc.filter(|_| good).map_or(0, |epoch| bus.utc_of(at) - epoch);
@@ -249,7 +249,7 @@ impl Clock {
         if bound_s <= by_messages.bound_s { by_pulse } else { by_messages }
     }
 
-    /// The time of the satellites (s), as far as they told it; else that of the computer.
+    /// The time of the satellites (s), if known; else that of the computer.
     pub(crate) fn satellite_seconds(&self, bus: &Bus) -> f64 {
         bus.seconds() - self.judge(bus.mono()).offset_s
     }

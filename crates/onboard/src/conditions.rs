@@ -31,7 +31,7 @@ impl Conditions {
         self.next = now + PERIOD;
     }
 
-    /// What to tell the engine, when that changed or it is time again.
+    /// The report to the engine, when it changed or is due again.
     pub(crate) fn due(
         &mut self,
         now: MonoTime,

@@ -202,7 +202,7 @@ impl Hydrophone {
         lost.map(|receiver| receiver.clock_fault.as_str())
     }
 
-    /// Tells when it changes whether the receiver's clock is set.
+    /// Reports when it changes whether the receiver's clock is set.
     fn told_set(&mut self, bus: &mut Bus, clock: ReceiverClock) {
         let unset = clock.state == ClockState::NotSet;
         if unset != self.unset {
@@ -252,7 +252,7 @@ impl Hydrophone {
         format!("{why}{lost}{} detections{undated}, {} lines lost{clock}", self.heard, self.lost_lines)
     }
 
-    /// A line came. Its driver tells by the running numbers how many were lost before it.
+    /// A line came. Its driver counts by the running numbers how many were lost before it.
     fn line(&mut self, bus: &mut Bus, serial: u32, frequency_khz: u8, lost: Option<u16>) {
         self.serial = Some(serial);
         self.frequency_khz = Some(frequency_khz);
@@ -278,7 +278,7 @@ impl Hydrophone {
         turns.port.zip(turns.starboard).map(|((_, port), (_, starboard))| port.max(starboard))
     }
 
-    /// Tells how the receiver listens when that is another, and again after a while. Called once a second.
+    /// Reports how the receiver listens when that changed, and again after a while. Called once a second.
     pub(crate) fn tell(&mut self, bus: &mut Bus, motors: MotorPair) {
         if self.device.is_none() && self.receiver.is_none() && self.serial.is_none() {
             // The vessel has none.

@@ -33,7 +33,7 @@ pub struct NavigationSettings {
     pub rate_hz: f64,
     /// Positions with a larger dilution are refused.
     pub max_hdop: f64,
-    /// The dilution that is taken where the receiver tells none.
+    /// The dilution that is assumed where the receiver gives none.
     pub assumed_hdop: f64,
     /// Without a good position, or a heading, for so long there is no estimate (s).
     pub reckoning_s: f64,

@@ -69,7 +69,7 @@ pub(crate) struct Node {
     next: BTreeMap<(Option<usize>, u16, u8), MonoTime>,
 }
 
-/// What a packet tells about the system that sent it.
+/// What a packet says about the system that sent it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Contact {
     /// Nothing that was not known.

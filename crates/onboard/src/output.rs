@@ -39,7 +39,7 @@ pub enum Output {
         on: bool,
     },
     /// A route to look for by [`Brain::chart`](crate::Brain::chart), in place of the one before; nothing if none is wanted any
-    /// more. What is found is to be told by [`Input::Route`](crate::Input::Route).
+    /// more. The result comes back by [`Input::Route`](crate::Input::Route).
     Route(Option<Box<RouteRequest>>),
     /// A line for the console and the log's text.
     Console(Level, String),
@@ -48,7 +48,7 @@ pub enum Output {
 /// Something to keep on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Keep {
-    /// A change of the plans; the outcome is to be told by [`Input::Stored`](crate::Input::Stored).
+    /// A change of the plans; the outcome comes back by [`Input::Stored`](crate::Input::Stored).
     Plans(Effect),
     /// Values of parameters of an entity: its label, then names and values.
     Parameters(String, Vec<(String, String)>),

@@ -84,7 +84,7 @@ impl Preflight {
         }
     }
 
-    /// Tells the reason in force, empty for none.
+    /// Reports the reason in force, empty for none.
     pub(crate) fn answer(&self, bus: &mut Bus, asker: Asker, label: &Text) {
         let reason = self.overridden.as_ref().map_or("", |(_, reason)| reason);
         let value = EntityParameter { name: OVERRIDE.into(), value: reason.into() };

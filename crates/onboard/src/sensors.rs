@@ -25,7 +25,7 @@ pub(crate) struct Sensors {
     position: Option<MonoTime>,
     heading: Option<MonoTime>,
     rejection: Option<Rejection>,
-    /// It was said that the compass tells no dilution.
+    /// It was reported that the compass gives no dilution.
     told_dilution: bool,
     motors: [Option<MonoTime>; 2],
     batteries: [Option<(MonoTime, BatteryReading)>; 4],
@@ -104,7 +104,7 @@ impl Sensors {
         }
     }
 
-    /// Says once that the compass tells no dilution, and what is taken for it.
+    /// Reports once that the compass gives no dilution, and which value is assumed.
     fn assume_dilution(&mut self, bus: &mut Bus, navigation: &Navigation, reading: &GnssReading) {
         if !self.told_dilution && reading.fix.is_some_and(|fix| fix.hdop.is_nan()) {
             self.told_dilution = true;

@@ -169,7 +169,7 @@ pub struct RestartSettings {
     pub action: AfterRestart,
     /// How long the vessel holds before a plan resumes.
     pub countdown: Duration,
-    /// What was under way longer ago is only told.
+    /// What was under way longer ago is only reported.
     pub memory: Duration,
 }
 

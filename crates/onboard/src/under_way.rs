@@ -13,7 +13,7 @@ use imc::{Header, Packet};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
-/// What lasts is kept again after this time: its age tells how long the program was away.
+/// An unchanged state is stored again after this time: its age shows how long the program was away.
 const REFRESH: Duration = Duration::from_secs(30);
 
 /// What a vessel that is not at rest does.
@@ -64,7 +64,7 @@ impl UnderWay {
         Some((packet.header.time()?, under_way))
     }
 
-    /// The packet; of a plan too large to be told within another message only its name.
+    /// The packet; of a plan too large to fit into another message only its name.
     fn packet(&self, bus: &Bus, timestamp_s: f64) -> Option<Vec<u8>> {
         let whole = self.packet_with(bus, timestamp_s, self.plan.as_ref());
         whole.or_else(|| self.packet_with(bus, timestamp_s, None))

@@ -31,7 +31,7 @@ pub enum Rule {
 pub struct Column {
     /// Its name in files and in the API.
     pub name: &'static str,
-    /// What it tells.
+    /// What it says.
     pub about: &'static str,
     /// What it may say.
     pub rule: Rule,

@@ -38,7 +38,7 @@ impl Lag {
 type Key = (u32, Protocol, u32, u8);
 
 /// Detections on their way. They come in order of report, by which it is known what still can come; how far two are apart is
-/// told by the receiver's clock, which may be days off.
+/// given by the receiver's clock, which may be days off.
 #[derive(Debug, Default)]
 pub struct Lags {
     waiting: VecDeque<Waiting>,

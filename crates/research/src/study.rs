@@ -151,7 +151,7 @@ impl Study {
             .find(|tag| is_of_time(tag, time_us))
     }
 
-    /// Tags of a code, one after another in time; whether one is the tag of a moment [`is_of_time`] tells.
+    /// Tags of a code, one after another in time; [`is_of_time`] says which is the tag of a moment.
     pub(crate) fn tags_of(&self, protocol: &str, id: u32, khz: u8) -> impl Iterator<Item = &RegisterTag> {
         let is_heard =
             move |tag: &&RegisterTag| tag.frequency_khz.is_none_or(|wanted| wanted == i64::from(khz));
@@ -258,7 +258,7 @@ pub(crate) fn is_doubted(within_s: f64, lag: Lag) -> bool {
 }
 
 /// Within how many seconds something must confirm a detection of a tag; `None` where the register does not say how often it pings,
-/// or so seldom that a day's neighbours do not tell.
+/// or so seldom that a day's neighbours do not suffice.
 pub(crate) fn confirming_s(tag: &RegisterTag) -> Option<f64> {
     let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
         (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),

@@ -4,7 +4,7 @@ use crate::csv::header;
 use crate::fields::columns;
 use api::RegisterKind;
 
-/// The header of a file, and its columns with what they tell.
+/// The header of a file, and its columns with what they mean.
 pub fn template(kind: RegisterKind) -> (String, Vec<(&'static str, &'static str)>) {
     (header(kind), columns(kind).iter().map(|column| (column.name, column.about)).collect())
 }

@@ -2,7 +2,7 @@
 //! that it ends. Where no service manager started it nothing is said.
 //!
 //! [`ready`] and [`ending`] are said once; a [`Lifeline`] says that the program lives for as long as its owner beats. [`report`]
-//! is what its doctor tells monitoring.
+//! is what its doctor reports to monitoring.
 
 pub mod report;
 
@@ -57,7 +57,7 @@ impl Lifeline {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Tells in a thread of its own, each `every`, if the owner has beaten since.
+    /// Reports in a thread of its own, each `every`, if the owner has called [`Lifeline::beat`] since.
     fn watch(self, every: Duration, lives: impl Fn() + Send + 'static) -> std::io::Result<()> {
         let look = move || {
             let mut known = 0;

@@ -11,10 +11,10 @@ const SETS: usize = 1 << 13;
 /// Fingerprints that a set holds.
 const WAYS: usize = 8;
 
-/// The last part of a row's key: tells apart what one entity says of one thing in one microsecond.
+/// The last part of a row's key: distinguishes messages of one entity and kind in one microsecond.
 ///
-/// SipHash-1-3 with a zero key (Aumasson and Bernstein 2012), the low 48 bits. It is part of what lies on
-/// disk and must stay.
+/// SipHash-1-3 with a zero key (Aumasson and Bernstein 2012), the low 48 bits. It is stored on disk and must not
+/// change.
 pub(crate) fn of_payload(payload: &[u8]) -> i64 {
     (SipHasher13::new().hash(payload) & ((1 << PAYLOAD_BITS) - 1)) as i64
 }

@@ -45,7 +45,7 @@
 //! ```
 //!
 //! # Invariants
-//! 1. What a commit has told to be durable survives `kill -9` and power loss.
+//! 1. What a commit has reported as durable survives `kill -9` and power loss.
 //! 2. A message is in the history once, however often and through whichever transports it came: the key is message,
 //!    system, entity, stated time and a fingerprint of the payload. The earliest arrival
 //!    counts, in whatever order the archive is read.

@@ -2,7 +2,7 @@
 //!
 //! A [`Tail`] remembers, in a small file of its own, how far each day was carried. It reads up to what the writer
 //! says is durable ([`crate::Store::marks`]), so that it never carries what a crash could take back, and moves on
-//! only when told that a batch arrived: everything is carried at least once, in the order of arrival within a day.
+//! only when notified that a batch arrived: everything is carried at least once, in the order of arrival within a day.
 
 use crate::archive::{Archived, DayKey, DayReader, Lengths};
 use crate::error::{Named as _, Result, StoreError};

@@ -41,7 +41,7 @@ pub fn heading(message: &str, field: &Field, mixed: bool) -> String {
 pub enum ColumnKind {
     /// An integer.
     Integer,
-    /// A single: nine digits tell it.
+    /// A single: nine digits identify it.
     Single,
     /// A double.
     Double,

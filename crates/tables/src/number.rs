@@ -72,7 +72,7 @@ impl IsoTime {
         Self { day: i64::MIN, date: *b"0000-00-00T" }
     }
 
-    /// As [`IsoTime::write`] with milliseconds, which is what receivers of tags tell.
+    /// As [`IsoTime::write`] with milliseconds, which is the resolution of tag receivers.
     pub fn write_ms(&mut self, out: &mut Vec<u8>, time_us: i64) {
         self.write(out, time_us);
         out.truncate(out.len() - "000Z".len());

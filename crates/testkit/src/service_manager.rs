@@ -1,4 +1,4 @@
-//! A service manager as a program under test sees systemd: a socket that it tells how it is.
+//! A service manager as a program under test sees systemd: a socket to which it reports its state.
 
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
@@ -27,7 +27,7 @@ impl ServiceManager {
         Self { folder, socket }
     }
 
-    /// Has a program tell it, at least once in `watchdog` while it lives.
+    /// Has a program notify it, at least once in `watchdog` while it lives.
     pub fn watches(&self, command: &mut Command, watchdog: Duration) {
         command
             .env("NOTIFY_SOCKET", self.folder.path().join("notify"))

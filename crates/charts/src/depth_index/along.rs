@@ -34,7 +34,7 @@ pub struct DepthAnswer {
     /// How far from the leg that is (m).
     pub off_m: f64,
     /// Zone of confidence (CATZOC 1 to 6): where errors of the chart are allowed for, the worst near the
-    /// corridor; else the one at the place. `None` where the chart does not tell.
+    /// corridor; else the one at the place. `None` where it is not charted.
     pub zone: Option<u8>,
     /// What was taken off the charted depth for errors of the chart (m).
     pub depth_error_m: f64,

@@ -128,7 +128,7 @@ impl DepthIndex {
         found
     }
 
-    /// Gives what is in the trees of a kind by growing distance until told to stop.
+    /// Gives what is in the trees of a kind by growing distance until `give` asks to stop.
     fn nearest_in(
         &self,
         kind: Kind,

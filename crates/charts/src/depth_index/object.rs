@@ -11,11 +11,11 @@ pub enum Water {
     Land,
     /// Something that stands or floats in the way whatever the depth: a pile, a buoy, a fish farm.
     Obstacle,
-    /// A danger whose depth the chart does not tell, or an unsurveyed area.
+    /// A danger of uncharted depth, or an unsurveyed area.
     UnknownDepth,
     /// Not charted. Never navigable.
     NoData,
-    /// Something overhead that the vessel does not fit under; `None` where the chart does not tell how high.
+    /// An overhead obstacle that is too low for the vessel; `None` where its height is not charted.
     TooLow {
         /// Clearance above high water (m).
         clearance_m: Option<f64>,
@@ -81,7 +81,7 @@ impl Stored {
         }
     }
 
-    /// Clearance of something overhead (m); `None` where the chart does not tell.
+    /// Clearance of an overhead obstacle (m); `None` where it is not charted.
     pub(super) fn clearance_m(self) -> Option<f64> {
         if let Water::TooLow { clearance_m } = self.water() { clearance_m } else { None }
     }

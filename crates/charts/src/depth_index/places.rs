@@ -1,4 +1,4 @@
-//! A quadtree that tells which areas hold a point.
+//! A quadtree that finds the areas that hold a point.
 //!
 //! A leaf lists the areas that hold all of it, and those whose border runs through it, which are asked one by
 //! one. Leaves are split until few border segments are left.

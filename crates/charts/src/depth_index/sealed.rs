@@ -1,7 +1,7 @@
 //! An index as a file: its bytes under the digest of the charts it was made of.
 //!
 //! Layout: the magic `LUTRACHI`, the digest (32 bytes), then the bytes of [`DepthIndex::to_bytes`]. So a file
-//! tells without the charts which set it holds, ashore and aboard.
+//! shows without the charts which set it holds, ashore and aboard.
 
 use super::codec::IndexError;
 use super::index::DepthIndex;

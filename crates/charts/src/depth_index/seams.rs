@@ -273,7 +273,7 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         let mut found: BTreeSet<(Vertex, Vertex, (usize, u32))> = BTreeSet::new();
         let mut foreign: BTreeMap<(usize, u32), ChartObject> = BTreeMap::new();
         for (a, b) in border_segments(piece, single) {
-            // Where its own skin has gaps, a segment may lie by a gap in part only: its middle does not tell.
+            // Where its own skin has gaps, only a part of a segment may border a gap: its middle is not enough.
             let cuts = self.crossings(a, b, |chart, object| {
                 (object.role <= Role::Danger || object.restriction().is_some())
                     && (chart != self.at || doubtful && object.role == Role::Skin)
@@ -380,7 +380,7 @@ fn border_segments(piece: &Piece, single: Vec<Segment>) -> Vec<Segment> {
 
 /// Whether a skin may not tile what its chart covers, and then the sides of it that have no other area on the other
 /// side. A skin tiles the coverage exactly where every side is there once in each direction, or is one of the
-/// coverage's: sums of areas would not tell a gap from an overlap as large. Where borders are divided otherwise than
+/// coverage's: sums of areas would not distinguish a gap from an overlap as large. Where borders are divided otherwise than
 /// their neighbours', the skin counts as doubtful, which costs time at building and nothing else.
 fn doubtful_skin(piece: &Piece) -> (bool, Vec<Segment>) {
     let mut all: Vec<(Vertex, Vertex, Role, i32)> = Vec::new();

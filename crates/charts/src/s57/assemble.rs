@@ -194,7 +194,7 @@ impl<'a> Assembler<'a> {
             feature.pointers.iter().map(|pointer| self.edge(pointer)).partition(Result::is_ok);
         let all = used.into_iter().flatten();
         if let Some(Err(reason)) = missing.into_iter().next() {
-            // What there is of the boundary still tells where the danger is.
+            // The part of the boundary that is there still shows where the danger is.
             let mut paths = Vec::new();
             for used in all {
                 let mut path = Path::default();

@@ -145,8 +145,9 @@ impl Tally {
         *count += 1;
     }
 
-    /// A file cut between two records is whole records all through: only its head tells, and what is lost may be a
-    /// danger. More records than announced take nothing away: the texts tell of them.
+    /// Compares the record counts in the file's head with those found. A file cut between two records has whole records
+    /// only, so nothing else reveals it, and a lost record may be a danger. More records than announced lose nothing: the
+    /// returned texts name them.
     pub(super) fn compare(&self, said: &DatasetStructure) -> Result<Vec<String>, S57Problem> {
         let features = said.meta_features.saturating_add(said.geo_features).saturating_add(said.collections);
         let counts = [

@@ -62,7 +62,7 @@ impl SpeedLoop {
         self.demand = 0.0;
     }
 
-    /// Tells that the motors could not do all that was asked.
+    /// Reports that the motors were saturated.
     pub(super) fn saturated(&mut self, saturation: Saturation) {
         self.pid.saturated(saturation);
         if let Some(governor) = &mut self.governor {

@@ -64,7 +64,7 @@ impl YawLoop {
         self.may_go_ahead = false;
     }
 
-    /// Tells that the motors could not do all that was asked.
+    /// Reports that the motors were saturated.
     pub(super) fn saturated(&mut self, saturation: Saturation) {
         self.pid.saturated(saturation);
     }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-/// Names and kinds as told to a console that asks (RemoteActionsRequest).
+/// Names and kinds as sent to a console on request (RemoteActionsRequest).
 pub const REMOTE_ACTIONS: &str = "Exit=Button;Port Motor=Axis;Starboard Motor=Axis;Accelerate=Button;\
     Decelerate=Button;Heading=Axis;Throttle=Axis;Left=Button;Right=Button;Stop=Button;Ranges=Range127";
 

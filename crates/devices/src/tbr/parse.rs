@@ -1,6 +1,6 @@
 //! One line of the receiver read.
 //!
-//! A line has no checksum: the number of fields and the range of each are all that tells a damaged one. Lines of 8 and 7
+//! A line has no checksum: the number of fields and the range of each are all that reveals a damaged one. Lines of 8 and 7
 //! fields (TB Live without a running number) and of 9 and 8 (with one) are read, each with or without the two fields that
 //! recording software appends, latitude and longitude in degrees; these are checked and left out, the vessel knows its
 //! own position. An identity that cannot carry data has none, also where recording software filled the empty field with 0.

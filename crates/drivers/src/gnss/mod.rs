@@ -178,7 +178,7 @@ impl Compass {
         }
     }
 
-    /// Tells a Hemisphere at each other speed to go over to that of the line; answers when the line has its own again.
+    /// Commands a Hemisphere at each other speed to switch to the line's; returns when the line has its own again.
     fn change_speed(&mut self, now: Now) -> MonoTime {
         let told = self.settings.init.iter().any(|line| line.starts_with(HEMISPHERE));
         let Some(baud) = self.settings.baud.filter(|baud| told && SPEEDS.contains(baud)) else {

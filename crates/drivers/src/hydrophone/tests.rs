@@ -27,7 +27,7 @@ struct Bench {
     states: Vec<State>,
     notes: Vec<Note>,
     readings: Vec<Reading>,
-    /// How it listens, as told.
+    /// How it listens, as reported.
     told: Vec<ReceiverReading>,
     /// How far the computer's clock was set (µs).
     set_us: i64,

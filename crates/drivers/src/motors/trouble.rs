@@ -25,7 +25,7 @@ struct Told {
 }
 
 impl Told {
-    /// Whether the error is another than before; `None` when it need not be told now.
+    /// Whether the error is another than before; `None` when it need not be reported now.
     fn take(&mut self, now: MonoTime, error: u16) -> Option<bool> {
         let changed = self.error != error;
         if !changed && (error == 0 || now.since(self.at) < AGAIN) {

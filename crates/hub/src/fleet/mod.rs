@@ -43,7 +43,7 @@ pub struct Event {
     pub packet: Bytes,
     /// When it came.
     pub received: UtcTime,
-    /// Whether it is of the past, told late.
+    /// Whether it is of the past, delivered late.
     pub late: bool,
 }
 
@@ -189,7 +189,7 @@ impl Fleet {
     }
 
     /// What changed after `revision` in series that `wanted` admits, at most `most` series: the oldest changes
-    /// come first, and [`Changes::revision`] tells where to go on. Events are given to every reader that admits
+    /// come first, and [`Changes::revision`] says where to continue. Events are given to every reader that admits
     /// their series.
     pub fn changes(
         &self,

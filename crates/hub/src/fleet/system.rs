@@ -59,7 +59,7 @@ impl Liveness {
     }
 }
 
-/// What tells a system's series apart.
+/// The key of a series within a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SeriesKey {
     /// Message id.

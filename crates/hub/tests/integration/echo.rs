@@ -30,7 +30,7 @@ fn dune() -> (Hub, PeerId, PeerId, PeerId) {
 #[test]
 fn what_a_vessel_echoes_never_goes_to_it_by_any_transport() {
     let (mut hub, tcp, udp, console) = dune();
-    // A console that speaks with DUNE itself: DUNE tells all its clients, and so us by both transports.
+    // A console that is connected to DUNE itself: DUNE forwards to all its clients, so to us by both transports.
     for (transport, time) in [(tcp, 2.0), (udp, 3.0)] {
         let said = start(NEAR, time);
         assert_eq!(pass(&mut hub, at(1.0), transport, &said), [], "a command that DUNE had already");

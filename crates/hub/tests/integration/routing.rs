@@ -55,7 +55,7 @@ fn a_vessel_heard_by_two_transports_is_relayed_once_and_never_to_itself() {
     assert_eq!(pass(&mut hub, at(0.2), tcp, &voltage(OTTER, Address::NULL, 2.0)), [console]);
     assert_eq!(hub.drain_records().len(), 2);
     assert_eq!(hub.counters().duplicates, 1);
-    // A command takes both ways; the vessel tells copies apart by request id.
+    // A command takes both ways; the vessel recognises copies by request id.
     assert_eq!(pass(&mut hub, at(0.3), console, &packet(CONSOLE, OTTER, 3.0, messages::Abort)), [proxy, tcp]);
 }
 
@@ -81,7 +81,7 @@ fn a_token_speaks_for_its_own_vessel_only() {
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address::NULL, 1.0)), [listener]);
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(CONSOLE, Address::NULL, 1.0)), []);
     assert_eq!((hub.counters().refused, hub.drain_records().len()), (1, 1));
-    // What it recorded of what others told it is kept all the same, and goes nowhere.
+    // What it recorded from others is kept all the same, but not routed.
     let heard = packet(CONSOLE, OTTER, 2.0, messages::Abort);
     let link = Some(LinkSeq { stream: 7, seq: 1 });
     hub.packets(at(0.0), vessel, [Incoming { packet: heard, link, lane: Lane::Present }]);

@@ -82,7 +82,7 @@ pub fn definitions_xml() -> String {
     xml
 }
 
-/// Some readers tell integers and reals by these words.
+/// Some readers distinguish integers and reals by these words.
 fn type_description(kind: FieldKind) -> &'static str {
     match kind {
         FieldKind::I8 | FieldKind::I16 | FieldKind::I32 | FieldKind::I64 => "signed integer",

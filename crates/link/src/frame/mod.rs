@@ -76,7 +76,7 @@ impl Capabilities {
     pub const LIVE: Self = Self(2);
     /// Knows commands.
     pub const COMMANDS: Self = Self(4);
-    /// Knows the chart's frames: a vessel tells what it holds and asks, a shore offers and gives.
+    /// Knows the chart's frames: a vessel reports what it holds and requests, a shore offers and sends.
     pub const CHARTS: Self = Self(8);
     /// Keeps several connections beside each other, one for each way.
     pub const WAYS: Self = Self(16);

@@ -105,7 +105,7 @@ impl Shore {
         (held && !self.sessions.is_empty()).then_some(self.next_lease)
     }
 
-    /// Tells over all connections who commands: before any command goes over one of them.
+    /// Sends over all connections who commands, before any command goes over one of them.
     pub(super) fn tell_lease(&mut self, now: Now) {
         self.next_lease = now.mono + LEASE_EVERY;
         let Some(Commander { epoch, holder }) = self.lease.clone() else { return };

@@ -18,7 +18,7 @@ use std::time::Duration;
 pub struct ShoreSettings {
     /// Bytes of records that the vessel may send before they are durable.
     pub window_bytes: u32,
-    /// Another number at each start of the program, so that a vessel with several ways tells its commands apart.
+    /// Another number at each start of the program, so that a vessel with several ways can distinguish its commands.
     pub run: u64,
 }
 
@@ -91,14 +91,14 @@ pub enum ShoreOutput {
     Up(ConnectionId),
     /// The link does not stand any more, over no connection.
     Down,
-    /// Packets to keep, with consecutive numbers that follow those before; tell when they are durable.
+    /// Packets to keep, with consecutive numbers that follow the previous ones; report when they are durable.
     Records {
         /// Their stream.
         stream: u64,
         /// The packets.
         records: Vec<Record>,
     },
-    /// Numbers that will never come, following those before; tell when that is durable.
+    /// Numbers that will never come, following the previous ones; report when that is durable.
     Gap {
         /// Their stream.
         stream: u64,

@@ -105,7 +105,7 @@ impl Pull {
         }
     }
 
-    /// The link stands; `speaks` tells whether the shore speaks of charts.
+    /// The link is open; `speaks`: whether the shore knows the chart's frames.
     pub(crate) fn linked(&mut self, speaks: bool) {
         self.linked = speaks;
     }
@@ -245,7 +245,7 @@ impl Pull {
         wants
     }
 
-    /// What is to be told: at once what is new, from time to time how far it has come.
+    /// The report that is due: at once when there is news, from time to time for the progress.
     fn report(&mut self, now: MonoTime) -> Option<ChartReport> {
         let report = self.as_told();
         let news =

@@ -1,4 +1,4 @@
-//! Which way carries which lane, put into effect and told to the shore.
+//! Which way carries which lane, put into effect and reported to the shore.
 
 use super::VesselOutput;
 use super::machine::Vessel;
@@ -92,7 +92,7 @@ impl Vessel {
         WaysReport { ways: self.ways.iter().map(Way::report).collect(), ..self.report.clone() }
     }
 
-    /// Tells the shore, by the way of the live values.
+    /// Reports to the shore, by the way of the live values.
     pub(super) fn tell_ways(&mut self, now: Now) {
         let Some(place) = self.report.live.map(usize::from).filter(|_| self.joint) else { return };
         if self.ways.len() < 2 || !self.ways[place].stands() {

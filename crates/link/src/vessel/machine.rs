@@ -68,7 +68,7 @@ pub struct Vessel {
     pub(super) keeping: Latency,
 }
 
-/// Why a connection is given up: what to tell the other side, what to tell the log.
+/// Why a connection is given up: for the other side, and for the log.
 pub(super) struct End {
     pub(super) code: Option<ByeCode>,
     pub(super) reason: String,

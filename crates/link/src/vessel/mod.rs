@@ -42,7 +42,7 @@ pub struct VesselSettings {
     pub ways: Vec<WaySettings>,
 }
 
-/// What the spool holds. Its driver tells changes by [`VesselInput::Spool`].
+/// What the spool holds. Its driver reports changes by [`VesselInput::Spool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SpoolState {
     /// The stream whose numbers count.

@@ -1,4 +1,4 @@
-//! How a way is, by what its messages' acknowledgements tell.
+//! The quality of a way, measured by the acknowledgements of its messages.
 //!
 //! TCP hides loss: a packet that is lost comes later, after a time-out of 200 ms at least (RFC 6298 with Linux' bound). So loss
 //! shows as messages that took longer than that beyond the shortest.

@@ -2,7 +2,7 @@
 //!
 //! One start is answered several times, all with its [`Origin`]: when the plan is loaded (with statistics),
 //! when its first maneuver is commanded (not after a calibration), and when it ends, perhaps minutes later.
-//! A client tells the running state from [`PlanState`](super::PlanState), not from replies.
+//! A client reads the running state from [`PlanState`](super::PlanState), not from replies.
 
 use crate::maneuver::FailReason;
 use crate::plan::Plan;
@@ -152,7 +152,7 @@ pub enum Failure {
     /// Nothing runs that could be stopped.
     #[error("no plan is running, request ignored")]
     NothingToStop,
-    /// Nothing runs that could be told.
+    /// No plan runs that could be reported.
     #[error("no plan is running")]
     NothingRuns,
     /// The plan that this request had started ended badly.

@@ -1,4 +1,4 @@
-//! What the engine tells about itself and the vehicle.
+//! What the engine reports about itself and the vehicle.
 
 use super::request::{EndReason, LastOutcome, Reply, RunId};
 use crate::command::{Command, Drive};
@@ -7,7 +7,7 @@ use crate::maneuver::ReferenceState;
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 
-/// Something the engine wants carried out or told, in this order.
+/// An output of the engine, to be carried out or reported in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// Control does this from here on.
@@ -144,7 +144,7 @@ pub enum PlanPhase {
     Executing,
 }
 
-/// The state of plans, to be told about three times per second.
+/// The state of plans, to be reported about three times per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanState {
     /// What plans can do.
@@ -153,13 +153,13 @@ pub struct PlanState {
     pub plan_id: String,
     /// Number of the running plan.
     pub run: Option<RunId>,
-    /// Time to its end (s), where that can be told.
+    /// Time to its end (s), where that is known.
     pub plan_eta_s: Option<f64>,
-    /// How much of it is done, 0 to 1, where that can be told.
+    /// How much of it is done, 0 to 1, where that is known.
     pub progress: Option<f64>,
     /// The maneuver under way, and its kind.
     pub maneuver: Option<(String, ManeuverKind)>,
-    /// Time to the end of the maneuver (s), where that can be told.
+    /// Time to the end of the maneuver (s), where that is known.
     pub maneuver_eta_s: Option<f64>,
     /// How the last plan ended.
     pub last_outcome: LastOutcome,
@@ -192,7 +192,7 @@ pub struct VehicleState {
     pub maneuver: Option<ManeuverKind>,
     /// When it began.
     pub maneuver_began: Option<UtcTime>,
-    /// Time to its end (s), where that can be told.
+    /// Time to its end (s), where that is known.
     pub maneuver_eta_s: Option<f64>,
     /// Which control is on.
     pub drive: Drive,

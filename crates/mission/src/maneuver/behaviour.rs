@@ -119,7 +119,7 @@ pub(crate) trait Behaviour {
     fn deadline(&self) -> Option<MonoTime> {
         None
     }
-    /// What is left, where that can be told.
+    /// What is left, where that is known.
     fn left(&self, now: Now) -> Option<Left>;
 }
 

@@ -207,7 +207,7 @@ impl Machine {
         true
     }
 
-    /// Tells once that a place is refused.
+    /// Reports once that a place is refused.
     fn refuse(&mut self, cx: &mut Context<'_>, goal: LatLon, why: &str) {
         if self.refused.is_new(goal, cx.now.mono) {
             let before = self.meanwhile();

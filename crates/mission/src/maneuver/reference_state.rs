@@ -1,4 +1,4 @@
-//! What a vessel that follows references tells its commander.
+//! What a vessel that follows references reports to their sender.
 
 use crate::event::Reference;
 
@@ -9,7 +9,7 @@ pub enum ReferencePhase {
     Wait,
     /// On the way.
     Goto,
-    /// Motors off: near enough, or told to stop.
+    /// Motors off: near enough, or ordered to stop.
     Hover,
     /// The commander was silent too long.
     Timeout,

@@ -8,7 +8,7 @@ use crate::maneuver::Left;
 use crate::plan::Plan;
 use units::{LatLon, MonoTime, Now};
 
-/// Planned and real time are taken as equal for so long, so that the first metres tell little (s).
+/// Planned and real time are taken as equal for so long, so that the first metres weigh little (s).
 const TRUST_S: f64 = 30.0;
 /// Bounds of the stretch.
 const LEAST_STRETCH: f64 = 0.2;

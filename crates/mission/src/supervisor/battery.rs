@@ -151,7 +151,7 @@ impl BatteryReserve {
         self.judge();
     }
 
-    /// The next thing to tell or do.
+    /// The next output to report or carry out.
     pub fn poll_output(&mut self) -> Option<BatteryOutput> {
         self.outputs.pop_front()
     }
@@ -173,7 +173,7 @@ impl BatteryReserve {
         Some(Outlook { remedy, at: self.reaches(bound) })
     }
 
-    /// The charge below which it will next tell that things got worse, and when at the present drain.
+    /// The charge below which it will next report a worse state, and when at the present drain.
     pub fn next_warning(&self) -> Option<(f64, Option<MonoTime>)> {
         let bound = match self.stage {
             BatteryStage::Normal => self.config.low,

@@ -55,7 +55,7 @@ impl Exemption {
         }
     }
 
-    /// Whether the guard is lifted now; tells once that the time is over.
+    /// Whether the guard is lifted now; reports once that the time is over.
     pub(crate) fn check(&mut self, now: MonoTime) -> (bool, Answer) {
         match self.until {
             Some(until) if now < until => (true, Answer::Nothing),

@@ -68,7 +68,7 @@ impl GroundingSettings {
 /// What to do in a plan within stopping distance of danger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum GroundingAction {
-    /// Tell it.
+    /// Report it.
     Warn,
     /// And slow down.
     Slow,

@@ -47,7 +47,7 @@ impl Saving {
         *waiting = (values, waiting.1.saturating_add(1));
     }
 
-    /// The disk tells what became of the values of an entity.
+    /// The disk's answer about the values of an entity.
     pub(crate) fn kept(
         &mut self,
         bus: &mut Bus,

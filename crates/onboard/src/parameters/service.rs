@@ -159,7 +159,7 @@ impl ParameterService {
         }
     }
 
-    /// The disk tells what became of the values of an entity.
+    /// The disk's answer about the values of an entity.
     pub(crate) fn kept(
         &mut self,
         bus: &mut Bus,
@@ -170,7 +170,7 @@ impl ParameterService {
         self.saving.kept(bus, settings, label, outcome);
     }
 
-    /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
+    /// Reports the parameters of an entity. Unknown words are not answered, as in DUNE.
     ///
     /// All of Lutra's parameters hold at any time, which is the scope `global`: for one of DUNE's other scopes there
     /// are none. Visibility `developer` adds of each what the next start will have.

@@ -11,7 +11,7 @@ use crate::settings::Settings;
 use imc::messages::{EntityParameter, SetEntityParameters};
 use std::collections::BTreeMap;
 
-/// Entries of an entity; a push beyond them is refused and told.
+/// Entries of an entity; a push beyond them is refused and reported.
 const DEEPEST: usize = 16;
 
 /// Names and values of one push.

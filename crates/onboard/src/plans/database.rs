@@ -96,7 +96,7 @@ impl Database {
         bus.send_to(Entity::PlanDatabase, asker, &reply);
     }
 
-    /// Keeps a plan that came with a start, and tells everyone.
+    /// Stores a plan that came with a start, and informs all systems.
     pub(crate) fn keep_started(&mut self, bus: &mut Bus, name: &str, plan: &PlanSpecification) {
         let plan_id = plan.plan_id.to_str_lossy().into_owned();
         if self.plan(&plan_id).as_ref() == Some(plan) {

@@ -223,13 +223,13 @@ impl Plans {
         self.engine.held_up(bus.mono());
     }
 
-    /// Tells the engine something and carries out what it wants.
+    /// Gives the engine an input and carries out its outputs.
     pub(crate) fn tell(&mut self, bus: &mut Bus, pilot: &mut Pilot, input: mission::Input) {
         self.engine.handle_input(bus.now(), input);
         self.drain(bus, pilot);
     }
 
-    /// Tells the engine what happened while steering, until nothing more does.
+    /// Gives the engine the events of steering, until there are no more.
     pub(crate) fn follow_up(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         while let Some(event) = pilot.poll_event() {
             let event = match event {

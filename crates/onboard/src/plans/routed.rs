@@ -119,7 +119,7 @@ impl Plans {
         self.begun_since(before)
     }
 
-    /// Tells the plan under way again if it is the vessel's own: who has not heard it for a while knows no route by its name.
+    /// Sends the plan under way again if it is the vessel's own: a console that missed it does not know the route.
     pub(crate) fn tell_own_again(&self, bus: &mut Bus) {
         let run = self.plan_state.run.filter(|run| self.own_run == Some(*run));
         if let Some(plan) = run.and_then(|run| self.runs.get(&run)) {

@@ -42,7 +42,7 @@ pub(crate) struct Context<'a> {
     pub(crate) guard: GuardLimits,
     pub(crate) holds_after_failure: bool,
     pub(crate) restart: &'a RestartSettings,
-    /// The time of the satellites, once they told it.
+    /// The time of the satellites, once known.
     pub(crate) satellite_utc: Option<UtcTime>,
 }
 

@@ -52,7 +52,7 @@ impl Restart {
 }
 
 impl Supervise {
-    /// Decides what to do as soon as the satellites have told the time, and resumes what is due.
+    /// Decides what to do as soon as the satellites' time is known, and resumes what is due.
     pub(super) fn look_at_restart(&mut self, context: &mut Context<'_>) {
         if let Some(utc) = context.satellite_utc
             && let Some((at, under_way)) = self.restart.found.take()

@@ -255,7 +255,7 @@ fn a_current_onto_a_shoal_makes_a_silent_operators_vessel_turn_back() {
     assert_eq!(sea.plan_state().plan_id, "deep water");
 }
 
-/// So slowly that no course can be told, and for long.
+/// So slowly that there is no course, and for long.
 #[test]
 fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
     let chart = chartmaker().with(Ground::Depth(0.4), point(60.0, 0.0), 30.0, 24);

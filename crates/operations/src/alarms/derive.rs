@@ -140,7 +140,7 @@ impl Observed {
 pub(super) struct Observer {
     /// Events up to here were read.
     events: u64,
-    /// When each vessel was last told to abort.
+    /// When each vessel was last ordered to abort.
     aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
     entries: BTreeMap<(Address, String), (MonoTime, Priority, AlarmSaying)>,

@@ -1,7 +1,8 @@
-//! What the parts of a vessel are for.
+//! The function of each part of a vessel.
 //!
-//! Labels are people's: the files of a vessel may call its parts as they like, in any language. What a part sends is its program's,
-//! so that goes first. Words of labels stand in for what has sent nothing that tells, as a device that was never connected.
+//! Labels come from people: the files of a vessel may name its parts freely, in any language. The messages of a part come from
+//! its program, so they count first. The label is used for a part whose messages do not show its function, such as a device
+//! that was never connected.
 
 use detections::{LISTENING_TOPIC, TOPIC as DETECTION_TOPIC};
 use hub::{SeriesKey, System};
@@ -108,16 +109,16 @@ impl SentKinds {
         sent
     }
 
-    /// What a part is by what it has sent and, where that tells nothing, by its label. What it sent before the vessel started
-    /// again comes last: its number may have been another part's.
+    /// A part's function by its messages and, where these do not show it, by its label. Messages from before the vessel's
+    /// restart count last: its number may have been another part's.
     pub(super) fn kind(&self, entity: u8, label: &str) -> Option<PartKind> {
         let [now, before] = self.all.get(&entity).copied().unwrap_or_default();
         now.or_else(|| PartKind::of_label(label)).or(before)
     }
 }
 
-/// How well a part tells the charge of the whole vessel, the best first: what is called so, what measures no voltage as a battery
-/// would, a battery.
+/// How well a part represents the charge of the whole vessel, the best first: one labelled "fuel", one that does not measure
+/// voltage as a battery would, a battery.
 pub(super) fn charge_rank(system: &System, entity: u8) -> u8 {
     let called = system.entity(entity).is_some_and(|label| label.to_lowercase().contains("fuel"));
     let battery = system.all_series().any(|(key, _)| key.entity == entity && key.id == Voltage::ID);

@@ -10,7 +10,7 @@ use units::{MonoTime, UtcTime};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AlarmId(pub u64);
 
-/// What tells alarms apart.
+/// The key of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
     /// The vessel; `None` for the server itself.

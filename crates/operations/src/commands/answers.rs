@@ -1,4 +1,4 @@
-//! What vessels say, as far as it tells what became of commands.
+//! What vessels' messages say about the progress of commands.
 
 use super::{
     Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, REST_SEEN, Stage, VESSELS,
@@ -12,7 +12,7 @@ use imc::messages::{
 use imc::{Address, PacketView};
 use units::{Now, UtcTime};
 
-/// Plans of one vessel that single answers may add up to; further ones are known when the vessel tells all of its list,
+/// Plans of one vessel that single answers may add up to; further ones are known when the vessel sends its whole list,
 /// which fits one packet.
 const PLANS: usize = 1_000;
 
@@ -240,7 +240,7 @@ impl Commands {
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(of, _) if *of == entity)) {
             let Some(command) = self.all.get_mut(&id) else { continue };
             let Effect::Reports(_, set) = &command.effect else { continue };
-            // An answer echoes what was taken, and nothing else; one to a question may still tell what was before.
+            // An answer echoes the accepted values, and nothing else; one to a query may still hold the old ones.
             let taken = |(name, value): &&(String, String)| {
                 values.iter().any(|(told, now)| told == name && is_same_value(now, value))
             };

@@ -63,7 +63,7 @@ pub enum Stage {
     Received,
     /// The vessel does it.
     Executing,
-    /// What the vessel tells shows that it is done.
+    /// The vessel's report shows that it is done.
     EffectSeen,
     /// The vessel or the server refuses.
     Refused,
@@ -244,7 +244,7 @@ pub struct CommandEvent {
 pub struct Commands {
     own: Address,
     all: BTreeMap<CommandId, Command>,
-    /// With the time by which the one that told longest ago is found.
+    /// With the time, by which the one that reported longest ago is found.
     aboard: BTreeMap<Address, (MonoTime, PlansAboard)>,
     reports: Reports,
     next_request: u16,
@@ -446,12 +446,12 @@ impl Commands {
         self.aboard.get(&vessel).map(|(_, plans)| plans)
     }
 
-    /// What vessels tell of themselves.
+    /// The vessels' own reports.
     pub fn reports(&self) -> &Reports {
         &self.reports
     }
 
-    /// What vessels tell of themselves, to ask them.
+    /// The vessels' own reports, to query them.
     pub fn reports_mut(&mut self) -> &mut Reports {
         &mut self.reports
     }
@@ -527,7 +527,7 @@ impl Commands {
         command.steps.push(step);
         command.deadline = match stage {
             Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
-            // Its life ends before, and tells so.
+            // Its life ends before, and that is reported.
             Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),
             Stage::Executing => Some(now.mono + EFFECT_WITHIN),

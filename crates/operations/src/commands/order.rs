@@ -58,14 +58,14 @@ pub enum Order {
         /// Its name.
         plan_id: String,
     },
-    /// Tell which plans are stored aboard.
+    /// Report which plans are stored aboard.
     List,
     /// Give a plan.
     Get {
         /// Its name.
         plan_id: String,
     },
-    /// Tell the parameters of an entity.
+    /// Report the parameters of an entity.
     QueryParameters {
         /// The entity's label.
         entity: String,
@@ -101,7 +101,7 @@ pub(super) enum Effect {
     Listed,
     /// It gives this plan.
     Gave(String),
-    /// It tells an entity's parameters, these among them.
+    /// It reports an entity's parameters, these among them.
     Reports(String, Vec<(String, String)>),
     /// Nothing: the vessel does not say.
     Silent,

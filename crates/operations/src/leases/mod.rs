@@ -26,7 +26,7 @@ pub const LASTS: Duration = Duration::from_mins(1);
 pub const ANSWER_WITHIN: Duration = Duration::from_secs(30);
 /// Most characters of a reason.
 pub const REASON_CHARS: usize = 200;
-/// Most characters of what tells windows of one person apart.
+/// Most characters of the key that distinguishes a person's windows.
 const KEY_CHARS: usize = 64;
 /// What happened and was not fetched yet; the oldest goes first, counted.
 const EVENTS_KEPT: usize = 1_000;
@@ -38,7 +38,7 @@ pub struct Holder {
     pub person: i64,
     /// The person's name.
     pub name: String,
-    /// Tells the windows of a person apart; empty for scripts.
+    /// Distinguishes the windows of a person; empty for scripts.
     pub key: String,
 }
 

@@ -57,7 +57,7 @@ const CLOCK_STEP: Duration = Duration::from_millis(100);
 /// A stop is said so often: any one packet may be lost.
 const STOPS: u8 = 5;
 
-/// What a person's hands do, as a browser tells it.
+/// A person's stick input, as a browser reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Grows with every sample.

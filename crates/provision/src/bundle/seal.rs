@@ -8,7 +8,7 @@
 //! | 16 | salt of the passphrase |
 //! | 12 | nonce |
 //! | … | the plain form, by ChaCha20-Poly1305 (RFC 8439) with all before it as associated data; 16 bytes longer |
-//! | 32 | SHA-256 of all before it: tells a damaged copy from a wrong passphrase |
+//! | 32 | SHA-256 of all before it: distinguishes a damaged copy from a wrong passphrase |
 //!
 //! The key is made of the passphrase by Argon2id (RFC 9106) with parameters that belong to the format: no file can ask for more
 //! memory or time. Both are in the tree already, for passwords and TLS; the `age` format would do the same with some fifty

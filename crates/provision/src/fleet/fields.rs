@@ -23,7 +23,7 @@ impl<'t> Report<'t> {
         Self { text, problems: Vec::new() }
     }
 
-    /// Tells what is wrong at this byte.
+    /// Reports what is wrong at this byte.
     pub(super) fn tell(&mut self, at: usize, text: impl Into<String>, remedy: impl Into<String>) {
         if self.problems.len() >= MOST {
             return;
@@ -96,7 +96,7 @@ impl<'a, 't> Fields<'a, 't> {
         report.tell(at, format!("{}: {key}: {text}", self.place), remedy);
     }
 
-    /// Tells that a key is absent, if it is.
+    /// Reports that a key is absent, if it is.
     pub(super) fn require(&self, report: &mut Report<'_>, key: &str, example: &str) {
         if !self.table.contains_key(key) {
             report.tell(

@@ -155,7 +155,7 @@ impl Tally {
 /// What the register knows of a detection: the place of its tag among those of its code, and whether an animal carried it.
 pub(super) type Slot = Option<(usize, bool)>;
 
-/// What tells tags apart: protocol and number, the register's tag, and whether an animal carried it.
+/// The key of a tag: protocol and number, the register's tag, and whether an animal carried it.
 type Key<'s> = (&'s Protocol, u32, Option<(&'s str, bool)>);
 
 /// All tags that were heard.

@@ -1,4 +1,4 @@
-//! How long receivers listened, by what vessels told.
+//! How long receivers listened, by the vessels' reports.
 
 use super::sighting::{Listened, Pieces};
 use std::collections::BTreeMap;

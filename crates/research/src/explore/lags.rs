@@ -1,4 +1,4 @@
-//! How far the nearest other detection of each is: the same as [`crate::Lags`] tells, of all at once.
+//! How far the nearest other detection of each is: the same as [`crate::Lags`] gives, for all at once.
 
 use super::sighting::{Pieces, Sighting};
 use crate::lag::{HORIZON_S, Lag};

@@ -46,7 +46,7 @@ pub fn months(reader: &mut Reader) -> Result<Vec<TimeRange>> {
     Ok(reader.parts(dated)?.into_iter().map(|(_, part)| part).collect())
 }
 
-/// A number for the messages of a range that can tell of detections: another one when some came or went.
+/// A number for the messages of a range that can report detections: it changes when some came or went.
 ///
 /// # Errors
 /// When the history cannot be read.

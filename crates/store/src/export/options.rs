@@ -38,7 +38,7 @@ pub struct CsvOptions {
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it. To get the text
     /// back, take one apostrophe from text that begins with one.
     pub guard: bool,
-    /// Whether each row also tells when its message first came ashore.
+    /// Whether each row also gives the time at which its message first came ashore.
     pub received: bool,
     /// For which readers cells and numbers are written.
     pub dialect: Dialect,

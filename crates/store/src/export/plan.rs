@@ -69,7 +69,7 @@ impl Plan {
         Ok(Self { messages, groups, names, columns })
     }
 
-    /// Whether rows of several messages stand in one table, so that each tells its message.
+    /// Whether one table has rows of several messages, so that each names its message.
     pub(crate) fn is_mixed(&self) -> bool {
         self.messages.len() > 1
     }

@@ -42,7 +42,7 @@ impl Default for Selection {
     }
 }
 
-/// Most names that a refusal tells.
+/// Most names that a refusal lists.
 const TOLD: usize = 30;
 
 fn wrong(name: &str, text: impl std::fmt::Display) -> StoreError {

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `src`, `src_ent` | address of the system and number of the entity that said it |
 //! | `time_us` | when it was said, by the sender's clock (µs since 1970-01-01 UTC) |
-//! | `hash` | fingerprint of the payload: tells apart what is said in one microsecond |
+//! | `hash` | fingerprint of the payload: distinguishes messages of one microsecond |
 //! | `received_us` | when it first came ashore, by the shore's clock |
 //! | `dst`, `dst_ent` | whom it was said to |
 //! | fields | numbers as they are (enumerations and bit fields too), text as text, raw data as a blob, nested messages and lists as JSON in the form of `imc::json` |
@@ -194,7 +194,7 @@ CREATE TABLE IF NOT EXISTS _raw (
   PRIMARY KEY (src, src_ent, id, time_us, hash)) WITHOUT ROWID;
 ";
 
-/// What tells a NaN from a field that an older sender left out.
+/// Distinguishes a NaN from a field that an older sender left out.
 pub(crate) const SHORT: &str = "
 CREATE TABLE _short (
   id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL, time_us INTEGER NOT NULL,

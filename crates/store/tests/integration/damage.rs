@@ -289,7 +289,7 @@ fn a_reindex_that_would_lose_says_what_and_how_to_go_on_and_the_doctor_says_the_
         assert!(!check.remedy.contains("which goes on there"), "{check:?}");
         let done = reindex(folder.path(), true, &mut |_| true).unwrap();
         assert!(done.samples < done.before);
-        // The rebuild is over; what the archive lost stays told.
+        // The rebuild is over; what the archive lost is still reported.
         let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
         assert!(checks.iter().all(|check| check.name != "reindex"), "{checks:#?}");
         let is_told =

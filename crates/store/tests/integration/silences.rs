@@ -1,4 +1,4 @@
-//! Silences that the shore tells by itself, at every scale, and what closes them.
+//! Silences that the shore finds on its own, at every scale, and what closes them.
 
 use crate::support::*;
 use imc::messages::{Heartbeat, Temperature};

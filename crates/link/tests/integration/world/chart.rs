@@ -32,7 +32,7 @@ pub(crate) struct ChartAtSea {
     pub(crate) used: u64,
 }
 
-/// Any function of the bytes that tells two charts apart.
+/// Any function of the bytes that distinguishes two charts.
 fn digest(bytes: &[u8]) -> ChartDigest {
     let mut digest = [0; 32];
     for (lane, eight) in (1_u64..).zip(digest.chunks_exact_mut(8)) {
@@ -57,7 +57,7 @@ impl World {
         self.offer();
     }
 
-    /// Tells the shore's machine what there is.
+    /// Reports the present chart to the shore's machine.
     pub(crate) fn offer(&mut self) {
         let ChartAshore { file, digest, .. } = &self.shore.chart;
         let offer = ChartOffer { digest: *digest, bytes: file.len() as u64, edition: "4".to_owned() };
@@ -87,7 +87,7 @@ impl World {
         self.vessel.chart.part.as_ref().map_or(0, |(_, bytes)| bytes.len())
     }
 
-    /// What the vessel's program tells its machine at its start.
+    /// What the vessel's program reports to its machine at its start.
     pub(crate) fn tell_chart_aboard(&mut self) {
         self.vessel.chart.answers.clear();
         self.vessel_handle(VesselInput::ChartAboard(self.vessel.chart.aboard()));

@@ -46,7 +46,7 @@ pub(crate) struct ShoreNode {
 
 impl ShoreNode {
     pub(crate) fn durable(&self) -> Option<u64> {
-        // Nothing is kept with holes, so the last tells.
+        // Nothing is kept with holes, so the last number is enough.
         self.kept.last_key_value().map(|(seq, _)| *seq)
     }
 }

@@ -80,7 +80,7 @@ impl Sea {
         self.vehicle.tell(input, &mut |now, event| notes.take(now, event));
     }
 
-    /// Tells it a reading of this moment.
+    /// Gives it a reading of this moment.
     pub(crate) fn read(&mut self, reading: devices::Reading) {
         let at = self.vehicle.now.mono;
         self.tell(Input::Reading(at, reading));

@@ -108,7 +108,7 @@ fn drive<W: Waters>(seed: u64) -> Drive {
     drive
 }
 
-/// Asks for the drive, and tells whether what is wanted is safe.
+/// Orders the drive, and returns whether it is safe.
 fn begin<W: Waters>(
     sea: &mut Sea,
     drive: &mut Drive,
