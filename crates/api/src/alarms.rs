@@ -1,4 +1,4 @@
-//! What is wrong, and who knows of it.
+//! What is wrong, and who has acknowledged it.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -59,7 +59,7 @@ pub struct Alarm {
     pub wants_acknowledgement: bool,
 }
 
-/// One thing that is wrong, by its code and figures. What a vessel or the server's system says is handed on as it is.
+/// One trouble, by its code and figures. Texts of a vessel or of the server's system are passed on unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -58,7 +58,7 @@ pub struct NoGoAreas {
     pub in_force: bool,
     /// Why they are not in force, for people; null where they are.
     pub trouble: Option<String>,
-    /// Whether the one who asks may close, change and lift areas.
+    /// Whether the requester may close, change and lift areas.
     pub may_change: bool,
 }
 

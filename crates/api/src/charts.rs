@@ -23,7 +23,7 @@ pub struct ChartSet {
     pub not_for_navigation: bool,
     /// Least depth in which an operator may steer a vessel by hand (m).
     pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_m: f64,
 }
 
@@ -239,7 +239,7 @@ pub struct Guard {
     pub cause: Option<String>,
     /// All of it in one line.
     pub text: String,
-    /// Depth in which the vessel may go by itself (m), which the plan is held against.
+    /// Least depth in which the vessel may sail autonomously (m), against which the plan is checked.
     pub autonomous_m: f64,
     /// Whether these are limits that the vessel reported; else they are those of the server.
     pub of_vessel: bool,

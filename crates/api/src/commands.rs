@@ -56,9 +56,9 @@ pub struct LeaseRequest {
 pub enum LeaseAction {
     /// To have it: at once where it is free, else when its holder agrees or does not answer for 30 s.
     Request,
-    /// To give it to the one who asked.
+    /// To grant it to the requester.
     Grant,
-    /// Not to give it; by the one who asked: not to want it any more.
+    /// To decline the request; by the requester: to withdraw it.
     Decline,
     /// To give it back.
     Release,
@@ -98,7 +98,7 @@ pub struct LeaseHolder {
     pub until_us: i64,
 }
 
-/// The one who asked for control.
+/// A pending request for control.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LeaseWaiting {

@@ -191,7 +191,7 @@ pub struct Dataset {
     pub versions: Vec<DatasetVersion>,
     /// Why it was withdrawn; null where it was not.
     pub withdrawn: Option<DatasetWithdrawn>,
-    /// Whether the one who asks may change, publish, share and download it.
+    /// Whether the requester may change, publish, share and download it.
     pub may_change: bool,
 }
 

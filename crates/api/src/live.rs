@@ -1,4 +1,4 @@
-//! The fleet as it is now: `GET /api/v1/vessels` and the WebSocket `/api/live`.
+//! The present state of the fleet: `GET /api/v1/vessels` and the WebSocket `/api/live`.
 //!
 //! A client sends `{"subscribe": {…}}` and gets frames: first everything that matches, then what changed. Of a
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
@@ -125,7 +125,7 @@ pub struct LiveFrame {
     pub recording: Option<String>,
 }
 
-/// Something that speaks IMC.
+/// A system that communicates by IMC.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct System {
@@ -153,7 +153,7 @@ pub struct System {
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum Liveness {
-    /// Heard as often as it speaks.
+    /// Heard as often as it sends.
     Live,
     /// Expected, but not there yet.
     Late,

@@ -36,7 +36,7 @@ pub struct LogNote {
     pub withdrawn: Option<LogWord>,
     /// Media type of its photo; null without a photo.
     pub photo: Option<String>,
-    /// Whether the one who asks may correct or withdraw it.
+    /// Whether the requester may correct or withdraw it.
     pub may_change: bool,
 }
 
@@ -88,7 +88,7 @@ pub struct LogNoteQuery {
 pub struct LogNoteChange {
     /// The revision that is corrected; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on. The time stays as it is when left out.
+    /// What it says from now on. The time stays unchanged when left out.
     pub note: LogNoteRequest,
 }
 

@@ -22,7 +22,7 @@ pub struct MissionRequest {
     /// From this time on, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub from_us: i64,
-    /// Before this time, µs since 1970 UTC; null while it goes on.
+    /// Before this time, µs since 1970 UTC; null while it lasts.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
 }
@@ -36,7 +36,7 @@ pub struct Mission {
     pub id: i64,
     /// Grows with each change, from 1.
     pub revision: u32,
-    /// What it says; of its vessels those that the one who asks may see.
+    /// What it says; of its vessels those that the requester may see.
     pub mission: MissionRequest,
     /// Who wrote it down first, and when.
     pub written: LogWord,
@@ -44,7 +44,7 @@ pub struct Mission {
     pub changed: Option<LogWord>,
     /// Who withdrew it; null while it stands.
     pub withdrawn: Option<LogWord>,
-    /// Whether the one who asks may change or withdraw it.
+    /// Whether the requester may change or withdraw it.
     pub may_change: bool,
 }
 
@@ -94,10 +94,10 @@ pub struct Missions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MissionSummary {
-    /// Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+    /// Up to when, µs since 1970 UTC: its end, or the present while it lasts.
     #[cfg_attr(test, ts(type = "number"))]
     pub to_us: i64,
-    /// Vessel by vessel, of those that the one who asks may see.
+    /// Vessel by vessel, of those that the requester may see.
     pub vessels: Vec<MissionVessel>,
 }
 

@@ -22,7 +22,7 @@ impl Role {
     /// All roles, the least first.
     pub const ALL: [Self; 4] = [Self::Viewer, Self::Researcher, Self::Operator, Self::Admin];
 
-    /// As it is written everywhere.
+    /// As written everywhere.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Viewer => "viewer",
@@ -119,7 +119,7 @@ pub struct Token {
     pub used_us: Option<i64>,
 }
 
-/// A request for a token that acts for the one who asks.
+/// A request for a token that acts for the requester.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -177,7 +177,7 @@ pub struct AuditEntry {
     pub outcome: String,
 }
 
-/// The one who asks.
+/// The requester.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Me {

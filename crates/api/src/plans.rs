@@ -132,7 +132,7 @@ pub enum PlanTask {
     },
 }
 
-/// A plan as it is kept, with what it takes.
+/// A stored plan, with what it takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct StoredPlan {
@@ -290,7 +290,7 @@ pub struct PlanRevision {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ImportedPlan {
-    /// As it is kept.
+    /// The stored plan.
     pub stored: StoredPlan,
     /// What of the file was left out.
     pub notes: Vec<String>,

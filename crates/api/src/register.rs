@@ -195,7 +195,7 @@ pub struct RegisterDeployment {
     /// From when on.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub from_us: Option<i64>,
-    /// Until when; null while it goes on.
+    /// Until when; null while it lasts.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
     /// Depth of the hydrophone below the surface, m.
@@ -236,7 +236,7 @@ pub struct RegisterEntry {
     pub record: RegisterRecord,
     /// Who said so last, and when.
     pub written: LogWord,
-    /// Whether the one who asks may change or delete it.
+    /// Whether the requester may change or delete it.
     pub may_change: bool,
 }
 

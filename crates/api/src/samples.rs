@@ -1,4 +1,4 @@
-//! Series of samples: what there is, and its values for plots and tables.
+//! Series of samples: a list of them, and their values for plots and tables.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};

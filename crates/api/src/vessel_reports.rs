@@ -106,7 +106,7 @@ pub struct ParameterAbout {
     pub caution: Option<String>,
 }
 
-/// The plan that a vessel sails, as far as it is known ashore.
+/// The plan that a vessel sails, as far as known ashore.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanUnderWay {

@@ -28,7 +28,7 @@ pub(crate) struct Contents<'a> {
 }
 
 impl<'a> Contents<'a> {
-    /// Of a set as it is.
+    /// Of the present state of a set.
     pub(crate) fn of(set: &'a ChartDb) -> Result<Self> {
         let charts = set.charts()?.into_iter().map(|chart| (chart, set));
         Ok(Self { charts: charts.collect(), edited: set.edited()? })

@@ -1,4 +1,4 @@
-//! The tables of a chart set: an OGC GeoPackage 1.3 (OGC 12-128r17) that QGIS opens as it is, and Lutra's own.
+//! The tables of a chart set: an OGC GeoPackage 1.3 (OGC 12-128r17) that QGIS opens directly, and Lutra's own.
 //!
 //! Feature tables by kind of geometry: `skin` (the areas of group 1 that tile the sea and the land), `areas`,
 //! `lines`, `points`, `soundings` (one row each) and `points_of_interest`. `objects` holds what has no geometry

@@ -3,7 +3,7 @@
 //! Charts are read into a database of their own, `chart.gpkg.part`, one transaction for each. When all are read, it
 //! becomes the set where there was none; else its charts go into the set in one transaction (`merge`), so that a small
 //! change of a large set writes little. A change that fails or is killed leaves the set as it was; what was read stays,
-//! and the next import goes on from it as long as the set is still the one that the change was meant for, and the import
+//! and the next import continues from it as long as the set is still the one that the change was meant for, and the import
 //! is of all that was read: nothing goes into a set but what its operator gives at that time.
 
 use crate::contents::Contents;
@@ -39,7 +39,7 @@ impl Stage {
         Self::open(live, None)
     }
 
-    /// Goes on with what an earlier run read if these charts are all of it; otherwise starts from nothing.
+    /// Continues with what an earlier run read if that was exactly these charts; otherwise starts anew.
     pub(crate) fn resumed(live: &Path, charts: &BTreeSet<String>) -> Result<Self> {
         Self::open(live, Some(charts))
     }
@@ -83,7 +83,7 @@ impl Stage {
         &self.part
     }
 
-    /// The chart of a name, as it is with the change so far.
+    /// The chart of a name, with the change so far.
     pub(crate) fn chart(&self, name: &str) -> Result<Option<Chart>> {
         let find = || -> rusqlite::Result<Option<Chart>> {
             if let Some(chart) = read::find_chart(&self.connection, name)? {

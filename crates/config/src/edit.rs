@@ -56,7 +56,7 @@ impl Edits {
         }
     }
 
-    /// A line that goes on with the option above.
+    /// A line that continues the option above.
     pub(crate) fn more(&mut self, cursor: &Cursor, text: &Text<'_>, place: &Place) {
         let Some((name, operator)) = &cursor.option else {
             let what = format!("`{}` is neither an option nor a part of one", shortened(text.text));

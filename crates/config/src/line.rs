@@ -10,7 +10,7 @@ pub const MAX_LINE_BYTES: usize = 1023;
 /// The characters that end a value.
 pub(crate) const COMMENT_MARKS: [char; 3] = [';', '|', '#'];
 
-/// One line as DUNE's reader hands it over, without the white space in front.
+/// One line as DUNE's reader passes it on, without the white space in front.
 #[derive(Debug)]
 pub(crate) struct RawLine<'a> {
     /// Number of the line in the file, from 1.

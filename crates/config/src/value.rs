@@ -229,7 +229,7 @@ pub(crate) fn parse_pair(text: &str) -> Result<(&str, &str), ValueError> {
     Ok((name, value))
 }
 
-/// The value as it is written in a file.
+/// The value as written in a file.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fn list<T>(

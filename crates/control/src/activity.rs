@@ -26,7 +26,7 @@ impl MotorActivity {
         }
     }
 
-    /// What was seen so far does not go on to what comes next: the time between does not count.
+    /// A gap follows: the time between the last observation and the next does not count.
     pub fn pause(&mut self) {
         self.last = None;
     }

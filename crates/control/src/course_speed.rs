@@ -197,7 +197,7 @@ impl CourseSpeed {
         })
     }
 
-    /// Seconds since the last update, and whether the pause was too long to go on from there.
+    /// Seconds since the last update, and whether the pause was too long to continue from there.
     fn advance(&mut self, now: MonoTime) -> (f64, bool) {
         let last = self.active.and_then(|active| active.last);
         let gap_s = last.map_or(0.0, |last| now.since(last).as_secs_f64());
@@ -246,7 +246,7 @@ impl CourseSpeed {
         let share = if active.age_s < fade_s { active.age_s / fade_s } else { 1.0 };
         let faded = active.start.zip(wanted, |start, wanted| start + share * (wanted - start));
         let ramped = match ramp_per_s {
-            // The first update has no time to move in; it goes on with what the motors do.
+            // The first update has no time to move in; it continues from the present motor commands.
             Some(limit) => active.motors.zip(faded, |last, wanted| ramp::rising(last, wanted, limit * dt_s)),
             None => faded,
         };

@@ -222,7 +222,7 @@ impl PathTracker {
         })
     }
 
-    /// The end of the path before, where the next may go on from it.
+    /// The end of the previous path, where the next may continue from it.
     fn chained_start(&self, now: MonoTime) -> Option<LatLon> {
         match (&self.active, self.ended) {
             (Some(active), _) => (active.phase != Phase::Approaching).then_some(active.target),

@@ -115,7 +115,7 @@ pub struct Pose {
 /// How well a receiver could listen when it heard a tag.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Effort {
-    /// Lines that the receiver wrote since the one before and that never came.
+    /// Lines that the receiver wrote since the previous one and that never came.
     pub lines_lost: Option<u16>,
     /// The receiver's last report of the noise.
     pub noise: Option<Noise>,

@@ -1,4 +1,4 @@
-//! Lines in a stream of bytes, for the devices that speak text.
+//! Lines in a stream of bytes, for the devices that send text.
 //!
 //! A line ends at CR, LF or both. A start byte, `$` for most devices, begins a line wherever it stands: what stood before
 //! it, noise or a line that lost its end, comes out as a piece of its own, so one lost byte costs one line. Memory is

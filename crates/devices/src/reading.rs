@@ -233,9 +233,9 @@ pub struct WaterReading {
 pub struct ReceiverReading {
     /// Whether it listens: its port is open, it is not in command mode, and it is not silent.
     pub listening: bool,
-    /// Frequency listened to (kHz), as it is set or as its lines say.
+    /// Frequency listened to (kHz), as set or as its lines say.
     pub frequency_khz: Option<u8>,
-    /// Number of the set of codings that it decodes, as it is set (LM).
+    /// Number of the set of codings that it decodes, as set (LM).
     pub protocols: Option<u8>,
     /// How good its clock is.
     pub clock: ClockState,

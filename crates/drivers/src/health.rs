@@ -152,7 +152,7 @@ fn kib_of(text: &str, name: &str) -> Option<f64> {
     (unit.trim() == "kB").then(|| number.parse::<u64>().ok().map(|kib| kib as f64))?
 }
 
-/// What there is to read, as text; `None` where a file is not there.
+/// The files' contents as text; `None` where a file is missing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sources<'a> {
     /// /proc/stat.

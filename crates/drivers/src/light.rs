@@ -231,7 +231,7 @@ impl Light {
         self.fatal
     }
 
-    /// Goes on to the next group where the one at hand is over.
+    /// Continues with the next group where the present one is over.
     pub fn tick(&mut self, now: MonoTime) {
         let Some(until) = self.until.filter(|until| *until <= now) else { return };
         let ended = self.group + 1 >= self.patterns.of(self.shown).groups.len();

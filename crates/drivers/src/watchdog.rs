@@ -85,7 +85,7 @@ enum Phase {
 pub struct Watchdog {
     config: WatchdogConfig,
     phase: Phase,
-    /// The brain's count, as it was at the last pulse and as it is.
+    /// The brain's count, at the last pulse and now.
     pulsed_at: u64,
     count: u64,
     /// When the count moved last.
@@ -97,7 +97,7 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// A watchdog at `now`: its pins are low, and it goes on at the first sign of life. So a program that cannot start, as
+    /// A watchdog at `now`: its pins are low, and it starts at the first sign of life. So a program that cannot start, as
     /// by an error in its configuration, is not restarted for ever and can be mended from afar.
     pub fn new(now: MonoTime, config: WatchdogConfig) -> Self {
         let mut watchdog = Self {
@@ -149,7 +149,7 @@ impl Watchdog {
         match self.phase {
             Phase::Low(due) if now >= due => {
                 if self.count == self.pulsed_at {
-                    // No life, no pulse. It is looked for again in a period, so that a brain that was only held up keeps
+                    // No life, no pulse. It is checked again after a period, so that a brain that was only held up keeps
                     // the vessel.
                     self.phase = Phase::Low(now + self.config.period);
                 } else {

@@ -7,7 +7,7 @@
 use crate::{Geometry, MOST_POSITIONS, Polygon, Position, Shape, Shapes, tidy};
 use serde_json::{Map, Value, json};
 
-/// Why a text is no GeoJSON of what is looked for.
+/// Why a text is not GeoJSON of the wanted kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
     /// No JSON.
@@ -69,7 +69,7 @@ pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
     Ok(reader.shapes)
 }
 
-/// Reads all polygons. They may be many: who reads them bounds the file.
+/// Reads all polygons. They may be many: the caller bounds the file.
 ///
 /// # Errors
 /// At the first thing that is not valid.

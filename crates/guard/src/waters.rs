@@ -1,5 +1,5 @@
 //! Where the vessel may go by itself, for goals that others name under way: the area of operation and the sea chart.
-//! Plans are held against both before they start.
+//! Plans are checked against both before they start.
 
 use crate::area::Area;
 use crate::check::check_way;
@@ -23,15 +23,15 @@ pub struct Waters {
     pub chart: WaterChart,
 }
 
-/// The sea chart that ways are held against.
+/// The sea chart that ways are checked against.
 #[derive(Clone, PartialEq, Default)]
 pub enum WaterChart {
-    /// No chart is configured: ways are not held against one.
+    /// No chart is configured: ways are not checked against one.
     #[default]
     Off,
     /// The chart cannot be read, and no way is allowed without it.
     Unreadable,
-    /// Ways are held against this chart, by these limits.
+    /// Ways are checked against this chart, by these limits.
     Loaded(Arc<DepthIndex>, Box<GuardLimits>),
 }
 

@@ -254,7 +254,7 @@ struct Way {
 }
 
 impl<O: OrderLog> Hub<O> {
-    /// Gives an order to its vessel. It is recorded as soon as it is given.
+    /// Gives an order to its vessel. It is recorded at once.
     pub fn dispatch(&mut self, now: Now, order: Telecommand) -> Dispatched {
         self.record_own(now, &order.packet);
         self.send_down(now, order)

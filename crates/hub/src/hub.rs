@@ -68,7 +68,7 @@ pub struct Counters {
     pub received: u64,
     /// Bytes that were no packet.
     pub damaged: u64,
-    /// Packets of a source that their peer may not speak for.
+    /// Packets with a source address that their peer may not use.
     pub refused: u64,
     /// Copies of packets that were here before.
     pub duplicates: u64,
@@ -135,7 +135,7 @@ impl<O: OrderLog> Hub<O> {
         &mut self.orders
     }
 
-    /// Who else speaks in the name of vessels that have a link, in the last minute.
+    /// Who else sends with the address of vessels that have a link, in the last minute.
     pub fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
         self.linked.contradictions(now)
     }
@@ -171,7 +171,7 @@ impl<O: OrderLog> Hub<O> {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
         if let (Transport::Link, Sources::Only(vessels)) = (peer.transport, &peer.sources) {
-            // Of several connections of one link the last counts, also if the one before ended without a word.
+            // Of several connections of one link the last counts, also if the previous one ended without a word.
             for slot in self.peers.values_mut().filter(|slot| vessels.iter().any(|own| slot.is_link_of(*own)))
             {
                 slot.stands = false;
@@ -282,7 +282,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether a peer may speak for the source of a packet; what it may not say is counted.
+    /// Whether a peer may use a packet's source address; refused packets are counted.
     fn is_believed(
         &mut self,
         now: MonoTime,
@@ -371,7 +371,7 @@ impl<O: OrderLog> Hub<O> {
         self.node.set_services(services);
     }
 
-    /// Hands over what waits for each peer.
+    /// Passes on what waits for each peer.
     pub fn drain_deliveries(&mut self, mut take: impl FnMut(PeerId, Vec<Delivery>)) {
         for (id, slot) in &mut self.peers {
             if !slot.out.is_empty() {
@@ -380,7 +380,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Hands over what must be recorded.
+    /// Passes on what must be recorded.
     pub fn drain_records(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.records)
     }

@@ -1,8 +1,8 @@
-//! Vessels that have a link with a token, and what others say in their names.
+//! Vessels that have a link with a token, and packets that others send with their addresses.
 //!
-//! A link proves who speaks; the other transports have no passwords. So a vessel that has a link is believed there, and by
-//! the other transports that the configuration trusts. What comes in its name by another transport is refused and counted, and
-//! told for [`CLAIM_LASTS`] after the last of it.
+//! A link authenticates the sender; the other transports have no passwords. So a vessel that has a link is believed there,
+//! and by the other transports that the configuration trusts. Packets with its address by another transport are refused and
+//! counted, and reported for [`CLAIM_LASTS`] after the last of them.
 
 use imc::Address;
 use link::Transport;

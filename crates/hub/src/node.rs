@@ -1,7 +1,7 @@
 //! The server as a console on the network: it announces itself, keeps vessels sending and asks what their
 //! entities are called.
 //!
-//! A DUNE vessel sends to a console that announced itself and goes on saying something; its supervisors count
+//! A DUNE vessel sends to a console that announced itself and continues to send; its supervisors count
 //! heartbeats of console addresses only. So every vessel gets a Heartbeat each second, addressed to it, because an
 //! IMCProxy passes nothing on that is addressed to everyone.
 

@@ -18,7 +18,7 @@ pub enum Role {
     Vessel,
 }
 
-/// The sources a peer may speak for.
+/// The source addresses that a peer may use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Sources {
     /// Any. For transports that are bound to loopback or the VPN.
@@ -29,7 +29,7 @@ pub enum Sources {
 }
 
 impl Sources {
-    /// Whether the peer may speak for `source`.
+    /// Whether the peer may use the source address `source`.
     pub fn allow(&self, source: Address) -> bool {
         match self {
             Self::Any => true,
@@ -47,7 +47,7 @@ pub struct Peer {
     pub role: Role,
     /// What people call it: an address and port, or the name of a token.
     pub name: String,
-    /// Whom it may speak for.
+    /// The source addresses that it may use.
     pub sources: Sources,
 }
 

@@ -1,4 +1,4 @@
-//! Who hears what.
+//! Which peers get which packet.
 //!
 //! | packet | goes to |
 //! |---|---|
@@ -8,12 +8,12 @@
 //! | for everyone, from a console | every console and every vessel |
 //! | for this server | no peer: it goes to the fleet's state and the record |
 //!
-//! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
-//! here before by another transport goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
+//! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that came
+//! before by another transport is not routed: so two relays, or a vessel that is reached twice, make no loop.
 //!
 //! A DUNE forwards to all its clients what each of them sent. So what comes from a peer behind which its destination lives
-//! is an echo: the vessel has it, and gets it by no transport. And a vessel tells no copies apart, so that of several ways
-//! to it a command takes one: the one that is alive, TCP before UDP. An Abort does no harm twice.
+//! is an echo: the vessel has it, and gets it by no transport. And a vessel does not recognise copies, so a command takes
+//! only one of several ways: the one that is alive, TCP before UDP. An Abort does no harm twice.
 
 use crate::downlink::OrderLog;
 use crate::exchange::is_command;

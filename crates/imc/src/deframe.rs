@@ -1,6 +1,6 @@
 //! Packets out of a stream of bytes, however it is cut and whatever stands between them.
 //!
-//! A packet is taken where sync, length and checksum agree. Everything else is damage: the search goes on
+//! A packet is taken where sync, length and checksum agree. Everything else is damage: the search continues
 //! one byte after the false start, so that no whole packet behind damage is ever lost, also when a damaged
 //! length reaches over it. Finding the next packet costs one pass however many false starts there are.
 
@@ -298,7 +298,7 @@ impl Search {
         self.wary_bytes = self.wary_bytes.saturating_sub(count);
     }
 
-    /// Goes on behind the start of the packet that waits for its rest in `bytes`.
+    /// Continues behind the start of the packet that waits for its rest in `bytes`.
     fn give_up(&mut self, bytes: &[u8]) {
         match &mut self.run {
             None => {

@@ -1,6 +1,6 @@
 //! The entities of a system as `EntityList` gives them: `Label=number;Label=number`.
 //!
-//! Numbers are handed out at start and differ between configurations: keep series by label.
+//! Numbers are assigned at start and differ between configurations: keep series by label.
 
 use std::fmt::Write as _;
 

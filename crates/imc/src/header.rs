@@ -76,7 +76,7 @@ pub enum FrameError {
         /// The first two bytes.
         found: [u8; 2],
     },
-    /// The packet goes on after the last byte.
+    /// The packet continues after the last byte.
     #[error("truncated: {have} of {need} bytes")]
     Truncated {
         /// Bytes that the packet needs, as far as known.

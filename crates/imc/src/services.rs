@@ -86,7 +86,7 @@ pub fn uid(services: &str) -> Option<&str> {
     parse(services).find_map(|service| service.path.strip_prefix("uid/")).map(|uid| uid.trim_end_matches('/'))
 }
 
-/// The version of IMC that a system says it speaks. It does not identify the message layouts.
+/// The version of IMC that a system announces. It does not identify the message layouts.
 pub fn imc_version(services: &str) -> Option<&str> {
     let mut info = parse(services).filter(|service| service.scheme == "imc+info");
     info.find_map(|service| service.path.strip_prefix("version/"))

@@ -42,7 +42,7 @@ impl Text {
     }
 }
 
-/// Bytes as text that [`unescape`] turns back: what is UTF-8 stays as it is, any other byte and NUL become `\xNN`.
+/// Bytes as text that [`unescape`] turns back: what is UTF-8 stays unchanged, any other byte and NUL become `\xNN`.
 ///
 /// Tables and JSON hold text only, and most readers of CSV end a cell at NUL. So that nothing is lost, a text that holds such
 /// bytes, or that itself spells `\xNN`, has its backslashes doubled; all other text, backslashes too, is unchanged. A reader

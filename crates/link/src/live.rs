@@ -1,7 +1,7 @@
 //! The latest packet of each kind, for a map that is current while the records are not.
 //!
 //! Bounded: [`MOST_KINDS`] kinds and [`MOST_BYTES`] bytes. When full, kinds that were never seen are left to the
-//! record lane and counted; known kinds go on.
+//! record lane and counted; known kinds continue.
 
 use crate::frame::Batch;
 use crate::ways::Thinning;

@@ -1,4 +1,4 @@
-//! A plan held against the sea chart: every maneuver is laid out as what it may sweep, and [`guard::Check`] judges it.
+//! A plan checked against the sea chart: every maneuver is laid out as what it may sweep, and [`guard::Check`] judges it.
 
 use crate::maneuver::{Loiter, LoiterShape, Maneuver};
 use crate::plan::{Node, Plan};

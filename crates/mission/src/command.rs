@@ -10,7 +10,7 @@ pub enum Command {
     Drift,
     /// Follow a path, from its beginning.
     Follow(Path),
-    /// Go on along the path under way with another speed.
+    /// Continue along the path under way with another speed.
     ChangeSpeed(Speed),
     /// Let an operator steer.
     Teleoperate(Operator),

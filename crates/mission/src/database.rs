@@ -71,7 +71,7 @@ pub enum DatabaseQuery {
     },
     /// Forget a plan.
     Delete,
-    /// Hand a plan out.
+    /// Send a plan.
     Get,
     /// Report a plan.
     GetInfo,

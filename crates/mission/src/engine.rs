@@ -270,7 +270,7 @@ impl Engine {
         self.drive == Drive::Path && path_ref == self.path_ref
     }
 
-    /// A plan that waits for the position goes on where it was: path control keeps its path.
+    /// A plan that waits for the position continues where it was: path control keeps its path.
     fn position(&mut self, now: Now, known: bool) {
         if known == self.lost_since.is_none() {
             return;

@@ -23,7 +23,7 @@ pub enum Event {
     Sighting(Sighting),
     /// What the vessel is in.
     Medium(Medium),
-    /// A way that the maneuver FollowReference looked for.
+    /// A way that the maneuver FollowReference requested.
     Way(Way),
     /// Control ashore has changed hands: requests of the previous holder that were not begun are dropped.
     CommanderChanged,
@@ -87,7 +87,7 @@ pub struct Reference {
     pub done: bool,
 }
 
-/// What became of a way that was looked for.
+/// The result of a search for a way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
     /// The place that it was to lead to.

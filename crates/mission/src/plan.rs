@@ -4,8 +4,8 @@
 //! at once; what it returns can be sailed. Only the first transition out of a maneuver counts, its conditions
 //! do not ("when done" is the only one), and cycles are legal. Actions at the start and end of plans and
 //! maneuvers are not kept here: the engine reports the place ([`ActionPoint`](crate::ActionPoint)), the caller
-//! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
-//! here, cannot be followed.
+//! holds the actions, and reports by [`DraftNote`]s which of them, and of other parts of a plan that are not seen
+//! here, cannot be carried out.
 
 use crate::checks::Checks;
 use crate::maneuver::{LoiterShape, Maneuver};

@@ -40,7 +40,7 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// What a supervisor will do next if things stay as they are.
+/// What a supervisor will do next if nothing changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outlook {
     /// The next remedy.

@@ -27,7 +27,7 @@ use units::MonoTime;
 /// Time between two tries.
 const RETRY: Duration = Duration::from_secs(2);
 
-/// Who asks; of equal remedies the later in this list comes first.
+/// The source of a demand; of equal remedies the later in this list comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Source {
     Failure,
@@ -38,7 +38,7 @@ pub(crate) enum Source {
     Grounding,
 }
 
-/// What goes on, as far as it matters here.
+/// The present state, as far as it matters here.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Picture {
     /// The run of the engine.
@@ -124,7 +124,7 @@ impl Arbiter {
         self.running.as_ref().map(|running| &running.remedy)
     }
 
-    /// Who asked for what runs.
+    /// The source of the remedy that runs.
     pub(crate) fn source(&self) -> Option<Source> {
         self.running.as_ref().map(|running| running.source)
     }

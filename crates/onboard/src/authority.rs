@@ -52,7 +52,7 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Hands the thrusters over. The motors stop until the new owner commands.
+    /// Transfers the thrusters. The motors stop until the new owner commands.
     pub fn grant(&mut self, owner: Owner) {
         if self.owner != Some(owner) {
             self.owner = Some(owner);

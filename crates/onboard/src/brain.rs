@@ -489,7 +489,7 @@ impl Brain {
         self.states.tick(&mut self.bus, &self.settings.labels);
     }
 
-    /// What is under way is handed to the disk before the motors are commanded for it.
+    /// The present activity is written to disk before the motors are commanded for it.
     fn keep_under_way(&mut self) {
         if self.supervise.restart.is_open() && self.plans.plan_state().run.is_none() {
             return;

@@ -15,7 +15,7 @@ use units::{MonoTime, Now, UtcTime};
 /// Entries kept for consoles that ask for the log book.
 const ENTRIES_KEPT: usize = 500;
 
-/// Who asked for something, to be answered.
+/// The requester, for the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Asker {
     pub(crate) system: Address,
@@ -70,7 +70,7 @@ impl Bus {
         self.now.utc
     }
 
-    /// A moment of before by the clock as it is now.
+    /// An earlier moment by the present clock.
     pub(crate) fn utc_of(&self, at: MonoTime) -> UtcTime {
         // A gap of days fits 63 bits of microseconds.
         UtcTime::from_micros(self.now.utc.micros() - self.now.mono.since(at).as_micros() as i64)
@@ -92,7 +92,7 @@ impl Bus {
         self.out.push_back(output);
     }
 
-    /// Asks for a route, in place of the one before; answers its number.
+    /// Asks for a route, in place of the previous one; answers its number.
     pub(crate) fn ask_route(&mut self, mut request: RouteRequest) -> u32 {
         self.routes = self.routes.wrapping_add(1);
         request.number = self.routes;

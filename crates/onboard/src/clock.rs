@@ -2,7 +2,7 @@
 //!
 //! Two sources: the messages of the receiver, which arrive some tenths of a second after their epoch, and the pulse at each
 //! whole second, whose moment the kernel notes by the computer's clock. The messages say which second it is, the pulse
-//! where it begins. Setting the clock is chrony's business; this only judges it, since what is recorded and the
+//! where it begins. chrony sets the clock; this only judges it, since what is recorded and the
 //! hydrophone's clock go by it. The brain's own deadlines run on a steady time and do not care.
 //!
 //! A receiver must report an epoch before the next pulse (within a second of its own), or the second is off by one.
@@ -132,7 +132,7 @@ impl Pulse {
 
     /// The receiver reports a whole second, after the pulse that began it, at this time of the computer.
     fn second(&mut self, arrived: UtcTime, epoch: UtcTime) {
-        // A pulse is looked for ten times a second: the message may come before its own pulse was seen.
+        // Pulses are polled ten times a second: the message may come before its own pulse was seen.
         let follows = |reading: &PulseReading| (0..SECOND_US).contains(&(arrived - reading.utc));
         let Some(reading) = self.last.map(|(_, reading)| reading).filter(follows) else { return };
         let ahead_us = reading.utc - epoch;

@@ -184,8 +184,8 @@ impl Hydrophone {
         clock
     }
 
-    /// What the driver knows of the clock. That it was set by itself is no more than a stamp tells; nor is that a line of
-    /// before it was set is still to come.
+    /// What the driver knows of the clock beyond what a stamp shows. That the receiver set it on its own is not, nor that a
+    /// line from before it was set is still to come.
     fn known_clock(&self) -> Option<ClockState> {
         match self.receiver.as_ref()?.clock {
             devices::ClockState::Lost => Some(ClockState::Lost),

@@ -36,7 +36,7 @@ pub enum Input {
     Lease(Lease),
     /// Another sea chart came, to take the place of the one in force as soon as that is safe.
     Chart(ChartFile),
-    /// What became of a route that was looked for.
+    /// The result of a search for a route.
     Route(RouteAnswer),
     /// A peer connected by TCP.
     Connected(Peer),

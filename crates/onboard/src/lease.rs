@@ -90,7 +90,7 @@ impl LeaseGate {
     }
 }
 
-/// Whether a message commands the vessel that it is addressed to. An Abort is no order in this sense: everybody may
+/// Whether a message commands the vessel that it is addressed to. An Abort is not an order in this sense: any user may
 /// stop a vessel.
 pub fn is_order(message: &Message) -> bool {
     match message {

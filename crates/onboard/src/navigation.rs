@@ -41,7 +41,7 @@ pub struct NavigationSettings {
     pub most_sigma_m: f64,
     /// Greatest speed of a path while the position is only reckoned (m/s).
     pub reckoning_mps: f64,
-    /// Positions must have been good for so long before a plan that waited for them goes on (s).
+    /// Positions must have been good for this long before a plan that waited for them continues (s).
     pub recovery_s: f64,
     /// Farther than this from the reference a new one is taken (m).
     pub origin_distance_m: f64,
@@ -87,9 +87,9 @@ pub enum Rejection {
     Invalid,
     /// The dilution is too large.
     Dilution,
-    /// The epoch is not newer than the one before.
+    /// The epoch is not newer than the previous one.
     Stale,
-    /// Out of reach of the one before.
+    /// Out of reach of the previous one.
     Jump,
 }
 
@@ -238,8 +238,8 @@ impl Navigation {
         self.read_late(Arrival { at: now, lag: Duration::ZERO }, reading)
     }
 
-    /// Takes an epoch of the compass. What is good of it is used, whatever else is wrong; of an epoch that was
-    /// told before nothing is, or a receiver that hangs would keep an old heading alive.
+    /// Takes an epoch of the compass. Its valid values are used, even if others are not; a repeated epoch is not
+    /// used at all, or a receiver that hangs would keep an old heading alive.
     ///
     /// # Errors
     /// Why its position was not used.
@@ -397,7 +397,7 @@ impl Navigation {
         let fresh = |at: MonoTime| now.since(at).as_secs_f64() <= self.settings.reckoning_s;
         let heading_age = now.since(heading_at);
         let yaw_rate = self.yaw_rate.filter(|(at, _)| now.since(*at) <= MEASURED).map(|(_, rate)| rate);
-        // A turn that nothing measures is not believed to go on.
+        // A turn that is not measured is not assumed to continue.
         let turned_s = heading_age.min(MEASURED).as_secs_f64();
         let turned_rad = self.yaw_rate.map_or(0.0, |(_, rate)| rate) * turned_s;
         let (north_mps, east_mps) =

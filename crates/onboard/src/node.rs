@@ -155,7 +155,7 @@ impl Node {
         };
         let before = system.contact.filter(|link| link.at.ip() == socket.ip());
         let was = before.is_some_and(|link| link.is_live(now, timeout));
-        // Announcements go on and on: only what else comes makes a contact again that was one before.
+        // Announcements never end: only another message restores a former contact.
         let known = before.filter(|link| was || !proof || link.proven);
         let link = match known {
             Some(link) => Link { at: socket, heard: now, proven: link.proven || proof, ..link },

@@ -19,13 +19,13 @@ use units::MonoTime;
 
 /// Clocks remembered; beyond that the one not heard for longest is forgotten.
 const CLOCKS_KEPT: usize = 256;
-/// The fastest packet of this span and of the one before count.
+/// The fastest packet of this span and of the previous one count.
 const SPAN: Duration = Duration::from_secs(30);
 
 /// A sender's clock against the vessel's steady time.
 #[derive(Debug, Clone, Copy)]
 struct SenderClock {
-    /// Sender's time minus steady time (s) of the fastest packet in this span and in the one before.
+    /// Sender's time minus steady time (s) of the fastest packet in this span and in the previous one.
     fastest_s: f64,
     before_s: Option<f64>,
     since: MonoTime,

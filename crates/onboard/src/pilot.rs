@@ -154,7 +154,7 @@ impl Pilot {
         self.stray.until()
     }
 
-    /// Lets the path wait, motors stopped, or go on.
+    /// Lets the path wait, motors stopped, or continue.
     pub(crate) fn wait(&mut self, waits: bool) {
         if self.waits && !waits {
             self.tracker.watch_anew();
@@ -192,7 +192,7 @@ impl Pilot {
     /// Follows a path at a speed.
     ///
     /// # Errors
-    /// When there is no position or the path is not possible; what was followed before goes on.
+    /// When there is no position or the path is not possible; the previous path stays in force.
     pub(crate) fn follow(
         &mut self,
         bus: &mut Bus,
@@ -230,7 +230,7 @@ impl Pilot {
         }
     }
 
-    /// Hands the vessel to an operator.
+    /// Gives the vessel to an operator.
     pub(crate) fn teleoperate(&mut self, bus: &mut Bus, operator: Operator) {
         self.switch(bus, Drive::Teleoperation(operator));
     }

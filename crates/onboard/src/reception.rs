@@ -1,6 +1,6 @@
 //! Packets from others: who sent them, how many are logged, and whether they are obeyed.
 //!
-//! A packet is decoded here, once; everything after this is handed the decoded one.
+//! A packet is decoded here, once; all later steps get the decoded one.
 
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;

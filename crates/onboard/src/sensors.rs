@@ -46,7 +46,7 @@ pub(crate) struct Sensors {
 
 impl Sensors {
     /// Nothing could be heard for so long, as when the whole program stood still: no compass or motor was silent meanwhile.
-    /// Where the vessel is, is as old as it is.
+    /// The age of the position is not corrected.
     pub(crate) fn held_up(&mut self, gap: Duration) {
         for at in self.motors.iter_mut().chain([&mut self.gnss]).flatten() {
             *at = *at + gap;

@@ -288,7 +288,7 @@ impl Settings {
         self.grounding.limits.validate().map_err(|error| error.to_string())
     }
 
-    /// What plans are held against the chart by: the smallest circles that are really sailed count too.
+    /// Limits by which plans are checked against the chart: the smallest circles that are really sailed count too.
     pub fn guard_limits(&self) -> GuardLimits {
         let maneuver = &self.mission.engine.maneuver;
         GuardLimits {

@@ -1,4 +1,4 @@
-//! What the vessel has under way, as it is kept on the disk: the next start of the program is to know of it.
+//! The vessel's present activity, as stored on disk for the next start of the program.
 //!
 //! It is kept as one IMC packet that any tool opens: the PlanControl that would start what runs, with the satellites'
 //! time in its header (a computer without a network may keep a wrong time for ever), what the vessel does and the maneuver in `info`, and the plan in `arg`.

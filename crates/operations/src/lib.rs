@@ -5,7 +5,7 @@
 //!
 //! - [`Operations`] owns the hub and the machines beside it; the shore holds exactly one.
 //! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
-//! - [`alarms::Alarms`] says what is wrong, and who knows of it.
+//! - [`alarms::Alarms`] says what is wrong, and who has acknowledged it.
 //! - [`Teleop`] turns stick positions into thrust, and stops the motors when they are no longer fresh.
 
 pub mod alarms;

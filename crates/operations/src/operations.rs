@@ -42,7 +42,7 @@ impl Operations {
         &self.hub
     }
 
-    /// Routing, to hand it packets and to drain it.
+    /// Routing, to pass packets to it and to drain it.
     pub fn hub_mut(&mut self) -> &mut Hub<Commands> {
         &mut self.hub
     }
@@ -72,7 +72,7 @@ impl Operations {
         self.hub.orders_mut()
     }
 
-    /// What is wrong, and who knows of it.
+    /// What is wrong, and who has acknowledged it.
     pub fn alarms(&self) -> &Alarms {
         &self.alarms
     }

@@ -121,7 +121,7 @@ pub(crate) fn header(kind: RegisterKind) -> String {
 }
 
 /// Reads a table of entries of one kind, beside those that are known: a line with the name of a known one changes it. Columns
-/// that a table does not have stay as they are.
+/// that a table does not have stay unchanged.
 pub fn read_csv(kind: RegisterKind, bytes: &[u8], known: &[&RegisterRecord], names: &Names<'_>) -> Read {
     let mut read = Read::default();
     match Table::of(bytes) {

@@ -1,8 +1,8 @@
-//! What a program tells the service manager (systemd, by the protocol of `sd_notify(3)`): that it is ready, that it lives,
-//! that it ends. Where no service manager started it nothing is said.
+//! Notifications of a program to the service manager (systemd, by the protocol of `sd_notify(3)`): that it is ready, alive,
+//! ending. Without a service manager nothing is sent.
 //!
-//! [`ready`] and [`ending`] are said once; a [`Lifeline`] says that the program lives for as long as its owner beats. [`report`]
-//! is what its doctor reports to monitoring.
+//! [`ready`] and [`ending`] are sent once; a [`Lifeline`] reports that the program is alive for as long as its owner calls
+//! [`Lifeline::beat`]. [`report`] is what its doctor reports to monitoring.
 
 pub mod report;
 

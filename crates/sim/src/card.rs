@@ -80,7 +80,7 @@ impl Card {
         }
     }
 
-    /// Switches an output; one that the card does not have stays as it is.
+    /// Switches an output; one that the card does not have stays unchanged.
     fn switch(&mut self, rail: u8, channel: u8, on: bool) {
         let rail = usize::from(rail);
         let (Some(outputs), Some(known)) = (self.outputs.get_mut(rail), RAIL_OUTPUTS.get(rail)) else {

@@ -39,7 +39,7 @@ pub enum AtFirst {
 struct Settings {
     /// Time between two of a sentence (µs).
     periods_us: BTreeMap<Sentence, i64>,
-    /// Who speaks in the heading's sentences.
+    /// The talker of the heading's sentences.
     talker: Talker,
     /// Speed of the line (bit/s).
     baud: u32,
@@ -71,7 +71,7 @@ impl CompassSettings {
         self.used.baud
     }
 
-    /// Who speaks in the heading's sentences.
+    /// The talker of the heading's sentences.
     pub(crate) const fn talker(&self) -> Talker {
         self.used.talker
     }

@@ -6,7 +6,7 @@
 //! then, and acknowledges no sooner. Lauvås (2020) words that as rounding "to the nearest 10.5 s" and as "10 s segments with an
 //! added 500 ms delay"; no receiver was at hand to measure it.
 //!
-//! Outside command mode a character that comes sooner than a millisecond after the one before is lost.
+//! Outside command mode a character that comes sooner than a millisecond after the previous one is lost.
 
 use crate::range::{OutOfRange, within};
 use devices::tbr_clock::ClockCommand;

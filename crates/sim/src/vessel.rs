@@ -245,7 +245,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a throttle is not a number within -1 to 1; the command before goes on.
+    /// When a throttle is not a number within -1 to 1; the previous command stays in force.
     pub fn command(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port throttle", port, -1.0, 1.0)?;
         within("starboard throttle", starboard, -1.0, 1.0)?;
@@ -257,7 +257,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a speed is not a number within -3000 to 3000; the command before goes on.
+    /// When a speed is not a number within -3000 to 3000; the previous command stays in force.
     pub fn command_rpm(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port speed (rpm)", port, -3000.0, 3000.0)?;
         within("starboard speed (rpm)", starboard, -3000.0, 3000.0)?;

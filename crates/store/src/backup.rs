@@ -17,7 +17,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Pages that are copied between two looks at whether to go on.
+/// Pages that are copied between two checks for cancellation.
 const PAGES: i32 = 1_000;
 /// Files of the archive beside its days.
 const BESIDE_DAYS: [&str; 4] =
@@ -78,7 +78,7 @@ pub fn backup_files(data: &Path) -> Result<Vec<BackupFile>> {
     Ok(found)
 }
 
-/// Copies a database as it is at one moment, however much is written meanwhile. `progress` may stop it by returning false.
+/// Copies one consistent state of a database, however much is written meanwhile. `progress` may stop it by returning false.
 ///
 /// # Errors
 /// When it cannot be read or the copy not be written, and [`StoreError::Cancelled`].

@@ -338,7 +338,7 @@ fn a_history_of_a_later_version_is_left_alone() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig { cases: 48, ..Default::default() })]
 
-    /// Whatever a disk made of a day's files, it opens, keeps the packets that are whole and goes on.
+    /// Whatever a disk made of a day's files, it opens, keeps the packets that are whole and continues.
     #[test]
     fn scrambled_files_open(
         at in 0_usize..300,

@@ -1,7 +1,7 @@
 //! The history made again from the archive.
 //!
-//! It grows in `history.new` beside the one that is asked meanwhile, and takes its place when it is whole. A
-//! rebuild that was broken off goes on where it stopped.
+//! It grows in `history.new` beside the one that is asked meanwhile, and takes its place when it is whole. An
+//! interrupted rebuild continues where it stopped.
 
 use crate::archive::{self, shortened};
 use crate::aside;

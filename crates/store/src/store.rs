@@ -17,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Packets of the archive that are read into the history before a server goes on: what a crash leaves unread.
+/// Packets of the archive that are read into the history before a server starts up: what a crash leaves unread.
 const AT_ONCE_PACKETS: u64 = 20_000;
 
 /// The store of one data folder.
@@ -317,7 +317,7 @@ impl Store {
         self.save()
     }
 
-    /// Saves the progress and closes all files, but goes on keeping other writers away.
+    /// Saves the progress and closes all files, but keeps the writer's lock.
     pub(crate) fn close_keeping_lock(mut self) -> Result<FolderLock> {
         self.save()?;
         Ok(self.lock)

@@ -157,7 +157,7 @@ impl Tail {
     }
 }
 
-/// A day as it is written in the file.
+/// A day as written in the file.
 fn day((name, lengths): (&String, &Value)) -> Option<(DayKey, Lengths)> {
     let (src, day) = name.split_once('/')?;
     let src = u16::from_str_radix(src.strip_prefix("0x")?, 16).ok()?;

@@ -68,7 +68,7 @@ impl Frame {
             return None;
         }
         let at = |share: f64| Point::new((ax + share * dx).round() as i32, (ay + share * dy).round() as i32);
-        // The ends stay what they are, so that lines go on.
+        // The ends stay unchanged, so that lines continue.
         let end = |share: f64, whole: f64, point: Point| {
             if (share - whole).abs() < f64::EPSILON { point } else { at(share) }
         };

@@ -38,7 +38,7 @@ struct Block {
 /// Items of a block.
 const BLOCK: usize = 32;
 
-/// One chart as it is drawn.
+/// One chart as drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Piece {
     /// By their number in the chart.

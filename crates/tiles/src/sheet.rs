@@ -64,7 +64,7 @@ pub enum Unread {
 #[error("the chart set changed a moment ago; ask again")]
 pub struct Changed;
 
-/// A chart set as it is drawn.
+/// A chart set as drawn.
 #[derive(Debug)]
 pub struct Sheet {
     charts: Vec<SheetChart>,
@@ -125,7 +125,7 @@ impl Sheet {
         self.meeting(self.boxes[chart]).take_while(|other| *other < chart).collect()
     }
 
-    /// A chart as it is drawn at a zoom.
+    /// A chart as drawn at a zoom.
     pub(crate) fn piece(&self, chart: usize, zoom: u8) -> Result<Arc<Piece>, Changed> {
         let detail = if zoom <= LAST_ZOOM { Some(zoom) } else { None };
         if let Some(piece) = self.cache.get((chart, detail)) {

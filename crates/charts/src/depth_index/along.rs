@@ -81,7 +81,7 @@ pub(super) struct RunMeaning {
 /// A piece of a leg and what the chart's errors are there.
 pub(super) struct Piece {
     pub(super) from: Spot,
-    /// What there is where it begins.
+    /// The water at its beginning.
     pub(super) state: State,
     pub(super) strip: Strip,
     zone: Option<u8>,

@@ -5,7 +5,7 @@
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
 //! [`DepthIndex::points_of_interest`]. Who plans ways takes [`DepthIndex::barriers`], the lines that corridors are
-//! held against.
+//! checked against.
 //!
 //! An index is a directory of charts and one piece for each (`piece`), with its seams to the charts that it meets
 //! (`seams`). Pieces are in memory ([`DepthIndex::from_bytes`]) or read when a question touches their box

@@ -4,7 +4,7 @@ use super::places::Hold;
 use super::restricted::Restriction;
 use crate::s57::{ObjectClass, ObjectId};
 
-/// What there is at a place, or on the way, in the order in which it decides: the first is the worst.
+/// What is charted at a place, or on the way, in order of precedence: the first is the worst.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Water {
     /// Land, or a construction that stands on the ground.
@@ -87,7 +87,7 @@ impl Stored {
     }
 }
 
-/// What there is at a point.
+/// What is charted at a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     pub(super) stored: Stored,
@@ -113,7 +113,7 @@ impl State {
         self.areas[restriction as usize].get_or_insert(object);
     }
 
-    /// Takes in what there is beside: the worse counts, and the end of the chart is no worse than the chart.
+    /// Takes in the state beside it: the worse counts, and the end of the chart is no worse than the chart.
     pub(super) fn meet(&mut self, beside: &Self) {
         if beside.stored != Stored::NoData && beside.stored.least_mm() < self.stored.least_mm() {
             (self.stored, self.object) = (beside.stored, beside.object);

@@ -82,7 +82,7 @@ impl<'a> Assembler<'a> {
     }
 
     /// Whether all that an object without readable geometry consists of is known, as it is or as it was last: then it
-    /// lies within what there is of it.
+    /// lies within its known parts.
     pub(super) fn is_whole(&self, feature: &StoredFeature) -> bool {
         let has_position = |name: Name| self.known(name).any(|one| !one.coordinates.is_empty());
         let end = |edge: Name, topology: u8| {

@@ -105,7 +105,7 @@ pub enum Geometry {
     Area(Area),
     /// A surface whose boundary does not close. It must count as dangerous.
     Unreadable {
-        /// What there is of the boundary.
+        /// The part of the boundary that could be read.
         paths: Vec<Path>,
         /// Why it is no surface.
         reason: String,

@@ -16,7 +16,7 @@ use units::{MonoTime, Now};
 
 const TEN_SECONDS_US: i64 = 10_000_000;
 const SECOND_US: i64 = 1_000_000;
-/// A command is handed over this long before its mark: the port waits for the mark, not this driver (µs).
+/// A command is passed on this long before its mark: the port waits for the mark, not this driver (µs).
 const AHEAD_US: i64 = 200_000;
 /// After a command by pulse that was not acknowledged the next one follows.
 const RETRY: Duration = Duration::from_secs(10);
@@ -295,7 +295,7 @@ impl Keeper {
                 self.awaited = None;
                 self.misses = 0;
                 if !self.is_near() {
-                    // Stamps of before say nothing of the clock as it is set now.
+                    // Earlier stamps say nothing of the clock as it is set now.
                     self.differences_s.clear();
                     self.delays.clear();
                     self.settling_until = Some(now.mono + SETTLING);

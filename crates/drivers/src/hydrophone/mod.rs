@@ -30,7 +30,7 @@ use units::{MonoTime, Now};
 const PACE: Duration = Duration::from_millis(1);
 /// After a start that failed it is tried again.
 const START_AGAIN: Duration = Duration::from_secs(5);
-/// Starts that fail before the receiver is listened to as it is.
+/// Starts that fail before the receiver is used with its present settings.
 const STARTS: u32 = 3;
 /// A pause ends a command: the answer to one and the next are at least so far apart.
 const BETWEEN: Duration = Duration::from_millis(50);
@@ -40,7 +40,7 @@ const BABBLE_BYTES: u64 = 512;
 /// What a receiver is set to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverSettings {
-    /// Sent in command mode when the port opens; empty leaves the receiver as it is.
+    /// Sent in command mode when the port opens; empty leaves the receiver's settings unchanged.
     pub settings: Vec<Setting>,
     /// For an answer in command mode.
     pub reply_timeout: Duration,

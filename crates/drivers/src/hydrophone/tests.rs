@@ -323,7 +323,7 @@ fn silence_beyond_the_sensor_interval_fails_and_a_line_recovers() {
     bench.run(440);
     assert_eq!(bench.states, [State::Starting, State::Working]);
     bench.run(60);
-    // Acknowledgements go on, sensor lines do not.
+    // Acknowledgements continue, sensor lines do not.
     assert!(matches!(&bench.states[2..], [State::Failing(why)] if why.contains("sensor interval")));
     bench.line(&tag(START_US / 1_000_000 + 498, 9));
     assert_eq!(bench.states.last(), Some(&State::Working));

@@ -190,7 +190,7 @@ impl Motors {
         let Some((side, assignment)) = self.config.side_of(drive.motor) else { return };
         let mut reading = drive.reading();
         if !motor_is_plausible(&reading) {
-            // No feedback: of one that goes on so nothing is known.
+            // Not counted as feedback: the state of a motor that continues so is unknown.
             return self.nonsense(now, motor_name(side));
         }
         self.watch.feedback(now.mono, side);

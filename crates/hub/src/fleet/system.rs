@@ -266,7 +266,7 @@ impl System {
                 let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return };
                 let services = announce.services.to_str_lossy();
                 if uid(&services) != uid(&self.services) && uid(&services).is_some() {
-                    // It started again: numbers of entities are handed out at start.
+                    // It started again: numbers of entities are assigned at start.
                     self.entities.clear();
                     self.restarted = uid(&self.services).map(|_| now.mono).or(self.restarted);
                 }

@@ -198,7 +198,7 @@ fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
             let entry = messages::DevDataText { value: text.as_str().into() };
             let bytes = Packet::new(header, entry).encode().unwrap();
             fleet.update(at(clock), &PacketView::new(&bytes).unwrap(), Transport::Udp);
-            // The operator's boat goes on speaking.
+            // The operator's boat continues to send.
             give(&mut fleet, at(clock), 1, clock, messages::Voltage { value: 12.0 });
             assert!(fleet.bytes <= BYTES_KEPT);
         }

@@ -2,7 +2,7 @@
 //!
 //! A vehicle that loses its power leaves a log whose last block is cut, or followed by zeros. General readers
 //! throw away what they unpacked in the same call as they met the error; this one hands out every byte first,
-//! says what is wrong and goes on at the next member.
+//! reports the damage and continues at the next member.
 
 use flate2::{Crc, Decompress, FlushDecompress, Status};
 use std::io::{self, Read};

@@ -23,7 +23,7 @@ pub enum LogItem<'a> {
     /// Bytes that are no packet, such as the cut last packet of a vehicle that lost its power.
     Damage(Damage),
     /// The compressed log is cut or damaged here and some of it is missing. Every byte that could be unpacked
-    /// was; if another member of the file follows, the log goes on with it.
+    /// was; if another member of the file follows, the log continues with it.
     Cut {
         /// Bytes unpacked before.
         offset: u64,
@@ -69,7 +69,7 @@ impl LogReader<io::Chain<io::Cursor<Vec<u8>>, File>> {
 
 impl LogReader<File> {
     /// A log file from byte `offset` on, as [`super::Index::bytes_between`] gives it. Offsets of what is found
-    /// go on counting from the start of the file.
+    /// continue to count from the start of the file.
     ///
     /// # Errors
     /// When the file cannot be opened or read, or is compressed: there is no way into the middle of that. This

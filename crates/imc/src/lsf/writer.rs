@@ -109,7 +109,7 @@ impl LogWriter {
         &self.folder
     }
 
-    /// Appends one packet as it is.
+    /// Appends one packet unchanged.
     ///
     /// Log in one byte order, little-endian: the indexer of Neptus MRA gives up where both stand in one log.
     ///

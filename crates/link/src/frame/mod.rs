@@ -152,7 +152,7 @@ pub struct Stamp {
 pub struct Hello {
     /// The version wished for, the sender's newest.
     pub version: u16,
-    /// The oldest version that the sender speaks.
+    /// The oldest version that the sender supports.
     pub oldest_version: u16,
     /// What the sender can do.
     pub capabilities: Capabilities,
@@ -185,7 +185,7 @@ pub struct Welcome {
     pub version: u16,
     /// What both can do.
     pub capabilities: Capabilities,
-    /// The number to go on with: everything below is durable ashore.
+    /// The number to continue with: everything below is durable ashore.
     pub resume: u64,
     /// Bytes of records that the shore takes before they are durable.
     pub window_bytes: u32,
@@ -202,9 +202,9 @@ pub struct Gap {
     pub from: u64,
     /// The one after the last.
     pub to: u64,
-    /// Not before this time by the vessel's clock, as far as it is known.
+    /// Not before this time by the vessel's clock, as far as known.
     pub since: UtcTime,
-    /// Not after this time by the vessel's clock, as far as it is known.
+    /// Not after this time by the vessel's clock, as far as known.
     pub until: UtcTime,
     /// Why.
     pub reason: GapReason,
@@ -305,7 +305,7 @@ pub struct Lease {
     pub epoch: u64,
     /// How long it holds from when it is received unless it is said again (ms); 0 ends it.
     pub ttl_ms: u32,
-    /// Who has it, for people.
+    /// Its holder, for people.
     pub holder: String,
     /// Rises with each that the shore sends, where both know ways; 0 where not.
     pub number: u64,

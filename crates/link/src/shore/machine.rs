@@ -183,7 +183,7 @@ impl Shore {
         self.carrier().and_then(|one| one.clocks.estimate(now))
     }
 
-    /// Whether a greeting adds a connection to those that are open. Records, commands and leases then go on as they are.
+    /// Whether a greeting adds a connection to those that are open. Records, commands and leases then continue unchanged.
     pub fn joins(&self, id: ConnectionId) -> bool {
         let hello = self.greeting.get(&id).and_then(|greeting| greeting.hello.as_ref());
         hello.is_some_and(|hello| self.is_joining(hello))

@@ -71,7 +71,7 @@ enum Stage {
 #[derive(Debug)]
 pub(crate) struct Pull {
     aboard: ChartAboard,
-    /// Whether a link stands over which the shore speaks of charts.
+    /// Whether a link is open over which the shore offers charts.
     linked: bool,
     /// What the shore offers over this connection.
     offer: Option<ChartOffer>,

@@ -36,7 +36,7 @@ pub struct Vessel {
     pub(super) ways: Vec<Way>,
     /// Connections, over all ways.
     attempt: u64,
-    /// The shore keeps connections beside each other, as far as it is known.
+    /// The shore accepts parallel connections, as far as known.
     pub(super) joint: bool,
     /// While it does not: the way whose turn it is.
     pub(super) turn: usize,

@@ -99,7 +99,7 @@ pub enum VesselInput {
     Timer,
     /// The spool grew, lost or forgot something.
     Spool(SpoolState),
-    /// Whether the disk refuses what is to be spooled: the live lane goes on without records.
+    /// Whether the disk refuses what is to be spooled: the live lane continues without records.
     SpoolRefused(bool),
     /// What the spool has from this number on, as asked for. Empty when it cannot be read: it is asked again
     /// after a second.
@@ -148,7 +148,7 @@ pub enum VesselOutput {
     /// The shore knows more numbers than were given out: the spool lost its end. Begin another stream and tell
     /// by [`VesselInput::Spool`].
     Renumber,
-    /// Hand a packet on before this time, then answer.
+    /// Pass a packet on before this time, then answer.
     Command {
         /// Identity.
         id: u64,

@@ -76,7 +76,7 @@ pub(crate) fn dead_after(metered: bool) -> Duration {
     if metered { METERED_DEAD_AFTER } else { DEAD_AFTER }
 }
 
-/// One way to the shore, as it is configured.
+/// One way to the shore, as configured.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WaySettings {
     /// For people and figures.
@@ -112,9 +112,9 @@ pub enum Why {
     Better,
     /// It costs less.
     Cheaper,
-    /// The one before did not answer.
+    /// The previous way did not answer.
     Failover,
-    /// The one before has used its budget.
+    /// The previous way has used its budget.
     Budget,
 }
 

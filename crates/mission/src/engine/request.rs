@@ -10,7 +10,7 @@ use crate::problem::PlanProblems;
 use crate::statistics::PlanStatistics;
 use thiserror::Error;
 
-/// Who asked, and under which number; carried through to every reply.
+/// The requester, and its request number; carried through to every reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Origin {
     /// Address of the requester.
@@ -24,7 +24,7 @@ pub struct Origin {
 /// A request to the plan engine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// Who asks.
+    /// The requester.
     pub origin: Origin,
     /// Name of the plan it concerns; may be empty for a stop or get.
     pub plan_id: String,

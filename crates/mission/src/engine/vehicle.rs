@@ -9,7 +9,7 @@ use units::{Now, UtcTime};
 /// Condition of an entity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EntityCondition {
-    /// Starting. Counts as an error but lets the vehicle go on booting.
+    /// Starting. Counts as an error but lets the vehicle continue to boot.
     Boot,
     /// Well.
     Normal,

@@ -21,7 +21,7 @@ const MOST_CORNERS: usize = 256;
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
-    /// The place that it was looked for to lead to.
+    /// The place for which it was searched.
     found_for: LatLon,
     /// How long it was then (m).
     found_m: f64,
@@ -69,7 +69,7 @@ impl Detour {
 
     /// The same way with another end, if that is not far from the old one: straight from its last corner, or on from its old
     /// end. The corners before stay, which keep farther from danger than the guard demands; the way to the first of them is
-    /// held against area and chart unless the vessel is on it. `None` where anything is refused.
+    /// checked against area and chart unless the vessel is on it. `None` where anything is refused.
     pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon, on_it: bool) -> Option<Self> {
         let here = cx.fix?.place;
         let may_move_m = BENT_M.max(BENT_SHARE * self.found_m);

@@ -22,7 +22,7 @@ type Mark = (MonoTime, LocalPoint);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Drift {
     rest_since: Option<MonoTime>,
-    /// Beginning of the window, and of the one before.
+    /// Beginning of the window, and of the previous one.
     marks: [Option<Mark>; 2],
     velocity_mps: Option<(f64, f64)>,
 }

@@ -55,7 +55,7 @@ pub struct FollowReferenceConfig {
     pub default_radius_m: f64,
     /// The vessel hovers while another one is announced closer than this (m); 0 never does.
     pub separation_m: f64,
-    /// Whether a way is looked for to a place that no safe straight way leads to.
+    /// Whether a way is searched to a place that no safe straight way leads to.
     pub routes_around: bool,
 }
 
@@ -96,7 +96,7 @@ pub(crate) struct Machine {
     search: Search,
     /// The way around that leads to what is followed.
     detour: Option<Detour>,
-    /// Places that were refused, that a way is looked for to, and that one was found to.
+    /// Places that were refused, to which a way is searched, and to which one was found.
     refused: Told,
     looked_for: Told,
     found: Told,
@@ -264,7 +264,7 @@ impl Machine {
         }
     }
 
-    /// An answer to what was looked for.
+    /// The answer to a search.
     fn way(&mut self, cx: &mut Context<'_>, way: &Way) {
         match self.search.take(cx, way) {
             None => return,
@@ -307,7 +307,7 @@ impl Machine {
             cx.done();
             return;
         }
-        // A way around whose end alone moved goes on to the same corner.
+        // Where only the end of a way around moved, the vessel continues to the same corner.
         let same_corner = corner.is_some() && self.detour.as_ref().and_then(Detour::next) == corner;
         let same_way = same_corner || before.is_some_and(|before| same_way(&before, &next));
         let speed_before = before.and_then(|before| before.speed);
@@ -329,12 +329,12 @@ impl Machine {
         self.report(cx);
     }
 
-    /// A reference is followed: what was looked for before is of no use from here on.
+    /// A reference is followed: an earlier search is of no use from here on.
     fn took(&mut self, cx: &mut Context<'_>, new: &Reference) {
         if new.done {
             self.give_up(cx, "the maneuver is over");
         } else if self.search.wanted_by() == Some(new.system) && new.location.is_some() {
-            // Who asks for another place knows.
+            // A system that asks for another place knows.
             self.search.give_up();
         } else {
             self.give_up(cx, "another reference took its place");

@@ -12,18 +12,18 @@ use crate::event::{Reference, Way};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// An answer that takes longer is asked for again, and where there was no way, one is looked for again.
+/// A search that takes longer is requested again; so is one that found no way.
 const AGAIN: Duration = Duration::from_mins(1);
 /// Ways are not asked for more often than once in this time.
 const LEAST_BETWEEN: Duration = Duration::from_secs(5);
 /// A way that was found for a place that is not asked for any more is kept so long.
 const SPARE_KEPT: Duration = Duration::from_secs(30);
-/// Where no way leads to a place, none is looked for to one so near (m).
+/// Where no way leads to a place, none is searched to another this near (m).
 pub(super) const SAME_PLACE_M: f64 = 50.0;
 /// A vessel that has moved so far since it asked (m) asks again for a way that is refused from where it is.
 const MOVED_M: f64 = 20.0;
 
-/// What is looked for.
+/// The search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Search {
     state: State,
@@ -37,7 +37,7 @@ pub(super) struct Search {
 enum State {
     #[default]
     Idle,
-    /// A way from a place to a place is looked for.
+    /// A way from a place to a place is searched.
     Asked { from: LatLon, goal: LatLon },
     /// No way was found.
     Nothing { goal: LatLon, until: MonoTime },
@@ -48,7 +48,7 @@ enum State {
 /// What becomes of a reference that no straight way leads to.
 #[derive(Debug, Clone)]
 pub(super) enum Standing {
-    /// A way is looked for, or will be in some seconds.
+    /// A way is searched, or will be in some seconds.
     Looked,
     /// There is no way.
     Nothing,

@@ -161,7 +161,7 @@ impl Machine {
         }
     }
 
-    /// Path control takes a path for done some way before its end; the vessel goes on to where it rests.
+    /// Path control takes a path for done some way before its end; the vessel continues to where it rests.
     fn progress(&mut self, cx: &mut Context<'_>, progress: &PathProgress) {
         if let State::OffStation { sent, from, aim } = self.state
             && progress.near

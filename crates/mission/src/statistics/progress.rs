@@ -51,7 +51,7 @@ impl Progress {
         Self { spans, mps, total_s, began: now.mono, done, current: None, best: 0.0 }
     }
 
-    /// The maneuver at `index` begins; the one before is done.
+    /// The maneuver at `index` begins; the previous one is done.
     pub(crate) fn begin(&mut self, index: usize) {
         if let Some(span) = self.current.and_then(|before| self.spans[before]) {
             self.done = self.done.and(span);

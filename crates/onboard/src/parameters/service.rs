@@ -85,7 +85,7 @@ impl Live<'_> {
         }
     }
 
-    /// An operator asks to steer unguarded, or confirms it. Plans never can: they are held against the chart.
+    /// An operator asks to steer unguarded, or confirms it. Plans never can: they are checked against the chart.
     fn exempt(&mut self, asker: Asker, name: &str) {
         use config::schema::watch::grounding::{CONFIRM, OVERRIDE};
         if asker.system == self.bus.address() {

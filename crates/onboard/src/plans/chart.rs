@@ -1,4 +1,4 @@
-//! Plans held against the sea chart aboard.
+//! Plans checked against the sea chart aboard.
 
 use crate::bus::Bus;
 use crate::entity::Entity;

@@ -38,7 +38,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// Runs remembered for their specification; the engine has one at a time and perhaps the one before.
+/// Runs remembered for their specification; the engine has one at a time and perhaps the previous one.
 const RUNS_KEPT: usize = 4;
 
 /// A plan as a vessel with these settings would sail it.
@@ -106,7 +106,7 @@ pub(crate) struct Plans {
     next_supervisor: MonoTime,
     next_maneuver: MonoTime,
     command_id: u16,
-    /// The way that a maneuver looks for.
+    /// The way that a maneuver requested.
     way: Option<ways::Search>,
     /// The last reference, and who gave it.
     reference: Option<(u16, u8, Message)>,
@@ -294,7 +294,7 @@ impl Plans {
             mission::Output::PlanEnded { run, plan_id, reason } => {
                 self.give_up_way(bus, &plan_id);
                 open_log(bus, "");
-                // A remedy that failed is its supervisor's business.
+                // A failed remedy is handled by its supervisor.
                 let failed = reason.is_failure() && self.own_run != Some(run);
                 self.failed = failed.then(|| Failed { plan_id, why: reason.to_string() });
             }

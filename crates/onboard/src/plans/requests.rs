@@ -20,7 +20,7 @@ enum Way {
     /// Here, if the vessel knows where it is.
     From(Option<LatLon>),
     /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area. What a route leads to
-    /// was held against both.
+    /// was checked against both.
     Own,
 }
 
@@ -137,7 +137,7 @@ impl Plans {
         self.begun_since(before)
     }
 
-    /// Goes on with a plan that was under way when the program ended.
+    /// Resumes a plan that was under way when the program ended.
     ///
     /// # Errors
     /// Why it came to nothing.

@@ -62,7 +62,7 @@ impl Plans {
     }
 
     /// A plan of the database led by a route to its beginning; `ways_out` are what the way to a route that begins elsewhere
-    /// than here is held against, one of them being enough.
+    /// than here is checked against, one of them being enough.
     ///
     /// # Errors
     /// Why guard or area refuse it.
@@ -127,7 +127,7 @@ impl Plans {
         }
     }
 
-    /// Why the plan under way does not go on from here by chart and area, if it was started on the vessel's own account:
+    /// Why the plan under way may not continue from here by chart and area, if it was started on the vessel's own account:
     /// judged is what lies ahead.
     pub(crate) fn own_way_refused(&self, from: LatLon) -> Option<String> {
         let run = self.plan_state.run.filter(|run| self.own_run == Some(*run))?;
@@ -162,7 +162,7 @@ impl Plans {
             _ => from,
         };
         chart::refusal(&self.settings, &checked, Some(start), &limits)?;
-        // Without a route before it nothing leads back into the area: that is the plan's own business.
+        // Without a route before it nothing leads back into the area: the plan has to do that itself.
         if corners.is_empty() {
             return Ok(());
         }

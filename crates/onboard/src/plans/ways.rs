@@ -11,7 +11,7 @@ use crate::routing::{RouteAnswer, RouteRequest};
 use mission::{Event, Way};
 use units::LatLon;
 
-/// A way that is looked for.
+/// A way that is being searched.
 #[derive(Debug)]
 pub(super) struct Search {
     number: u32,
@@ -39,7 +39,7 @@ impl Plans {
         bus.entry(Entity::PlanEngine, Level::Warning, text);
     }
 
-    /// Another commands from ashore: what is looked for was asked for by the one before, and its answer moves nothing.
+    /// Control ashore has changed hands: the search was for the previous holder, and its answer moves nothing.
     pub(crate) fn commander_changed(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         if let Some(search) = self.way.take() {
             bus.give_up_route(search.number);

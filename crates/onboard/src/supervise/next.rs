@@ -1,4 +1,4 @@
-//! What a supervisor does next if things stay as they are: as a sentence for people, and as names and values of which programs
+//! What a supervisor does next if nothing changes: as a sentence for people, and as names and values of which programs
 //! make words in their readers' language.
 
 use super::clock_text;

@@ -1,5 +1,5 @@
-//! The program ended under way and is started again, for example by the computer's watchdog. It tells what was under
-//! way, and the vessel does not drift unasked.
+//! A restart of the program under way, for example by the computer's watchdog. It reports what was under way, and the
+//! vessel does not drift unless that is configured.
 
 use super::{Context, Supervise, clock_text};
 use crate::arbiter::Source;
@@ -35,7 +35,7 @@ impl Restart {
         Self { found, ..Self::default() }
     }
 
-    /// Whether nothing has become yet of what the disk holds: it is to stay there as it is, with its time.
+    /// Whether the record on disk is still undecided: it must stay there unchanged, with its time.
     pub(crate) fn is_open(&self) -> bool {
         self.found.is_some() || self.begins.is_some()
     }

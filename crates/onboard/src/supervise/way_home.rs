@@ -1,4 +1,4 @@
-//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel looks for a route.
+//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel searches a route.
 //!
 //! A route is requested, first with the configured clearance, then with the guard's own. Meanwhile the next weaker remedy
 //! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if they
@@ -111,7 +111,7 @@ impl WayHome {
         })
     }
 
-    /// Asks for a route unless one to the same place is looked for, known, or known not to be.
+    /// Requests a route unless one to the same place is being searched, known, or known not to exist.
     fn look(
         &mut self,
         context: &mut Context<'_>,
@@ -135,7 +135,7 @@ impl WayHome {
     }
 
     /// Starts what was found, or says what keeps it from starting for the time being. `None` where nothing is found, or it
-    /// is not to be sailed: the search goes on.
+    /// must not be sailed: the search continues.
     fn sail_found(
         &mut self,
         context: &mut Context<'_>,
@@ -185,7 +185,7 @@ impl WayHome {
         true
     }
 
-    /// What was looked for is not wanted any more.
+    /// The search is not needed any more.
     fn forget(&mut self, bus: &mut Bus) {
         if let Some(search) = self.search.take().filter(Search::is_open) {
             bus.give_up_route(search.number);
@@ -236,7 +236,7 @@ impl Supervise {
         }
     }
 
-    /// Another chart is in force: what was looked for by the one before is looked for anew, and a plan that carries out a
+    /// Another chart is in force: searches by the previous one start anew, and a plan that carries out a
     /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next look.
     pub(crate) fn charted(&mut self, bus: &mut Bus, plans: &Plans, place: Option<LatLon>) {
         self.way_home.forget(bus);

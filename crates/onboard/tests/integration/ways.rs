@@ -181,7 +181,7 @@ fn it_holds_while_it_waits_and_a_stale_answer_moves_nothing() {
     answer(&mut sea, request.number, Ok(around(&request)));
     assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
     assert_eq!(sea.plan_state().man_id, "route 1");
-    // Who is heard again gets to know the route, and the vessel goes on.
+    // A console that is heard again gets the route, and the vessel continues.
     sea.forget();
     sea.heartbeats = true;
     sea.run(3.0);

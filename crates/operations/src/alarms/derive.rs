@@ -101,7 +101,7 @@ pub struct ShoreState {
     pub expected: Vec<Address>,
     /// Vessels with a link that is up that hold another sea chart than the shore.
     pub charts: Vec<OtherChart>,
-    /// Who else speaks in the name of vessels that have a link.
+    /// Who else sends with the address of vessels that have a link.
     pub contradictions: Vec<Contradiction>,
     /// Why nothing is recorded.
     pub recording: Option<String>,

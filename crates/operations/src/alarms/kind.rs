@@ -1,4 +1,4 @@
-//! The kinds of alarm: how urgent, how soon, and what each means to the person who reads it.
+//! The kinds of alarm: how urgent, how soon, and what each means to the operator.
 
 use std::time::Duration;
 

@@ -182,7 +182,7 @@ pub struct Note {
     pub text: String,
 }
 
-/// Why an alarm stays as it is.
+/// Why an alarm stays unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmRefused {
     /// There is no such alarm.

@@ -209,7 +209,7 @@ impl Commands {
         self.forget(vessel);
     }
 
-    /// What a vessel does not take it says in its log book only: Lutra's to who asked, DUNE's to all.
+    /// A vessel reports refused values in its log book only: Lutra's to the requester, DUNE's to all.
     fn entry(&mut self, now: Now, vessel: Address, text: &str) {
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(_, set) if !set.is_empty())) {
             let Some(command) = self.all.get_mut(&id) else { continue };

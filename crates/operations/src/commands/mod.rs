@@ -33,7 +33,7 @@ const KEPT: usize = 100;
 const OPEN: usize = 20;
 /// Answers kept for each vessel: they are large.
 const ANSWERS_KEPT: usize = 10;
-/// Vessels of which it is kept which plans they store: a peer may speak for any number of addresses.
+/// Vessels of which it is kept which plans they store: a peer may send with any number of addresses.
 const VESSELS: usize = 256;
 /// Most characters of what a stage says.
 const TEXT_CHARS: usize = 500;
@@ -477,8 +477,8 @@ impl Commands {
         (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
     }
 
-    /// Goes on to a later stage; what is over stays as it is, but for what timed out: later evidence tells more than that
-    /// none came in time.
+    /// Advances to a later stage. A finished command stays unchanged, except one that timed out: later evidence overrides
+    /// the timeout.
     fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
         let Some(command) = self.all.get(&id) else { return };
         let goes_on = !command.is_over() && command.stage() < stage;

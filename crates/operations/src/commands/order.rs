@@ -8,7 +8,7 @@ use imc::messages::{
 };
 use units::LatLon;
 
-/// Name of the plan that an order to go somewhere makes; it replaces the one before.
+/// Name of the plan that an order to go somewhere makes; it replaces the previous one.
 pub const GOTO_PLAN: &str = "lutra-goto";
 /// Name of the plan in which a vessel is steered by hand, as Neptus calls it.
 pub const TELEOPERATION_PLAN: &str = "teleoperation-mode";

@@ -1,7 +1,7 @@
 //! Vessels' reports on request, whoever the requester is: parameters of their entities, and plans.
 //!
-//! Asking commands nothing, so it takes no lease. The same question goes out once in [`AGAIN`], however many people
-//! look. The memory is bounded by bytes; the vessel that reported last stays.
+//! A query commands nothing, so it needs no lease. The same query is sent once in [`AGAIN`], however many people
+//! ask. The memory is bounded by bytes; the vessel that reported last stays.
 
 use bytes::Bytes;
 use imc::entities::SAVED_SUFFIX;

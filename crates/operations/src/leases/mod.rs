@@ -7,10 +7,10 @@
 //! | asked | while free | while another has it | by its holder |
 //! |---|---|---|---|
 //! | request | granted | waits for an answer, granted after [`ANSWER_WITHIN`] | renewed, or moved to this window |
-//! | grant, decline | refused | the one who asked may withdraw | decides about the request |
-//! | take | granted | granted at once; who waits waits again | as request |
+//! | grant, decline | refused | the requester may withdraw | decides about the request |
+//! | take | granted | granted at once; a person who waits waits again | as request |
 //! | renew | refused | refused | lasts [`LASTS`] from now |
-//! | release | refused | refused | ends; who waits has it then |
+//! | release | refused | refused | ends; a person who waits has it then |
 
 #[cfg(test)]
 mod tests;
@@ -77,13 +77,13 @@ pub enum Change {
     Granted,
     /// Another person waits for it.
     Requested,
-    /// The holder gave it to the one who asked.
+    /// The holder gave it to the requester.
     HandedOver,
-    /// The holder did not answer in time, so that the one who asked has it.
+    /// The holder did not answer in time, so that the requester has it.
     Unanswered,
     /// The holder keeps it.
     Declined,
-    /// The one who asked does not want it any more.
+    /// The requester withdrew.
     Withdrawn,
     /// The holder gave it back.
     Released,
@@ -146,9 +146,9 @@ pub struct Lease {
 pub enum LeaseRequest {
     /// To have it, for this reason, if the holder agrees or does not answer.
     Request(String),
-    /// To give it to the one who waits.
+    /// To grant it to the person who waits.
     Grant,
-    /// Not to give it; by the one who waits: not to wait any more.
+    /// To decline the request; by the person who waits: to withdraw it.
     Decline,
     /// To give it back.
     Release,
@@ -404,7 +404,7 @@ impl Leases {
         self.note(now, vessel, change, name, from, reason);
     }
 
-    /// Ends a lease; who waits has it then.
+    /// Ends a lease; a person who waits has it then.
     fn end(&mut self, now: Now, vessel: Address, change: Change) {
         let Some(lease) = self.vessels.get_mut(&vessel) else { return };
         let Some(held) = lease.held.take() else { return };

@@ -106,7 +106,7 @@ pub enum Why {
     Clock,
     /// The server's wall clock was set: the vessel judges by it how late a stick position is.
     ServerClock,
-    /// A sample is not valid: one of its values is not a number, or its number is not greater than the one before.
+    /// A sample is not valid: one of its values is not a number, or its number is not greater than the previous one.
     Invalid,
     /// The round trip takes too long.
     RoundTrip,
@@ -283,7 +283,7 @@ impl Teleop {
         self.hinders.filter(|why| self.state == State::Locked && *why != self.why)
     }
 
-    /// The round trip from the browser to the vessel and back, as far as it is known.
+    /// The round trip from the browser to the vessel and back, as far as known.
     pub fn round_trip(&self) -> Option<Duration> {
         Some(self.trip? + self.vessel_trip)
     }
@@ -360,7 +360,7 @@ impl Teleop {
         }
         let now = now.mono;
         if self.state != State::Locked && self.last.is_none_or(|last| now.since(last.since) > MOST_AGE) {
-            // Samples go on to come, but their device does not change.
+            // Samples still come, but their device shows no change.
             let frozen = self.last.is_some_and(|last| last.unchanged);
             self.interrupt(if frozen { Why::Frozen } else { Why::Silent });
         }

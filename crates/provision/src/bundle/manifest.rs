@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-/// What a file of a bundle is for. Where it goes is the agent's business: no path travels.
+/// The purpose of a file of a bundle. The agent decides its path; a bundle holds none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
     /// The overlay of the agent's configuration.

@@ -141,7 +141,7 @@ pub struct Limits {
     pub autonomous_depth_m: Option<f64>,
     /// How far it reaches below the water (m).
     pub draught_m: Option<f64>,
-    /// How long it goes on without the shore (s).
+    /// How long it continues without the shore (s).
     pub lost_link_s: Option<f64>,
 }
 

@@ -33,8 +33,8 @@ const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 /// What is wrong with a field, and what to do.
 type Wrong = (&'static str, String);
 
-/// Tidies a draft, and tells what is wrong with its fields; nothing where it can be kept. What it still lacks for publication is
-/// reported by [`lacking`].
+/// Tidies a draft, and returns what is wrong with its fields; nothing where it can be stored. What it still lacks for
+/// publication is reported by [`lacking`].
 pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     for text in
         [&mut draft.title, &mut draft.publisher, &mut draft.licence, &mut draft.embargo_until, &mut draft.doi]

@@ -67,11 +67,11 @@ impl Limits {
         self.area.is_some() || self.is_part_of_time
     }
 
-    /// The detection as it is given; `None` where it is not.
+    /// The detection as released; `None` where it is withheld.
     ///
-    /// With coarsened places nothing stands in it that would tell the place better: not how well it was known, not the receiver's
-    /// line, and no value of a sensor that measures depth or that the register does not know. The area is asked about the
-    /// coarsened place too: two areas that differ by a little would tell on which side a place lies.
+    /// With coarsened places it holds nothing that would reveal the place more exactly: not its accuracy, not the receiver's
+    /// line, and no value of a sensor that measures depth or that the register does not know. The area filter uses the
+    /// coarsened place too: two areas that differ by a little would reveal on which side a place lies.
     pub fn given<'d>(&self, heard: &Heard<'d>) -> Option<Cow<'d, Detection>> {
         let one = heard.detection;
         if !self.tags.is_empty() && !self.tags.iter().any(|tag| tag.admits(one)) {

@@ -40,7 +40,7 @@ pub(crate) struct Day {
     pub(crate) lengths: Lengths,
     pub(crate) pending: Pending,
     files: Option<Files>,
-    /// Whether a write failed, so that the files may go on behind `lengths`.
+    /// Whether a write failed, so that the files may continue beyond `lengths`.
     torn: bool,
 }
 

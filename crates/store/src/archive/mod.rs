@@ -89,7 +89,7 @@ impl Archive {
         &self.root
     }
 
-    /// Says how long a day's files are, so that appending goes on there.
+    /// Sets the lengths of a day's files, so that appending continues there.
     pub(crate) fn know(&mut self, key: DayKey, lengths: Lengths) {
         self.days.insert(key, Day::new(key, lengths));
     }
@@ -197,7 +197,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Keeps the number of open files bounded; systems that speak open theirs again.
+    /// Keeps the number of open files bounded; systems that send open theirs again.
     fn close_surplus(&mut self) {
         if self.days.values().filter(|day| day.is_open()).count() > MAX_OPEN_DAYS {
             self.days.values_mut().for_each(Day::close);

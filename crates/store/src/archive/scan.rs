@@ -67,7 +67,7 @@ pub struct Archived<'a> {
     pub view: PacketView<'a>,
     /// How and when it came.
     pub arrival: Arrival,
-    /// Where reading goes on behind it.
+    /// Where reading continues behind it.
     pub(crate) end: Lengths,
 }
 

@@ -78,7 +78,7 @@ impl Streams {
         }
     }
 
-    /// Goes on from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
+    /// Continues from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
     /// with any number: what came before was given up.
     pub(crate) fn recover(&mut self, records: &Recovered, trimmed: bool) {
         for (stream, chain) in &records.chains {

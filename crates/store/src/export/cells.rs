@@ -6,7 +6,7 @@ use crate::range::NO_TIME_US;
 use std::io::Write;
 use tables::{FIXED, Format, IsoTime};
 
-/// Bytes that are handed on at once.
+/// Bytes that are passed on at once.
 const CHUNK_BYTES: usize = 1 << 16;
 
 /// What an export wrote.

@@ -1,6 +1,6 @@
 //! Tables as CSV, in order of time, in constant memory.
 //!
-//! A single series is written as it is read. Several are read in slices of time that hold about a megabyte of
+//! A single series is streamed. Several are read in slices of time that hold about a megabyte of
 //! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
 //! entity. The same question to the same history gives the same bytes.
 
@@ -217,7 +217,7 @@ fn if_heard(sql: &str) -> String {
     format!("CASE WHEN unix_timestamp >= {} THEN {sql} END", detections::SET_AFTER_S)
 }
 
-/// One series: as it is read.
+/// One series: streamed.
 fn stream(
     reader: &Reader,
     key: crate::MonthKey,

@@ -104,7 +104,7 @@ impl Source {
     }
 }
 
-/// Recognises the selected packets; remembers for each series whether it is one.
+/// Recognises the selected packets; caches the selected times of each series.
 struct Filter<'s> {
     selection: &'s Selection,
     names: &'s Names,

@@ -1,4 +1,4 @@
-//! What is asked for: checked against what there is, before anything is written.
+//! The selection: checked against the recorded data, before anything is written.
 //!
 //! A slip of the finger is an error that names what may have been meant, never an empty file.
 

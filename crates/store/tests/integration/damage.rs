@@ -39,7 +39,7 @@ fn until_whole(store: &mut Store) -> Vec<String> {
     panic!("still behind after {COMMITS} commits: {:?}", told.last());
 }
 
-/// Damages a filled folder, opens it, lets a vessel speak on, and compares the history with what it was.
+/// Damages a filled folder, opens it, lets a vessel continue to send, and compares the history with what it was.
 fn made_again(damage: impl Fn(&Path), named: &str) {
     let folder = tempfile::tempdir().unwrap();
     let before = fill(folder.path());

@@ -111,7 +111,7 @@ fn old_months_go_and_can_come_back() {
     let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
     let left = reader.samples(&source, &["value"], TimeRange::ALL, 1_000).unwrap().time_us;
     assert!(left.iter().all(|time_us| *time_us >= november.micros()) && left.len() > 50);
-    // It goes on working, and the archive brings them back.
+    // It continues to work, and the archive restores them.
     accept(&mut store, &temperature(START_US + 5, 1.0), START_US, Transport::Tcp);
     store.commit().unwrap();
     store.close().unwrap();

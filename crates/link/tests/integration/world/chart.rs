@@ -21,7 +21,7 @@ pub(crate) struct ChartAshore {
 pub(crate) struct ChartAtSea {
     /// On disk and in force.
     held: ChartDigest,
-    /// On disk: what there is of another.
+    /// On disk: the parts of another.
     part: Option<(ChartOffer, Vec<u8>)>,
     /// What the disk is about to answer; dies with the program.
     answers: Vec<VesselInput>,

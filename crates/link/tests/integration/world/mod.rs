@@ -71,7 +71,7 @@ pub(crate) enum Fault {
     StepClock(i64),
     /// A message comes twice.
     Duplicate,
-    /// A message overtakes the one before.
+    /// A message overtakes the previous one.
     Swap,
     /// The shore has another chart of so many bytes.
     NewChart(u64),
