@@ -1,4 +1,4 @@
-//! What people order vessels to do.
+//! Orders of people to vessels.
 
 use crate::GuardReason;
 use serde::{Deserialize, Serialize};

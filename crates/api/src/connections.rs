@@ -1,4 +1,4 @@
-//! How the server itself is: who is connected, how the links and the recording go.
+//! The state of the server itself: connections, links and recording.
 
 use crate::ChartDifference;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
-//! Datasets: detections of a question that is frozen and can be cited, and links by which others get them.
+//! Datasets: the detections of a query, frozen so that they can be cited, and links that share them.
 //!
-//! Times are µs since 1970 UTC. A text that is empty and a number that is null say nothing.
+//! Times are µs since 1970 UTC. An empty text or a null number means no value.
 
 use crate::{FlagCode, LogWord};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What each matters by itself: names of entities, tags that were heard, log books, gaps.
+//! Events, each of which matters: names of entities, tag detections, log books, gaps.
 
 use crate::{DetectionFlag, Next};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What many detections are together, for plots.
+//! Summaries of many detections, for plots.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};

@@ -1,4 +1,4 @@
-//! What the history is asked and answers.
+//! Queries to the history and their answers.
 
 use crate::Update;
 use serde::{Deserialize, Serialize};

@@ -20,8 +20,8 @@ use utoipa::ToSchema;
 pub enum LiveRequest {
     /// What it wants from now on. Replaces what it wanted before; the next frame holds all of it.
     Subscribe(Subscription),
-    /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Who sends both with one key stops it once, by
-    /// whichever comes first. It needs no subscription.
+    /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Both with one key are one stop, by whichever comes
+    /// first. It needs no subscription.
     Stop(LiveStop),
 }
 

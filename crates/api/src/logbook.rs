@@ -1,4 +1,4 @@
-//! The log book that people keep: notes by persons, beside what vessels log by themselves.
+//! The operators' log book: notes by people, beside the vessels' own logs.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};

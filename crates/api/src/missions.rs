@@ -1,4 +1,4 @@
-//! Missions that people record: who did what with which vessels, from when to when.
+//! Missions recorded by people: who did what with which vessels, from when to when.
 
 use crate::LogWord;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Why something is not done: a code that stays and its parameters, from which pages make words; and a plain sentence.
+//! Why a request is refused: a stable code with parameters, from which pages make words; and a plain sentence.
 
 use crate::Guard;
 use serde::{Deserialize, Serialize};

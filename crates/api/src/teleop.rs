@@ -1,8 +1,8 @@
 //! Steering by hand: the WebSocket `/api/v1/vessels/{vessel}/teleop`.
 //!
-//! The browser samples a person's hands 20 times a second and says each sample at once; the server answers 20 times a
-//! second with how it stands and with a stamp of its clock, which the next sample brings back: by it a sample's age is
-//! known without any clock of the browser's.
+//! The browser samples a person's input 20 times a second and sends each sample at once; the server answers 20 times a
+//! second with its state and with a stamp of its clock, which the next sample brings back: by it a sample's age is
+//! known without the browser's clock.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

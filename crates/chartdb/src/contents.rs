@@ -1,5 +1,4 @@
-//! What a chart set holds, or will hold when a change of it is done: its charts with the database that has the features
-//! of each.
+//! The contents of a chart set, now or after a change: its charts, each with the database that has its features.
 
 use crate::blob;
 use crate::error::Result;

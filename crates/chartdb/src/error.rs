@@ -1,4 +1,4 @@
-//! What can go wrong with a chart set, by what its keeper can do about it.
+//! Errors of a chart set, grouped by remedy.
 
 use charts::depth_index::BuildError;
 use charts::s57::S57Error;

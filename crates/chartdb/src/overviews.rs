@@ -1,4 +1,4 @@
-//! What a server keeps of charts from one start to the next, so that it need not make it again: bytes by a key and a
+//! Results from charts that a server keeps between starts, so that it need not compute them again: bytes by a key and a
 //! zoom, in a SQLite database beside the set. It may be deleted at any time.
 
 use crate::error::{Named as _, Result};

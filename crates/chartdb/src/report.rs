@@ -1,4 +1,4 @@
-//! What an import is asked for, and what came of it.
+//! The options of an import, and its result.
 
 use crate::error::ChartDbError;
 use crate::read::Chart;

@@ -1,4 +1,4 @@
-//! The parts of a feature that are no numbers as columns: attributes and links as JSON, edges as bytes.
+//! The parts of a feature that are not numbers, as columns: attributes and links as JSON, edges as bytes.
 //!
 //! Attributes stand as one object by acronym, or by number where the code has no acronym, in the order of the
 //! file, so that a feature comes back as it was and QGIS can still pick values out of it.

@@ -1,4 +1,4 @@
-//! What no single value shows: labels given twice, limits that exclude each other, names that lead nowhere.
+//! Checks across values: labels given twice, limits that exclude each other, names that refer to nothing.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What option lines do to settings: assign, append, remove, refer, continue.
+//! The effects of option lines on settings: assign, append, remove, refer, continue.
 
 use crate::ini::{Action, Change, Ini, Setting};
 use crate::line::{COMMENT_MARKS, Operator, OptionLine, Text, trim};

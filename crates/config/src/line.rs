@@ -1,4 +1,4 @@
-//! Splitting a file into lines and telling the forms of a line apart, as DUNE's scanner does.
+//! Splits a file into lines and recognises the forms of a line, as DUNE's scanner does.
 //!
 //! DUNE reads with C's `scanf`: white space (empty lines included) in front of every line is skipped, a line
 //! ends after 1023 bytes at the latest, and what is left of it is taken as a line of its own. The characters

@@ -1,4 +1,4 @@
-//! How much the motors are made to do: the figure that shows a control loop that oscillates.
+//! How much the motor commands vary: the figure that shows an oscillating control loop.
 //!
 //! A loop can keep its track while it throws both motors about; that costs energy, gearboxes and top speed, and is
 //! seen neither in the cross-track error nor in the speed.

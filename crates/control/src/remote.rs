@@ -2,11 +2,11 @@
 //!
 //! After DUNE's RemoteOperation and NTNU's RemoteOperationOtter. While messages come, output follows at a
 //! fixed rate; when none came for the connection timeout the motors are stopped once and output rests until
-//! the next message, with the throttle at zero. Only messages of the source in control count: whether a
-//! message is from that source the caller tells, and others neither steer nor keep the watchdog quiet.
+//! the next message, with the throttle at zero. Only messages of the source in control count: the caller states
+//! whether a message is from that source; others neither steer nor keep the watchdog quiet.
 //!
-//! A message may say how long it is good for; it is not good for longer, whatever the connection timeout. When such a
-//! one that moved the vessel has run out, the sticks pass neutral before one of its kind moves it again.
+//! A message may say how long it is valid; it is not valid for longer, whatever the connection timeout. When a message
+//! that moved the vessel has expired so, the sticks must pass neutral before the next such message moves it again.
 //!
 //! Differences from the originals: holding Accelerate or Decelerate changes the throttle by time rather than
 //! by message, so the sender's rate does not matter (at 10 messages a second both give 0.05 each); Left and

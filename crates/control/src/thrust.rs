@@ -1,4 +1,4 @@
-//! From a wish for push and turn to two motors.
+//! From demanded surge and yaw effort to two motors.
 //!
 //! - [`MotorPair`]: actuation of port (thruster 0) and starboard (thruster 1), -1 (full astern) to 1.
 //! - [`allocate`]: common and differential effort shared between the motors within their limits.

@@ -1,4 +1,4 @@
-//! What a detection is.
+//! The detection and its fields.
 
 use crate::protocol::Protocol;
 use imc::Address;

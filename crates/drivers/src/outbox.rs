@@ -1,4 +1,4 @@
-//! What a driver has for the owner of its port, in order and bounded.
+//! A driver's outputs for the owner of its port, in order and bounded.
 
 use crate::{Note, Output, State};
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! Holds all that a vessel sweeps against the chart, leg by leg.
+//! Checks all that a vessel sweeps against the chart, leg by leg.
 //!
 //! Legs (ways, tracks, circles, places, drifting) are covered by corridors, and the
 //! [depth index](charts::depth_index) is asked for the worst in each. Corridors are swept exactly; where a shape is no

@@ -1,4 +1,4 @@
-//! What the guard demands of the water, and how far it believes position, track and chart.
+//! The depth that the guard demands, and the uncertainty of position, track and chart.
 
 use charts::depth_index::{ChartTrust, Demand, EntryRules};
 

@@ -1,4 +1,4 @@
-//! Where to turn back to: the roomiest water that a straight way leads to.
+//! Where to turn back to: the water with most room that a straight way leads to.
 
 use crate::limits::GuardLimits;
 use crate::water_around::WaterAround;

@@ -1,4 +1,4 @@
-//! What the guard answers: legs with their worst spot, and what it could not check.
+//! The guard's answer: legs with their worst spot, and what it could not check.
 
 use charts::depth_index::{DepthAnswer, DepthIndex, Restricted, Restriction, Water};
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What a vessel under way asks of the chart: the water around it and ahead.
+//! Chart queries of a vessel under way: the water around it and ahead.
 
 use crate::limits::GuardLimits;
 use charts::depth_index::{Demand, DepthAnswer, DepthIndex, EntryRules, Leg};

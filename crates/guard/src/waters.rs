@@ -1,4 +1,4 @@
-//! Where the vessel may go by itself, for goals that others name under way: the area of operation and the sea chart.
+//! Where the vessel may sail autonomously, for goals that others set under way: the area of operation and the sea chart.
 //! Plans are checked against both before they start.
 
 use crate::area::Area;

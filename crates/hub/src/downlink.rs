@@ -1,8 +1,8 @@
-//! The one way down: what people and programs order goes to its vessel by whatever transport leads there.
+//! The downlink: orders of people and programs go to their vessel by the transport that leads there.
 //!
 //! Every order has a number, the epoch of the lease that it is given under, an end of its life, and an urgency. It goes by
-//! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
-//! ends, and goes out when the vessel is heard again.
+//! the vessel's link while that is open, else by the best of the other ways. Without a way it waits here until its life
+//! ends, and is sent when the vessel is heard again.
 //!
 //! A stop is sent by every way, ahead of everything that waits, and cancels earlier orders that are not sent yet: a start
 //! that arrives after the stop that was meant to end it would be worse than none. Sent does not mean arrived. So until
@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | stop | waits | [`STOP_LIFE`] |
 //! | command | waits if the vessel has a link, else it is refused | [`TIME_TO_LIVE`] |
-//! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
+//! | sticks | is dropped: newer ones follow | as long as the operator's sample is valid |
 
 use crate::delivery::{CommandId, Delivery, Tag, Urgency};
 use crate::{Hub, PeerId, Transport};

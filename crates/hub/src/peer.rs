@@ -1,4 +1,4 @@
-//! Who is connected, by which transport, and what they may say and hear.
+//! A connected peer: its transport, and what it may send and receive.
 
 use imc::Address;
 use link::Transport;

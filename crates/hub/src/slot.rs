@@ -1,4 +1,4 @@
-//! What the hub keeps of a peer: which systems live behind it, what waits for it, and its figures.
+//! The hub's state of a peer: the systems behind it, its send queue, and its figures.
 
 use crate::delivery::Delivery;
 use crate::peer::{Peer, PeerId, PeerState, Role, Sources};

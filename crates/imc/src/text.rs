@@ -1,4 +1,4 @@
-//! Text as it travels: bytes that are nearly always UTF-8.
+//! Text on the wire: bytes that are nearly always UTF-8.
 
 use std::borrow::Cow;
 use std::fmt;

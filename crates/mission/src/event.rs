@@ -1,4 +1,4 @@
-//! What maneuvers hear: where the vessel is, how its path goes, what others say.
+//! The events of maneuvers: the vessel's position, its path's progress, messages of others.
 
 use units::LatLon;
 use units::Speed;

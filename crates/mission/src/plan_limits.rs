@@ -1,4 +1,4 @@
-//! What plans must keep.
+//! The limits of plans.
 
 use crate::kind::ManeuverKind;
 use crate::speed::SpeedLimits;

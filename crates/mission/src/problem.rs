@@ -1,4 +1,4 @@
-//! What can be wrong with a plan, and what is merely odd about it.
+//! Errors of a plan, and warnings.
 
 use std::fmt;
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! One arbiter for what the supervisors ask: who is obeyed, and until when.
+//! The arbiter of the supervisors' demands: which is carried out, and until when.
 //!
 //! Each supervisor has at most one standing demand; a newer one of the same supervisor replaces it (its own
 //! ladder knows best). Between supervisors the strongest remedy wins:

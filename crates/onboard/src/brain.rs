@@ -1,4 +1,4 @@
-//! The brain: one state machine that hears of everything and decides everything.
+//! The brain: the one state machine that takes all inputs and makes all decisions.
 //!
 //! [`Brain::handle`] takes what happened and the moment it happened; [`Brain::poll_output`] gives what is to
 //! be done about it until it answers `None`; [`Brain::poll_timeout`] says when to come back with

@@ -1,5 +1,5 @@
-//! The vessel's bus: every message that leaves gets its header here, goes to the log, and to whom the node
-//! says.
+//! The vessel's bus: every outgoing message gets its header here and goes to the log and to the receivers that the node
+//! chooses.
 
 use crate::entity::Entity;
 use crate::node::Node;

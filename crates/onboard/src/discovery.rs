@@ -1,4 +1,4 @@
-//! Telling others who this is and what it consists of: Announce, Heartbeat, the list of entities, the log
+//! Discovery of this system and its parts: Announce, Heartbeat, the list of entities, the log
 //! book on request.
 
 use crate::bus::{Asker, Bus};

@@ -184,8 +184,7 @@ impl Hydrophone {
         clock
     }
 
-    /// What the driver knows of the clock beyond what a stamp shows. That the receiver set it on its own is not, nor that a
-    /// line from before it was set is still to come.
+    /// What the driver knows of the clock; `None` where it knows nothing.
     fn known_clock(&self) -> Option<ClockState> {
         match self.receiver.as_ref()?.clock {
             devices::ClockState::Lost => Some(ClockState::Lost),

@@ -1,4 +1,4 @@
-//! How much of what others send goes to the log.
+//! How many packets of other systems go to the log.
 //!
 //! Any system that can send packets could fill the disk, and a full disk ends the log. So each system has a
 //! budget, and all together another; packets beyond it are acted upon as usual but neither logged nor passed on,

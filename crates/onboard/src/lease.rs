@@ -1,9 +1,9 @@
-//! Whom the vessel obeys.
+//! Whose orders the vessel obeys.
 //!
 //! Ashore one person at a time commands a vessel, by a lease with an epoch that grows with every grant. While the
-//! vessel knows of a lease that lives, it obeys orders that carry this epoch and refuses all others, by whatever
+//! vessel knows of a valid lease, it obeys orders that carry this epoch and refuses all others, by whatever
 //! transport and from whatever console they come; so an order of a former holder is void however late it arrives. An
-//! Abort is never refused. A lease dies when the shore has not spoken of it for as long as it said: then consoles
+//! Abort is never refused. A lease expires when the shore has not renewed it within its time to live: then consoles
 //! command as if there were no shore.
 
 use imc::messages::{Message, PlanControlOp, PlanControlType, PlanDBOp, PlanDBType, VehicleCommandType};

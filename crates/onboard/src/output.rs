@@ -1,4 +1,4 @@
-//! What the brain wants done.
+//! The outputs of the brain.
 
 use crate::peer::Peer;
 use crate::routing::RouteRequest;

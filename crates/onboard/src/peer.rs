@@ -1,4 +1,4 @@
-//! Whom packets come from and go to.
+//! The peers that packets come from and go to.
 
 use std::net::SocketAddrV4;
 

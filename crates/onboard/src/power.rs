@@ -1,4 +1,4 @@
-//! Power channels: what consoles ask of them, what the card reports, and whether it follows.
+//! Power channels: consoles' orders, the card's reports, and whether it carries the orders out.
 //!
 //! A channel is known by the name that the configuration gives it. An order goes to the card's driver; what the card
 //! reports goes to the bus, and an order that it does not follow in time is reported to its sender.

@@ -1,4 +1,4 @@
-//! How the brain is set up. The shell makes these from the configuration files.
+//! The settings of the brain. The shell makes them from the configuration files.
 
 use crate::entity::{Entity, Labels};
 use crate::grounding::GroundingSettings;

@@ -1,4 +1,4 @@
-//! Whether the vessel knows where it is, for those who steer by that: lost at once, found after a while.
+//! Whether the position is known, for the controllers that steer by it: lost at once, regained after a while.
 
 use crate::navigation::Estimate;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! How every part of the vessel is doing: entity states, once a second and on every change.
+//! The state of every part of the vessel: entity states, once a second and on every change.
 
 use crate::bus::Bus;
 use crate::entity::{Entity, Labels};

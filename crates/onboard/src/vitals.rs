@@ -1,4 +1,4 @@
-//! Signs of life: what the watchdog of the computer's board and the signal light look at.
+//! Signs of life, for the watchdog of the computer's board and for the signal light.
 
 use imc::messages::PowerOperationOp;
 use mission::Mode;

@@ -1,4 +1,4 @@
-//! Warnings of the devices' drivers in the log book: each once in a while, and no more than a person reads.
+//! Warnings of the devices' drivers in the log book: each once in a while, and no more than a person can read.
 
 use crate::bus::Bus;
 use crate::entity::Entity;

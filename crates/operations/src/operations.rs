@@ -1,4 +1,4 @@
-//! The hub and what people do with it, as one machine.
+//! The hub and its operators' services, as one machine.
 
 use crate::alarms::{Alarms, ShoreState};
 use crate::commands::{Commands, Order, OrderedBy};

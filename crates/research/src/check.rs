@@ -1,4 +1,4 @@
-//! What is wrong with entries: each by itself, and all of them together.
+//! Errors of entries: each alone, and all of them together.
 
 use crate::column::{NAME_LETTERS, Rule, Slot, shown};
 use crate::fields::{columns, kind_of, kind_word, name_of, slots};

@@ -1,4 +1,4 @@
-//! A field of an entry: its name in files, what it may say, and how it stands in a cell.
+//! A field of an entry: its name in files, its valid values, and its form in a cell.
 
 use api::RegisterKind;
 use units::UtcTime;

@@ -1,7 +1,7 @@
 //! How far the nearest other detection of the same tag by the same receiver is (`min_lag` of the format of GLATOS), found while
 //! detections go by.
 //!
-//! A detection that nothing else confirms is perhaps none: two trains of pulses that overlap can look like a third tag. The
+//! A detection that nothing else confirms may be false: two trains of pulses that overlap can look like a third tag. The
 //! usual rule (Pincock 2012) doubts one whose nearest neighbour is more than 30 ping intervals away. To know the next one, a
 //! detection waits until that comes, or until it is known to be more than a day away, which is beyond the rule for any interval
 //! up to 48 minutes. What waits is bounded.

@@ -1,4 +1,4 @@
-//! What a file of entries looks like, with an example: for people who make one.
+//! A template of a file of entries, with an example, for people who make one.
 
 use crate::csv::header;
 use crate::fields::columns;

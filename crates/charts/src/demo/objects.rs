@@ -1,4 +1,4 @@
-//! What stands, floats, lies and is called something in the fictitious sea. Places are metres east and north of
+//! Structures, buoys, wrecks and named places of the fictitious sea. Places are metres east and north of
 //! the demonstration's first Otter.
 
 /// Attributes by acronym.

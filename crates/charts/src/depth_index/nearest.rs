@@ -1,4 +1,4 @@
-//! What is nearest: water too shallow, and points of interest.
+//! Nearest-neighbour queries: water too shallow, and points of interest.
 //!
 //! Best-first search by the distance to boxes (G. R. Hjaltason and H. Samet, "Distance browsing in spatial
 //! databases", ACM TODS 24, 1999).

@@ -1,4 +1,4 @@
-//! What an index knows of a chart object, and of the chart that it is from.
+//! The data that an index has of a chart object, and of its chart.
 
 use super::places::Hold;
 use super::restricted::Restriction;

@@ -1,4 +1,4 @@
-//! What lies where charts end or meet.
+//! The borders at which charts end or meet.
 //!
 //! Borders are found once, when an index is built: of coarser objects only what no finer source covers is
 //! kept, and along every border of coverage the objects that begin just beyond it, or the absence of any, are

@@ -1,4 +1,4 @@
-//! What a feature looks like on the Earth.
+//! The geometry of a feature.
 
 /// A position as the chart gives it: degrees of longitude and latitude on WGS 84. A chart is a file, so its
 /// positions stay in the file's unit; [`GeoPoint::place`] leaves it.

@@ -1,4 +1,4 @@
-//! Settings that are read and checked, because DUNE's files have them, and that nothing in Lutra obeys.
+//! Settings that are read and checked, because DUNE's files have them, but that have no effect in Lutra.
 //!
 //! A setting stands here with the value as which Lutra acts, where it has one. A file that says otherwise is
 //! told so: a note where it makes little difference, a warning where the vessel behaves otherwise than the file

@@ -1,4 +1,4 @@
-//! Watching a path: does the vessel get on, is it near the track, did its position jump?
+//! Monitors of a path: does the vessel make progress, is it near the track, did its position jump?
 //!
 //! After DUNE's path controller. All are pure: times and distances come in, a verdict goes out.
 

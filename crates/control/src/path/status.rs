@@ -1,4 +1,4 @@
-//! What a path tracker answers: where the vessel is on its path, what changed, what is wrong.
+//! The status of a path tracker: the vessel's place on its path, changes, faults.
 
 use super::command::Loiter;
 use std::f64::consts::FRAC_PI_2;

@@ -1,4 +1,4 @@
-//! What of the card differs between vessels: which motor is where, how often it is commanded, which channels have names.
+//! The card's settings, which differ between vessels: the motors' sides, the rate of commands, the channels' names.
 
 use devices::torqeedo::{MOTORS, RAILS};
 use devices::{Pair, Side};

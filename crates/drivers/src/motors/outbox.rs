@@ -1,4 +1,4 @@
-//! What waits to be polled, with a bound on each kind and a rule for what happens there.
+//! Outputs that wait to be polled, with a bound on each kind and a rule for what happens at the bound.
 
 use super::throttle::Throttle;
 use crate::{Note, State};

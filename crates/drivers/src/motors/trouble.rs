@@ -1,4 +1,4 @@
-//! What motors and batteries report to be wrong with them, in sentences; and reports that cannot be true.
+//! Faults that motors and batteries report, in sentences; and implausible reports.
 
 use super::outbox::Outbox;
 use crate::Note;

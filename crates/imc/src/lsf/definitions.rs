@@ -1,4 +1,4 @@
-//! The catalogue as XML, as it lies beside each log so that other programs can read it.
+//! The catalogue as XML, as stored beside each log so that other programs can read it.
 
 use crate::catalogue::{
     BITFIELDS, ENUMERATIONS, EnumDesc, FieldDesc, FieldKind, GROUPS, MESSAGES, Meaning, MessageDesc, UNITS,

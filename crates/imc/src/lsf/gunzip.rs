@@ -1,4 +1,4 @@
-//! Unpacking gzip (RFC 1952) without losing what stands before, between or behind damage.
+//! Unpacking gzip (RFC 1952) without losing data before, between or behind damage.
 //!
 //! A vehicle that loses its power leaves a log whose last block is cut, or followed by zeros. General readers
 //! throw away what they unpacked in the same call as they met the error; this one hands out every byte first,

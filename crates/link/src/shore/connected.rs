@@ -1,4 +1,4 @@
-//! A connection that stands, and what came of a vessel's stream by all of them.
+//! An open connection, and what was received of a vessel's stream over all of them.
 
 use super::{PeerBacklog, ShoreOutput};
 use crate::clocks::Clocks;

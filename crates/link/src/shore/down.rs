@@ -1,4 +1,4 @@
-//! What goes down: commands, who commands, the chart.
+//! Output to the vessel: commands, the lease, the chart.
 
 use super::connected::Connected;
 use super::machine::Shore;

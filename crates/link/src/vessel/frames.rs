@@ -1,4 +1,4 @@
-//! What the shore says, and what the vessel answers.
+//! The shore's frames, and the vessel's answers.
 
 use super::machine::{End, Vessel};
 use super::up::Up;

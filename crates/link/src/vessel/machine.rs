@@ -1,4 +1,4 @@
-//! The vessel's state machine: when to connect by which way, what to say, what to believe.
+//! The vessel's state machine: when to connect by which way, what to send, what to accept.
 
 use super::chart::{Pull, Want};
 use super::records::LagTracker;

@@ -1,4 +1,4 @@
-//! A connection that stands: what is sent over it when, and what comes back.
+//! An open connection: what is sent over it when, and what comes back.
 
 use super::records::{InFlight, LagTracker};
 use super::{Entry, SpoolState};

@@ -1,4 +1,4 @@
-//! One way to the shore aboard: its connection, its pauses, how it does and what it costs.
+//! One way to the shore aboard: its connection, pauses, quality and cost.
 
 use super::up::{Lanes, Up};
 use crate::HEARTBEAT;

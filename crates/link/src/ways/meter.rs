@@ -1,4 +1,4 @@
-//! Bytes of a day, and what is left out as they go.
+//! The byte budget of a day, and what is left out as it is used up.
 //!
 //! A day is one of UTC where the clock is right, and never longer than 24 h by the clock that does not step: a clock that
 //! jumped, or never was set, does not spend a budget for good.

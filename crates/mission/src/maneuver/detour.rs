@@ -1,7 +1,7 @@
 //! A way around what the chart refuses, to the place of a reference.
 //!
-//! It is held against area and chart from where the vessel is, leg by leg, when it is taken and again whenever the vessel sets
-//! out anew. A place that moves a little is reached by the same way with another end.
+//! It is checked against area and chart from the vessel's place, leg by leg, when it is taken and again whenever the vessel
+//! starts again. A place that moves a little is reached by the same way with another end.
 
 use super::behaviour::Context;
 use super::goto::distance_m;

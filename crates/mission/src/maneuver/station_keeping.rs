@@ -1,7 +1,7 @@
 //! Station keeping: drifts inside a radius with its motors off, and drives back in time. Between drives the
 //! vessel is quiet: this is how it listens.
 //!
-//! It turns back before the radius, by what its position may be wrong and by what it drifts on while it turns.
+//! It turns back before the radius, by its position error and by its drift during the turn.
 //! It drives to the side that wind and current come from, so that the next drift leads through the middle
 //! and lasts longest. How the vessel drifts it learns from its own positions while the motors are off; before
 //! that is known it drives to the centre.

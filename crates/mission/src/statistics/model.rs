@@ -1,4 +1,4 @@
-//! What a vessel's speeds mean: percent, rpm, m/s and the power they take.
+//! A vessel's speeds in percent, rpm and m/s, and their power.
 
 use thiserror::Error;
 use units::Speed;

@@ -1,4 +1,4 @@
-//! How far a running plan has come, by what the vessel really makes.
+//! The progress of a running plan, by the vessel's real speed.
 //!
 //! Progress is planned time done by planned time in all. The time to the end is the planned time left, the
 //! moving part of it stretched by how much longer than planned moving has taken so far.

@@ -1,4 +1,4 @@
-//! An operator steers unguarded for a while, such as to a quay: asked for, confirmed, and over by itself.
+//! An operator steers unguarded for a while, such as to a quay: requested, confirmed, and ended automatically.
 
 use std::time::Duration;
 use units::MonoTime;

@@ -1,4 +1,4 @@
-//! How the grounding supervisor is set up, and its chart.
+//! The settings of the grounding supervisor, and its chart.
 
 use crate::routing::RouteSettings;
 use charts::depth_index::{DepthIndex, IndexError, SealedIndex};

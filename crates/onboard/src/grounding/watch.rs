@@ -1,4 +1,4 @@
-//! The supervisor's machine: from a survey of the water ahead to what is to be done.
+//! The supervisor's machine: from a survey of the water ahead to the action.
 
 use super::exemption::{Answer, Exemption};
 use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};

@@ -1,4 +1,4 @@
-//! Parameters on the bus: what consoles ask, change, save, keep aside and take back.
+//! Parameters on the bus: query, change, save, push and pop.
 
 use super::saving::Saving;
 use super::stack::ParameterStack;

@@ -1,4 +1,4 @@
-//! What a plan asks for that is not done aboard, found before it is sailed.
+//! Parts of a plan that are not carried out aboard, found before it is sailed.
 //!
 //! Nothing of a plan is dropped silently: what would change the author's intent refuses the plan; what merely
 //! has no effect on a surface vessel is reported. The same text about several maneuvers is reported once, with

@@ -1,4 +1,4 @@
-//! What others ask about plans.
+//! Requests of other systems about plans.
 
 use super::{Plans, chart, translate};
 use crate::bus::{Asker, Bus};

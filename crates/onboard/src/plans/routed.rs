@@ -1,4 +1,4 @@
-//! A plan that is led to by a route: where its beginning lies behind land, and how the route becomes its first maneuvers.
+//! A plan whose beginning lies behind land: the route that leads there becomes its first maneuvers.
 
 use super::{Plans, chart, checked, checked_own};
 use crate::bus::{Asker, Bus};

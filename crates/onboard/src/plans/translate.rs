@@ -1,6 +1,6 @@
 //! From IMC's plans, maneuvers and references to the mission's, and back to numbers IMC knows.
 //!
-//! Nothing is judged here: whatever a plan says is carried over, and [`mission::Plan::build`] finds all that
+//! Nothing is checked here: all of a plan is translated, and [`mission::Plan::build`] finds all that
 //! is wrong with it. Surface vessels have no use for depths but to refuse them.
 
 use imc::messages::{

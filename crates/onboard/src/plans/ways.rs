@@ -1,6 +1,6 @@
-//! Ways that maneuvers look for under way: first with the clearance that is set, then with the guard's own.
+//! Ways that maneuvers search under way: first with the configured clearance, then with the guard's own.
 //!
-//! The maneuver holds what comes against area and chart before it follows it.
+//! The maneuver checks a way against area and chart before it follows it.
 
 use super::Plans;
 use crate::bus::Bus;

@@ -1,4 +1,4 @@
-//! Reading.
+//! Bytes to inputs and outputs.
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;

@@ -1,4 +1,4 @@
-//! Writing.
+//! Inputs and outputs to bytes.
 
 use crate::grounding::ChartFile;
 use crate::input::{DeviceState, HostReading, Input, Reachable};

@@ -1,4 +1,4 @@
-//! What the supervisors work with, and how a remedy becomes a plan that the engine runs.
+//! The supervisors' context, and how a remedy becomes a plan that the engine runs.
 
 use crate::bus::Bus;
 use crate::grounding::{Chart, DEEP_WATER, Grounding, GroundingSettings};

@@ -1,7 +1,7 @@
-//! What is wrong at the moment, read from the fleet's live state.
+//! The present troubles, derived from the fleet's live state.
 //!
-//! How old a reading is counts to the moment when its vessel was last heard: what stops with the link is the link's
-//! silence and nothing else. Of a vessel that is silent nothing else is said at all.
+//! The age of a reading counts to the moment when its vessel was last heard: what stops with the link is the link's
+//! silence and nothing else. A silent vessel has no other alarm.
 
 use super::part::{PartKind, SentKinds, charge_rank};
 use super::{Key, Kind, Priority, Trouble, shorten};

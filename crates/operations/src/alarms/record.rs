@@ -1,4 +1,4 @@
-//! What an alarm is, what is written down of it, and what is kept over a restart.
+//! An alarm, its record, and what is kept over a restart.
 
 use super::{Kind, LONGEST_SHELF, Priority, TEXT_CHARS};
 use api::AlarmSaying;

@@ -1,4 +1,4 @@
-//! What the hub's downlink asks of orders and reports of them.
+//! Queries and reports of the hub's downlink about orders.
 
 use super::{Commands, Effect, Stage, Step};
 use hub::{CommandId, Dispatched, OrderLog, Transport};

@@ -1,4 +1,4 @@
-//! What a vessel can be ordered to do, and the IMC message that says it.
+//! The orders to a vessel, and their IMC messages.
 
 use imc::Address;
 use imc::messages::{

@@ -1,4 +1,4 @@
-//! What a bundle says of itself.
+//! The manifest of a bundle.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};

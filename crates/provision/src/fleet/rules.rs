@@ -1,4 +1,4 @@
-//! What vessels of a fleet must not share, and where their addresses must be.
+//! Values that vessels of a fleet must not share, and where their addresses must be.
 
 use super::fields::Report;
 use super::{Vessel, Vpn};

@@ -1,4 +1,4 @@
-//! What the draft of a dataset may say, what it needs before it is published, and how a version is cited.
+//! The valid contents of a dataset's draft, its requirements for publication, and the citation of a version.
 
 use crate::column::shown;
 use crate::study::Study;

@@ -1,4 +1,4 @@
-//! What a link gives of a dataset.
+//! The part of a dataset that a link gives.
 
 use super::grid::Grid;
 use crate::study::Heard;

@@ -1,4 +1,4 @@
-//! What many detections are together.
+//! The summary of many detections.
 
 use super::count::{Bars, Flags, Pair, Slot, Steps, Tallies, add};
 use super::effort::each_listened;

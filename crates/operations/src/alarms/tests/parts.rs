@@ -1,4 +1,4 @@
-//! Parts are known by what they send, whatever they are called.
+//! Parts are recognised by their messages, whatever their label.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Alarms that returned, and what people themselves ordered.
+//! Alarms that returned, and effects of people's own orders.
 
 use super::*;
 
