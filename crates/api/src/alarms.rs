@@ -49,9 +49,9 @@ pub struct Alarm {
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
-    /// Put aside for a time; null for not.
+    /// Shelved for a time; null if not.
     pub shelved: Option<AlarmShelving>,
-    /// Of which other alarm it is part at present, and is not reported besides; null for none.
+    /// The alarm that it is part of at present, so that it is not reported itself; null for none.
     pub collapsed: Option<String>,
     /// How often it sounded: a client sounds when this grows.
     pub sounded: u32,
@@ -358,7 +358,7 @@ pub struct AlarmShelving {
     pub reason: String,
 }
 
-/// Something that happened to an alarm.
+/// An event of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmNote {
@@ -388,11 +388,11 @@ pub struct AlarmNote {
     pub text: String,
 }
 
-/// What is wrong now, and what happened to alarms lately.
+/// The present alarms, and their latest events.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmList {
-    /// What is not normal, and what is put aside; the most urgent first.
+    /// Alarms that are not normal, and shelved ones; the most urgent first.
     pub standing: Vec<Alarm>,
     /// The latest changes since the server started, the newest first.
     pub history: Vec<AlarmNote>,
@@ -416,13 +416,13 @@ pub struct AlarmHistoryQuery {
     pub limit: Option<u32>,
 }
 
-/// What happened to alarms, over restarts of the server.
+/// The history of alarms, over restarts of the server.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmHistory {
     /// The newest first.
     pub notes: Vec<AlarmNote>,
-    /// What to ask for as `before` to get older ones; null where there are none.
+    /// The `before` of a query for older ones; null where there are none.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub next: Option<i64>,
 }

@@ -4,7 +4,7 @@ use crate::LogWord;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// What a no-go area is to be.
+/// A no-go area as requested.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -85,7 +85,7 @@ pub struct NoGoAreaQuery {
 pub struct NoGoAreaChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it is from now on.
+    /// Its new content.
     pub area: NoGoAreaRequest,
     /// Whether it is closed from now on; false lifts it.
     pub closed: bool,

@@ -10,14 +10,14 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChartSet {
-    /// What names its contents, for the address of tiles; null where there is no chart, which
+    /// Names its contents, for the address of tiles; null where there is no chart, which
     /// `lutra-server chart import` changes.
     pub set: Option<String>,
     /// Why the chart file cannot be used; null where all is well.
     pub trouble: Option<String>,
     /// The charts in it by name.
     pub cells: Vec<ChartCell>,
-    /// What they cover; null where that is nothing.
+    /// The box that they cover; null where that is empty.
     pub bounds: Option<ChartBounds>,
     /// Whether a chart in it says of itself that it is not for navigation.
     pub not_for_navigation: bool,
@@ -43,7 +43,7 @@ pub struct ChartCell {
     pub band: u8,
     /// Date of issue (YYYYMMDD).
     pub issued: String,
-    /// What its producer says of it.
+    /// Its producer's comment.
     pub comment: String,
     /// Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
     pub whole: Option<bool>,
@@ -95,7 +95,7 @@ pub struct ChartDepth {
     pub least_m: Option<f64>,
     /// Greatest charted depth of the area (m), where given.
     pub greatest_m: Option<f64>,
-    /// What is left of the least depth in which a vessel may go by itself (m): negative = too shallow.
+    /// Margin to the least depth for autonomous sailing (m): negative = too shallow.
     pub margin_m: Option<f64>,
     /// Whether a vessel may go there by itself.
     pub autonomous: bool,
@@ -131,7 +131,7 @@ pub struct ChartDepth {
 pub struct ChartNear {
     /// How deep it is.
     pub depth: ChartDepth,
-    /// What is near, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
+    /// Objects nearby, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
     pub objects: Vec<ChartObject>,
 }
 
@@ -228,7 +228,7 @@ pub struct ChartProfilePoint {
     pub kind: String,
 }
 
-/// What the guard against grounding says of a plan.
+/// The guard's verdict on a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Guard {
@@ -245,7 +245,7 @@ pub struct Guard {
     pub of_vessel: bool,
     /// Why it is refused: a leg each; up to 100.
     pub reasons: Vec<GuardReason>,
-    /// What was not checked, or not well; up to 100.
+    /// Parts that were not checked, or not well; up to 100.
     pub warnings: Vec<GuardWarning>,
 }
 
@@ -282,11 +282,11 @@ pub struct GuardReason {
     pub cell: Option<String>,
     /// Compilation scale of that chart, 1 : this.
     pub scale: Option<u32>,
-    /// What is left of the depth (m): negative = too shallow.
+    /// Margin of the depth (m): negative = too shallow.
     pub margin_m: Option<f64>,
 }
 
-/// What was not checked, or not well.
+/// A part that was not checked, or not well.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct GuardWarning {

@@ -22,7 +22,7 @@ pub struct Ordered {
     pub waits: bool,
 }
 
-/// What comes with a stop.
+/// Parameters of a stop.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopQuery {
@@ -113,7 +113,7 @@ pub struct LeaseWaiting {
     pub granted_us: i64,
 }
 
-/// What happened to the control of a vessel.
+/// A change of the control of a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LeaseChange {
@@ -143,7 +143,7 @@ pub struct OrderRequest {
     pub window: String,
 }
 
-/// What a vessel can be ordered to do. Those that only ask need no control.
+/// Orders to a vessel. Queries need no control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -227,7 +227,7 @@ pub struct Command {
     pub by: String,
     /// Like `plan.start`.
     pub order: String,
-    /// What it is about, in words; may be empty.
+    /// Its subject, in words; may be empty.
     pub subject: String,
     /// The stages reached, in order.
     pub steps: Vec<CommandStep>,

@@ -110,7 +110,7 @@ pub struct LinkWay {
     /// Bytes that it may carry in a day; null for no bound.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub daily_bytes: Option<u64>,
-    /// What it leaves out for that: `nothing`, `records`, `most`, or `all_but_last`.
+    /// What it leaves out to save data: `nothing`, `records`, `most`, or `all_but_last`.
     pub thinning: String,
     /// How often it broke or stopped answering since the start of the vessel's program.
     pub failures: u32,
@@ -125,7 +125,7 @@ pub struct VesselChart {
     pub state: String,
     /// The same in words, with the reason where it could not be taken.
     pub text: String,
-    /// What the chart in force aboard holds; null for none.
+    /// Contents of the chart in force aboard; null for none.
     pub edition: Option<String>,
     /// SHA-256 of its file in hexadecimal digits; null for none.
     pub digest: Option<String>,

@@ -87,7 +87,7 @@ pub struct DatasetVessel {
     pub name: String,
 }
 
-/// What detections reach over.
+/// The extent of detections.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -120,12 +120,12 @@ pub struct DatasetContent {
     pub bytes: u64,
     /// SHA-256 of it, in hexadecimal digits.
     pub sha256: String,
-    /// What they reach over.
+    /// Their extent.
     pub covered: DatasetCovered,
     /// The number of the canonical format: bytes of another number are not compared. 0 where it was not kept.
     #[serde(default)]
     pub format: u32,
-    /// What wrote it, like `Lutra 0.1.0`.
+    /// The program that wrote it, like `Lutra 0.1.0`.
     #[serde(default)]
     pub software: String,
 }
@@ -185,7 +185,7 @@ pub struct Dataset {
     pub state: DatasetState,
     /// Who made it, and when.
     pub made: LogWord,
-    /// What is not published yet; null where nothing is.
+    /// The unpublished draft; null where there is none.
     pub draft: Option<DatasetDraft>,
     /// Published versions, the newest first.
     pub versions: Vec<DatasetVersion>,
@@ -202,7 +202,7 @@ pub struct Dataset {
 pub struct DatasetChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on.
+    /// Its new content.
     pub draft: DatasetDraft,
 }
 
@@ -226,7 +226,7 @@ pub struct DatasetWithdrawal {
     pub reason: String,
 }
 
-/// What the archive gives for a published question now.
+/// The archive's present answer to a published query.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct DatasetCheck {

@@ -23,7 +23,7 @@ pub struct Recorded {
     pub last_us: i64,
 }
 
-/// What came ashore from a vessel on one day: live, late or by an import.
+/// Data received from a vessel on one day: live, late or by an import.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RecordedDay {

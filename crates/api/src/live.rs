@@ -18,7 +18,7 @@ use utoipa::ToSchema;
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum LiveRequest {
-    /// What it wants from now on. Replaces what it wanted before; the next frame holds all of it.
+    /// The new subscription. Replaces the previous one; the next frame holds all of it.
     Subscribe(Subscription),
     /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Both with one key are one stop, by whichever comes
     /// first. It needs no subscription.
@@ -44,11 +44,11 @@ pub struct LiveStop {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum LiveAnswer {
-    /// What became of a stop.
+    /// The result of a stop.
     Stop(LiveStopped),
 }
 
-/// What became of a stop on the live socket.
+/// The result of a stop on the live socket.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LiveStopped {
@@ -62,7 +62,7 @@ pub struct LiveStopped {
     pub refused: Option<String>,
 }
 
-/// What a client wants.
+/// A client's subscription.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
@@ -157,7 +157,7 @@ pub enum Liveness {
     Live,
     /// Expected, but not there yet.
     Late,
-    /// What is shown of it is old.
+    /// Its shown values are old.
     Stale,
     /// Gone.
     Lost,
@@ -211,7 +211,7 @@ pub struct Update {
     pub fields: Vec<Field>,
 }
 
-/// What a series is, in the compact form.
+/// The description of a series, in the compact form.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LiveSeries {
@@ -253,7 +253,7 @@ pub struct LiveSample {
     /// Values of the fields, in their order; of a message that ends early, of the first fields only.
     #[cfg_attr(test, ts(type = "unknown[]"))]
     pub values: Vec<serde_json::Value>,
-    /// What the values stand for, in their order; empty where none stands for anything.
+    /// Labels of the values, in their order; empty where none has one.
     pub meanings: Vec<Option<String>>,
 }
 
@@ -268,6 +268,6 @@ pub struct Field {
     pub value: serde_json::Value,
     /// Unit, like `rad`; empty for none.
     pub unit: String,
-    /// What the number stands for, where it stands for something.
+    /// The number's label, where it has one.
     pub meaning: Option<String>,
 }

@@ -17,7 +17,7 @@ pub struct LogNote {
     pub time_us: i64,
     /// IMC address of the vessel it is about; null for a note on no vessel.
     pub vessel: Option<u16>,
-    /// What people call the vessel; null where they gave it no name.
+    /// What people call the vessel; null where it has no name.
     pub vessel_name: Option<String>,
     /// WGS 84 latitude of the place it is about, north positive; null without a place.
     pub lat_deg: Option<f64>,
@@ -51,7 +51,7 @@ pub struct LogWord {
     pub time_us: i64,
 }
 
-/// What a note is to say.
+/// The contents of a note.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -69,7 +69,7 @@ pub struct LogNoteRequest {
     pub time_us: Option<i64>,
 }
 
-/// What comes with a note.
+/// Parameters of a note.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct LogNoteQuery {
@@ -88,11 +88,11 @@ pub struct LogNoteQuery {
 pub struct LogNoteChange {
     /// The revision that is corrected; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on. The time stays unchanged when left out.
+    /// Its new text. The time stays unchanged when left out.
     pub note: LogNoteRequest,
 }
 
-/// What a note said before a correction.
+/// A note before a correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LogNoteRevision {

@@ -4,7 +4,7 @@ use crate::LogWord;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// What a mission is to say.
+/// The contents of a mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -13,9 +13,9 @@ pub struct MissionRequest {
     pub name: String,
     /// Who took part; at most 500 characters.
     pub people: String,
-    /// What for; at most 2,000 characters.
+    /// Its purpose; at most 2,000 characters.
     pub purpose: String,
-    /// What is to be known of it; at most 4,000 characters.
+    /// Remarks; at most 4,000 characters.
     pub notes: String,
     /// IMC addresses of its vessels, 1 to 32.
     pub vessels: Vec<u16>,
@@ -36,7 +36,7 @@ pub struct Mission {
     pub id: i64,
     /// Grows with each change, from 1.
     pub revision: u32,
-    /// What it says; of its vessels those that the requester may see.
+    /// Its contents; of its vessels those that the requester may see.
     pub mission: MissionRequest,
     /// Who wrote it down first, and when.
     pub written: LogWord,
@@ -55,11 +55,11 @@ pub struct Mission {
 pub struct MissionChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on.
+    /// Its new contents.
     pub mission: MissionRequest,
 }
 
-/// What comes with a new mission.
+/// Parameters of a new mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct MissionQuery {
@@ -107,7 +107,7 @@ pub struct MissionSummary {
 pub struct MissionVessel {
     /// IMC address.
     pub vessel: u16,
-    /// What people call it; null where they gave it no name.
+    /// What people call it; null where it has no name.
     pub vessel_name: Option<String>,
     /// Time of its first recorded position, µs since 1970 UTC; null without positions.
     #[cfg_attr(test, ts(type = "number | null"))]

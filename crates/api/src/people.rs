@@ -63,7 +63,7 @@ pub struct Permission {
 pub struct Person {
     /// Name to log in with.
     pub name: String,
-    /// What may be done where.
+    /// Permissions by vessel.
     pub permissions: Vec<Permission>,
     /// Whether a one-time password is still to be changed.
     pub must_change_password: bool,
@@ -89,7 +89,7 @@ pub struct Session {
     pub seen_us: i64,
     /// Address at login.
     pub address: String,
-    /// What the browser calls itself.
+    /// The browser's user agent.
     pub agent: String,
 }
 
@@ -183,6 +183,6 @@ pub struct AuditEntry {
 pub struct Me {
     /// Name to log in with.
     pub name: String,
-    /// What may be done where.
+    /// Permissions by vessel.
     pub permissions: Vec<Permission>,
 }

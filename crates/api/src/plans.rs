@@ -188,9 +188,9 @@ pub struct PlanSummary {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanCheck {
-    /// What keeps it from being sailed; none for a good plan. A vessel's own limits may be narrower.
+    /// Errors that keep it from being sailed; none for a valid plan. A vessel's own limits may be narrower.
     pub problems: Vec<PlanTrouble>,
-    /// What its author may not have meant.
+    /// Warnings for its author.
     pub warnings: Vec<PlanTrouble>,
     /// What all of it takes, from its first place on; of a plan that repeats, one round. Empty while it has problems.
     pub total: PlanCost,
@@ -198,12 +198,12 @@ pub struct PlanCheck {
     pub maneuvers: Vec<PlanLeg>,
     /// MD5 of the plan as it would be aboard, 32 hexadecimal digits; null while it has problems.
     pub digest: Option<String>,
-    /// What the guard against grounding says of it, the way to its first place left out; null while it has problems
+    /// The guard's verdict, the way to its first place left out; null while it has problems
     /// and where there is no chart. An upload or start is judged again with the way from where the vessel is.
     pub guard: Option<Guard>,
 }
 
-/// Something about a plan that its author should know.
+/// A problem or warning of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanTrouble {
@@ -211,7 +211,7 @@ pub struct PlanTrouble {
     pub maneuver: Option<String>,
     /// What, for programs; `other` where there are words only.
     pub code: String,
-    /// What the code is about: a quantity, a kind of maneuver; null where it is about the whole.
+    /// The code's subject: a quantity, a kind of maneuver; null where it is the whole plan.
     pub about: Option<String>,
     /// The figures of the code by their names, SI units.
     pub values: BTreeMap<String, f64>,
@@ -292,7 +292,7 @@ pub struct PlanRevision {
 pub struct ImportedPlan {
     /// The stored plan.
     pub stored: StoredPlan,
-    /// What of the file was left out.
+    /// Parts of the file that were left out.
     pub notes: Vec<String>,
 }
 
@@ -312,7 +312,7 @@ pub struct PlanExportQuery {
     pub format: String,
 }
 
-/// What plan is uploaded.
+/// The plan to upload.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct PlanImportQuery {

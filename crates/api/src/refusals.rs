@@ -4,7 +4,7 @@ use crate::Guard;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What the server answers instead of what it was asked for.
+/// The answer to a refused request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refusal {

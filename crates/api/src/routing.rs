@@ -85,7 +85,7 @@ pub struct SeaRouteAnswer {
     pub route: Option<SeaRoute>,
     /// The reason that no route exists.
     pub refusal: Option<SeaRouteRefusal>,
-    /// What planning took (ms).
+    /// Duration of the planning (ms).
     pub took_ms: f64,
 }
 
@@ -165,15 +165,15 @@ pub struct SeaRouteRefusal {
     pub nearest: Option<[f64; 2]>,
     /// How far open water, or that place, is from where it was asked for (m).
     pub gap_m: Option<f64>,
-    /// What lies at an end that is closed; null for another reason.
+    /// The obstacle at a closed end; null for another reason.
     pub closed: Option<SeaRouteClosed>,
     /// How far start and goal are apart, and how far they may be (m); null for another reason.
     pub apart_m: Option<[f64; 2]>,
-    /// What would give a route; null where that was not asked for.
+    /// Changes that would give a route; null where that was not asked for.
     pub passable: Option<SeaRoutePassable>,
 }
 
-/// What lies at an end of a route that is closed to the vessel.
+/// The obstacle at an end of a route that is closed to the vessel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteClosed {

@@ -25,7 +25,7 @@ pub struct Series {
     pub entity: u8,
     /// The entity's last label.
     pub label: Option<String>,
-    /// What each sample holds, in order; empty where the catalogue does not know the message.
+    /// The values of each sample, in order; empty where the catalogue does not know the message.
     pub fields: Vec<SeriesField>,
     /// How many samples.
     #[cfg_attr(test, ts(type = "number"))]
@@ -53,13 +53,13 @@ pub struct SeriesField {
     pub title: String,
     /// Unit, like `rad`; empty for none.
     pub unit: String,
-    /// What its values are.
+    /// The type of its values.
     pub kind: ValueKind,
-    /// What its numbers stand for, by number; empty where they are just numbers. Of bit fields, the bits.
+    /// Labels of its numbers; empty where they are plain numbers. Of bit fields, the bits.
     pub labels: Vec<Label>,
 }
 
-/// What a number stands for.
+/// The label of a number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Label {
@@ -70,7 +70,7 @@ pub struct Label {
     pub name: String,
 }
 
-/// What the values of a field are.
+/// The type of a field's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]

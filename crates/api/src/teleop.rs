@@ -17,7 +17,7 @@ pub enum TeleopMessage {
         /// Distinguishes the windows of a person.
         window: String,
     },
-    /// What the person's hands do now.
+    /// The person's present input.
     Sample(TeleopSample),
     /// Stop at once; the sticks pass neutral before the vessel moves again.
     Stop {
@@ -47,7 +47,7 @@ pub enum TeleopStop {
     Person,
 }
 
-/// What a person's hands do.
+/// A person's input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -100,7 +100,7 @@ pub struct TeleopStatus {
     pub phase: TeleopPhase,
     /// Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
     pub why: String,
-    /// What to do about that, in words; empty where there is nothing but to start over.
+    /// The remedy, in words; empty where the only one is to start over.
     pub remedy: String,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,

@@ -4,7 +4,7 @@ use crate::PlanPlace;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What a vessel is asked. It commands nothing, so it takes no control of the vessel.
+/// A query to a vessel. It commands nothing, so it needs no control of the vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "about", rename_all = "lowercase", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -23,7 +23,7 @@ pub enum VesselQuery {
     },
 }
 
-/// What became of a question. Its answer comes by itself, or never.
+/// A query as sent. Its answer comes later on its own, or never.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselQuerySent {
@@ -82,13 +82,13 @@ pub struct ParameterReport {
     pub about: Option<ParameterAbout>,
 }
 
-/// What a parameter of Lutra means and may be.
+/// The meaning and valid values of a parameter of Lutra.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ParameterAbout {
     /// The section of the configuration in which it stands.
     pub section: String,
-    /// What it does, in a line.
+    /// Its effect, in a line.
     pub doc: String,
     /// Symbol of its unit; empty for pure numbers.
     pub unit: String,

@@ -37,7 +37,7 @@ impl Chart {
     }
 }
 
-/// What names these areas in a set: another text wherever they differ.
+/// Digest of these areas in a set.
 pub fn no_go_digest(areas: &[NoGoArea]) -> String {
     let mut hash = Sha256::new_with_prefix("no-go areas 1\n");
     for NoGoArea { number, name, corners } in areas {

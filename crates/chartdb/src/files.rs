@@ -23,7 +23,7 @@ pub(crate) struct Found {
     pub(crate) lakes: Vec<PathBuf>,
     /// Checksums by file name in capitals.
     pub(crate) checksums: BTreeMap<String, u32>,
-    /// What is odd, but no reason to stop.
+    /// Oddities that do not stop the import.
     pub(crate) notices: Vec<String>,
     /// Files that spoil a cell, by the cell's name.
     pub(crate) failures: Vec<(String, ChartDbError)>,

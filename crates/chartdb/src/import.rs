@@ -48,7 +48,7 @@ pub fn import(
     report.read(&mut stage, &found, options, &mut tell)?;
     let fails_now = |name: &String| report.failures.iter().any(|failure| failure.name == *name);
     if stage.begun().iter().any(fails_now) {
-        // What an earlier run read of it must not go live along with the others, nor be what it is too old for.
+        // Data of it from an earlier run must not go live with the others, nor count as the newer edition.
         stage.abandon()?;
         stage = Stage::fresh(db)?;
         report.charts.clear();

@@ -145,7 +145,7 @@ pub(crate) struct OpenIndex {
     base: Base,
 }
 
-/// What names a file of an index: the digest of the set that it was made of, its length, and its last bytes, among them
+/// Identifies a file of an index: the digest of the set that it was made of, its length, and its last bytes, among them
 /// the checksum of a directory that has the checksums of all pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Base {
@@ -166,7 +166,7 @@ impl Base {
         Some(Self { digest, length: file.length, end })
     }
 
-    /// What its changes begin with, of a set of this digest.
+    /// The head of its changes, for a set of this digest.
     fn changes_head(&self, digest: [u8; 32]) -> Vec<u8> {
         [CHANGES_MAGIC.as_slice(), &digest, &self.digest, &self.length.to_le_bytes(), &self.end].concat()
     }
@@ -294,7 +294,7 @@ impl PartFile {
         Self::write(path, false, &head, |put| charts.make_index(Some(made), put))
     }
 
-    /// What brings the index up to date, and whether it is little of the whole.
+    /// The changes that bring the index up to date, and whether they are a small part of the whole.
     fn changes(charts: &Contents<'_>, before: &OpenIndex, path: &Path) -> Result<(Self, bool)> {
         let base = &before.base;
         let base_bytes = base.length - SealedIndex::head_bytes();

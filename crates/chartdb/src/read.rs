@@ -60,7 +60,7 @@ pub struct Chart {
     pub imported: String,
     /// West, south, east and north (degrees); `None` if it holds no position.
     pub bounds_deg: Option<[f64; 4]>,
-    /// What its producer says of it.
+    /// Its producer's comment.
     pub comment: String,
 }
 
@@ -217,7 +217,7 @@ impl ChartDb {
         Ok(counts)
     }
 
-    /// What was done with a chart, dropped from it or repaired in it, oldest first.
+    /// The log of a chart: what was done, dropped or repaired, oldest first.
     ///
     /// # Errors
     /// When the database cannot be read.
@@ -327,7 +327,7 @@ impl ChartDb {
 }
 
 impl Chart {
-    /// What names its contents.
+    /// Digest of its contents.
     pub fn contents(&self) -> String {
         let Self { name, kind, sha256, edition, update, .. } = self;
         [name, kind, sha256, edition, update].map(String::as_str).join("\u{1F}")

@@ -99,14 +99,14 @@ pub struct ImportFailure {
     pub error: ChartDbError,
 }
 
-/// What came of an import.
+/// The result of an import.
 #[derive(Debug)]
 pub struct ImportReport {
     /// Charts that were read.
     pub charts: Vec<Imported>,
     /// Charts that could not be read.
     pub failures: Vec<ImportFailure>,
-    /// What else is odd.
+    /// Other notices.
     pub notices: Vec<String>,
     /// Whether the set was changed, or was this already.
     pub applied: bool,
@@ -114,7 +114,7 @@ pub struct ImportReport {
     pub digest: String,
 }
 
-/// What there was before.
+/// The outcome, by what was there before.
 pub(crate) fn outcome(before: Option<&Chart>) -> Outcome {
     before.map_or(Outcome::Added, |chart| Outcome::Replaced {
         before: if chart.kind == "cell" {

@@ -34,7 +34,7 @@ impl Snapshot {
         Ok(new)
     }
 
-    /// What names its contents.
+    /// Digest of its contents.
     pub fn digest(&self) -> [u8; 32] {
         self.digest
     }
@@ -44,7 +44,7 @@ impl Snapshot {
         &self.charts
     }
 
-    /// What names the contents of each of the charts: another one wherever they differ.
+    /// Digest of the contents of each chart.
     pub fn marks(&self) -> Vec<[u8; 32]> {
         self.charts.iter().map(|chart| chart.mark(&self.edited)).collect()
     }

@@ -119,7 +119,7 @@ impl Stage {
         if self.base.is_empty() { self.become_set(time) } else { self.change_set(time) }
     }
 
-    /// What was read becomes the set.
+    /// The staged charts become the set.
     fn become_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, _lock, .. } = self;
         let read = ChartDb::of(connection, &part)?;
@@ -141,7 +141,7 @@ impl Stage {
         Ok(digest)
     }
 
-    /// What was read goes into the set. The index is written before, so that the set is locked for as short as can be,
+    /// The staged charts go into the set. The index is written before, so that the set is locked for as short as can be,
     /// and takes its place after: a run that was cut off in between builds the index again from the set.
     fn change_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, base, _lock, .. } = self;
@@ -186,7 +186,7 @@ fn lock(live: &Path) -> Result<File> {
     }
 }
 
-/// What an earlier run left, if it is whole and meant for this set.
+/// The stage of an earlier run, if it is whole and meant for this set.
 fn resume(part: &Path, base: &str) -> Option<ChartDb> {
     if !part.exists() {
         return None;

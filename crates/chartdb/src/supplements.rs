@@ -43,7 +43,7 @@ pub(crate) fn source(
     }
 }
 
-/// What a chart that is no cell came to.
+/// The outcome of a chart that is not a cell.
 pub(crate) fn imported(
     source: NewSource,
     before: Option<&Chart>,

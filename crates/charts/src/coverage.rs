@@ -81,7 +81,7 @@ pub(crate) fn is_skin(feature: &Feature) -> bool {
     matches!(feature.geometry, Geometry::Area(_)) && SKIN_CLASSES.contains(&feature.class)
 }
 
-/// What one chart covers, whatever others do.
+/// The coverage of one chart, without regard to others.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChartCoverage {
     /// The chart.
@@ -93,7 +93,7 @@ pub struct ChartCoverage {
 }
 
 impl ChartCoverage {
-    /// What the features of a chart say.
+    /// By the features of a chart.
     pub fn of<'a>(source: Source, features: impl IntoIterator<Item = &'a Feature>) -> Self {
         if source.supplement {
             return Self { source, ..Self::default() };
@@ -119,7 +119,7 @@ fn polygon(area: &Area) -> Polygon {
     area.rings().map(|ring| ring.points.iter().filter_map(at).collect()).collect()
 }
 
-/// What all charts of a set cover, the best chart first.
+/// The coverage of all charts of a set, the best chart first.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Coverage {
     charts: Vec<ChartCoverage>,
@@ -149,7 +149,7 @@ impl Coverage {
         Self { charts, boxes }
     }
 
-    /// What each chart covers by itself, the best one first; supplements before all.
+    /// Each chart's own coverage, the best one first; supplements before all.
     pub fn charts(&self) -> &[ChartCoverage] {
         &self.charts
     }

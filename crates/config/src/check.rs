@@ -326,7 +326,7 @@ fn hull_model(config: &Config, found: &mut Found) {
     found.push(problem.remedy(remedy));
 }
 
-/// What the files say and nothing obeys.
+/// Settings in the files that have no effect.
 fn not_honoured(section: &Section, found: &mut Found) {
     let Some(spec) = section.spec() else { return };
     for parameter in section.parameters() {

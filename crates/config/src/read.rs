@@ -16,7 +16,7 @@ pub(crate) struct Complaint {
     pub(crate) remedy: String,
 }
 
-/// What became of a text: a value unless there is a fault, and things worth a warning.
+/// The result of reading a text: a value unless there is a fault, and warnings.
 #[derive(Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) value: Option<Value>,

@@ -30,7 +30,7 @@ use thiserror::Error;
 use units::{MonoTime, Speed};
 use yaw_loop::YawLoop;
 
-/// What to hold. An absent yaw target asks for no turning effort, an absent speed for no push.
+/// The setpoint. An absent yaw target demands no turning effort, an absent speed no thrust.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Setpoint {
     /// Heading or course.

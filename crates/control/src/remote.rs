@@ -69,7 +69,7 @@ pub struct RemoteConfig {
     pub throttle_per_s: f64,
     /// Step of Left and Right (rad), 0.01 to π.
     pub heading_step_rad: f64,
-    /// Who gives way when a motor cannot do all that is asked.
+    /// Which effort yields when a motor saturates.
     pub sharing: Sharing,
 }
 
@@ -113,7 +113,7 @@ impl RemoteConfig {
     }
 }
 
-/// What became of a message.
+/// The result of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RemoteReply {
     /// It steers.
@@ -126,7 +126,7 @@ pub enum RemoteReply {
     Inactive,
 }
 
-/// What the vessel is to do.
+/// The demand on the vessel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RemoteCommand {
     /// Thrust.
@@ -243,7 +243,7 @@ impl Remote {
         RemoteReply::Taken
     }
 
-    /// What falls due at `now`; to be asked again until it answers `None`.
+    /// The output due at `now`; to be called until it answers `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<RemoteCommand> {
         self.expire(now);
         if self.stop_due.take().is_some() {

@@ -53,7 +53,7 @@ pub struct EffortLimits {
     pub ahead: f64,
 }
 
-/// Who gives way when a motor cannot do all that is asked.
+/// Which effort yields when a motor saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sharing {
     /// Turning comes first: the common part shrinks towards zero, but never grows nor changes sign; then the

@@ -135,7 +135,7 @@ pub struct Noise {
 }
 
 impl ReceiverClock {
-    /// What a receiver's stamp shows on its own.
+    /// The state that a receiver's stamp alone shows.
     pub fn read(seconds: u32, millis: u16) -> Self {
         let state = if seconds >= SET_AFTER_S { ClockState::Set } else { ClockState::NotSet };
         Self { seconds, millis, state }

@@ -29,7 +29,7 @@ pub trait Grammar {
     /// Whether the last line of a stream, with this damage, lacks no more than its end.
     fn is_unended(damage: &Self::Damage) -> bool;
 
-    /// What noise before a start still says.
+    /// The part of noise before a start that can still be read.
     fn in_noise(_text: &[u8]) -> Option<Self::Line> {
         None
     }

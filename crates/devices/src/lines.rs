@@ -5,7 +5,7 @@
 //! bounded by the limit: a line that grows beyond it comes out once as [`Piece::TooLong`], and all up to the next start
 //! or end is skipped.
 
-/// What stands in the stream.
+/// A piece of the stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece<'a> {
     /// A line with its end, which is left out; never empty.

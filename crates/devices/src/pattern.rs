@@ -15,7 +15,7 @@ pub const LONGEST_PATTERN: usize = 256;
 /// The longest line worth reading (bytes).
 pub const LONGEST: usize = 512;
 
-/// What a field is.
+/// The kind of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Name {
     Serial,
@@ -104,18 +104,18 @@ pub enum NoMatch {
     Field {
         /// The field's name.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
     /// The checksum is another.
     #[error("checksum {stands}, computed {computed:02X}")]
     Checksum {
-        /// What stands there.
+        /// The text found.
         stands: String,
-        /// What the bytes make.
+        /// The checksum of the bytes.
         computed: u8,
     },
-    /// Something follows what the pattern declares.
+    /// Text follows after the end of the pattern.
     #[error("the line goes on behind the pattern")]
     Longer,
 }

@@ -1,9 +1,9 @@
-//! What the devices read, without the bytes that carry it.
+//! The readings of the devices, without the bytes that carry them.
 
 use crate::pair::Side;
 use units::UtcTime;
 
-/// Something a device has read.
+/// A reading of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reading {
     /// An epoch of the GNSS compass.
@@ -18,7 +18,7 @@ pub enum Reading {
     PowerChannel(PowerChannelReading),
     /// The receiver's pulse at a whole second.
     Pulse(PulseReading),
-    /// What a part reports to be wrong with it, or that nothing is any more.
+    /// A fault that a part reports, or its end.
     Trouble(TroubleReading),
     /// A detection of a tag by the hydrophone.
     Tag(TagReading),
@@ -171,12 +171,12 @@ pub enum Part {
     Battery(u8),
 }
 
-/// What a part reports to be wrong with it.
+/// A fault that a part reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TroubleReading {
     /// The part.
     pub part: Part,
-    /// What is wrong and what to do, in one sentence; empty when nothing is any more.
+    /// The fault and the remedy, in one sentence; empty when the fault is over.
     pub text: String,
 }
 

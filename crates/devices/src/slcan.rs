@@ -68,7 +68,7 @@ impl Bitrate {
     }
 }
 
-/// What the computer asks of the adapter.
+/// Commands of the computer to the adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Leave the bus.

@@ -12,7 +12,7 @@ use units::UtcTime;
 /// The longest line kept (bytes); status lines have some 150.
 pub const LONGEST: usize = 512;
 
-/// What a line is.
+/// The kinds of lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Line {
     /// A detection.
@@ -64,9 +64,9 @@ pub enum DamagedLine {
     /// Its checksum is another.
     #[error("checksum {stands:02X}, computed {computed:02X}")]
     Checksum {
-        /// What stands there.
+        /// The text found.
         stands: u8,
-        /// What the bytes make.
+        /// The checksum of the bytes.
         computed: u8,
     },
     /// A field is absent or not valid.
@@ -74,7 +74,7 @@ pub enum DamagedLine {
     Field {
         /// What the field is.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
 }

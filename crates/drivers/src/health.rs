@@ -72,7 +72,7 @@ impl CpuTimes {
 pub struct Memory {
     /// All (MiB).
     pub total_mib: f64,
-    /// What programs can still have (MiB), caches that give way included.
+    /// Memory available to programs (MiB), reclaimable caches included.
     pub available_mib: f64,
 }
 
@@ -98,7 +98,7 @@ impl Memory {
 /// Room of a file system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disk {
-    /// What programs without privileges may still write (MiB).
+    /// Space available to programs without privileges (MiB).
     pub free_mib: f64,
     /// The same as a share of the whole (%).
     pub free_percent: f64,

@@ -35,7 +35,7 @@ impl Pin {
     }
 }
 
-/// What the watchdog wants, or has learned.
+/// An output of the watchdog.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WatchdogOutput {
     /// Set an output, in this order.
@@ -47,7 +47,7 @@ pub enum WatchdogOutput {
     },
     /// Its state changed.
     State(State),
-    /// Something for the log.
+    /// An entry for the log.
     Note(Note),
 }
 
@@ -67,7 +67,7 @@ impl Default for WatchdogConfig {
     }
 }
 
-/// What the watchdog does.
+/// The state of the watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// Off, until the brain shows life.
@@ -179,7 +179,7 @@ impl Watchdog {
         self.note(Note { warning: false, text: "the board's watchdog is off".to_owned() });
     }
 
-    /// What is to be done next; `None` when there is no more.
+    /// The next output; `None` when there is no more.
     pub fn poll_output(&mut self) -> Option<WatchdogOutput> {
         self.out.pop_front()
     }

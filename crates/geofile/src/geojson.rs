@@ -40,7 +40,7 @@ pub enum GeoJsonError {
     Position {
         /// Where.
         place: String,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// Another coordinate system.

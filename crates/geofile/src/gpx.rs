@@ -43,7 +43,7 @@ pub enum GpxError {
         line: usize,
         /// The element.
         element: String,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// Too many positions.

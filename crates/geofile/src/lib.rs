@@ -49,24 +49,24 @@ pub type Polygon = Vec<Vec<Position>>;
 /// A thing of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// What it is called; empty for nothing.
+    /// Its name; may be empty.
     pub name: String,
     /// Where it is.
     pub geometry: Geometry,
-    /// What else is said of it; always empty from GPX.
+    /// Its other properties; always empty from GPX.
     pub properties: Map<String, Value>,
 }
 
 /// All that a file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shapes {
-    /// What the file calls itself; empty for nothing.
+    /// The file's name for itself; may be empty.
     pub name: String,
-    /// What else it says of itself; always empty from GPX.
+    /// Its other properties; always empty from GPX.
     pub properties: Map<String, Value>,
     /// Its things, in their order.
     pub shapes: Vec<Shape>,
-    /// What was left out, for people.
+    /// Parts that were left out, for people.
     pub notes: Vec<String>,
 }
 

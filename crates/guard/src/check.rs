@@ -56,7 +56,7 @@ impl<'a> Check<'a> {
         Self { index, limits, here, legs: Vec::new(), warnings: Vec::new(), corridors: 0, way_m: 0.0 }
     }
 
-    /// What came of it.
+    /// The verdict on all that was given.
     pub fn verdict(self) -> Verdict {
         let too_much = self.is_over();
         let mut warnings = self.warnings;

@@ -19,7 +19,7 @@ pub struct GuardLimits {
     pub air_draught_m: Option<f64>,
     /// How far the chart is believed.
     pub trust: ChartTrust,
-    /// What becomes of plans into areas whose entry is prohibited or restricted.
+    /// How plans into areas whose entry is prohibited or restricted are treated.
     pub entry: EntryRules,
     /// How far the vessel may be from where it believes to be (m).
     pub position_m: f64,
@@ -63,9 +63,9 @@ impl Default for GuardLimits {
 pub struct LimitsError {
     /// Which.
     pub name: &'static str,
-    /// What it is.
+    /// Its value.
     pub value: f64,
-    /// What it must at least be.
+    /// Its least value.
     pub least: f64,
 }
 
@@ -112,7 +112,7 @@ impl GuardLimits {
         least_m.max(self.draught_m + self.squat_m)
     }
 
-    /// What is demanded of the water where it must be `least_m` deep.
+    /// The demand for water that must be `least_m` deep.
     pub fn demand(&self, least_m: f64) -> Demand {
         let own_m = self.draught_m + self.squat_m;
         Demand {

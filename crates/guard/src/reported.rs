@@ -42,7 +42,7 @@ impl ReportedLeg {
         begins.map(|at| &text[at + 1..]).find_map(Self::read)
     }
 
-    /// What follows the quote before a label.
+    /// The text after the quote before a label.
     fn read(text: &str) -> Option<Self> {
         text.match_indices("' (").find_map(|(end, _)| {
             let (part, rest) = text[end + 3..].split_once(' ')?;
@@ -64,7 +64,7 @@ impl ReportedLeg {
     }
 }
 
-/// What is wrong with a leg.
+/// The fault of a leg.
 struct What {
     reason: Reason,
     least_m: Option<f64>,
@@ -169,7 +169,7 @@ mod tests {
         LegCheck { label, part, number: 2, from: at, to: at, half_width_m: 5.0, reason, spot, area }
     }
 
-    /// What stands around the sentence on its way from a vessel.
+    /// Text around the sentence as it comes from a vessel.
     fn around(leg: &LegCheck) -> String {
         format!("late: the vessel's guard refuses: {leg} (and 2 more legs)")
     }

@@ -7,12 +7,12 @@ use units::LatLon;
 /// Worst zone of confidence that is taken without a warning (CATZOC 4 = C).
 const POOR_ZONE: u8 = 5;
 
-/// What becomes of what was checked.
+/// The result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// All of it was checked and is deep enough.
     Ok,
-    /// What was checked is deep enough; something was not, or the chart is poor.
+    /// What was checked is deep enough; a part was not checked, or the chart is poor.
     Warnings,
     /// Some of it is not known to be deep enough.
     Refused,
@@ -34,14 +34,14 @@ impl Outcome {
 pub struct Verdict {
     /// Every leg that was checked, in the order they are sailed.
     pub legs: Vec<LegCheck>,
-    /// What was not, or not well.
+    /// Parts that were not checked, or not well.
     pub warnings: Vec<Warning>,
     /// It is more than the guard checks together ([`MOST_CORRIDORS`](crate::MOST_CORRIDORS)): it is refused.
     pub too_much: bool,
 }
 
 impl Verdict {
-    /// What becomes of it.
+    /// The result.
     pub fn outcome(&self) -> Outcome {
         if self.too_much || self.refused().next().is_some() {
             Outcome::Refused
@@ -114,13 +114,13 @@ impl Part {
 pub enum Reason {
     /// Land, or a construction on the ground.
     Land,
-    /// Something in the way, whatever the depth.
+    /// An obstacle, whatever the depth.
     Obstacle,
     /// A danger of unknown depth, or an unsurveyed area.
     UnknownDepth,
     /// Nothing is charted.
     NoData,
-    /// Something overhead that the vessel does not fit under.
+    /// An overhead obstacle that is too low for the vessel.
     TooLow,
     /// Too shallow even for manual steering.
     TooShallow,
@@ -156,7 +156,7 @@ pub struct Spot {
     pub at: LatLon,
     /// Least charted depth (m); negative where it dries, absent where it is no water of known depth.
     pub least_m: Option<f64>,
-    /// What is left of the depth (m), negative = too shallow; absent like the depth.
+    /// Margin of the depth (m), negative = too shallow; absent like the depth.
     pub margin_m: Option<f64>,
     /// Class of the chart object that decides (S-57 acronym); absent where there is no data.
     pub class: Option<&'static str>,
@@ -175,7 +175,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// What an answer of the index means in words and numbers.
+    /// From an answer of the index.
     pub fn of(answer: &DepthAnswer, index: &DepthIndex) -> Self {
         let object = answer.object.and_then(|id| index.object(id));
         let object = object.as_ref();
@@ -282,7 +282,7 @@ impl fmt::Display for LegCheck {
     }
 }
 
-/// What was not checked, or not well.
+/// A part that was not checked, or not well.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Warning {
     /// Where the vessel starts is not known: the way to the first place is unchecked.
@@ -332,7 +332,7 @@ impl Warning {
         }
     }
 
-    /// What it is about, such as the name of a maneuver.
+    /// Its subject, such as the name of a maneuver.
     pub fn label(&self) -> &str {
         match self {
             Self::StartUnknown { label }

@@ -56,7 +56,7 @@ pub struct Telecommand {
     pub packet: Bytes,
 }
 
-/// What became of an order when it was given.
+/// The result of giving an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dispatched {
     /// It is on its way by these transports.
@@ -79,13 +79,13 @@ pub trait OrderLog {
     fn is_void(&self, id: CommandId) -> bool;
     /// Whether it has the vessel begin something.
     fn starts(&self, id: CommandId) -> bool;
-    /// What became of it when it was given to the transports.
+    /// The result of giving it to the transports.
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched);
     /// It is on its way once more, for nothing showed that the vessel has it.
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
     fn refused(&mut self, now: Now, id: CommandId, why: &str);
-    /// Something was started after a stop that waited.
+    /// A start was ordered after a stop that waited.
     fn overtaken(&mut self, now: Now, id: CommandId);
     /// It found no way as long as it was worth anything.
     fn expired(&mut self, now: Now, id: CommandId);
@@ -110,7 +110,7 @@ impl OrderLog for () {
     fn expired(&mut self, _: Now, _: CommandId) {}
 }
 
-/// What waits for a way, by vessel, in the order in which it was given.
+/// Orders that wait for a way, by vessel, in the order in which they were given.
 #[derive(Debug, Default)]
 pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
 
@@ -130,7 +130,7 @@ struct PendingStop {
     /// When it was given last, and how long after that it is given again.
     given: MonoTime,
     pause: Duration,
-    /// What was ordered to start after it.
+    /// The start that was ordered after it.
     overtaken_by: Vec<CommandId>,
 }
 
@@ -290,7 +290,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// What a peer that is gone did not take goes by another way, if it is still worth anything.
+    /// Orders that a lost peer did not take go by another way, if they are still valid.
     pub fn give_again(&mut self, now: Now, order: Telecommand) {
         if order.tag.urgency == Urgency::Stop {
             // It is kept here for as long as it is wanted.
@@ -346,7 +346,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Something is started after the stops that wait for a vessel.
+    /// A start is ordered after the stops that wait for a vessel.
     fn give_up_waiting(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take_stops(vessel) {
             self.orders.overtaken(now, id);

@@ -1,4 +1,4 @@
-//! What messages are for: which command a vessel, and which belong to an exchange that is not repeated.
+//! The kinds of messages: which command a vessel, and which belong to an exchange that is not repeated.
 
 use imc::PacketView;
 use imc::messages::{self as m, Payload as _};

@@ -61,7 +61,7 @@ pub struct Record {
     pub link: Option<LinkSeq>,
 }
 
-/// What happened so far.
+/// Counters since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Packets that came.
@@ -120,17 +120,17 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// What the fleet looks like.
+    /// The live state of the fleet.
     pub fn fleet(&self) -> &Fleet {
         &self.fleet
     }
 
-    /// What became of orders.
+    /// The log of orders.
     pub fn orders(&self) -> &O {
         &self.orders
     }
 
-    /// What became of orders, to add to it.
+    /// The log of orders, to add to it.
     pub fn orders_mut(&mut self) -> &mut O {
         &mut self.orders
     }
@@ -156,7 +156,7 @@ impl<O: OrderLog> Hub<O> {
         self.linked.set(vessels);
     }
 
-    /// What happened so far.
+    /// Counters since the start.
     pub fn counters(&self) -> Counters {
         self.counters
     }

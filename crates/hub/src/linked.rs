@@ -22,7 +22,7 @@ pub struct Contradiction {
     pub vessel: Address,
     /// Where the other came in.
     pub transport: Transport,
-    /// What the other is called there: its address above all.
+    /// The other peer's name there, usually its address.
     pub peer: String,
 }
 

@@ -8,12 +8,12 @@ use units::UtcTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PeerId(pub u32);
 
-/// What a peer is sent.
+/// The packets that a peer gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Everything that is for everyone, and what is for the systems behind it.
+    /// All broadcast packets, and those for the systems behind it.
     Console,
-    /// What is for the systems behind it, and what consoles say to everyone. The telemetry of other vessels
+    /// Packets for the systems behind it, and broadcasts of consoles. The telemetry of other vessels
     /// would only fill its radio link.
     Vessel,
 }
@@ -43,7 +43,7 @@ impl Sources {
 pub struct Peer {
     /// How it came in.
     pub transport: Transport,
-    /// What it is sent.
+    /// The packets that it gets.
     pub role: Role,
     /// What people call it: an address and port, or the name of a token.
     pub name: String,
@@ -56,7 +56,7 @@ pub struct Peer {
 pub struct PeerState {
     /// Its number.
     pub id: PeerId,
-    /// What it said of itself.
+    /// Its announcement.
     pub peer: Peer,
     /// When it came.
     pub since: UtcTime,

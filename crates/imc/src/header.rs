@@ -32,7 +32,7 @@ pub const MAX_PACKET_BYTES: usize = HEADER_BYTES + MAX_PAYLOAD_BYTES + FOOTER_BY
 /// The entity that means "none in particular".
 pub const ANY_ENTITY: u8 = 255;
 
-/// Who says something to whom, and when.
+/// Sender, receiver and time of a packet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
     /// Seconds since 1970-01-01 UTC by the sender's clock. Not ordered between the tasks of a sender.
@@ -67,7 +67,7 @@ impl Header {
     }
 }
 
-/// What is wrong with bytes that should be one packet.
+/// Why bytes are not one packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// The first two bytes are no sync number.
@@ -87,9 +87,9 @@ pub enum FrameError {
     /// The checksum does not match.
     #[error("bad CRC {stated:#06x}, the bytes give {computed:#06x}")]
     BadCrc {
-        /// What the packet says.
+        /// The checksum in the packet.
         stated: u16,
-        /// What its bytes give.
+        /// The checksum of its bytes.
         computed: u16,
     },
 }

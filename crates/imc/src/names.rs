@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 pub struct SystemName {
     /// The name.
     pub name: String,
-    /// What it says to be, by IMC's enumeration `SystemType`.
+    /// Its kind, by IMC's enumeration `SystemType`.
     pub kind: u8,
 }
 

@@ -9,13 +9,13 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 /// One service.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Service<'a> {
-    /// What is spoken, such as `imc+udp`.
+    /// The protocol, such as `imc+udp`.
     pub scheme: &'a str,
     /// Host name or address; `0.0.0.0` where it means nothing.
     pub host: &'a str,
     /// Port, where one is given.
     pub port: Option<u16>,
-    /// What comes after the host and port, without the first slash.
+    /// The path after host and port, without the first slash.
     pub path: &'a str,
 }
 

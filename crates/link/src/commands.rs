@@ -125,7 +125,7 @@ fn end(one: &Waiting) -> MonoTime {
     if one.sent { one.expires + GRACE } else { one.expires }
 }
 
-/// What the vessel knows of commands it has seen.
+/// The vessel's record of commands it has seen.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Seen {
     known: BTreeMap<u64, Known>,
@@ -139,7 +139,7 @@ struct Known {
     answer: Option<(MonoTime, Receipt)>,
 }
 
-/// What to do with a command that came.
+/// The decision on a received command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum First {
     /// It was never seen.

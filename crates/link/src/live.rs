@@ -27,7 +27,7 @@ fn carries(thinning: Thinning, id: u16) -> bool {
 /// SetThrusterActuation, SetServoPosition. (The Otters' two thrusters share entity and millisecond.)
 const NUMBERED: [u16; 4] = [3, 281, 301, 302];
 
-/// What a way that is thinned carries to the last: position, alarms, states, and answers to commands.
+/// The messages that a thinned way carries to the last: position, alarms, states, and answers to commands.
 const LAST_TO_GO: [u16; 11] = [
     EntityState::ID,
     GpsFix::ID,
@@ -89,7 +89,7 @@ impl LiveSet {
         true
     }
 
-    /// Everything is to be sent again: the other side may know nothing.
+    /// All must be sent again: the other side may have none.
     pub(crate) fn refresh(&mut self) {
         for value in self.values.values_mut() {
             value.fresh = true;
@@ -106,7 +106,7 @@ impl LiveSet {
         self.values.iter().any(|(kind, value)| value.fresh && carries(thinning, kind.id))
     }
 
-    /// What was not sent since it changed, those first that waited longest, up to `most_bytes` (but one at
+    /// Messages not sent since they changed, those first that waited longest, up to `most_bytes` (but one at
     /// least).
     pub(crate) fn take(
         &mut self,

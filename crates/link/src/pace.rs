@@ -88,7 +88,7 @@ impl Pace {
         let shortest = self.shortest.map_or(took, |shortest| shortest.min(took));
         self.shortest = Some(shortest);
         if took > shortest + QUEUEING {
-            // What was sent before the last cut says nothing about the limit after it.
+            // Messages sent before the last cut say nothing about the limit after it.
             if now.since(self.cut) > took {
                 (self.cut, self.was_cut) = (now, true);
                 self.limit = (self.limit / 2).max(LEAST_LIMIT_BYTES);

@@ -65,7 +65,7 @@ fn approach(check: &mut Check<'_>, node: &Node, limits: &GuardLimits) {
     }
 }
 
-/// What a maneuver sweeps from its first place on.
+/// The area that a maneuver sweeps from its first place on.
 fn carry_out(check: &mut Check<'_>, node: &Node, limits: &GuardLimits) {
     let (id, maneuver) = (node.id(), node.maneuver());
     match maneuver {

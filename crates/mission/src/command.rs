@@ -3,7 +3,7 @@
 use units::Speed;
 use units::{LatLon, Turn};
 
-/// What control does from here on, until the next command. Commands exclude each other.
+/// A command to the control, valid until the next. Commands exclude each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {
     /// All control loops off, motors stopped: the vessel drifts and listens.

@@ -46,18 +46,18 @@ pub struct Record {
     pub change: Change,
 }
 
-/// What the shell has found stored.
+/// The stored state that the shell has found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Kept {
     /// The plans.
     pub plans: Vec<Record>,
     /// The last time that plans were forgotten, where that is known.
     pub forgotten: Option<Change>,
-    /// What was under way when the program ended, byte for byte as it was to be kept.
+    /// The activity when the program ended, byte for byte as stored.
     pub under_way: Option<Vec<u8>>,
 }
 
-/// What is asked of the database.
+/// A request to the database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DatabaseQuery {
     /// Store a plan under its name, in place of one of that name.
@@ -97,13 +97,13 @@ impl DatabaseQuery {
 /// A request to the database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DatabaseRequest {
-    /// Whom to answer.
+    /// The requester.
     pub origin: Origin,
     /// Name of the requester's system, for the record.
     pub name: String,
     /// Which plan; ignored where all are meant.
     pub plan_id: String,
-    /// What is asked.
+    /// The request.
     pub ask: DatabaseQuery,
 }
 
@@ -158,7 +158,7 @@ struct UnderWay {
     effect: Effect,
 }
 
-/// What to answer to.
+/// The request to answer.
 #[derive(Debug, Clone)]
 struct Asked {
     origin: Origin,
@@ -190,7 +190,7 @@ impl PlanDatabase {
         self.records.values()
     }
 
-    /// What to answer and to store, in order.
+    /// The answers and the changes to store, in order.
     pub fn poll_outgoing(&mut self) -> Option<Outgoing> {
         self.outgoing.pop_front()
     }

@@ -64,7 +64,7 @@ pub enum Input {
 pub struct EngineConfig {
     /// Of the maneuvers.
     pub maneuver: ManeuverConfig,
-    /// What speeds mean, for statistics and progress.
+    /// The conversion of speeds, for statistics and progress.
     pub model: VehicleModel,
     /// How long to calibrate when a start asks for it; `None` ignores the wish.
     pub calibration: Option<Duration>,

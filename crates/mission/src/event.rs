@@ -3,7 +3,7 @@
 use units::LatLon;
 use units::Speed;
 
-/// Something that happened, of interest to the active maneuver.
+/// An event of interest to the active maneuver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A position and motion estimate.
@@ -21,7 +21,7 @@ pub enum Event {
     Reference(Reference),
     /// Another system reported its position.
     Sighting(Sighting),
-    /// What the vessel is in.
+    /// The medium that the vessel is in.
     Medium(Medium),
     /// A way that the maneuver FollowReference requested.
     Way(Way),
@@ -107,7 +107,7 @@ pub struct Sighting {
     pub afloat: bool,
 }
 
-/// What the vessel is in.
+/// The medium that the vessel is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Medium {
     /// On land.

@@ -26,13 +26,13 @@ pub struct PlanDraft {
     pub start: String,
     /// The maneuvers.
     pub maneuvers: Vec<ManeuverDraft>,
-    /// What follows what.
+    /// The transitions.
     pub transitions: Vec<TransitionDraft>,
-    /// What its maker found in parts that a draft does not have.
+    /// Notes of its maker about parts that a draft does not have.
     pub notes: Vec<DraftNote>,
 }
 
-/// Something in a plan that cannot be followed, for its author.
+/// A part of a plan that cannot be carried out, for its author.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DraftNote {
     /// Name of the maneuver; `None` for the plan itself.
@@ -54,7 +54,7 @@ pub struct ManeuverDraft {
     pub body: DraftBody,
 }
 
-/// What a maneuver of a draft holds.
+/// The contents of a draft's maneuver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DraftBody {
     /// A known maneuver.
@@ -165,7 +165,7 @@ impl Plan {
         self.start
     }
 
-    /// What its author may not have meant, though it can be sailed.
+    /// Warnings for its author, though it can be sailed.
     pub fn warnings(&self) -> &[PlanWarning] {
         &self.warnings
     }
@@ -263,7 +263,7 @@ fn index<'a>(
     index
 }
 
-/// What follows each maneuver: its first transition.
+/// The successor of each maneuver: its first transition.
 fn successors(
     draft: &PlanDraft,
     index: &BTreeMap<&str, usize>,

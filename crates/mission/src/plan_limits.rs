@@ -5,7 +5,7 @@ use crate::speed::SpeedLimits;
 use guard::Area;
 use std::collections::BTreeSet;
 
-/// What plans must keep.
+/// The limits of plans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanLimits {
     /// Largest speeds.

@@ -16,7 +16,7 @@ pub use lost_comms::{Activity, LostComms, LostCommsConfig, LostCommsInput, LostC
 use std::fmt;
 use units::MonoTime;
 
-/// What a supervisor does about what it sees.
+/// A supervisor's remedy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Remedy {
     /// Keep station where the vessel is.

@@ -1,4 +1,4 @@
-//! What looking for routes takes aboard: memory and time of a process that holds nothing but the chart of all shared cells
+//! The cost of searching routes aboard: memory and time of a process that holds nothing but the chart of all shared cells
 //! and searches routes on it as the vessel does. `cargo bench -p onboard --bench routes`.
 //!
 //! The chart is made by another process, so that what making it took is not counted.

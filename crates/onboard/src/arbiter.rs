@@ -102,12 +102,12 @@ impl Arbiter {
         self.demands.values_mut().for_each(|demand| demand.settled = true);
     }
 
-    /// What keeps a remedy from being carried out has changed: it is tried now.
+    /// The obstacle to a remedy has changed: it is tried now.
     pub(crate) fn try_now(&mut self, now: MonoTime) {
         self.next_try = now;
     }
 
-    /// What runs does not lead to its end: its remedy is asked for again, also where its supervisor had withdrawn it.
+    /// The running remedy cannot reach its end: it is demanded again, also where its supervisor had withdrawn it.
     pub(crate) fn begin_again(&mut self, now: MonoTime) -> Option<Source> {
         let Running { source, remedy, .. } = self.running.take()?;
         self.ask(now, source, remedy);
@@ -172,7 +172,7 @@ impl Arbiter {
         self.running.as_ref().is_some_and(|running| running.remedy == *remedy)
     }
 
-    /// What a supervisor asked for and how it stands.
+    /// A supervisor's demand and its state.
     pub(crate) fn standing(&self, source: Source) -> Option<(&Remedy, Standing)> {
         let demand = self.demands.get(&source)?;
         let standing = match &self.running {

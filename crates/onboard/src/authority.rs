@@ -16,7 +16,7 @@ pub const COMMAND_LIFE: Duration = Duration::from_millis(500);
 const REPEAT_RUNNING: Duration = Duration::from_millis(250);
 const REPEAT_STOPPED: Duration = Duration::from_secs(1);
 
-/// Who may command the thrusters.
+/// The controllers that may command the thrusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {
     /// The course and speed controller.
@@ -46,7 +46,7 @@ pub struct Authority {
     inhibited: bool,
     /// The command in force and when it was given.
     command: Option<(MonoTime, MotorPair)>,
-    /// What was put out last, and when it is to be repeated.
+    /// The last output, and when it must be repeated.
     sent: Option<MotorPair>,
     repeat: MonoTime,
 }
@@ -72,12 +72,12 @@ impl Authority {
         self.command = None;
     }
 
-    /// Who owns the thrusters.
+    /// The owner of the thrusters.
     pub fn owner(&self) -> Option<Owner> {
         self.owner
     }
 
-    /// What the motors do as far as this gate knows.
+    /// The motors' commands, as far as known here.
     pub fn motors(&self) -> MotorPair {
         self.sent.unwrap_or(MotorPair::STOPPED)
     }
@@ -102,7 +102,7 @@ impl Authority {
         Ok(())
     }
 
-    /// What is to go to the motors at `now`.
+    /// The output to the motors at `now`.
     pub fn poll(&mut self, now: MonoTime) -> Option<MotorPair> {
         if self.command.is_some_and(|(given, _)| now.since(given) >= COMMAND_LIFE) {
             self.command = None;

@@ -71,7 +71,7 @@ pub struct Brain {
     host: Host,
     log: Log,
     conditions: Conditions,
-    /// What the disk holds of what is under way.
+    /// The activity as stored on disk.
     keeper: Keeper,
     estimate: Option<Estimate>,
     sight: Sight,
@@ -261,7 +261,7 @@ impl Brain {
         }
     }
 
-    /// What was read at a moment that is not to come.
+    /// Takes a reading; its moment is not in the future.
     fn read(&mut self, at: MonoTime, reading: Reading) {
         match reading {
             Reading::Gnss(reading) => {
@@ -293,7 +293,7 @@ impl Brain {
         self.sensors.device(&mut self.bus, &state);
         match state.entity {
             Entity::Hydrophone => self.hydrophone.device(&mut self.bus, &mut self.states, state),
-            // Nothing is read of these: they are as their drivers say.
+            // These give no readings: their state is as their drivers report.
             Entity::Watchdog | Entity::Light => {
                 self.states.set(&mut self.bus, state.entity, state.condition, state.text);
             }
@@ -427,7 +427,7 @@ impl Brain {
         }
     }
 
-    /// What a change of parameters or chart reaches.
+    /// The parts that a change of parameters or chart reaches.
     fn live(&mut self) -> (&mut ParameterService, Live<'_>, Option<&Estimate>) {
         let live = Live {
             bus: &mut self.bus,
@@ -452,7 +452,7 @@ impl Brain {
     fn tick(&mut self) {
         let now = self.bus.mono();
         if now >= self.next_step {
-            // What was missed by more than a step is not made up for. A step is far shorter than 64 bits of microseconds.
+            // Steps missed by more than one are not made up for. A step is far shorter than 64 bits of microseconds.
             let earlier = MonoTime::from_micros(now.micros().saturating_sub(self.step.as_micros() as u64));
             self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();

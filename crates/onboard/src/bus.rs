@@ -53,7 +53,7 @@ impl Bus {
         }
     }
 
-    /// Everything from here on happens at `now`.
+    /// Sets the time of all messages from here on.
     pub(crate) fn begin(&mut self, now: Now) {
         self.now = now;
     }

@@ -67,7 +67,7 @@ impl Quality {
     }
 }
 
-/// What is known of the clock.
+/// The estimate of the clock's offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Judgement {
     pub(crate) quality: Quality,
@@ -228,7 +228,7 @@ impl Clock {
         self.latest
     }
 
-    /// What is known at this moment.
+    /// The present estimate.
     pub(crate) fn judge(&self, now: MonoTime) -> Judgement {
         let coarse = |offset_s: f64| Judgement {
             quality: Quality::Coarse,
@@ -242,7 +242,7 @@ impl Clock {
         let (Some((offset_s, jitter_s)), Some(silence)) = (self.pulse.known, self.pulse.silence(now)) else {
             return by_messages;
         };
-        // What is lost by the pulse's silence grows until the messages know better.
+        // The uncertainty without a pulse grows until that of the messages is smaller.
         let bound_s = offset_s.abs() + 3.0 * jitter_s + DRIFT * silence.as_secs_f64();
         let quality = if silence < PULSE_SILENCE { Quality::Precise } else { Quality::Holdover };
         let by_pulse = Judgement { quality, offset_s, jitter_s, bound_s };

@@ -110,7 +110,7 @@ pub(crate) fn answer(bus: &mut Bus, settings: &Settings, asker: Asker, to_entity
     }
 }
 
-/// What each of the parts is.
+/// The description of each part.
 pub(crate) fn all_entities(bus: &mut Bus, to: Asker, labels: &Labels) {
     for entity in Entity::ALL {
         entity_info(bus, to, labels, entity);
@@ -122,7 +122,7 @@ pub(crate) fn entity_list(bus: &mut Bus, to: Asker, labels: &Labels) {
     bus.send_to(Entity::Daemon, to, &EntityList { op: EntityListOp::Report, list: list.into() });
 }
 
-/// What one entity is.
+/// The description of one entity.
 fn entity_info(bus: &mut Bus, to: Asker, labels: &Labels, entity: Entity) {
     let info = EntityInfo {
         id: entity.number(),

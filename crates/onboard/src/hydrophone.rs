@@ -32,7 +32,7 @@ const TOLD_AGAIN: Duration = Duration::from_secs(30);
 /// Thrust that differs by this from the last report is reported again.
 const OTHER_THRUST: f64 = 0.15;
 
-/// What is known of the receiver and of how it can listen.
+/// The state of the receiver and of how it can listen.
 #[derive(Debug, Clone)]
 pub(crate) struct Hydrophone {
     settings: HydrophoneSettings,

@@ -14,10 +14,10 @@ use mission::Ticket;
 use std::net::SocketAddrV4;
 use units::MonoTime;
 
-/// Something that happened.
+/// An input of the brain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// A device has read something, at this moment: a line of a slow port has been under way for a while, and a loop that was
     /// held up takes it later still.
@@ -51,7 +51,7 @@ pub enum Input {
     /// The parameters of the entity with this label are on the disk for the next start, or could not be brought
     /// there.
     ParametersKept(String, Result<(), String>),
-    /// What else was to be kept on disk could not be.
+    /// Another write to disk failed.
     NotKept(String),
     /// The program is about to end: motors first.
     Shutdown,

@@ -15,7 +15,7 @@ const LONGEST: Duration = Duration::from_mins(5);
 /// Refusals that follow each other within this are one burst.
 const BURST: Duration = Duration::from_secs(10);
 
-/// Who commands the vessel, as the shore says.
+/// Who commands the vessel, as reported by the shore.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {
     /// Grows with every grant.

@@ -49,7 +49,7 @@ struct Link {
     heard: MonoTime,
     /// When it was opened.
     since: MonoTime,
-    /// Something but announcements came from there.
+    /// A message other than an announcement came from there.
     proven: bool,
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct Node {
 /// What a packet says about the system that sent it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Contact {
-    /// Nothing that was not known.
+    /// Nothing new.
     Known,
     /// A system is reachable that was not; its name.
     New(String),
@@ -130,7 +130,7 @@ impl Node {
         self.met(now, id, from, false)
     }
 
-    /// Something came from a system.
+    /// A packet came from a system.
     pub(crate) fn heard(&mut self, now: MonoTime, id: Address, from: Peer) -> Contact {
         self.met(now, id, from, true)
     }
@@ -192,7 +192,7 @@ impl Node {
         self.tcp.iter().filter(|peer| **peer != from).filter(carries).copied().collect()
     }
 
-    /// Who gets a packet of this system.
+    /// The receivers of a packet of this system.
     pub(crate) fn recipients(&mut self, now: MonoTime, id: u16, entity: u8, to: Address) -> Vec<Peer> {
         let mut peers = Vec::new();
         let addressed = !to.is_everyone();
@@ -220,7 +220,7 @@ impl Node {
         peers
     }
 
-    /// What a server of streams carries, or UDP.
+    /// The messages that a TCP server carries, or UDP.
     fn carried(&self, server: Option<usize>) -> &TransportSettings {
         static EVERYTHING: TransportSettings = TransportSettings {
             left_out: BTreeSet::new(),

@@ -50,7 +50,7 @@ pub(crate) enum Unfit {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Operators {
     clocks: BTreeMap<Address, SenderClock>,
-    /// Who started the running plan, and from where.
+    /// The system that started the running plan, and its peer.
     starter: Option<(Address, Peer)>,
     /// Where the keys of the session come from.
     bound: Option<Peer>,
@@ -110,7 +110,7 @@ impl Operators {
         if late_s.is_none_or(|late_s| late_s > longest_age.as_secs_f64()) {
             return Err(Unfit::Late(late_s.unwrap_or(f64::INFINITY)));
         }
-        // What is in time and yet much older than the newest comes from a clock that was set back.
+        // A message in time and yet much older than the newest comes from a clock that was set back.
         let longest_s = 2.0 * longest_age.as_secs_f64();
         let behind_s = self.newest_s.map_or(0.0, |newest_s| newest_s - keys.sent_s);
         if behind_s > 0.0 && behind_s < longest_s {

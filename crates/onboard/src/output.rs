@@ -6,7 +6,7 @@ use control::MotorPair;
 use mission::Effect;
 use units::UtcTime;
 
-/// Something to do, in the order in which it comes out.
+/// An output of the brain, to be carried out in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// Thrust for both motors. It holds until the next; when none comes for a second, the motors must stop.
@@ -29,7 +29,7 @@ pub enum Output {
     },
     /// Close the log: nothing follows.
     CloseLog,
-    /// Something to keep on disk.
+    /// Data to store on disk.
     Keep(Keep),
     /// A power channel is to be switched.
     Power {
@@ -45,14 +45,14 @@ pub enum Output {
     Console(Level, String),
 }
 
-/// Something to keep on disk.
+/// Data to store on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Keep {
     /// A change of the plans; the outcome comes back by [`Input::Stored`](crate::Input::Stored).
     Plans(Effect),
     /// Values of parameters of an entity: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
-    /// What is under way, as a packet; nothing at rest. The next start finds it in [`mission::Kept`].
+    /// The present activity, as a packet; empty at rest. The next start finds it in [`mission::Kept`].
     UnderWay(Option<Vec<u8>>),
 }
 
@@ -63,8 +63,8 @@ pub enum Level {
     Debug,
     /// A change of state.
     Info,
-    /// Something to look at.
+    /// To be looked at.
     Warning,
-    /// Something is broken or lost.
+    /// A part is broken or lost.
     Error,
 }

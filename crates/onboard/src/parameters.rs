@@ -5,7 +5,7 @@
 //! texts on the wire; angles are in degrees there and radians here. A value out of range, or one that a
 //! controller refuses, changes nothing.
 //!
-//! What keeps the vessel safe (speed limit, battery levels, gates of the navigation) is
+//! Parameters that keep the vessel safe (speed limit, battery levels, gates of the navigation) are
 //! [file-only](Access::FileOnly): any host that can send a packet can change a parameter, but none can send a file.
 
 mod saving;
@@ -30,7 +30,7 @@ use std::time::Duration;
 /// A parameter.
 #[derive(Clone)]
 pub struct Parameter {
-    /// Whose it is.
+    /// Its entity.
     pub entity: Entity,
     /// Its name.
     pub name: &'static str,

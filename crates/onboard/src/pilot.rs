@@ -34,7 +34,7 @@ const PATH_LOOPS: CLoopsMask =
 /// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
 const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
 
-/// What happened while steering.
+/// An event of steering.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PilotEvent {
     /// How the path goes, after every estimate.
@@ -59,7 +59,7 @@ pub(crate) struct Pilot {
     scope_ref: u32,
     speed: Option<Speed>,
     following: Option<Following>,
-    /// What a remote autopilot is to hold.
+    /// The setpoint of a remote autopilot.
     held: Option<Setpoint>,
     rpm: Pair<Option<(MonoTime, f64)>>,
     estimate: Option<Estimate>,
@@ -129,7 +129,7 @@ impl Pilot {
         self.drive
     }
 
-    /// What manual control may not do, and the greatest speed of a path, from here on.
+    /// Sets the limits of manual control, and the greatest speed of a path.
     pub(crate) fn guard(&mut self, gate: Gate, most_mps: Option<f64>) {
         (self.gate, self.most_mps) = (gate, most_mps);
     }
@@ -139,12 +139,12 @@ impl Pilot {
         self.estimate.map(|estimate| estimate.place)
     }
 
-    /// What the motors are commanded.
+    /// The motors' commands.
     pub(crate) fn motors(&self) -> MotorPair {
         self.authority.motors()
     }
 
-    /// What is wrong with the path under way.
+    /// The fault of the path under way.
     pub(crate) fn fault(&self) -> Option<PathFault> {
         self.fault
     }

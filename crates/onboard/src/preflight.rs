@@ -27,7 +27,7 @@ const LONGEST_REASON: usize = 200;
 pub(crate) struct Preflight {
     /// All was good at one moment of this run.
     passed: bool,
-    /// Who overrides it, and why.
+    /// The person who overrides it, and the reason.
     overridden: Option<(String, String)>,
     missing: Vec<String>,
 }

@@ -18,7 +18,7 @@ use mission::Drive;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What is known of those who send packets.
+/// The state of the systems that send packets.
 #[derive(Debug)]
 pub(crate) struct Reception {
     operators: Operators,
@@ -54,7 +54,7 @@ impl Reception {
             bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
         }
         self.operators.heard(now, header.src, header.timestamp);
-        // What others say is logged; announcements also reach those who only listen by TCP.
+        // Messages of others are logged; announcements also go to peers that only listen by TCP.
         if self.intake.admits(now, header.src, bytes.len()) {
             let passed = match message {
                 Message::Announce(_) => bus.node.tcp_but(from, Announce::ID),

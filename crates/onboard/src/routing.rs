@@ -25,7 +25,7 @@ const MOVE_UP_TO_M: f64 = 300.0;
 /// Routes keep so far from the border of the area of operation (m), and half as far as an end that is nearer to it than twice
 /// that.
 const AREA_MARGIN_M: f64 = 5.0;
-/// What is no farther inside than this (m) is on the border.
+/// A place no farther inside than this (m) is on the border.
 const ON_BORDER_M: f64 = 0.5;
 
 /// Routes that the vessel searches on its own. Set in the files only.
@@ -62,7 +62,7 @@ pub struct RouteRequest {
     pub from: LatLon,
     /// Goal.
     pub to: LatLon,
-    /// What of the water around it.
+    /// The water around it.
     pub needs: Needs,
     /// The area of operation, if the way is to stay inside it. It is no part of recordings, whose settings have it.
     pub zones: Zones,
@@ -85,7 +85,7 @@ impl RouteRequest {
     }
 }
 
-/// What became of a request.
+/// The result of a request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RouteAnswer {
     /// Whose.

@@ -82,14 +82,14 @@ pub struct NodeSettings {
     pub dynamic_contacts: bool,
     /// Sockets that always receive.
     pub static_destinations: Vec<SocketAddrV4>,
-    /// What goes by UDP.
+    /// Messages that go by UDP.
     pub udp: TransportSettings,
-    /// What each server of streams carries, by its number ([`Peer::server`](crate::Peer::server)); one that is
+    /// The messages that each TCP server carries, by its number ([`Peer::server`](crate::Peer::server)); one that is
     /// not here carries everything.
     pub tcp: Vec<TransportSettings>,
 }
 
-/// What a transport carries.
+/// The messages that a transport carries.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TransportSettings {
     /// Messages that stay aboard.
@@ -146,7 +146,7 @@ pub struct MissionSettings {
     pub supervisor_report_hz: f64,
     /// The engine and its maneuvers.
     pub engine: EngineConfig,
-    /// What plans must keep.
+    /// The limits of plans.
     pub limits: PlanLimits,
     /// Energy of full batteries (Wh).
     pub capacity_wh: f64,
@@ -156,7 +156,7 @@ pub struct MissionSettings {
     pub hold_speed_mps: f64,
     /// How long a vessel that is too far from its track steers back before its plan fails; zero fails at once.
     pub track_recovery: Duration,
-    /// What to do when the program starts again after it ended under way.
+    /// The action when the program starts again after it ended under way.
     pub restart: RestartSettings,
     /// Whether the vessel holds its station after a plan that failed under way, rather than drift.
     pub holds_after_failure: bool,
@@ -173,7 +173,7 @@ pub struct RestartSettings {
     pub memory: Duration,
 }
 
-/// What a vessel does that was under way when the program ended.
+/// The action of a vessel that was under way when the program ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AfterRestart {
     /// Hold its station.

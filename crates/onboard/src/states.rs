@@ -8,7 +8,7 @@ use std::time::Duration;
 use units::MonoTime;
 
 const PERIOD: Duration = Duration::from_secs(1);
-/// What programs read of a part is said again this much later, for those that began to listen.
+/// A part's values for programs are sent again after this time, for new listeners.
 const AGAIN: Duration = Duration::from_secs(10);
 /// The topic of the Event by which a part says in names and values what its entity state says in words.
 const TOPIC: &str = "EntityStateValues";
@@ -21,7 +21,7 @@ pub enum Condition {
     Boot,
     /// Well.
     Normal,
-    /// Something to look at.
+    /// To be looked at.
     Fault,
     /// Not working.
     Error,
@@ -57,12 +57,12 @@ pub(crate) struct States {
     values: Vec<Values>,
 }
 
-/// What a part says for programs.
+/// A part's values for programs.
 #[derive(Debug)]
 struct Values {
     entity: Entity,
     list: String,
-    /// What was sent last, and when to say it again.
+    /// The last report, and when to repeat it.
     sent: Option<(String, MonoTime)>,
 }
 

@@ -141,7 +141,7 @@ impl Supervise {
         }
     }
 
-    /// What is under way, as a restart would want to know it; nothing at rest.
+    /// The present activity, as needed after a restart; `None` at rest.
     pub(crate) fn under_way(
         &self,
         plans: &Plans,
@@ -345,7 +345,7 @@ impl Supervise {
         self.obstacle = obstacle;
     }
 
-    /// What became of what a supervisor asked for.
+    /// The outcome of a supervisor's demand.
     fn standing(&self, bus: &Bus, source: Source) -> Option<String> {
         let (remedy, standing) = self.arbiter.standing(source)?;
         Some(match (standing, &self.obstacle) {
@@ -377,7 +377,7 @@ impl Supervise {
         })
     }
 
-    /// What each does, will do next, and when.
+    /// Each supervisor's action, its next one, and when.
     fn tell(&self, context: &mut Context<'_>) {
         let outlook = self.lost_comms.outlook().map(|outlook| outlook_text(context.bus, &outlook));
         let next = outlook.clone().unwrap_or_else(|| "carry on".to_owned());

@@ -16,7 +16,7 @@ use units::{MonoTime, UtcTime};
 /// An unchanged state is stored again after this time: its age shows how long the program was away.
 const REFRESH: Duration = Duration::from_secs(30);
 
-/// What a vessel that is not at rest does.
+/// The activity of a vessel that is not at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doing {
     /// An operator's plan.
@@ -36,7 +36,7 @@ const WORDS: [(Doing, &str); 4] = [
     (Doing::Drift, "drift"),
 ];
 
-/// What is under way.
+/// The activity.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnderWay {
     pub(crate) doing: Doing,
@@ -146,7 +146,7 @@ impl Keeper {
         Self { kept, next: MonoTime::default() }
     }
 
-    /// What is under way now; nothing at rest. The time is that of the satellites (s).
+    /// The present activity; `None` at rest. The time is that of the satellites (s).
     pub(crate) fn keep(&mut self, bus: &mut Bus, under_way: Option<UnderWay>, timestamp_s: f64) {
         let refresh = under_way.is_some() && bus.mono() >= self.next;
         if under_way == self.kept && !refresh {

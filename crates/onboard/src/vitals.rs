@@ -10,7 +10,7 @@ pub struct Vitals {
     /// How often it has looked where the vessel is. A brain that steers moves on, several times a second; one that hangs,
     /// or whose loop does, stands still.
     pub steps: u64,
-    /// What the vessel does.
+    /// The vessel's mode.
     pub mode: Mode,
     /// The batteries are below their warning level.
     pub fuel_low: bool,
@@ -26,7 +26,7 @@ pub(crate) fn powers_off(said: PowerOperationOp, before: bool) -> bool {
     match said {
         PowerOperationOp::PwrDownIp => true,
         PowerOperationOp::PwrDownAborted | PowerOperationOp::PwrUp | PowerOperationOp::PwrUpIp => false,
-        // What is asked for or planned does not happen yet.
+        // A requested or planned activity has not begun yet.
         _ => before,
     }
 }

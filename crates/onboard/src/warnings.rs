@@ -12,7 +12,7 @@ const AGAIN: Duration = Duration::from_mins(10);
 /// Warnings of one part within that time.
 const MOST: usize = 6;
 
-/// What was entered of each part lately.
+/// Recent entries of each part.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Warnings(BTreeMap<Entity, Lately>);
 

@@ -47,7 +47,7 @@ impl Operations {
         &mut self.hub
     }
 
-    /// What the fleet looks like.
+    /// The live state of the fleet.
     pub fn fleet(&self) -> &Fleet {
         self.hub.fleet()
     }
@@ -62,22 +62,22 @@ impl Operations {
         &mut self.leases
     }
 
-    /// What people ordered, and what became of it.
+    /// Orders, and their outcome.
     pub fn commands(&self) -> &Commands {
         self.hub.orders()
     }
 
-    /// What people ordered, to add to it.
+    /// Orders, to add to them.
     pub fn commands_mut(&mut self) -> &mut Commands {
         self.hub.orders_mut()
     }
 
-    /// What is wrong, and who has acknowledged it.
+    /// The alarms.
     pub fn alarms(&self) -> &Alarms {
         &self.alarms
     }
 
-    /// What is wrong, to say something to it.
+    /// The alarms, to acknowledge or shelve them.
     pub fn alarms_mut(&mut self) -> &mut Alarms {
         &mut self.alarms
     }
@@ -151,7 +151,7 @@ impl Operations {
         Some(state.plan_id.to_str_lossy().into_owned())
     }
 
-    /// What a vessel said last of the plan that it executes; `None` while it executes none.
+    /// A vessel's last report of the plan that it executes; `None` while it executes none.
     pub fn plan_state(&self, vessel: Address) -> Option<PlanControlState> {
         let (_, series) = self.fleet().system(vessel)?.latest(PlanControlState::ID)?;
         let state: PlanControlState = imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()??;

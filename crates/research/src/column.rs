@@ -3,7 +3,7 @@
 use api::RegisterKind;
 use units::UtcTime;
 
-/// What a field may say.
+/// The valid values of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
     /// A text in one line of so many letters at most.
@@ -31,9 +31,9 @@ pub enum Rule {
 pub struct Column {
     /// Its name in files and in the API.
     pub name: &'static str,
-    /// What it says.
+    /// Its meaning.
     pub about: &'static str,
-    /// What it may say.
+    /// Its valid values.
     pub rule: Rule,
     /// Whether it must say something.
     pub needed: bool,
@@ -80,7 +80,7 @@ impl Slot<'_> {
 }
 
 impl Rule {
-    /// What is wrong with a value, and what to do; `None` where it is as it should be. References are looked at elsewhere.
+    /// The fault of a value, and the remedy; `None` where it is valid. References are checked elsewhere.
     pub(crate) fn wrong(self, slot: &Slot<'_>) -> Option<String> {
         match (self, slot) {
             (Self::Line(most) | Self::Text(most), Slot::Text(text)) => {

@@ -49,7 +49,7 @@ pub struct ReadRow {
     pub line: u32,
     /// The entry that it changes, by its place among the known ones; `None` for a new one.
     pub known: Option<usize>,
-    /// What the entry says then.
+    /// The entry's new contents.
     pub record: RegisterRecord,
 }
 
@@ -67,13 +67,13 @@ pub struct Read {
 pub struct Difference {
     /// Its column.
     pub column: &'static str,
-    /// What it said.
+    /// The old value.
     pub before: String,
-    /// What it says.
+    /// The new value.
     pub after: String,
 }
 
-/// What two entries of one kind say differently.
+/// The differences between two entries of one kind.
 pub fn differences(before: &RegisterRecord, after: &RegisterRecord, names: &Names<'_>) -> Vec<Difference> {
     let (before, after) = (cells(before, names), cells(after, names));
     let fields = before.into_iter().zip(after).filter(|((_, before), (_, after))| before != after);
@@ -192,7 +192,7 @@ impl Rows<'_> {
         }
     }
 
-    /// What a line says by itself.
+    /// The contents of a line alone.
     fn row(&self, cells: &[String], wrong: &mut Vec<(&'static str, String)>) -> RegisterRecord {
         let mut record = blank(self.kind);
         let fields = columns(self.kind);

@@ -4,7 +4,7 @@ use crate::study::{Heard, Study};
 use api::RegisterProject;
 use detections::Area;
 
-/// What is wanted of detections beyond time, vessels and tags; all of them by default.
+/// Filters of detections beyond time, vessels and tags; all of them by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Narrowed {
     /// Names of projects as the register has them; all where empty.

@@ -35,9 +35,9 @@ pub struct Study {
 /// A detection with what the register knows of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Heard<'s> {
-    /// What was heard.
+    /// The detection.
     pub detection: &'s Detection,
-    /// What people call the vessel.
+    /// The vessel's name.
     pub vessel: &'s str,
     /// When: by the receiver's clock where that was set, else when the line came to the vessel (µs since 1970 UTC).
     pub time_us: i64,
@@ -63,14 +63,14 @@ pub struct Heard<'s> {
     pub cell_m: Option<u32>,
 }
 
-/// What a tag's count means.
+/// The meaning of a tag's count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor<'s> {
     /// The value.
     pub value: f64,
     /// Its unit; empty where the register has none.
     pub unit: &'s str,
-    /// What it measures, likewise.
+    /// The measured quantity, likewise.
     pub kind: &'s str,
 }
 
@@ -113,13 +113,13 @@ impl Study {
         }
         for deployment in self.deployments.values_mut().flatten() {
             deployment.depth_m = None;
-            // What people call it may be the place.
+            // Its name may be the place.
             deployment.name = String::new();
         }
         self
     }
 
-    /// What is known of a detection; the vessel is called as it is given.
+    /// Looks a detection up; the vessel has the given name.
     pub fn heard<'s>(&'s self, detection: &'s Detection, vessel: &'s str, lag: Lag) -> Heard<'s> {
         let by_receiver = detection.clock.utc();
         let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
@@ -215,7 +215,7 @@ impl Study {
 }
 
 impl Heard<'_> {
-    /// What the tag's count means; `None` where it sent none or the register does not say.
+    /// The meaning of the tag's count; `None` where it sent none or the register does not say.
     pub fn sensor(&self) -> Option<Sensor<'_>> {
         let (count, tag) = (self.detection.data?, self.tag?);
         let value = f64::from(count) * tag.sensor_slope? + tag.sensor_intercept.unwrap_or(0.0);

@@ -27,7 +27,7 @@ impl Status {
         }
     }
 
-    /// What the program ends with where machines look, as programs for monitoring have it: 0, 1, 2.
+    /// The exit code for monitoring, by its convention: 0, 1, 2.
     pub const fn exit_code(self) -> u8 {
         match self {
             Self::Ok => 0,
@@ -44,14 +44,14 @@ pub struct Finding {
     pub part: &'static str,
     /// How good it is.
     pub status: Status,
-    /// What was seen.
+    /// The finding.
     pub text: String,
-    /// What to do; empty where nothing is to be done, or the text says it.
+    /// The remedy; empty where none is needed, or the text has it.
     pub remedy: String,
 }
 
 impl Finding {
-    /// Nothing is to be done.
+    /// A finding that needs no action.
     pub fn ok(part: &'static str, text: impl Into<String>) -> Self {
         Self { part, status: Status::Ok, text: text.into(), remedy: String::new() }
     }

@@ -121,7 +121,7 @@ impl BatteryBank {
         self.voltage_v.iter().sum::<f64>() / PACKS as f64
     }
 
-    /// What each battery reports.
+    /// The report of each battery.
     pub fn readings(&self) -> [BatteryReading; PACKS] {
         std::array::from_fn(|pack| BatteryReading {
             // Four batteries.

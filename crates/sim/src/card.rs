@@ -118,7 +118,7 @@ impl Card {
         self.motors.port.reading().power_w + self.motors.starboard.reading().power_w
     }
 
-    /// What a motor would report.
+    /// The report of a motor.
     pub(crate) fn motor(&self, side: Side) -> MotorReading {
         self.motors.of(side).reading()
     }

@@ -24,7 +24,7 @@ const RATES: [(&str, i64); 7] = [
     (".2", 5_000_000),
 ];
 
-/// What a receiver sends before any command.
+/// The output of a receiver before any command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AtFirst {
     /// The sentences of the boats at each epoch, as a receiver that was set up and saved it.
@@ -34,7 +34,7 @@ pub enum AtFirst {
     Nothing,
 }
 
-/// What the receiver is set to.
+/// The receiver's settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Settings {
     /// Time between two of a sentence (µs).

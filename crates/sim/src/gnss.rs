@@ -31,7 +31,7 @@ pub struct GnssConfig {
     pub rate_hz: u32,
     /// Speed of the serial line at first (bit/s); 0 sends without delay.
     pub baud: u32,
-    /// What is sent before any command.
+    /// The output before any command.
     pub at_first: AtFirst,
     /// Time from the epoch to the first byte (s).
     pub latency_s: f64,

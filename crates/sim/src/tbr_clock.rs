@@ -80,7 +80,7 @@ impl ReceiverClock {
         })
     }
 
-    /// What the clock shows at a true time (µs).
+    /// The clock's reading at a true time (µs).
     pub fn reading_us(&self, utc: UtcTime) -> i64 {
         let elapsed_us = utc.micros() - self.since_us;
         self.reading_us + elapsed_us + (elapsed_us as f64 * self.drift).round() as i64
@@ -200,7 +200,7 @@ mod tests {
             let now = at(start.micros() + 9_000_000);
             assert_eq!(clock.reading_us(now) - now.micros(), -late_us, "{text}");
         }
-        // Who adds the half second of its own has it twice.
+        // A sender that adds the half second itself has it twice.
         let mut clock = ReceiverClock::new(&ClockConfig::default(), start).unwrap();
         ask(&mut clock, at(start.micros() + 500_000), "(+)").unwrap();
         assert_eq!(clock.reading_us(start) - start.micros(), -500_000);

@@ -33,7 +33,7 @@ const LAST_START_S: f64 = 253_402_300_799.0;
 /// A fish may have swum so long before the start (s); every second of it is worked out.
 const LONGEST_SWIM_S: f64 = 366.0 * 86_400.0;
 
-/// What a vessel sends: bytes as the devices do, the values behind them, or both.
+/// The form of a vessel's output: bytes as from the devices, the values behind them, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OutputForm {
     /// Bytes and CAN frames.
@@ -64,14 +64,14 @@ pub enum Port {
     Hydrophone,
 }
 
-/// Something a device sends.
+/// An output of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// A sentence or line on a serial line.
     Serial(Port, Vec<u8>),
     /// A frame on the CAN bus.
     Can(CanFrame),
-    /// What the bytes say.
+    /// The values of the bytes.
     Reading(Reading),
 }
 
@@ -82,7 +82,7 @@ pub struct Timed {
     pub at: MonoTime,
     /// The same moment in UTC.
     pub utc: UtcTime,
-    /// What is there.
+    /// The parts that exist.
     pub output: Output,
 }
 
@@ -113,7 +113,7 @@ pub struct VesselConfig {
     pub hydrophone: HydrophoneConfig,
     /// The tagged fish around.
     pub fish: Vec<FishConfig>,
-    /// What comes out.
+    /// The form of the output.
     pub form: OutputForm,
 }
 
@@ -139,7 +139,7 @@ impl VesselConfig {
     }
 }
 
-/// What is really the case; for tests and displays, never for the vessel's own computer.
+/// The true state; for tests and displays, never for the vessel's own computer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// UTC of this state: that of the last whole step.
@@ -310,12 +310,12 @@ impl Vessel {
         self.hydrophone.hear(ping);
     }
 
-    /// What is broken.
+    /// The faults.
     pub fn faults(&self) -> &Faults {
         &self.faults
     }
 
-    /// What is broken, to change.
+    /// The faults, to change.
     pub fn faults_mut(&mut self) -> &mut Faults {
         &mut self.faults
     }
@@ -325,7 +325,7 @@ impl Vessel {
         self.battery.drain_to(percent);
     }
 
-    /// What a motor would report at this moment, broken feedback or not.
+    /// A motor's report at this moment, also where its feedback is broken.
     pub fn motor(&self, side: Side) -> MotorReading {
         self.card.motor(side)
     }
@@ -340,7 +340,7 @@ impl Vessel {
         self.lost
     }
 
-    /// What is really the case.
+    /// The true state.
     pub fn truth(&self) -> Truth {
         let (north_mps, east_mps) = self.state.ground_velocity_mps();
         Truth {

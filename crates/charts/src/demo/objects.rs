@@ -4,7 +4,7 @@
 /// Attributes by acronym.
 pub(super) type Attributes = &'static [(&'static str, &'static str)];
 
-/// Something at a point, with a light on it where it has one.
+/// An object at a point, with its light if it has one.
 pub(super) struct Mark {
     pub(super) class: &'static str,
     pub(super) at: [f64; 2],

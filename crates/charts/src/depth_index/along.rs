@@ -23,7 +23,7 @@ pub struct Leg {
 /// The answer to a question about depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthAnswer {
-    /// What decides: the worst there is.
+    /// The deciding object: the worst there.
     pub water: Water,
     /// The object that decides, for [`DepthIndex::object`]; `None` where there is no data.
     pub object: Option<u32>,
@@ -36,9 +36,9 @@ pub struct DepthAnswer {
     /// Zone of confidence (CATZOC 1 to 6): where errors of the chart are allowed for, the worst near the
     /// corridor; else the one at the place. `None` where it is not charted.
     pub zone: Option<u8>,
-    /// What was taken off the charted depth for errors of the chart (m).
+    /// The reduction of the charted depth for errors of the chart (m).
     pub depth_error_m: f64,
-    /// What is left of the depth (m): negative = too shallow; `None` where it is no water of known depth.
+    /// Margin of the depth (m): negative = too shallow; `None` where it is not water of known depth.
     pub margin_m: Option<f64>,
     /// Whether the vessel may be there. False for everything that is not known to be deep enough, and in an area that it
     /// may not enter.
@@ -59,7 +59,7 @@ impl DepthAnswer {
     }
 }
 
-/// Something found in one piece of a leg.
+/// A finding in one piece of a leg.
 #[derive(Debug, Clone, Copy)]
 struct Hit {
     stored: Stored,
@@ -86,12 +86,12 @@ pub(super) struct Piece {
     pub(super) strip: Strip,
     zone: Option<u8>,
     error: Option<ZoneError>,
-    /// What lies before it of the leg (m).
+    /// Distance from the leg's start (m).
     pub(super) before_m: f64,
 }
 
 impl DepthIndex {
-    /// What the chart says at a point: the area that holds it, on a border the shallower of those that meet there, and
+    /// The charted state at a point: the area that holds it, on a border the shallower of those that meet there, and
     /// dangers with an extent. Single dangers have none; ask [`Self::shallowest_within`] for a vessel that has a size or
     /// an uncertain position.
     pub fn depth_at(&self, place: LatLon, demand: &Demand) -> DepthAnswer {
@@ -160,7 +160,7 @@ impl DepthIndex {
         DepthAnswer { zone: answer.zone.or_else(|| self.state_at(at).zone), ..answer }
     }
 
-    /// What there is where an area is entered.
+    /// The water where an area is entered.
     fn hit_in(&self, piece: &Piece, area: &Restricted) -> Hit {
         let (at, along_m) = (Spot::of(area.at), area.along_m - piece.before_m);
         let state = self.state_at(at);

@@ -73,7 +73,7 @@ impl GeoBox {
     }
 }
 
-/// What one question for barriers looks at.
+/// The input of one query for barriers.
 struct Wanted<'a> {
     demand: &'a Demand,
     error: Option<ZoneError>,

@@ -20,7 +20,7 @@ const MAGIC: &[u8; 8] = b"LUTRADIX";
 /// safe what is not, so it is made again.
 const VERSION: u32 = 5;
 const HEAD_BYTES: usize = 12;
-/// What follows the directory.
+/// The end after the directory.
 const END_BYTES: usize = 8;
 /// A directory longer than this is refused: a chart takes some 200 bytes.
 const MOST_DIRECTORY: usize = 64 << 20;
@@ -40,7 +40,7 @@ pub(super) fn file_order(boxes: &[Bounds]) -> Vec<usize> {
     order
 }
 
-/// What an index begins with.
+/// The magic of an index.
 pub(super) fn head() -> Vec<u8> {
     [MAGIC.as_slice(), &VERSION.to_le_bytes()].concat()
 }
@@ -52,7 +52,7 @@ pub(super) fn piece_bytes(piece: &Piece) -> Vec<u8> {
     out.0
 }
 
-/// What an index ends with.
+/// The trailer of an index.
 pub(super) fn end(sources: &[Source], entries: &[Entry], spans: &[Span]) -> Vec<u8> {
     let mut out = Writer(Vec::new());
     let rows: Vec<_> = sources.iter().zip(entries).zip(spans).collect();

@@ -1,4 +1,4 @@
-//! What a chart object means for a small vessel.
+//! The meaning of a chart object for a small vessel.
 //!
 //! S-57 appendix A, chapters 1 and 2; what is not known to be deep is not
 //! deep. A danger without a depth blocks, unless the chart says that its depth lies within
@@ -52,7 +52,7 @@ fn entry(feature: &Feature) -> Option<(Role, Stored)> {
     Some((role, Stored::NoData))
 }
 
-/// What stands or floats in the way.
+/// Classes that stand or float in the way.
 const OBSTACLES: [Class; 28] = [
     Class::BCNCAR,
     Class::BCNISD,
@@ -84,7 +84,7 @@ const OBSTACLES: [Class; 28] = [
     Class::WATFAL,
 ];
 
-/// What stands on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
+/// Classes that stand on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
 const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Class::CRANES, Class::FORSTC];
 
 /// Whether a vessel may have to keep off such a feature.
@@ -103,7 +103,7 @@ pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
         // Where a depth area is missing there are no data, which is never safe.
         let counts =
             is_in_the_way(feature) && !water(feature.class) && cell.incomplete.contains(&feature.record);
-        // What a chart covers without telling, a coarser one answers for.
+        // Where a chart's coverage cannot be read, a coarser chart would answer.
         let unreadable = matches!(feature.geometry, Geometry::Unreadable { .. });
         counts || unreadable && is_coverage(feature)
     };

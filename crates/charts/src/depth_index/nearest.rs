@@ -13,7 +13,7 @@ use crate::grid::Bounds;
 use std::collections::BinaryHeap;
 use units::LatLon;
 
-/// Something near a place.
+/// An object near a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearby {
     /// Distance (m).

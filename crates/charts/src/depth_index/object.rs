@@ -9,7 +9,7 @@ use crate::s57::{ObjectClass, ObjectId};
 pub enum Water {
     /// Land, or a construction that stands on the ground.
     Land,
-    /// Something that stands or floats in the way whatever the depth: a pile, a buoy, a fish farm.
+    /// An obstacle whatever the depth: a pile, a buoy, a fish farm.
     Obstacle,
     /// A danger of uncharted depth, or an unsurveyed area.
     UnknownDepth,
@@ -55,7 +55,7 @@ pub(super) enum Stored {
 }
 
 impl Stored {
-    /// What decides between two: less is worse. No depth is below any depth.
+    /// The order of precedence: less is worse. No depth is below any depth.
     pub(super) fn least_mm(self) -> i32 {
         match self {
             Self::Land => i32::MIN,
@@ -134,7 +134,7 @@ pub(super) fn millimetres(depth_m: f64) -> i32 {
     (depth_m * 1000.0 + 1e-6).floor().clamp(-2e9, 2e9) as i32
 }
 
-/// What a chart object does in an index.
+/// The role of a chart object in an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
     /// Says where its cell has data.
@@ -156,7 +156,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// What it says about entry, if it does.
+    /// Its restriction of entry, if it has one.
     pub(super) fn restriction(self) -> Option<Restriction> {
         match self {
             Self::Prohibited => Some(Restriction::EntryProhibited),
@@ -194,7 +194,7 @@ impl ChartObject {
         self.stored.water()
     }
 
-    /// What it says about entry, if it does.
+    /// Its restriction of entry, if it has one.
     pub fn restriction(&self) -> Option<Restriction> {
         self.role.restriction()
     }

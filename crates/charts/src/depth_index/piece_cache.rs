@@ -128,7 +128,7 @@ impl Kept {
     }
 }
 
-/// What stands for a chart that cannot be read.
+/// The substitute for a chart that cannot be read.
 fn closed(name: &str, bounds: Bounds) -> Piece {
     let object = ChartObject {
         class: ObjectClass::OBSTRN,

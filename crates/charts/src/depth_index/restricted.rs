@@ -45,7 +45,7 @@ impl Restriction {
     }
 }
 
-/// What a vessel makes of such areas; the later is the stricter.
+/// How a vessel treats such areas; the later is the stricter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EntryRule {
     /// They do not count.
@@ -103,7 +103,7 @@ impl EntryRules {
 pub struct Restricted {
     /// How strictly it is closed.
     pub restriction: Restriction,
-    /// What the vessel makes of it.
+    /// How the vessel treats it.
     pub rule: EntryRule,
     /// The area, for [`DepthIndex::object`].
     pub object: u32,
@@ -134,7 +134,7 @@ impl Restricted {
     }
 }
 
-/// What a feature says about entry, if it is closed in some way.
+/// A feature's restriction of entry, if it has one.
 ///
 /// RESTRN counts on every class. An area whose restriction the chart does not give is restricted by its category:
 /// offshore safety zone, military area and minefield are no places to be by chance.

@@ -35,7 +35,7 @@ impl SealedIndex {
         if head.starts_with(MAGIC) { head[MAGIC.len()..].try_into().ok() } else { None }
     }
 
-    /// What a file of an index over these charts begins with.
+    /// The head of a file of an index over these charts.
     pub fn head(digest: [u8; 32]) -> Vec<u8> {
         [MAGIC.as_slice(), &digest].concat()
     }

@@ -21,7 +21,7 @@ pub struct Cell {
     pub parameters: DatasetParameters,
     /// Features by record number.
     pub features: Vec<Feature>,
-    /// What was read but is not as it should be: to be shown at import.
+    /// Irregularities that were read: to be shown at import.
     pub notices: Vec<Notice>,
     /// Record numbers of features without readable geometry of which a part is in no file: their extent is unknown.
     pub incomplete: BTreeSet<u32>,

@@ -9,7 +9,7 @@ use super::records::{
 };
 use std::collections::BTreeMap;
 
-/// Something that was read but is not as it should be.
+/// An irregularity that was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Notice {
     /// The file.
@@ -52,7 +52,7 @@ pub(super) struct Store {
     pub(super) parameters: DatasetParameters,
     pub(super) features: BTreeMap<u32, StoredFeature>,
     pub(super) vectors: BTreeMap<Name, StoredVector>,
-    /// What updates deleted or emptied, as it was last: an object that still points there lay there.
+    /// Records that updates deleted or emptied, in their last state: an object that still points there lay there.
     pub(super) lost: BTreeMap<Name, StoredVector>,
     pub(super) notices: Vec<Notice>,
     /// Bytes of the base and its updates: what bounds the geometry that is believed.

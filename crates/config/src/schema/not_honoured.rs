@@ -17,7 +17,7 @@ pub struct NotHonoured {
     pub acts_as: Option<&'static str>,
     /// What Lutra does instead.
     pub instead: &'static str,
-    /// What another value is worth.
+    /// The severity of another value.
     pub severity: Severity,
 }
 

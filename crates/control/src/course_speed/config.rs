@@ -16,9 +16,9 @@ pub struct CourseSpeedConfig {
     pub yaw: YawConfig,
     /// Speed.
     pub speed: SpeedConfig,
-    /// What the loops act through.
+    /// The actuation of the loops.
     pub drive: Drive,
-    /// What leaves for the motors.
+    /// The output to the motors.
     pub output: OutputConfig,
 }
 
@@ -81,14 +81,14 @@ pub enum FeedForward {
     Table(SpeedTable),
 }
 
-/// What the loops act through.
+/// The actuation of the loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// Demand is rpm, effort is actuation (DUNE HeadingAndSpeed).
     Rpm {
         /// Rpm at actuation 1, 100 to 1e4, "RPMs at Maximum Thrust".
         rpm_at_max_thrust: f64,
-        /// Who holds the rpm.
+        /// Where the rpm loop runs.
         governor: Governor,
     },
     /// Demand and effort are newtons of the pair (NTNU HeadingAndSpeedForce).
@@ -100,7 +100,7 @@ pub enum Drive {
     },
 }
 
-/// Who holds the rpm.
+/// Where the rpm loop runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Governor {
     /// The motors themselves: actuation = rpm / rpm at maximum thrust, "Hardware RPMs Control".
@@ -114,12 +114,12 @@ pub enum Governor {
     },
 }
 
-/// What leaves for the motors.
+/// The output to the motors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputConfig {
     /// Largest magnitude of actuation, 0.01 to 1, "Maximum Thrust Actuation".
     pub max_actuation: f64,
-    /// Who gives way at a limit, "Share Saturation".
+    /// Which effort yields at a limit, "Share Saturation".
     pub sharing: Sharing,
     /// Largest growth of an actuation's magnitude per second, 0.01 to 100; `None` = free,
     /// "Ramp Actuation Limit".

@@ -74,7 +74,7 @@ pub enum PathError {
     TooLong {
         /// Its length (m).
         length_m: f64,
-        /// What is allowed (m).
+        /// The limit (m).
         limit_m: f64,
     },
     /// The loiter radius is not a number above 0 and up to 5 km.

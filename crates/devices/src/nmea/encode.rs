@@ -10,7 +10,7 @@ use units::{Civil, UtcTime, wrap_two_pi};
 const KNOTS_PER_MPS: f64 = 3600.0 / 1852.0;
 const KMPH_PER_MPS: f64 = 3.6;
 
-/// What the receiver takes from its models of the earth for where it is.
+/// Values that the receiver takes from its models of the Earth at its position.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EarthModel {
     /// Magnetic declination, east positive: leads from magnetic to true directions (rad).

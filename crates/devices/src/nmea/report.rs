@@ -11,7 +11,7 @@ const FASTEST_MPS: f64 = 1_000.0;
 /// The years that a date is believed in: GPS began in 1980.
 const YEARS: std::ops::RangeInclusive<u32> = 1980..=2999;
 
-/// What a sentence reports. What it leaves empty is `None`.
+/// The contents of a sentence. Empty fields are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Report {
     /// Position, its quality, satellites.

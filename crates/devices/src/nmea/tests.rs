@@ -13,7 +13,7 @@ fn one(body: &str) -> Result<Report, DamagedSentence> {
     read(sentence(body).as_bytes())
 }
 
-/// What comes of a stream: epochs, and damaged sentences with their offset.
+/// The result of reading a stream: epochs, and damaged sentences with their offset.
 fn gathered(stream: &[u8], chunk: usize) -> (Vec<Epoch>, Vec<(u64, DamagedSentence)>) {
     let (mut framer, mut epochs) = (Framer::default(), Epochs::default());
     let (mut found, mut damaged) = (Vec::new(), Vec::new());

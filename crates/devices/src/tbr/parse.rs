@@ -14,7 +14,7 @@ const SENSOR: &str = "TBR Sensor";
 /// Protocol names are at most five letters in the manual; unknown ones are kept up to this.
 const LONGEST_PROTOCOL: usize = 16;
 
-/// What a line of the receiver is.
+/// The kinds of the receiver's lines.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Line {
     /// A detection of a tag.
@@ -77,7 +77,7 @@ pub enum DamagedLine {
     Field {
         /// What the field is.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
 }

@@ -33,12 +33,12 @@ const SPEEDS: [u32; 6] = [4_800, 9_600, 19_200, 38_400, 57_600, 115_200];
 const BITS_PER_BYTE: u32 = 10;
 /// How long the line keeps a speed after the last byte has left, and the receiver has to change its own.
 const SETTLING: Duration = Duration::from_millis(50);
-/// What commands of a Hemisphere begin with.
+/// The start of a Hemisphere's commands.
 const HEMISPHERE: &str = "$J";
 /// Epochs that must agree before their kinds of sentences are waited for, or a position is missed.
 const LEARNED: usize = 3;
 
-/// What a compass is set to.
+/// The settings of a compass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompassSettings {
     /// Sent one after another when the port opens, each with CR LF behind it.
@@ -72,7 +72,7 @@ impl Default for CompassSettings {
     }
 }
 
-/// What came since the port opened.
+/// Counts since the port opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Bytes.
@@ -120,7 +120,7 @@ struct Gathering {
     usual: Vec<(Vec<Kind>, bool)>,
 }
 
-/// What is watched while the port is open.
+/// The state while the port is open.
 #[derive(Debug, Clone, Copy)]
 struct Watch {
     /// When the compass fails unless something of use comes.
@@ -148,7 +148,7 @@ impl Compass {
         }
     }
 
-    /// What came since the port opened.
+    /// Counts since the port opened.
     pub const fn counts(&self) -> Counts {
         self.counts
     }
@@ -285,7 +285,7 @@ impl Compass {
         self.outbox.push(Output::Reading { at: self.gathering.begun, reading: Reading::Gnss(reading) });
     }
 
-    /// Nothing of use came in time: says what did come, and sends the settings again.
+    /// No usable sentence came in time: reports what did come, and sends the settings again.
     fn fail(&mut self, now: Now) {
         let Some(watch) = &mut self.watch else { return };
         let seconds = self.settings.input_timeout.as_secs_f64();

@@ -23,7 +23,7 @@ const SKY_FRESH: Duration = Duration::from_secs(10);
 /// A heading is good for so long.
 const HEADING_FRESH: Duration = Duration::from_millis(1500);
 
-/// What gpsd is asked for.
+/// The reports requested from gpsd.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Watch {
     /// The receiver's sentences.

@@ -52,7 +52,7 @@ pub enum Sync {
     },
 }
 
-/// What the clock's keeping has to say.
+/// The outputs of the clock's keeper.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Said {
     /// Send this at that time.
@@ -188,7 +188,7 @@ impl Keeper {
         self.awaited.map(|awaited| awaited.until).into_iter().chain(self.next).chain(settled).min()
     }
 
-    /// What is due.
+    /// The output that is due.
     pub(super) fn time(&mut self, now: Now, said: &mut Vec<Said>) {
         self.settle(now);
         if let Some(Awaited { ack, until, .. }) = self.awaited

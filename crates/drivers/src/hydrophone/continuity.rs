@@ -7,7 +7,7 @@ const LINES_PER_S: u64 = 4;
 /// Lines beyond that which are believed, as clocks and buffers wait.
 const SLACK_LINES: u64 = 10;
 
-/// What a running number says.
+/// The verdict on a running number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     /// The first.

@@ -37,7 +37,7 @@ const BETWEEN: Duration = Duration::from_millis(50);
 /// So many bytes without a valid line are babble.
 const BABBLE_BYTES: u64 = 512;
 
-/// What a receiver is set to.
+/// The settings of a receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverSettings {
     /// Sent in command mode when the port opens; empty leaves the receiver's settings unchanged.
@@ -54,7 +54,7 @@ pub struct ReceiverSettings {
 }
 
 impl Default for ReceiverSettings {
-    /// Nothing sent but the clock's commands, each sixth in full; answers within 4 s; silence says nothing.
+    /// Only the clock's commands are sent, each sixth in full; answers within 4 s; silence is no fault.
     fn default() -> Self {
         Self {
             settings: Vec::new(),
@@ -66,7 +66,7 @@ impl Default for ReceiverSettings {
     }
 }
 
-/// What came since the port opened.
+/// Counts since the port opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Detections.
@@ -169,7 +169,7 @@ impl Receiver {
         self.keeper.offset_s()
     }
 
-    /// What came since the port opened.
+    /// Counts since the port opened.
     pub const fn counts(&self) -> Counts {
         self.counts
     }
@@ -305,7 +305,7 @@ impl Receiver {
         }
     }
 
-    /// Something valid came. An acknowledgement does not end the silence of a receiver that owes sensor lines.
+    /// A valid line came. An acknowledgement does not end the silence of a receiver that owes sensor lines.
     fn alive(&mut self, now: Now) {
         self.babble = 0;
         if self.phase != Phase::Listening || self.is_silent() {
@@ -341,7 +341,7 @@ impl Receiver {
         }
     }
 
-    /// What the receiver is set to, if it took its settings.
+    /// The receiver's settings, if it accepted them.
     fn number_of(&self, name: &str) -> Option<u8> {
         let of = |setting: &Setting| setting.text().strip_prefix(name)?.strip_prefix('=')?.parse().ok();
         self.settings.settings.iter().rev().find_map(of).filter(|_| self.refusal.is_none())

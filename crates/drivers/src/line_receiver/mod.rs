@@ -27,7 +27,7 @@ pub enum Language {
     Pattern(Pattern),
 }
 
-/// What is known of a receiver.
+/// The settings of a receiver.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineReceiverSettings {
     /// How its lines read.
@@ -50,7 +50,7 @@ pub struct LineReceiver {
     outbox: Outbox,
 }
 
-/// What a line was.
+/// The kind of a line.
 enum Heard {
     Tag(TagReading),
     Status(String),

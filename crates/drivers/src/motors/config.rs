@@ -30,7 +30,7 @@ impl MotorAssignment {
     }
 }
 
-/// What of the card differs between vessels.
+/// The card's settings, which differ between vessels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorsConfig {
     /// Time between two commands to the motors; see [`write_period`].

@@ -149,7 +149,7 @@ impl Motors {
         self.watch.tick(now.mono, self.open, self.config.sides, &mut self.out);
     }
 
-    /// What is to be done next; `None` when there is no more.
+    /// The next output; `None` when there is no more.
     pub fn poll_output(&mut self) -> Option<MotorsOutput> {
         self.out.poll()
     }

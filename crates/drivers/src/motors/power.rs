@@ -63,7 +63,7 @@ pub struct UnknownChannel {
 #[derive(Debug, Clone)]
 struct Channel {
     config: ChannelConfig,
-    /// What was asked last.
+    /// The last order.
     asked: bool,
     /// It is to be asked.
     due: bool,
@@ -72,7 +72,7 @@ struct Channel {
     at: MonoTime,
     /// It has been noted that the card does not follow.
     refused: bool,
-    /// What was passed on last, and when.
+    /// The last order passed on, and when.
     passed_on: Option<(MonoTime, bool)>,
 }
 

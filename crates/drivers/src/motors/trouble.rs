@@ -7,10 +7,10 @@ use devices::{BatteryReading, MotorReading, Part, RailReading, Reading, Side, Tr
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// What is wrong still is said again after this time, for a part of the program that missed it.
+/// A lasting fault is reported again after this time, for a part of the program that missed it.
 const AGAIN: Duration = Duration::from_secs(10);
 
-/// What was reported last of each part.
+/// The last report of each part.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Troubles {
     batteries: [Told; BATTERIES as usize],

@@ -12,7 +12,7 @@ use units::MonoTime;
 /// Frames that cannot be read are noted at most this often.
 const NOTE_INTERVAL: Duration = Duration::from_mins(1);
 
-/// What has been heard, and when.
+/// The parts that were heard, and when.
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     silence: Duration,

@@ -1,4 +1,4 @@
-//! What the fleet looks like now: the last packet of every series, how old it is and how often it comes, the
+//! The live state of the fleet: the last packet of every series, how old it is and how often it comes, the
 //! names of entities, and the latest events.
 //!
 //! A series is a message of an entity of a system; where an `id` distinguishes several parts of one entity (as
@@ -47,7 +47,7 @@ pub struct Event {
     pub late: bool,
 }
 
-/// What is new to a reader.
+/// Changes that are new to a reader.
 #[derive(Debug)]
 pub struct Changes<'a> {
     /// To ask with next time.
@@ -64,10 +64,10 @@ pub struct Changes<'a> {
 #[derive(Debug)]
 pub struct Fleet {
     systems: BTreeMap<Address, System>,
-    /// What their series take.
+    /// The size of their series.
     bytes: usize,
     revision: u64,
-    /// What changed at which revision; a series stands here once, at its latest.
+    /// The changed series by revision; each is here once, at its latest.
     changed: BTreeMap<u64, (Address, SeriesKey)>,
     events: Ring,
     late: Ring,

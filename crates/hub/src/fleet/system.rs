@@ -14,7 +14,7 @@ use units::{MonoTime, Now, UtcTime};
 const SERIES_KEPT: usize = 8_192;
 /// Bytes that the last packets of a system may have together.
 const BYTES_KEPT: usize = 4 << 20;
-/// What a series costs beside its packet.
+/// The memory of a series beside its packet.
 const SERIES_BYTES: usize = size_of::<SeriesKey>() + size_of::<Series>() + 64;
 /// Letters of a name or label that are kept.
 const NAME_CHARS: usize = 100;
@@ -251,12 +251,12 @@ impl System {
         self.not_kept
     }
 
-    /// What its series take, bytes.
+    /// The size of its series, bytes.
     pub(crate) fn size(&self) -> usize {
         self.bytes + self.series.len() * SERIES_BYTES
     }
 
-    /// Something came from the system.
+    /// A packet came from the system.
     pub(crate) fn heard(&mut self, now: Now, view: &PacketView<'_>, transport: Transport) {
         self.last_heard = now.mono;
         self.last_heard_utc = now.utc;

@@ -1,4 +1,4 @@
-//! What DUNE echoes to its clients, and what people say twice.
+//! DUNE's echoes to its clients, and orders that people send twice.
 
 use crate::support::{CONSOLE, Hub, OTTER, at, hub, join, packet, pass, voltage};
 use bytes::Bytes;

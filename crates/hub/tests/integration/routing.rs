@@ -1,4 +1,4 @@
-//! Who hears what, by every transport.
+//! Which peer gets which packet, by every transport.
 
 use crate::support::{CONSOLE, OTTER, SERVER, at, drain, hub, join, packet, pass, voltage};
 use bytes::Bytes;
@@ -29,7 +29,7 @@ fn a_command_goes_to_where_its_vessel_lives() {
     assert_eq!(pass(&mut hub, at(0.2), console, &packet(CONSOLE, OTTER, 2.0, messages::Abort)), [vessel]);
     assert_eq!(pass(&mut hub, at(0.3), console, &packet(CONSOLE, Address(0x2999), 3.0, messages::Abort)), []);
     assert_eq!(hub.counters().unroutable, 1);
-    // What consoles say to everyone reaches the vessels; what vessels say to everyone does not fill their radios.
+    // Broadcasts of consoles reach the vessels; broadcasts of vessels do not fill other vessels' radios.
     assert_eq!(
         pass(&mut hub, at(0.4), console, &packet(CONSOLE, Address::NULL, 4.0, Heartbeat)),
         [vessel, other]

@@ -1,4 +1,4 @@
-//! What IMC's definition says of every message and field: names, types, units, values, ranges.
+//! IMC's definition of every message and field: names, types, units, values, ranges.
 //!
 //! The tables are generated from `catalogue/messages.json`, which holds LSTS IMC 5.4.31 and the Otters' two
 //! additions TBRFishTag (2007) and TBRSensor (2008). Code that meets messages it was not written for

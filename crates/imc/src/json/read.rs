@@ -10,7 +10,7 @@ use crate::text::unescape;
 use crate::wire::{ByteOrder, MAX_DEPTH, NULL_ID, Reader};
 use serde_json::{Map, Value};
 
-/// What to take where the JSON does not say.
+/// Defaults where the JSON has no value.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadDefaults {
     /// Parts of the header that are missing.

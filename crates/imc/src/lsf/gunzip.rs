@@ -16,14 +16,14 @@ const MAX_HEADER_BYTES: usize = 1 << 16;
 /// Bytes of a member's checksum and size.
 const TRAILER_BYTES: usize = 8;
 
-/// What a read gave.
+/// The result of a read.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Unpacked {
     /// So many bytes.
     Bytes(usize),
-    /// Something is missing here.
+    /// Data is missing here.
     Damage(&'static str),
-    /// Nothing more.
+    /// The end.
     End,
 }
 

@@ -14,7 +14,7 @@ use units::UtcTime;
 /// Longest label in a folder name, in bytes.
 const MAX_LABEL_BYTES: usize = 100;
 
-/// What a log is written for.
+/// The options of a log.
 #[derive(Debug, Clone)]
 pub struct LogOptions {
     /// The system that logs; the source of the first and last packet.

@@ -1,4 +1,4 @@
-//! What the bytes of a message mean.
+//! The wire format of the link's messages.
 //!
 //! A message (one of a WebSocket) is a row of frames. All numbers are little-endian.
 //!
@@ -65,7 +65,7 @@ pub const MAX_TEXT_BYTES: usize = 200;
 /// Stands for no way where a place of one is expected.
 const NO_WAY: u8 = u8::MAX;
 
-/// What a peer can do beyond the least.
+/// Optional capabilities of a peer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities(pub u32);
 
@@ -80,12 +80,12 @@ impl Capabilities {
     pub const CHARTS: Self = Self(8);
     /// Keeps several connections beside each other, one for each way.
     pub const WAYS: Self = Self(16);
-    /// Everything that this version can do.
+    /// All capabilities of this version.
     pub const ALL: Self = Self(31);
-    /// What a vessel with one way asks for.
+    /// The capabilities that a vessel with one way asks for.
     pub const OF_ONE_WAY: Self = Self(15);
 
-    /// What both can do.
+    /// The capabilities of both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
@@ -114,7 +114,7 @@ pub enum Frame {
     Ack(Ack),
     /// A packet to deliver in time.
     Command(Command),
-    /// What became of a command.
+    /// The outcome of a command.
     Receipt(Receipt),
     /// The sender lives.
     Heartbeat(Heartbeat),
@@ -128,7 +128,7 @@ pub enum Frame {
     ChartRequest(ChartRequest),
     /// A part of it.
     ChartPart(ChartPart),
-    /// What the vessel holds.
+    /// The chart that the vessel holds.
     ChartReport(ChartReport),
     /// How the vessel's ways are, and which carries what.
     Ways(WaysReport),
@@ -147,14 +147,14 @@ pub struct Stamp {
     pub echo_received: MonoTime,
 }
 
-/// Who connects and what it has.
+/// The vessel that connects and its records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hello {
     /// The version wished for, the sender's newest.
     pub version: u16,
     /// The oldest version that the sender supports.
     pub oldest_version: u16,
-    /// What the sender can do.
+    /// The sender's capabilities.
     pub capabilities: Capabilities,
     /// IMC address of the vessel.
     pub address: u16,
@@ -183,7 +183,7 @@ pub struct Hello {
 pub struct Welcome {
     /// The version that is spoken from here on.
     pub version: u16,
-    /// What both can do.
+    /// The capabilities of both.
     pub capabilities: Capabilities,
     /// The number to continue with: everything below is durable ashore.
     pub resume: u64,
@@ -311,18 +311,18 @@ pub struct Lease {
     pub number: u64,
 }
 
-/// What became of a command.
+/// The outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Receipt {
     /// The command.
     pub id: u64,
-    /// What became of it.
+    /// The outcome.
     pub verdict: Verdict,
     /// Why, where it was refused.
     pub text: String,
 }
 
-/// What a vessel did with a command.
+/// A vessel's outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// It was handed on.

@@ -28,7 +28,7 @@ pub struct Shore {
     greeting: BTreeMap<ConnectionId, Greeting>,
     /// Those that stand: one, or one for each way of a vessel that has several.
     pub(super) sessions: BTreeMap<ConnectionId, Connected>,
-    /// What they brought together; there while one of them stands.
+    /// The records received over all of them; present while one is open.
     joined: Option<Joined>,
     /// The connection that commands go by, and the choice of the vessel's that it follows from.
     bearer: Option<ConnectionId>,
@@ -123,7 +123,7 @@ impl Shore {
         }
     }
 
-    /// Something happened.
+    /// Takes an input.
     pub fn handle(&mut self, now: Now, input: ShoreInput) {
         match input {
             ShoreInput::Timer => {}
@@ -228,7 +228,7 @@ impl Shore {
     fn kept(&mut self, stream: u64, seq: u64) {
         let Some(joined) = self.joined.as_mut().filter(|joined| joined.stream == stream) else { return };
         if joined.kept(seq.saturating_add(1)) {
-            // Who sent the records waits for it; over the other ways it goes with their next beat.
+            // The way that carried the records waits for it; over the other ways it goes with their next heartbeat.
             let sender = self.records_by.filter(|id| self.sessions.contains_key(id));
             let sender = sender.or_else(|| self.carrier().map(|one| one.id));
             if let Some(one) = sender.and_then(|id| self.sessions.get_mut(&id)) {

@@ -13,7 +13,7 @@ use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
 
-/// What a shore's end is made with.
+/// The settings of a shore's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShoreSettings {
     /// Bytes of records that the vessel may send before they are durable.
@@ -28,10 +28,10 @@ impl Default for ShoreSettings {
     }
 }
 
-/// Something that happened ashore.
+/// An input of the shore's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ShoreInput {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// A connection was made, by a peer with this vessel's token. The number is the driver's, used once.
     Opened(ConnectionId),
@@ -77,7 +77,7 @@ pub enum ShoreInput {
     Shutdown,
 }
 
-/// Something to do ashore, in this order.
+/// An output of the shore's end, to be carried out in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ShoreOutput {
     /// Send a message.
@@ -107,17 +107,17 @@ pub enum ShoreOutput {
     },
     /// Packets that are the latest of their kind. They come as records too; they are not to be kept.
     Live(Vec<Record>),
-    /// What became of a command; given once for each.
+    /// The outcome of a command; given once for each.
     Outcome(u64, Outcome),
     /// The vessel wants a part of the chart that was offered: answer by [`ShoreInput::ChartPart`]. One at a time.
     ChartPart(ConnectionId, ChartRequest),
-    /// What the vessel says of its chart.
+    /// The vessel's report of its chart.
     ChartReport(ChartReport),
-    /// What the vessel says of its ways.
+    /// The vessel's report of its ways.
     Ways(WaysReport),
 }
 
-/// What became of a command.
+/// The outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The vessel's program has it.
@@ -130,7 +130,7 @@ pub enum Outcome {
     Unanswered,
 }
 
-/// What the vessel says of its own side, and what is not delivered yet.
+/// The vessel's report of its own side, and of what is not delivered yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PeerBacklog {
     /// Records that are spooled aboard and were not received yet.

@@ -17,7 +17,7 @@ const CARRIED_WITHIN: Duration = Duration::from_millis(60);
 const LEAST_PART_BYTES: u32 = 2 << 10;
 const FIRST_PART_BYTES: u32 = 4 << 10;
 const GREATEST_PART_BYTES: u32 = MAX_PART_BYTES as u32;
-/// Nothing is asked for so many times as long as the link needed for a part, within these bounds.
+/// The pause between parts, as a multiple of the time that a part took, within these bounds.
 const PAUSE_TIMES: u32 = 3;
 const LEAST_PAUSE: Duration = Duration::from_millis(5);
 const GREATEST_PAUSE: Duration = Duration::from_secs(2);
@@ -34,7 +34,7 @@ const REPORT_EVERY: Duration = Duration::from_secs(1);
 pub struct ChartAboard {
     /// Digest of the file in force; zeros for none.
     pub held: ChartDigest,
-    /// What it holds, for people.
+    /// Its contents, for people.
     pub edition: String,
     /// Whether the vessel takes the shore's.
     pub takes: bool,
@@ -42,7 +42,7 @@ pub struct ChartAboard {
     pub waits: String,
 }
 
-/// Something to do about the chart.
+/// An output about the chart.
 #[derive(Debug)]
 pub(crate) enum Want {
     /// Send this.
@@ -53,7 +53,7 @@ pub(crate) enum Want {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    /// Nothing is wanted.
+    /// No chart is wanted.
     Still,
     /// The driver prepares, or keeps a part.
     Driver,
@@ -73,9 +73,9 @@ pub(crate) struct Pull {
     aboard: ChartAboard,
     /// Whether a link is open over which the shore offers charts.
     linked: bool,
-    /// What the shore offers over this connection.
+    /// The shore's offer over this connection.
     offer: Option<ChartOffer>,
-    /// What is wanted.
+    /// The wanted part.
     goal: Option<ChartOffer>,
     stage: Stage,
     have: u64,
@@ -119,7 +119,7 @@ impl Pull {
         self.part_bytes = FIRST_PART_BYTES;
     }
 
-    /// What is aboard, or whether the shore's is wanted, changed.
+    /// The chart aboard changed, or whether the shore's is wanted.
     pub(crate) fn aboard(&mut self, aboard: ChartAboard) -> Option<Want> {
         self.aboard = aboard;
         self.choose()
@@ -219,7 +219,7 @@ impl Pull {
         Ok(Some((offset, raw)))
     }
 
-    /// What falls due.
+    /// The outputs that are due.
     pub(crate) fn step(&mut self, now: MonoTime) -> Vec<Want> {
         let mut wants = Vec::new();
         if !self.linked {

@@ -66,7 +66,7 @@ impl Vessel {
         if let Some(took) = self.ways[place].arrived(now, ack.bytes) {
             self.arriving.add(took);
         }
-        // What was received came by all ways together.
+        // The count received is that of all ways together.
         let most = if self.joint { self.settings.spool.next } else { 0 };
         let Some(up) = self.ways[place].open_mut().and_then(|open| open.up.as_mut()) else { return Ok(()) };
         if up.ack(now.mono, ack, most, &mut self.keeping).is_none() {
@@ -94,7 +94,7 @@ impl Vessel {
         }
     }
 
-    /// Who commands; not what another way has overtaken.
+    /// Who commands; ignored if another way has overtaken it.
     fn lease(&mut self, lease: Lease) {
         if lease.number == 0 || lease.number > self.newest_lease {
             self.newest_lease = self.newest_lease.max(lease.number);

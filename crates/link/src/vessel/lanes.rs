@@ -23,7 +23,7 @@ impl Vessel {
         self.ways.get(place).and_then(|way| way.up()).map(|up| up.cursor)
     }
 
-    /// What the connection of a way carries.
+    /// The lanes that the connection of a way carries.
     pub(super) fn lanes(&self, place: usize) -> Lanes {
         let here = |lane: Option<u8>| lane.map(usize::from) == Some(place);
         let records_at = self.records_at();
@@ -61,7 +61,7 @@ impl Vessel {
         if let Some(up) = self.ways[place].open_mut().and_then(|open| open.up.as_mut()) {
             up.take_live(now.mono, before.is_some(), with_records);
         }
-        // What was sent by the way before may never arrive.
+        // Records sent by the previous way may never arrive.
         self.live.refresh();
         if self.ways.len() > 1 {
             self.answer_again(now, place);

@@ -60,7 +60,7 @@ pub struct Vessel {
     pub(super) past_runs: VecDeque<u64>,
     pub(super) newest_command: u64,
     pub(super) newest_lease: u64,
-    /// What the shore last called durable.
+    /// The last number that the shore called durable.
     pub(super) durable: u64,
     pub(super) connections: u64,
     sent_bytes: u64,
@@ -130,7 +130,7 @@ impl Vessel {
         }
     }
 
-    /// Something happened.
+    /// Takes an input.
     pub fn handle(&mut self, now: Now, input: VesselInput) {
         match input {
             VesselInput::Spool(spool) => self.spool(now, spool),
@@ -250,7 +250,7 @@ impl Vessel {
         }
     }
 
-    /// What each way has carried today, in their order.
+    /// The bytes that each way has carried today, in their order.
     pub fn used(&self) -> Vec<Used> {
         self.ways.iter().map(|way| way.meter.used()).collect()
     }

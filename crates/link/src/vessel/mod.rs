@@ -19,7 +19,7 @@ use bytes::Bytes;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What a vessel's end is made with.
+/// The settings of a vessel's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VesselSettings {
     /// IMC address of the vessel.
@@ -42,7 +42,7 @@ pub struct VesselSettings {
     pub ways: Vec<WaySettings>,
 }
 
-/// What the spool holds. Its driver reports changes by [`VesselInput::Spool`].
+/// The contents of the spool. Its driver reports changes by [`VesselInput::Spool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SpoolState {
     /// The stream whose numbers count.
@@ -53,7 +53,7 @@ pub struct SpoolState {
     pub next: u64,
 }
 
-/// What the spool has under a number.
+/// The spool's entry under a number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Entry {
     /// A packet.
@@ -81,7 +81,7 @@ pub enum Failure {
     Refused,
 }
 
-/// What became of a delivered command.
+/// The outcome of a delivered command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Answer {
     /// It was handed on.
@@ -92,16 +92,16 @@ pub enum Answer {
     Refused(String),
 }
 
-/// Something that happened aboard.
+/// An input of the vessel's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VesselInput {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// The spool grew, lost or forgot something.
     Spool(SpoolState),
     /// Whether the disk refuses what is to be spooled: the live lane continues without records.
     SpoolRefused(bool),
-    /// What the spool has from this number on, as asked for. Empty when it cannot be read: it is asked again
+    /// The spool's records from this number on, as requested. Empty when it cannot be read: it is asked again
     /// after a second.
     Entries(u64, Vec<Entry>),
     /// A packet for the live lane.
@@ -116,7 +116,7 @@ pub enum VesselInput {
     Closed(ConnectionId),
     /// An attempt by the way of this place has carried so many bytes, whether it was made or not: its greeting and its TLS.
     Handshake(usize, usize),
-    /// What became of a command.
+    /// The outcome of a command.
     Answer(u64, Answer),
     /// The chart aboard, at the start and whenever it changes. Until the first the shore is informed that
     /// no chart is accepted.
@@ -131,7 +131,7 @@ pub enum VesselInput {
     Shutdown,
 }
 
-/// Something to do aboard, in this order.
+/// An output of the vessel's end, to be carried out in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VesselOutput {
     /// Connect by the way of this place; answer with `Opened` or `Failed` within this time.

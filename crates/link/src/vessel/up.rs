@@ -46,7 +46,7 @@ pub(crate) struct Up {
     asked: Option<u64>,
     not_before: MonoTime,
     pub(crate) durable: u64,
-    /// What the shore last said over this connection to have received.
+    /// The number that the shore last acknowledged over this connection.
     received: u64,
     unkept: InFlight,
     next_live: MonoTime,
@@ -54,7 +54,7 @@ pub(crate) struct Up {
     last_kept: Duration,
 }
 
-/// What a connection carries.
+/// The lanes that a connection carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Lanes {
     pub(crate) live: bool,
@@ -66,7 +66,7 @@ pub(crate) struct Lanes {
     pub(crate) beat: Duration,
 }
 
-/// What all parts of a step need.
+/// The context of a step.
 pub(crate) struct Step<'a> {
     pub(crate) lanes: Lanes,
     /// Counts live messages where the vessel has several ways.
@@ -121,7 +121,7 @@ impl Up {
         self.next_heartbeat = self.next_heartbeat.min(now + HEARTBEAT);
     }
 
-    /// What falls due: messages to send, and where the spool is to be read.
+    /// The outputs that are due: messages to send, and where the spool is to be read.
     pub(crate) fn step(&mut self, step: &mut Step<'_>) -> (Vec<Bytes>, Option<(u64, usize)>) {
         let mut messages = Vec::new();
         if step.now.mono >= self.next_heartbeat {
@@ -236,7 +236,7 @@ impl Up {
         due
     }
 
-    /// What the spool has from the cursor on, as messages.
+    /// The spool's records from the cursor on, as messages.
     pub(crate) fn entries(&mut self, step: &Step<'_>, from: u64, entries: Vec<Entry>) -> Vec<Bytes> {
         if self.asked != Some(from) {
             return Vec::new();

@@ -32,7 +32,7 @@ pub(crate) struct Candidate {
     pub(crate) cost_ms: u32,
 }
 
-/// What a lane wants.
+/// The criteria of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Lane {
     /// The best.
@@ -41,7 +41,7 @@ pub(crate) enum Lane {
     Records,
 }
 
-/// What is looked at before the time that a way costs; less is better.
+/// The criteria before the time that a way costs; less is better.
 fn class(lane: Lane, one: &Candidate) -> (Thinning, bool, bool) {
     match lane {
         Lane::Live => (one.thinning, false, false),

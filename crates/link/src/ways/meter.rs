@@ -6,7 +6,7 @@
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// What TCP, IP, TLS and WebSocket add to a message, about.
+/// The approximate overhead of TCP, IP, TLS and WebSocket for each message.
 const MESSAGE_COST_BYTES: u64 = 60;
 const DAY_US: i64 = 86_400_000_000;
 const DAY: Duration = Duration::from_hours(24);
@@ -23,7 +23,7 @@ pub struct Used {
     pub bytes: u64,
 }
 
-/// What a metered way leaves out.
+/// The messages that a metered way leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Thinning {
     /// Nothing.

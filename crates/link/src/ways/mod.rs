@@ -85,7 +85,7 @@ pub struct WaySettings {
     pub metered: bool,
     /// Bytes that it may carry in a day; `None` for no bound.
     pub daily_bytes: Option<u64>,
-    /// What it has carried, as was known at the last end of the program.
+    /// The bytes it has carried, as known at the last end of the program.
     pub used: Used,
 }
 
@@ -174,7 +174,7 @@ impl WayState {
     }
 }
 
-/// What the vessel says of one way.
+/// The vessel's report of one way.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WayReport {
     /// Its name.
@@ -193,13 +193,13 @@ pub struct WayReport {
     pub today_bytes: u64,
     /// Bytes that it may carry in a day; 0 for no bound.
     pub daily_bytes: u64,
-    /// What it leaves out for that.
+    /// What it leaves out to save data.
     pub thinning: Thinning,
     /// How often it broke or stopped answering, since the start of the vessel's program.
     pub failures: u32,
 }
 
-/// What the vessel says of its ways.
+/// The vessel's report of its ways.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WaysReport {
     /// Rises with every change of the way for live values; commands come by the way of the highest.

@@ -12,14 +12,14 @@ const LATE_OVER: f64 = 50.0;
 /// Before anything is known.
 const FIRST_ALLOWANCE: Duration = Duration::from_millis(1200);
 const LEAST_ALLOWANCE: Duration = Duration::from_millis(600);
-/// What a way is taken for until it has carried more.
+/// The assumed rate of a way until it has carried more.
 const FIRST_RATE_BYTES_PER_S: f64 = 20_000.0;
 /// Smaller messages say nothing of the rate.
 const TELLS_RATE_BYTES: u64 = 2048;
 /// The highest rate seen decays by this share with each message that measures the rate.
 const RATE_FORGET: f64 = 0.05;
 
-/// What is known of a way; it outlives its connections.
+/// The measured quality of a way; it outlives its connections.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Quality {
     usual: Option<Duration>,

@@ -1,4 +1,4 @@
-//! What is asked of the plan engine and what it answers.
+//! Requests to the plan engine and its replies.
 //!
 //! One start is answered several times, all with its [`Origin`]: when the plan is loaded (with statistics),
 //! when its first maneuver is commanded (not after a calibration), and when it ends, perhaps minutes later.
@@ -28,11 +28,11 @@ pub struct Request {
     pub origin: Origin,
     /// Name of the plan it concerns; may be empty for a stop or get.
     pub plan_id: String,
-    /// What is asked.
+    /// The request.
     pub ask: RequestKind,
 }
 
-/// What is asked of the plan engine.
+/// A request to the plan engine.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RequestKind {
     /// Run a plan, in place of the running one if any.
@@ -71,7 +71,7 @@ pub enum NoPlan {
     /// The plan is not possible.
     #[error("parse error: {0}")]
     Problems(#[from] PlanProblems),
-    /// Something that must be good before the motors are armed is not.
+    /// A condition for arming the motors is not met.
     #[error("the motors are not armed: {0}")]
     NotArmed(String),
     /// It leads where the chart has no water for it.
@@ -82,7 +82,7 @@ pub enum NoPlan {
     Unreadable(String),
 }
 
-/// What was asked, for the reply.
+/// The request, for the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
     /// [`RequestKind::Start`].
@@ -98,17 +98,17 @@ pub enum Operation {
 /// An answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reply {
-    /// Whom it is for.
+    /// The receiver.
     pub origin: Origin,
-    /// What was asked.
+    /// The request.
     pub operation: Operation,
     /// Which plan.
     pub plan_id: String,
-    /// What happened.
+    /// The result.
     pub result: Result<Success, Failure>,
 }
 
-/// What went well.
+/// A success.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Success {
     /// The plan is loaded (start and load).
@@ -137,7 +137,7 @@ impl std::fmt::Display for Success {
     }
 }
 
-/// What went wrong.
+/// A failure.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Failure {
     /// There is no plan to run or load.
@@ -146,10 +146,10 @@ pub enum Failure {
     /// The vehicle cannot run plans for the time being.
     #[error("vehicle is blocked: {0}")]
     Blocked(String),
-    /// Nothing can be loaded while a plan runs.
+    /// No plan can be loaded while one runs.
     #[error("cannot load while a plan is running")]
     Busy,
-    /// Nothing runs that could be stopped.
+    /// No plan runs that could be stopped.
     #[error("no plan is running, request ignored")]
     NothingToStop,
     /// No plan runs that could be reported.
@@ -199,7 +199,7 @@ pub enum EndReason {
 }
 
 impl EndReason {
-    /// What last_outcome says of it: only completion is a success.
+    /// The `last_outcome` that it gives: only completion is a success.
     pub fn outcome(&self) -> LastOutcome {
         match self {
             Self::Completed => LastOutcome::Success,

@@ -126,7 +126,7 @@ pub enum NoteLevel {
     Info,
     /// Odd.
     Warning,
-    /// Something failed.
+    /// A failure.
     Error,
 }
 
@@ -147,7 +147,7 @@ pub enum PlanPhase {
 /// The state of plans, to be reported about three times per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanState {
-    /// What plans can do.
+    /// The state of the plan engine.
     pub phase: PlanPhase,
     /// The running plan, or the last one.
     pub plan_id: String,
@@ -165,7 +165,7 @@ pub struct PlanState {
     pub last_outcome: LastOutcome,
 }
 
-/// What the vehicle as a whole does.
+/// The mode of the whole vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Mode {
     /// Entities are starting.
@@ -184,7 +184,7 @@ pub enum Mode {
 /// The state of the vehicle, to be reported about twice per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VehicleState {
-    /// What it does.
+    /// Its mode.
     pub mode: Mode,
     /// Labels of the entities in error.
     pub errors: Vec<String>,

@@ -84,7 +84,7 @@ impl FollowReference {
 pub(crate) struct Machine {
     follow: FollowReference,
     phase: ReferencePhase,
-    /// What is followed, filled in.
+    /// The reference that is followed, with all fields filled in.
     reference: Option<Reference>,
     deadline: Option<MonoTime>,
     near: bool,

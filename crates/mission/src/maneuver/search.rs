@@ -27,7 +27,7 @@ const MOVED_M: f64 = 20.0;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Search {
     state: State,
-    /// What is to be followed when a way is found.
+    /// The reference to follow when a way is found.
     wanted: Option<Reference>,
     /// When a way was asked for last.
     asked: Option<MonoTime>,
@@ -45,7 +45,7 @@ enum State {
     Spare { detour: Detour, until: MonoTime },
 }
 
-/// What becomes of a reference that no straight way leads to.
+/// The decision on a reference that no straight way leads to.
 #[derive(Debug, Clone)]
 pub(super) enum Standing {
     /// A way is searched, or will be in some seconds.
@@ -128,12 +128,12 @@ impl Search {
         }
     }
 
-    /// What was wanted is not any more; what that was.
+    /// Ends the search; returns the reference that was wanted.
     pub(super) fn give_up(&mut self) -> Option<Reference> {
         self.wanted.take()
     }
 
-    /// Who wanted what is wanted.
+    /// The system that wants it.
     pub(super) fn wanted_by(&self) -> Option<u16> {
         self.wanted.map(|wanted| wanted.system)
     }

@@ -11,7 +11,7 @@ pub(super) struct Alarm {
     contrary_since: Option<MonoTime>,
 }
 
-/// What a condition is like.
+/// The state of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Condition {
     Bad,

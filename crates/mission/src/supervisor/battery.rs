@@ -67,7 +67,7 @@ pub enum BatteryStage {
     Critical,
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BatteryOutput {
     /// The stage changed to this.

@@ -54,7 +54,7 @@ pub enum Violation {
     Speed,
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LimitsOutput {
     /// A limit has not been kept for too long: do this, if anything.

@@ -52,7 +52,7 @@ impl Default for LostCommsConfig {
     }
 }
 
-/// What the vessel does.
+/// The vessel's activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Activity {
     /// Nothing.
@@ -75,7 +75,7 @@ pub enum LostCommsInput {
     Activity(Activity),
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LostCommsOutput {
     /// Communications are lost: do this.
@@ -88,7 +88,7 @@ pub enum LostCommsOutput {
 #[derive(Debug, Clone)]
 pub struct LostComms {
     config: LostCommsConfig,
-    /// Whose ladder counts: the last activity that was no remedy.
+    /// The activity whose ladder counts: the last one that was not a remedy.
     activity: Activity,
     /// Last contact, or the start.
     since: MonoTime,

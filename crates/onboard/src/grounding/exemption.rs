@@ -6,7 +6,7 @@ use units::MonoTime;
 /// The confirmation must come within this time of the request.
 const CONFIRM: Duration = Duration::from_secs(30);
 
-/// What becomes of a word of an operator.
+/// The result of an operator's request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// It waits for its confirmation.
@@ -17,7 +17,7 @@ pub(crate) enum Answer {
     Refused,
     /// The guard is on again.
     Ended,
-    /// Nothing was asked and nothing is lifted.
+    /// Nothing was requested and the guard is not lifted.
     Nothing,
 }
 

@@ -10,11 +10,11 @@ use std::sync::Arc;
 /// The grounding supervisor. All of it is set in the files alone, but the two words of the exemption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroundingSettings {
-    /// What it goes by.
+    /// The chart it uses.
     pub chart: Chart,
     /// Whether plans are refused while the chart cannot be read.
     pub refuses_without: bool,
-    /// What is demanded of the water.
+    /// The limits of the guard.
     pub limits: GuardLimits,
     /// Danger on the course within this time is warned of (s).
     pub warning_time_s: f64,
@@ -155,7 +155,7 @@ impl ChartFile {
         Arc::clone(&self.index)
     }
 
-    /// What it is called.
+    /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
@@ -165,7 +165,7 @@ impl ChartFile {
         self.digest
     }
 
-    /// What it holds, for people.
+    /// Its contents, for people.
     pub fn edition(&self) -> String {
         self.index.edition()
     }

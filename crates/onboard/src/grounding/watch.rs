@@ -31,7 +31,7 @@ const UNDER_WAY: f64 = 0.9;
 /// Way beyond danger within stopping distance that does not matter (m).
 const SLACK_M: f64 = 0.5;
 
-/// What moves the vessel.
+/// The controller that moves the vessel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doing {
     /// Nothing.
@@ -40,9 +40,9 @@ pub(crate) enum Doing {
     Plan,
     /// An operator.
     Operator,
-    /// What another supervisor asked for.
+    /// Another supervisor's remedy.
     Remedy,
-    /// What this one asked for.
+    /// This supervisor's remedy.
     Own,
 }
 
@@ -61,7 +61,7 @@ pub(crate) enum Stage {
     Within,
 }
 
-/// What the supervisor wants.
+/// The supervisor's demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Advice {
     /// A line for the log book: something got worse, or is well again.
@@ -76,7 +76,7 @@ pub(crate) enum Advice {
     ExemptionOver,
 }
 
-/// What an operator's steering came to.
+/// The result of an operator's steering.
 #[derive(Debug, Default)]
 struct Steering {
     /// Hull and position uncertainty were clear of danger at some time of it.
@@ -140,7 +140,7 @@ impl Grounding {
         self.refused_plan.as_ref().filter(|(of, _)| Some(*of) == run).map(|(_, why)| &why[..])
     }
 
-    /// What manual control may not do.
+    /// The limits of manual control.
     pub(crate) fn gate(&self) -> Gate {
         self.gate
     }
@@ -324,7 +324,7 @@ impl Grounding {
 
     /// The vessel goes in, and not by the operator's thrust: that is blocked, or goes elsewhere.
     ///
-    /// Who begins in danger, such as at a quay, is let out of it: nothing moves a vessel by itself that was never clear.
+    /// A vessel that begins in danger, such as at a quay, may leave it: one that was never clear is not moved on its own.
     fn operator_needs_help(
         &mut self,
         now: MonoTime,
@@ -368,7 +368,7 @@ impl Grounding {
         }
     }
 
-    /// What is ahead, in words.
+    /// The danger ahead, in words.
     pub(crate) fn text(&self, settings: &GroundingSettings) -> String {
         let Some(index) = settings.chart.index() else { return String::new() };
         let Some(ahead) = &self.ahead else {
@@ -404,7 +404,7 @@ impl Grounding {
         )
     }
 
-    /// What the chart is, in words, and whether that is well.
+    /// The chart's state in words, and whether it is good.
     pub(crate) fn chart_text(chart: &Chart) -> Result<String, String> {
         match chart {
             Chart::Off => {

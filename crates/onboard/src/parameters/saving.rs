@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Values by name.
 type Values = Vec<(&'static str, String)>;
 
-/// What is saved of each parameter, and what is on its way to the disk.
+/// The saved value of each parameter, and writes under way.
 #[derive(Debug)]
 pub(crate) struct Saving {
     saved: BTreeMap<(Entity, &'static str), String>,
@@ -28,7 +28,7 @@ impl Saving {
         Self { saved: parameters::all().into_iter().filter_map(value).collect(), waiting: BTreeMap::new() }
     }
 
-    /// What the next start will have.
+    /// The values of the next start.
     pub(crate) fn value(&self, entity: Entity, name: &'static str) -> Option<&str> {
         self.saved.get(&(entity, name)).map(String::as_str)
     }

@@ -31,7 +31,7 @@ impl Live<'_> {
     fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
         let settings = parameter.try_live(self.settings, value)?;
         if let Err(refusal) = self.pilot.reconfigure(&settings) {
-            // What was taken before the refusal goes back; the old settings were in use and are good.
+            // Values taken before the refusal are reverted; the old settings were in use and are valid.
             self.pilot.reconfigure(self.settings).ok();
             return Err(ParameterError::Refused(refusal.to_string()));
         }

@@ -17,7 +17,7 @@ const DEEPEST: usize = 16;
 /// Names and values of one push.
 type Kept = Vec<(&'static str, String)>;
 
-/// What was kept and not given back, at most [`DEEPEST`] entries for each entity.
+/// Pushed values that were not popped, at most [`DEEPEST`] entries for each entity.
 #[derive(Debug, Default)]
 pub(crate) struct ParameterStack(BTreeMap<Entity, Vec<Kept>>);
 
@@ -57,7 +57,7 @@ impl ParameterStack {
     }
 }
 
-/// What may be changed while the vessel runs; the rest is as it was.
+/// The parameters that may be changed while the vessel runs; the rest is unchanged.
 fn values_of(settings: &Settings, entity: Entity) -> Kept {
     parameters::all()
         .iter()

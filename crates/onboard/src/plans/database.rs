@@ -154,7 +154,7 @@ impl Database {
                 }
             }
         };
-        // What was asked about all plans names none.
+        // A request about all plans names none.
         let for_all = matches!(op, PlanDBOp::Clear | PlanDBOp::GetState | PlanDBOp::GetDstate);
         let plan_id = if for_all { String::new() } else { plan_id };
         let asker = if own {
@@ -248,7 +248,7 @@ fn read(packet: &[u8]) -> Option<PlanSpecification> {
     imc::decode(&PacketView::new(packet).ok()?).ok()?
 }
 
-/// What is between header and checksum; nothing of what is too short for a packet.
+/// The bytes between header and checksum; empty if too short for a packet.
 fn payload(packet: &[u8]) -> &[u8] {
     packet.get(HEADER_BYTES..packet.len().saturating_sub(FOOTER_BYTES)).unwrap_or_default()
 }

@@ -80,7 +80,7 @@ pub(crate) struct Failed {
 pub(crate) struct Plans {
     engine: Engine,
     database: Database,
-    /// What plans are checked against.
+    /// The settings that plans are checked against.
     settings: Box<Settings>,
     /// The plan of the start in hand, until the engine gives it a number.
     starting: Option<PlanSpecification>,
@@ -156,12 +156,12 @@ impl Plans {
         self.engine.reconfigure(engine_config(settings));
     }
 
-    /// What plans can do, and which one runs.
+    /// The state of the plan engine, and which plan runs.
     pub(crate) fn plan_state(&self) -> &PlanState {
         &self.plan_state
     }
 
-    /// What the vessel does.
+    /// The vessel's mode.
     pub(crate) fn mode(&self) -> mission::Mode {
         self.vehicle_state.mode
     }
@@ -218,7 +218,7 @@ impl Plans {
         self.engine.poll_timeout().map_or(own, |engine| engine.min(own))
     }
 
-    /// Nothing was done for a while; that path control was silent is no news.
+    /// The program was stalled; that path control was silent meanwhile is not a fault.
     pub(crate) fn held_up(&mut self, bus: &Bus) {
         self.engine.held_up(bus.mono());
     }
@@ -357,7 +357,7 @@ impl Plans {
                 if let Err(failure) = pilot.follow(bus, &wanted, path.speed) {
                     let event = Event::PathFailed { path_ref: path.path_ref, reason: failure.to_string() };
                     let now = bus.now();
-                    // What the engine makes of it comes out of the loop that brought us here.
+                    // The engine's outputs are handled by the loop that called this.
                     self.engine.handle_input(now, mission::Input::Event(event));
                 }
             }
@@ -378,7 +378,7 @@ impl Plans {
         }
     }
 
-    /// What DUNE's engine and supervisor say to each other at a new maneuver.
+    /// The messages between DUNE's engine and supervisor at a new maneuver.
     fn maneuver_begins(&mut self, bus: &mut Bus, run: RunId, id: &str) {
         self.command_id = self.command_id.wrapping_add(1);
         let plan = self.runs.get(&run);

@@ -16,12 +16,12 @@ use std::collections::BTreeMap;
 
 /// The condition that every transition has, whatever it says.
 const WHEN_DONE: &str = "ManeuverIsDone";
-/// What consoles write where they want no attitude at a goal.
+/// The value that consoles write where they want no attitude at a goal.
 const NO_YAW: [f64; 2] = [0.0, -1.0];
 /// So much of a foreign text is repeated.
 const LONGEST_QUOTE: usize = 60;
 
-/// What cannot be followed: text and whether it refuses the plan.
+/// A part that cannot be carried out: text and whether it refuses the plan.
 type Finding = (bool, String);
 
 /// All that cannot be followed in a plan.
@@ -80,7 +80,7 @@ impl Notes {
     }
 }
 
-/// What of an action cannot be carried out.
+/// Parts of an action that cannot be carried out.
 fn action(message: &Message, settings: &Settings) -> Vec<Finding> {
     let known = |label: &str| match settings.labels.find(label) {
         Some(_) => Vec::new(),
@@ -125,7 +125,7 @@ fn set_parameters(set: &SetEntityParameters, settings: &Settings) -> Vec<Finding
     findings
 }
 
-/// What of a maneuver's fields cannot be followed.
+/// Fields of a maneuver that cannot be carried out.
 fn fields(message: &Message) -> Vec<Finding> {
     let (z_m, timeout_s, custom) = match message {
         Message::Goto(m) => (m.z, m.timeout, Some(&m.custom)),

@@ -36,7 +36,7 @@ pub(crate) enum NotStarted {
 pub(crate) struct Behind {
     /// Why.
     pub(crate) why: String,
-    /// What is in the way, in a word or two.
+    /// The obstacle, in a word or two.
     pub(crate) what: &'static str,
     /// Where the plan begins.
     pub(crate) to: LatLon,
@@ -187,7 +187,7 @@ fn length_m(from: LatLon, to: LatLon) -> f64 {
     north_m.hypot(east_m)
 }
 
-/// What a leg is refused for, in a word or two.
+/// The reason why a leg is refused, in a word or two.
 fn word(reason: Reason) -> &'static str {
     match reason {
         Reason::Land => "land",

@@ -88,7 +88,7 @@ pub(crate) fn statistics(statistics: &mission::PlanStatistics, capacity_wh: f64)
     }
 }
 
-/// What FollowReference does, for its commander. `reference` is the message last heard.
+/// The state of FollowReference, for its commander. `reference` is the message last heard.
 pub(crate) fn reference_state(
     state: &ReferenceState,
     source: (u16, u8),

@@ -25,7 +25,7 @@ const BORDER_M: f64 = 5.0;
 /// Where no way back inside is wide enough for plans, one with this share of their room will do.
 const NARROW: f64 = 0.3;
 
-/// What the supervisors work with.
+/// The supervisors' context.
 pub(crate) struct Context<'a> {
     pub(crate) bus: &'a mut Bus,
     pub(crate) states: &'a mut States,
@@ -50,7 +50,7 @@ pub(crate) struct Context<'a> {
 pub(super) struct Started {
     /// Its run; none where it needs none.
     pub(super) run: Option<RunId>,
-    /// What more there is to say.
+    /// Further details.
     pub(super) how: Option<How>,
 }
 
@@ -104,7 +104,7 @@ impl Context<'_> {
         self.plans.start_led(self.bus, self.pilot, led, in_need).map_err(NotStarted::Engine)
     }
 
-    /// What the batteries hold above a share of their charge, if one reports.
+    /// The energy of the batteries above a share of their charge, if one reports.
     pub(super) fn energy_left(&self, kept: f64) -> Option<EnergyLeft> {
         let percent = self.charge_percent?;
         Some(EnergyLeft { percent, kept, wh: self.capacity_wh * (percent / 100.0 - kept).max(0.0) })

@@ -11,7 +11,7 @@
 /// Figures are reported in steps of this size (Wh), so that they do not change for some minutes.
 const STEP_WH: f64 = 10.0;
 
-/// What the batteries hold above what is kept.
+/// The energy of the batteries above the reserve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EnergyLeft {
     /// Charge of the emptiest battery (%).

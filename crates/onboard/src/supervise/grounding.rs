@@ -75,7 +75,7 @@ impl Supervise {
         self.carry_out(context);
     }
 
-    /// What it does and why.
+    /// Its action and the reason.
     pub(super) fn tell_grounding(&self, context: &mut Context<'_>) {
         let grounding = &self.grounding;
         let (condition, text) = match Grounding::chart_text(context.chart()) {

@@ -16,16 +16,16 @@ use units::{MonoTime, UtcTime};
 /// The motors do not start before this time is over, so that people at the quay can step back or stop it.
 const WARNING: Duration = Duration::from_secs(5);
 
-/// What becomes of what was under way.
+/// The handling of the activity before the restart.
 #[derive(Debug, Default)]
 pub(crate) struct Restart {
-    /// What the disk held, and its time, until it is known how long ago that was.
+    /// The stored activity and its time, until it is known how long ago that was.
     found: Option<(UtcTime, UnderWay)>,
-    /// What is done about it, and from when on.
+    /// The action, and from when on.
     begins: Option<(MonoTime, Remedy)>,
     /// The plan that is to resume, and when.
     resume: Option<(UnderWay, Option<MonoTime>)>,
-    /// What was under way, while something is done about it.
+    /// The stored activity in words, while an action is under way.
     text: Option<String>,
 }
 
@@ -159,7 +159,7 @@ impl Supervise {
         }
     }
 
-    /// What was under way and what is done about it, while that lasts.
+    /// The stored activity and the action, while that lasts.
     pub(super) fn restart_text(&self, bus: &Bus) -> Option<String> {
         let text = self.restart.text.as_ref()?;
         if let Some((at, remedy)) = &self.restart.begins {

@@ -36,7 +36,7 @@ pub(super) struct WayHome {
 struct Search {
     plan_id: String,
     to: LatLon,
-    /// What is in the way.
+    /// The obstacle.
     what: &'static str,
     /// Which of the clearances is asked for.
     attempt: usize,
@@ -228,7 +228,7 @@ impl WayHome {
 impl Supervise {
     /// An answer came. It moves nothing by itself: the remedy is decided upon again, if it is still wanted.
     pub(crate) fn route_came(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) {
-        // Who came back meanwhile was first.
+        // Contact that came back meanwhile is handled first.
         self.drain(context);
         if self.way_home.take(context, answer) {
             self.arbiter.try_now(context.bus.mono());

@@ -32,13 +32,13 @@ fn origin(now: units::Now) -> Origin {
     Origin { system: imc::Address(7), entity: 9, reported: now.utc, received: None }
 }
 
-/// What the vessel reported whole.
+/// The detections that the vessel reported whole.
 fn reports(sea: &Sea) -> Vec<Detection> {
     let told = |(now, event): (units::Now, Event)| Detection::from_report(origin(now), &event);
     sea.all().into_iter().filter_map(told).collect()
 }
 
-/// What it said of how the receiver listens.
+/// Its reports of how the receiver listens.
 fn listening(sea: &Sea) -> Vec<Listening> {
     sea.all::<Event>().iter().filter_map(|(_, event)| Listening::from_report(event)).collect()
 }

@@ -1,4 +1,4 @@
-//! What breaks at sea: sensors, motors, clocks, consoles.
+//! Faults at sea: sensors, motors, clocks, consoles.
 
 use crate::common::*;
 use control::MotorPair;

@@ -231,7 +231,7 @@ fn a_confirmed_exemption_lets_an_operator_go_on_and_ends() {
     assert!(nearest_m < 55.0, "{nearest_m}");
     parameter(&mut sea, "Override Request", "0");
     assert!(says(&sea, Entity::Grounding, "ends the exemption"));
-    // What keeps the vessel safe is not for the bus.
+    // Safety parameters cannot be changed over the bus.
     parameter(&mut sea, "Autonomous Depth", "0.5");
     assert!(says(&sea, Entity::Grounding, "configuration file"));
 }

@@ -9,7 +9,7 @@ use mission::{LostCommsConfig, Remedy, Step};
 use onboard::{Chart, Entity, Settings};
 use std::time::Duration;
 
-/// What is wrong.
+/// The trouble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trouble {
     outside: bool,
@@ -17,7 +17,7 @@ struct Trouble {
     no_position: bool,
 }
 
-/// What the vessel does when communications are lost.
+/// The vessel's activity when communications are lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doing {
     Plan,

@@ -61,7 +61,7 @@ fn a_plan_is_told_and_the_vessel_holds() {
     let begun = sea.position();
     sea.run(300.0);
     assert!(runs(&sea, "hold") && sea.position().distance_m(begun) < 20.0);
-    // What is kept now is the hold.
+    // The stored activity now is the hold.
     sea.ask(PlanControlOp::Stop, "", None);
     sea.run(2.0);
     assert_eq!(engine(&sea), "active");

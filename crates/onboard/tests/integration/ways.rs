@@ -16,7 +16,7 @@ use testkit::sea::{Ground, Sea as Chartmaker};
 use units::{LatLon, LocalPoint};
 use vehicle::BrainEvent;
 
-/// What the guard keeps a track clear by, without the uncertainty of the position (m).
+/// The guard's clearance of a track, without the uncertainty of the position (m).
 const GUARD_M: f64 = 11.2;
 
 /// 20 m of water, and land from the west as far as 120 m east of the start, 90 to 210 m north of it.
@@ -121,7 +121,7 @@ fn a_vessel_that_hears_nobody_comes_home_around_a_headland() {
     assert!(sea.plan_state().man_id.to_str_lossy().starts_with("route "), "{:?}", sea.plan_state());
     let mut closest = true;
     let arrived = sea.run_until(900.0, |sea| {
-        // What the guard keeps clear of beyond what the vessel may stray from its track, and more.
+        // More than the guard's clearance beyond the allowed cross-track error.
         closest &= chart.is_deep_within(sea.position(), 20.0, 5.0);
         !runs(sea, "home")
     });
@@ -618,7 +618,7 @@ fn is_sailed_safely(numbers: &mut Numbers, seed: u64) -> bool {
     by_route
 }
 
-/// What was asked for and answered is in the recording: a brain that hears the same says the same.
+/// Requests and answers are in the recording: equal inputs give equal outputs.
 #[test]
 fn a_return_by_a_route_is_replayed_bit_for_bit() {
     let settings = wanting(&headland());

@@ -48,7 +48,7 @@ const DAY_US: i64 = 86_400_000_000;
 /// The part of a certificate's alarm that is about files which cannot be used.
 const NEW_FILES: &str = "new files";
 
-/// What a vessel's link knows of its clock.
+/// The clock of a vessel, as its link measures it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkClock {
     /// The vessel.
@@ -92,7 +92,7 @@ pub struct CertificateState {
     pub refused: Option<String>,
 }
 
-/// What the server says of itself.
+/// The server's state.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShoreState {
     /// The clocks of vessels whose link is up.
@@ -115,7 +115,7 @@ pub struct ShoreState {
     pub no_go: Option<String>,
 }
 
-/// What was seen.
+/// The result of an observation.
 #[derive(Debug, Default)]
 pub(super) struct Observed {
     pub(super) troubles: Vec<Trouble>,
@@ -135,7 +135,7 @@ impl Observed {
     }
 }
 
-/// What must be remembered between two observations.
+/// The state kept between two observations.
 #[derive(Debug, Default)]
 pub(super) struct Observer {
     /// Events up to here were read.
@@ -144,7 +144,7 @@ pub(super) struct Observer {
     aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
     entries: BTreeMap<(Address, String), (MonoTime, Priority, AlarmSaying)>,
-    /// What was beyond its threshold when it was observed last.
+    /// Values that were beyond their threshold at the last observation.
     beyond: BTreeMap<(Address, Kind), Priority>,
     /// Labels of the parts that need a position, of the vessels that are heard.
     of_position: BTreeMap<Address, BTreeSet<String>>,
@@ -211,7 +211,7 @@ impl Observer {
                 other.map(|chart| trouble(vessel, Kind::Chart, "", Priority::Caution, vec![chart.says()])),
             );
         }
-        // What a part says of itself needs no log book.
+        // A fault that a part reports itself needs no log book.
         for part in parts.bad {
             self.entries.remove(&(vessel, part));
         }
@@ -298,7 +298,7 @@ impl Observer {
     }
 }
 
-/// What a vessel does, for how urgent its troubles are.
+/// A vessel's activity, which decides how urgent its troubles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
 enum Work {
     Rest,
@@ -318,7 +318,7 @@ impl Work {
     }
 }
 
-/// What the parts of one vessel say, sorted by what it means.
+/// The reports of one vessel's parts, sorted by kind.
 #[derive(Debug, Default)]
 struct Parts {
     /// Labels of those that are not well.
@@ -495,10 +495,10 @@ fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> 
     ending.into_iter().chain(refused.map(|refused| told(refused, NEW_FILES))).collect()
 }
 
-/// What the parts of a vessel said of themselves last, with number and label.
+/// The last reports of a vessel's parts, with number and label.
 fn states(now: Now, system: &System) -> Vec<(u8, String, EntityState)> {
     let said = system.all_series().filter(|(key, _)| key.id == EntityState::ID);
-    // What a part said long before its vessel was last heard is no news: another took its number, or it is gone.
+    // A part's report from long before its vessel was last heard is ignored: its number was reassigned, or it is gone.
     let fresh = said.filter(|(_, series)| age_then(now, system, series) < Duration::from_mins(1));
     let read = |(key, series): (SeriesKey, &Series)| {
         let label = system.entity(key.entity).map_or_else(|| format!("entity {}", key.entity), str::to_owned);

@@ -45,7 +45,7 @@ impl Priority {
     }
 }
 
-/// What is wrong.
+/// The kinds of trouble.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// The grounding supervisor sees danger.
@@ -142,7 +142,7 @@ impl Kind {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 
-    /// What it means: why it comes, what follows from it, and what to do.
+    /// Its cause, consequence and remedy.
     #[expect(clippy::too_many_lines, reason = "a table, an entry for each kind")]
     pub const fn advice(self) -> Advice {
         let (cause, consequence, action) = match self {
@@ -293,7 +293,7 @@ impl Kind {
     }
 }
 
-/// What an alarm means.
+/// The meaning of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Advice {
     /// Why it comes.

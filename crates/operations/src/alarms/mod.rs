@@ -252,7 +252,7 @@ impl Alarms {
         }
     }
 
-    /// What is part of a vessel's silence or of its lost position is not reported besides.
+    /// Alarms that follow from a vessel's silence or its lost position are not reported themselves.
     fn collapse(&mut self, now: Now) {
         let stands = |all: &BTreeMap<Key, Alarm>, vessel, kind| {
             let key = Key { vessel, kind, part: String::new() };
@@ -292,7 +292,7 @@ impl Alarms {
         }
     }
 
-    /// What time brings: shelves that end, warnings that become alarms, sounds that come again.
+    /// Changes by time: shelves that end, warnings that become alarms, repeated sounds.
     fn pass(&mut self, now: Now) {
         let due: Vec<Key> = self.all.keys().cloned().collect();
         for key in due {
@@ -445,14 +445,14 @@ impl Alarms {
         self.all.values().find(|alarm| alarm.id == id && id.0 > 0)
     }
 
-    /// What is not normal, and what is put aside.
+    /// Alarms that are not normal, and shelved ones.
     pub fn standing(&self) -> impl Iterator<Item = &Alarm> {
         self.all
             .values()
             .filter(|alarm| alarm.id.0 > 0 && (alarm.state != State::Normal || alarm.shelved.is_some()))
     }
 
-    /// What changed after `revision`; to a reader that starts from nothing (0) what is normal is no news.
+    /// Changes after `revision`; a reader that starts from nothing (0) does not get normal alarms.
     pub fn changed(&self, revision: u64) -> impl Iterator<Item = &Alarm> {
         let news = move |alarm: &&Alarm| {
             let stands = alarm.state != State::Normal || alarm.shelved.is_some();
@@ -461,7 +461,7 @@ impl Alarms {
         self.evicted.iter().chain(self.all.values()).filter(news)
     }
 
-    /// What happened lately, the oldest first.
+    /// The latest events, the oldest first.
     pub fn notes(&self) -> impl DoubleEndedIterator<Item = &Note> {
         self.notes.iter()
     }

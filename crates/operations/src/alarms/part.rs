@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 /// The topic of the Events by which a part of a Lutra vessel says in names and values what its state says in words.
 const VALUES_TOPIC: &str = "EntityStateValues";
 
-/// What a part is for. Of two that a part could be, the first.
+/// The functions of parts. Where two apply, the first counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum PartKind {
     /// It watches for shallow water.
@@ -40,7 +40,7 @@ pub(super) enum PartKind {
 }
 
 impl PartKind {
-    /// What a part is that sends this.
+    /// By a message that it sends.
     fn of_message(key: SeriesKey, packet: &[u8]) -> Option<Self> {
         match key.id {
             EstimatedState::ID => Some(Self::Navigation),
@@ -65,7 +65,7 @@ impl PartKind {
         kinds.into_iter().find(|(name, _)| says(name)).map(|(_, kind)| kind)
     }
 
-    /// What a part is that is called so, as the programs of the boats call theirs.
+    /// By its label, as the boats' programs name their parts.
     pub(super) fn of_label(label: &str) -> Option<Self> {
         const WORDS: [(&[&str], PartKind); 9] = [
             (&["grounding"], PartKind::Grounding),
@@ -89,7 +89,7 @@ impl PartKind {
     }
 }
 
-/// What the parts of a vessel are by what they have sent.
+/// The functions of a vessel's parts by their messages.
 #[derive(Debug, Default)]
 pub(super) struct SentKinds {
     /// By number: in the vessel's present life, and before it started again.
@@ -97,7 +97,7 @@ pub(super) struct SentKinds {
 }
 
 impl SentKinds {
-    /// What was sent since the server started.
+    /// From the messages since the server started.
     pub(super) fn of(system: &System) -> Self {
         let mut sent = Self::default();
         for (key, series) in system.all_series() {

@@ -24,7 +24,7 @@ pub struct Key {
 /// Trouble that holds at the moment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Trouble {
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// How urgent.
     pub priority: Priority,
@@ -110,7 +110,7 @@ pub struct Shelving {
 pub struct Alarm {
     /// Its number.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// Where it is in its life.
     pub state: State,
@@ -134,14 +134,14 @@ pub struct Alarm {
     pub chatters: bool,
     /// Shelved for a time.
     pub shelved: Option<Shelving>,
-    /// What it is part of at present, and is not reported besides.
+    /// The alarm that it is part of at present, so that it is not reported itself.
     pub collapsed: Option<Kind>,
     /// How often it sounded; it sounds when this grows.
     pub sounded: u32,
     pub(super) revision: u64,
     pub(super) raised: MonoTime,
     pub(super) sounds_next: MonoTime,
-    /// What was seen last, and since when it is so.
+    /// The last observation, and since when it holds.
     pub(super) holds: bool,
     pub(super) turned: MonoTime,
     pub(super) raises: VecDeque<MonoTime>,
@@ -159,7 +159,7 @@ impl Alarm {
     }
 }
 
-/// Something that happened to an alarm.
+/// An event of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
     /// Number of the change, growing.
@@ -168,7 +168,7 @@ pub struct Note {
     pub at: UtcTime,
     /// Which.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// How urgent it was then.
     pub priority: Priority,
@@ -202,12 +202,12 @@ pub enum AlarmRefused {
     Reason,
 }
 
-/// What is kept of an alarm over a restart of the server.
+/// The part of an alarm that is kept over a restart of the server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Saved {
     /// Its number.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// Where it was in its life.
     pub state: State,

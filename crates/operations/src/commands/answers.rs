@@ -92,13 +92,13 @@ impl Commands {
         let plan_id = state.plan_id.to_str_lossy();
         let executing = state.state == PlanControlStateState::Executing;
         let rests = matches!(state.state, PlanControlStateState::Ready | PlanControlStateState::Blocked);
-        // What ran, or did not run, before the order says nothing until the vessel has answered.
+        // A plan that ran, or did not run, before the order is no evidence until the vessel has answered.
         let seen = |command: &Command| match &command.effect {
             Effect::Runs(wanted) => {
                 executing && *wanted == plan_id && (command.answered || command.ran.as_ref() != Some(wanted))
             }
             Effect::Rests => rests && (command.answered || command.ran.is_some()),
-            // What rested before rests by order once it had the time to hear of it.
+            // A vessel that rested before counts as stopped once it has had time to receive the order.
             Effect::Aborts => {
                 let long = command.sent.is_some_and(|sent| now.mono.since(sent) >= REST_SEEN);
                 rests && command.sent.is_some() && (command.ran.is_some() || long)

@@ -35,7 +35,7 @@ impl OrderLog for Commands {
 
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]) {
         if let Some(command) = self.all.get_mut(&id) {
-            // What the vessel says from here on is evidence as after the first time.
+            // The vessel's messages from here on are evidence as after the first time.
             command.timed_out = None;
             self.step(now, id, Stage::Sent, format!("again {}", by(transports)));
         }

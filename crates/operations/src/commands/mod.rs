@@ -45,7 +45,7 @@ const EFFECT_WITHIN: Duration = Duration::from_secs(15);
 const LATE_STATE: Duration = Duration::from_mins(1);
 /// At rest so long after a stop was sent, a vessel that rested before has obeyed it.
 const REST_SEEN: Duration = Duration::from_secs(2);
-/// What happened to commands and was not fetched yet; the oldest goes first, counted.
+/// Events of commands that were not fetched yet; the oldest is dropped first, and counted.
 const EVENTS: usize = 10_000;
 
 /// How far a command is.
@@ -107,7 +107,7 @@ pub struct Step {
     pub text: String,
 }
 
-/// What a vessel answered to a question.
+/// A vessel's answer to a query.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// A plan.
@@ -157,7 +157,7 @@ pub struct Command {
     pub subject: String,
     /// The stages reached, in order.
     pub steps: Vec<Step>,
-    /// What the vessel answered.
+    /// The vessel's answer.
     pub answer: Option<Answer>,
     /// Parameters that the vessel did not take, with its words.
     refusals: BTreeMap<String, String>,
@@ -166,7 +166,7 @@ pub struct Command {
     commands: bool,
     effect: Effect,
     request_id: u16,
-    /// What ran when it was sent.
+    /// The plan that ran when it was sent.
     ran: Option<String>,
     answered: bool,
     /// When it was sent, and when it timed out.
@@ -195,12 +195,12 @@ impl Command {
 
     /// Whether nothing more is expected.
     pub fn is_over(&self) -> bool {
-        // Nothing shows the effect of this one: that the vessel has it is all that is ever known.
+        // No report shows the effect of this one: receipt is all that is ever known.
         self.stage().is_last() || (self.effect == Effect::Silent && self.stage() >= Stage::Received)
     }
 }
 
-/// What became of a command on the vessel link.
+/// The outcome of a command on the vessel link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Receipt {
     /// The vessel has it.
@@ -287,7 +287,7 @@ impl Commands {
     ) -> Result<CommandId, String> {
         order.check()?;
         let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
-        // Nothing is so urgent as a stop, however much else is under way.
+        // A stop goes first, however many other commands are under way.
         if open >= OPEN && !order.is_stop() {
             return Err(format!("{open} commands to this vessel are open: wait for them"));
         }
@@ -382,7 +382,7 @@ impl Commands {
         self.advance(now, id, Stage::Refused, why);
     }
 
-    /// What the vessel link says of it.
+    /// Takes the vessel link's report.
     pub fn receipt(&mut self, now: Now, id: CommandId, receipt: Receipt) {
         let one_of_several = self.all.get(&id).is_some_and(|one| one.effect == Effect::Aborts);
         match receipt {
@@ -456,7 +456,7 @@ impl Commands {
         &mut self.reports
     }
 
-    /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
+    /// The subject of an order, in words: of parameters the old and new values, one by one.
     pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
         let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
         let change = |(name, value): &(String, String)| {

@@ -84,7 +84,7 @@ pub enum Order {
     },
 }
 
-/// What shows that an order took effect.
+/// The evidence that an order took effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Effect {
     /// The vessel executes this plan.
@@ -136,7 +136,7 @@ impl Order {
         }
     }
 
-    /// What it is about, in words.
+    /// Its subject, in words.
     pub fn subject(&self) -> String {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => plan_id.clone(),
@@ -172,7 +172,7 @@ impl Order {
     /// Whether it is one at all.
     ///
     /// # Errors
-    /// What is wrong with it and what to do.
+    /// The fault and the remedy.
     pub fn check(&self) -> Result<(), String> {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => {
@@ -266,7 +266,7 @@ impl Order {
             Self::Stop => Effect::Aborts,
             Self::StopPlan | Self::EndTeleoperation { .. } => Effect::Rests,
             Self::Upload(plan) => {
-                // What does not fit a packet has been refused.
+                // An order that does not fit a packet has been refused.
                 let digest = imc::plan_digest::plan_md5(plan).unwrap_or_default();
                 Effect::Stores(plan.plan_id.to_str_lossy().into_owned(), digest)
             }

@@ -33,7 +33,7 @@ const BYTES: usize = 8 << 20;
 /// Request ids of our orders are in the upper half.
 const REQUEST_ID: u16 = 1;
 
-/// What a vessel can be asked.
+/// The queries to a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Question {
     /// The parameters of the entity with this label.

@@ -28,7 +28,7 @@ pub const ANSWER_WITHIN: Duration = Duration::from_secs(30);
 pub const REASON_CHARS: usize = 200;
 /// Most characters of the key that distinguishes a person's windows.
 const KEY_CHARS: usize = 64;
-/// What happened and was not fetched yet; the oldest goes first, counted.
+/// Events that were not fetched yet; the oldest is dropped first, and counted.
 const EVENTS_KEPT: usize = 1_000;
 
 /// A person in one window, or one of their scripts.
@@ -110,7 +110,7 @@ impl Change {
     }
 }
 
-/// Something that happened to a lease.
+/// An event of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeaseEvent {
     /// The vessel.
@@ -134,7 +134,7 @@ pub struct Lease {
     pub held: Option<Held>,
     /// Who waits for it.
     pub waiting: Option<Waiting>,
-    /// What happened last.
+    /// The last event.
     pub last: Option<LeaseEvent>,
     /// The greatest epoch that was given out.
     pub last_epoch: u64,
@@ -178,7 +178,7 @@ pub enum LeaseRefused {
     TooLong {
         /// Which.
         what: &'static str,
-        /// What it may have.
+        /// The limit.
         most: usize,
     },
 }
@@ -295,7 +295,7 @@ impl Leases {
     /// The epoch under which `who` may command a vessel at present, from this very window.
     ///
     /// # Errors
-    /// Who may instead.
+    /// Who may do it instead.
     pub fn epoch(&self, now: Now, vessel: Address, who: &Holder) -> Result<u64, LeaseRefused> {
         let held = self.of_holder(vessel, who)?;
         if held.holder.key != who.key {

@@ -1,4 +1,4 @@
-//! Steering by hand from ashore: from what a person's hands do to thrust, and to none.
+//! Steering by hand from ashore: from a person's stick input to thrust, and to zero thrust.
 //!
 //! [`Teleop`] is fed the samples of one window and the time, and says what is to be sent to the vessel. What keeps a
 //! boat moving is never that messages flow, but that a person's own input is fresh and their dead-man held:
@@ -8,7 +8,7 @@
 //!   has shown no change. Older than [`MOST_AGE`] it interrupts.
 //! - After every interruption, and at the beginning, a fresh sample with the dead-man released and the sticks in
 //!   neutral comes first, then one with the dead-man held and the sticks still in neutral; then the boat moves.
-//! - What goes to the vessel says how long it is good for ([`Sticks::life`]); aboard it ends by itself.
+//! - Each command to the vessel says how long it is valid ([`Sticks::life`]); aboard it expires on its own.
 //!
 //! # The budget of 0.75 s from the last fresh human sample to zero thrust
 //!
@@ -155,7 +155,7 @@ impl Why {
         }
     }
 
-    /// What the person can do about it, beyond passing neutral; empty where there is nothing.
+    /// The remedy, beyond passing neutral; empty where there is none.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Begun | Self::Released | Self::Person => "",
@@ -187,7 +187,7 @@ impl Why {
     }
 }
 
-/// What is to be sent to the vessel now.
+/// The command to send to the vessel now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sticks {
     /// Port motor, −1 to 1, ahead positive.
@@ -221,7 +221,7 @@ pub struct Teleop {
     state: State,
     /// Why it stopped last.
     why: Why,
-    /// What is in the way since then.
+    /// The obstacle, and since when.
     hinders: Option<Why>,
     last: Option<Last>,
     /// The round trip of the last sample, browser and server alone.
@@ -278,7 +278,7 @@ impl Teleop {
         self.why
     }
 
-    /// What else is in the way of going on since it stopped, if anything.
+    /// Another obstacle to continuing since it stopped, if any.
     pub fn hinders(&self) -> Option<Why> {
         self.hinders.filter(|why| self.state == State::Locked && *why != self.why)
     }

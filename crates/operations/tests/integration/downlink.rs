@@ -1,4 +1,4 @@
-//! The one way down: which way orders take, what waits, what a stop calls off.
+//! The downlink: which way orders take, which wait, which a stop cancels.
 
 use hub::{
     CommandId, Delivery, Dispatched, Hub, Incoming, OrderLog as _, Peer, PeerId, Role, Settings, Sources,
@@ -265,7 +265,7 @@ fn a_start_that_is_still_being_written_down_is_not_sent_after_a_stop() {
     assert_eq!(world.hub.orders().stops(BOAT), 1, "who prepares an order sees that a stop came in between");
     assert_eq!(world.hub.orders_mut().accepted(at(300), id, None), None);
     assert_eq!(world.stage(id), (Stage::Refused, "a stop was ordered before it could be sent".to_owned()));
-    // What is ordered after the stop goes out.
+    // An order after the stop is sent.
     let (later, _) = world.order(400, start());
     assert_eq!(world.stage(later).0, Stage::Sent);
 }

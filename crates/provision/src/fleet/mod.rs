@@ -43,7 +43,7 @@ pub struct Server {
     pub link_port: u16,
     /// Whether the link is encrypted once more inside the VPN (`wss`).
     pub encrypted: bool,
-    /// What else vessels may reach of it.
+    /// Its other ports that vessels may reach.
     pub doors: Doors,
 }
 
@@ -69,13 +69,13 @@ pub struct Vessel {
     pub imc_address: u16,
     /// Its address in the VPN.
     pub vpn_address: Ipv4Addr,
-    /// What its agent is run as.
+    /// How its agent is run.
     pub profile: Profile,
     /// `Vehicle Type` of its configuration.
     pub hull: Option<String>,
     /// Its devices and where they are plugged in, each once.
     pub devices: Vec<(Device, String)>,
-    /// What it may do.
+    /// Its limits.
     pub limits: Limits,
     /// Its ways to the shore; none for the one by its computer's routes.
     pub ways: Vec<Way>,
@@ -83,7 +83,7 @@ pub struct Vessel {
     pub settings: Vec<Setting>,
 }
 
-/// What an agent is run as.
+/// How an agent is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
     /// With the devices aboard.
@@ -130,7 +130,7 @@ impl Device {
     }
 }
 
-/// What a vessel may do; `None` leaves what its agent has.
+/// The limits of a vessel; `None` leaves the agent's own.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Limits {
     /// Top speed (m/s).

@@ -26,7 +26,7 @@ pub(crate) const VESSEL_ADDRESSES: std::ops::RangeInclusive<u16> = 0x0001..=0x3F
 /// Characters of a name; it is part of names of files.
 const NAME_CHARS: usize = 32;
 
-/// What all vessels share and each may have otherwise.
+/// Defaults of all vessels, which each may override.
 #[derive(Debug, Clone, Default)]
 struct Outfit {
     profile: Option<Profile>,

@@ -137,7 +137,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     wrong
 }
 
-/// What a draft still lacks before it can be published.
+/// The missing parts of a draft before it can be published.
 pub fn lacking(draft: &DatasetDraft) -> Vec<Wrong> {
     let mut wrong = Vec::new();
     for (field, is_lacking, text) in [
@@ -216,7 +216,7 @@ pub fn citation(version: &DatasetVersion) -> String {
     )
 }
 
-/// What a licence is called.
+/// The name of a licence.
 pub fn licence_name(licence: &str) -> &str {
     LICENCES.iter().find(|(id, ..)| *id == licence).map_or(licence, |(_, name, _)| name)
 }

@@ -21,7 +21,7 @@ const HARMLESS: [&str; 11] = [
     "tilt",
 ];
 
-/// What a link leaves out of detections. Times are the asker's.
+/// The limits of a link's detections. Times are the requester's.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limits {
     /// Only these tags; all where empty.

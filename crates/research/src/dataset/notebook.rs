@@ -29,7 +29,7 @@ fn about(version: &DatasetVersion, content: &DatasetContent) -> String {
     format!("# {title}, version {}: {} detections\n", version.number, content.rows)
 }
 
-/// What is said of other bytes. Those of a part are compared with the making of its link.
+/// The remark on other bytes. Those of a part are compared with the making of its link.
 fn other_bytes(version: &DatasetVersion, content: &DatasetContent) -> &'static str {
     if content.sha256 == version.content.sha256 {
         "These are not the bytes that were published: the archive has changed since, or another version of Lutra writes them."

@@ -152,7 +152,7 @@ impl Tally {
     }
 }
 
-/// What the register knows of a detection: the place of its tag among those of its code, and whether an animal carried it.
+/// The register's data of a detection: the place of its tag among those of its code, and whether an animal carried it.
 pub(super) type Slot = Option<(usize, bool)>;
 
 /// The key of a tag: protocol and number, the register's tag, and whether an animal carried it.

@@ -11,7 +11,7 @@ const NAME_WEIGHT: usize = 4;
 /// Latitude or longitude where it is unknown.
 pub(super) const NOWHERE: i32 = i32::MIN;
 
-/// What a plot needs of a detection.
+/// A detection, reduced for plots.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sighting {
     /// By the receiver's clock where that is set, else as it was reported.
@@ -89,7 +89,7 @@ impl SightingsBuilder {
         });
     }
 
-    /// What was gathered, in no more memory than it needs.
+    /// The gathered detections, in no more memory than they need.
     pub fn finish(mut self) -> Sightings {
         self.kept.names.shrink_to_fit();
         self.kept.rows.shrink_to_fit();

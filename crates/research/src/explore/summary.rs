@@ -289,7 +289,7 @@ impl<'s> Series<'s> {
     }
 }
 
-/// What is counted.
+/// The counts.
 struct Counts<'s> {
     names: &'s [&'s Name],
     tallies: Tallies<'s>,

@@ -107,7 +107,7 @@ fn detections_are_counted_by_tag_time_place_and_flag() {
 #[test]
 fn what_was_not_asked_for_is_not_counted_and_tells_nothing() {
     let told = [heard(101, 0, 1), heard(101, 60, 2), heard(102, 120, 1)];
-    // What the other vessel heard confirms nothing for who may not see it.
+    // The other vessel's detections confirm nothing for a user who may not see it.
     let found = counted(&told, &all([1]));
     assert_eq!((found.detections, found.tags[0].unconfirmed, found.vessels.len()), (2, 1, 1));
     let tagged = Question { tags: vec!["102".parse().unwrap()], ..all([1, 2]) };
@@ -407,7 +407,7 @@ fn detections_are_divided_into_equal_parts() {
     };
     let count = |all: &Ranks| all.parts.iter().map(|part| part.detections).collect::<Vec<_>>();
     assert_eq!((all.detections, begins(&all), count(&all)), (100, vec![0, 20, 50, 70], vec![20, 30, 20, 30]));
-    // What was reported together stays together.
+    // Detections that were reported together stay together.
     let many = of(1_000, "");
     assert_eq!(count(&many), [10; 10]);
     assert_eq!(count(&of(1_000, "102")), [1; 10]);

@@ -44,7 +44,7 @@ pub(crate) fn pass(hub: &mut Hub, now: Now, from: PeerId, packet: &Bytes) -> Vec
     outcome.into_keys().collect()
 }
 
-/// What waits for each peer.
+/// The send queue of each peer.
 pub(crate) fn drain(hub: &mut Hub) -> BTreeMap<PeerId, Vec<Bytes>> {
     let mut out = BTreeMap::new();
     hub.drain_deliveries(|peer, packets| {

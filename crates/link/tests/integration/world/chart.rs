@@ -12,7 +12,7 @@ pub(crate) struct ChartAshore {
     digest: ChartDigest,
     /// The next part is read with a wrong byte.
     pub(crate) corrupt_next: bool,
-    /// What the vessel said last.
+    /// The vessel's last report.
     pub(crate) report: Option<ChartReport>,
     pub(crate) parts: u64,
 }
@@ -23,7 +23,7 @@ pub(crate) struct ChartAtSea {
     held: ChartDigest,
     /// On disk: the parts of another.
     part: Option<(ChartOffer, Vec<u8>)>,
-    /// What the disk is about to answer; dies with the program.
+    /// The disk's pending answer; lost with the program.
     answers: Vec<VesselInput>,
     /// Charts that were whole and not what their digest says.
     pub(crate) refused: u64,

@@ -23,7 +23,7 @@ use vessel::VesselNode;
 pub(crate) const SECOND: u64 = 1_000_000;
 const EPOCH_US: i64 = 1_790_000_000_000_000;
 
-/// What happens at a time.
+/// An event at a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Event {
     /// The vessel says the next packet.
@@ -45,7 +45,7 @@ pub(crate) enum Event {
     Command,
 }
 
-/// What goes wrong, and for how long (µs).
+/// A fault, and for how long (µs).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Fault {
     Cut(u64),
@@ -128,7 +128,7 @@ impl World {
         self
     }
 
-    /// Something will happen so much later.
+    /// Schedules an event this much later.
     pub(crate) fn at(&mut self, after_us: u64, event: Event) {
         self.sequence += 1;
         self.queue.insert((self.now_us + after_us, self.sequence), event);
@@ -265,7 +265,7 @@ impl World {
         }
     }
 
-    /// What the shore has on its disk is what the vessel said: each once, none missing.
+    /// The records on the shore's disk are those that the vessel sent: each once, none missing.
     pub(crate) fn check_everything_arrived(&self) {
         assert_eq!(self.shore.kept.len() as u64, self.said, "each packet once");
         let mut numbers = self.shore.kept.iter();

@@ -35,7 +35,7 @@ pub(crate) struct VesselNode {
     /// So many of them by earlier starts.
     delivered_before: usize,
     pub(crate) ways: Vec<WaySettings>,
-    /// What each way had carried, as is on the disk.
+    /// The bytes that each way had carried, as on the disk.
     used: Vec<Used>,
     next_used_us: u64,
     /// When which way carried what.

@@ -35,7 +35,7 @@ pub(crate) struct Sea {
     pub(crate) said: Vec<(Now, Packet)>,
     pub(crate) outputs: Vec<(Now, Output)>,
     pub(crate) motors: Vec<(Now, control::MotorPair)>,
-    /// What the disk holds.
+    /// The contents of the disk.
     pub(crate) disk: Kept,
     /// Whether the console sends heartbeats.
     pub(crate) heartbeats: bool,
