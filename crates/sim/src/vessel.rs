@@ -82,7 +82,7 @@ pub struct Timed {
     pub at: MonoTime,
     /// The same moment in UTC.
     pub utc: UtcTime,
-    /// The parts that exist.
+    /// The output.
     pub output: Output,
 }
 

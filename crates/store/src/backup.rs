@@ -1,4 +1,4 @@
-//! What of a data folder a backup holds, how each part of it changes, and what time it covers.
+//! The files of a data folder that a backup holds, how each of them changes, and the time that it covers.
 //!
 //! The files come in the order in which a backup must copy them while the writer runs. Databases stand before the archive,
 //! and the catalogue before the months, so that the copy's history is never ahead of what it says it has read; opening
@@ -113,7 +113,7 @@ pub struct Covered {
     pub days: u32,
 }
 
-/// What time the archive of a data folder covers, by system.
+/// The time that the archive of a data folder covers, by system.
 ///
 /// # Errors
 /// When it cannot be read.

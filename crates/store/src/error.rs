@@ -1,4 +1,4 @@
-//! What can go wrong with a store, by what its caller can do about it.
+//! Errors of a store, grouped by remedy.
 
 use imc::FrameError;
 use std::io;
@@ -85,7 +85,7 @@ pub enum StoreError {
     Cancelled,
 }
 
-/// What the functions of this crate return.
+/// Result of this crate's functions.
 pub type Result<T, E = StoreError> = std::result::Result<T, E>;
 
 fn holder(pid: &str) -> String {

@@ -1,4 +1,4 @@
-//! Numbers by which the same message is known again.
+//! Fingerprints by which the same message is recognised.
 
 use imc::PacketView;
 use siphasher::sip::SipHasher13;
@@ -19,7 +19,7 @@ pub(crate) fn of_payload(payload: &[u8]) -> i64 {
     (SipHasher13::new().hash(payload) & ((1 << PAYLOAD_BITS) - 1)) as i64
 }
 
-/// What copies of one message for several receivers have in common: all but the destination.
+/// The fields that copies of one message for several receivers have in common: all but the destination.
 fn of_message(view: &PacketView<'_>) -> u64 {
     let mut hasher = SipHasher13::new();
     hasher.write_u16(view.id());

@@ -1,4 +1,4 @@
-//! How the history follows the archive: what was just written goes into it at once, and what it lacks is read from
+//! How the history follows the archive: new packets go into it at once, and missing ones are read from
 //! the archive in slices, the newest day first, while packets keep coming in.
 //!
 //! The history is derived, so nothing that is wrong with it stops the archive. A damaged file goes aside and its
@@ -68,7 +68,7 @@ pub(crate) struct Follower {
     saved_at: UtcTime,
 }
 
-/// What was read of the archive.
+/// The progress of reading the archive.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Chunk {
     pub(crate) packets: u64,
@@ -219,7 +219,7 @@ impl Follower {
         Some(text)
     }
 
-    /// What opening it found, in words.
+    /// The findings of opening it, in words.
     pub(crate) fn causes(&self) -> Vec<String> {
         match &self.kept {
             Kept::Newer(path) => vec![StoreError::Newer { path: path.clone() }.to_string()],

@@ -18,7 +18,7 @@ use units::UtcTime;
 /// Declarations of one system and one UTC day that are kept apart. One more becomes part of the nearest of them.
 const MOST_A_DAY: usize = 100;
 const DAY_US: i64 = 86_400_000_000;
-/// What stands for declarations that were too many.
+/// The substitute for declarations beyond the limit.
 const TOO_MANY: &str = "several declarations of one day, more than are kept apart";
 
 /// Why something is not there.
@@ -173,7 +173,7 @@ impl Gap {
     }
 }
 
-/// What is declared missing.
+/// The declared gaps.
 #[derive(Debug)]
 pub(crate) struct Gaps {
     archive: PathBuf,

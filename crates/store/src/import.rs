@@ -37,7 +37,7 @@ pub struct ImportProgress<'a> {
     pub added: u64,
 }
 
-/// What an import did.
+/// The result of an import.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Imported {
     /// Logs read.
@@ -48,7 +48,7 @@ pub struct Imported {
     pub added: u64,
     /// Bytes that are no packets.
     pub damaged_bytes: u64,
-    /// What is wrong with which log, and what to do about it.
+    /// Problems of logs, and remedies.
     pub problems: Vec<String>,
 }
 
@@ -156,7 +156,7 @@ impl LogImport {
         Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None })
     }
 
-    /// What was read so far.
+    /// The result so far.
     pub fn imported(&self) -> &Imported {
         &self.imported
     }
@@ -169,13 +169,13 @@ impl LogImport {
     /// Reads some more, about as many packets or unpacked bytes as said, and commits them with all that waits in
     /// the store. Whether there is more.
     ///
-    /// What was read before an error stays; importing the log again adds only the rest.
+    /// Packets read before an error stay; importing the log again adds only the rest.
     ///
     /// # Errors
     /// When the file or history cannot be read or the archive not be written; [`StoreError::Behind`] while the
     /// history lacks something: nothing was read then, and trying again brings it closer.
     pub fn read_some(&mut self, store: &mut Store, packets: u64, bytes: u64) -> Result<bool> {
-        // What came meanwhile must be known, or it would be taken twice.
+        // Packets that came meanwhile must be known, or they would be taken twice.
         store.commit_all()?;
         let (enough_packets, enough_bytes) =
             (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));

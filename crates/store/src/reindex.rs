@@ -18,13 +18,13 @@ use std::{fs, io};
 /// In the one that grows: why it did not take its place.
 const REFUSED: &str = "refused";
 
-/// What to do after a refusal.
+/// The action after a refusal.
 pub(crate) const ACCEPT: &str = "copy what is missing from a backup into the archive, or import the vessel's own log, \
                                  and run `lutra-server reindex` again; or give up what only the history holds by \
                                  `lutra-server reindex --accept-loss`, which goes on with history.new; or remove \
                                  history.new and keep the history";
 
-/// What making it again did.
+/// The result of the rebuild.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reindexed {
     /// Packets read from the archive by this run.
@@ -103,7 +103,7 @@ fn shortened_days(data: &Path) -> Result<BTreeMap<String, shortened::Bytes>> {
     shortened::seen(&data.join(ARCHIVE), read.iter().map(|(key, progress)| (*key, progress.lengths)))
 }
 
-/// What would be lost, and why, in words.
+/// The data that would be lost, and why, in words.
 fn why_less(
     data: &Path,
     grown: u64,

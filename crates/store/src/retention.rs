@@ -1,4 +1,4 @@
-//! Giving up what is old.
+//! Removal of old data.
 
 use crate::archive::{self, DATA};
 use crate::error::{Named as _, Result};
@@ -19,7 +19,7 @@ pub struct Retention {
     pub archive_before: Option<UtcTime>,
 }
 
-/// Something that goes.
+/// A part that is removed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Removal {
     /// A month's file or a day's folder.
@@ -28,7 +28,7 @@ pub struct Removal {
     pub bytes: u64,
 }
 
-/// What a retention would remove.
+/// The parts that a retention would remove.
 ///
 /// # Errors
 /// When folders cannot be read.
@@ -65,7 +65,7 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
 impl Store {
     /// Removes what a retention gives up; what that was.
     ///
-    /// Everything that waits is committed and saved first, so that nothing goes that the history has not read.
+    /// Waiting packets are committed and saved first, so that nothing is removed that the history has not read.
     ///
     /// # Errors
     /// When something could not be written or removed.
@@ -95,7 +95,7 @@ impl Store {
         if removals.iter().any(|removal| removal.path.is_dir()) {
             archive::mark_trimmed(&root)?;
         }
-        // Nothing must miss what was given up with a purpose.
+        // Data removed on purpose must not count as missing.
         self.give_up(&days, &months)?;
         for removal in removals {
             let path = &removal.path;

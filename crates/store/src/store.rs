@@ -1,4 +1,4 @@
-//! The store, open for writing: what is accepted, when it is safe, and how the history follows.
+//! The store, open for writing: it accepts packets, commits them, and updates the history.
 
 use crate::archive::{self, ARRIVALS, DATA, shortened};
 use crate::archive::{Archive, DayKey, Disk, Lengths, RealDisk, Recovered};
@@ -32,7 +32,7 @@ pub struct Store {
     follower: Follower,
     gaps: Gaps,
     repeats: RepeatWindow,
-    /// What became durable and was not reported yet.
+    /// Durable records that were not reported yet.
     untold: Vec<LinkSeq>,
     now: UtcTime,
     repairs: Repairs,
@@ -99,7 +99,7 @@ impl Store {
     ) -> Result<Self> {
         let mut store = Self::open_archive(folder, history, disk)?;
         store.replay(progress)?;
-        // What cannot be saved is read again next time.
+        // Progress that cannot be saved is read again next time.
         store.save().ok();
         Ok(store)
     }
@@ -130,7 +130,7 @@ impl Store {
         Ok(store)
     }
 
-    /// What opening it found and mended.
+    /// Findings and repairs of opening it.
     pub fn repairs(&self) -> &Repairs {
         &self.repairs
     }
@@ -173,7 +173,7 @@ impl Store {
         }
         let appended = self.archive.append(view, accepted.received, accepted.transport, accepted.link)?;
         if appended && !accepted.transport.brings_copies() && accepted.transport != Transport::Import {
-            // What comes directly may come once more through a relay.
+            // A direct packet may come once more through a relay.
             self.repeats.repeats(view);
         }
         if let Some(link) = accepted.link.filter(|_| appended) {
@@ -297,7 +297,7 @@ impl Store {
         }
         self.follower.history()?.roll_up_all()?;
         self.save()?;
-        // What an import filled the caches with is not needed any more.
+        // The caches as filled by an import are not needed any more.
         self.close_months()
     }
 

@@ -7,7 +7,7 @@
 
 use crate::dialect::Format;
 
-/// What some spreadsheets take for `=`, `+`, `-` and `@`.
+/// Characters that some spreadsheets take for `=`, `+`, `-` and `@`.
 const WIDE: [&str; 4] = ["＝", "＋", "－", "＠"];
 
 /// Appends text as one cell, [escaped](imc::text::escape) where it is no text.

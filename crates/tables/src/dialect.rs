@@ -1,4 +1,4 @@
-//! For whom a table is written.
+//! The dialects of CSV.
 
 /// The byte order mark, by which spreadsheets know UTF-8.
 const MARK: &[u8] = "\u{FEFF}".as_bytes();
@@ -16,17 +16,17 @@ pub enum Dialect {
 }
 
 impl Dialect {
-    /// What stands between cells.
+    /// The separator of cells.
     pub fn separator(self) -> u8 {
         if self == Self::SpreadsheetComma { b';' } else { b',' }
     }
 
-    /// What stands before decimals.
+    /// The decimal mark.
     pub fn decimal(self) -> u8 {
         if self == Self::SpreadsheetComma { b',' } else { b'.' }
     }
 
-    /// What a file begins with.
+    /// The start of a file.
     pub fn mark(self) -> &'static [u8] {
         if self == Self::Plain { b"" } else { MARK }
     }

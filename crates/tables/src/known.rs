@@ -1,4 +1,4 @@
-//! Messages by what people type.
+//! Looks up messages by what people type.
 
 use imc::catalogue::{self, MESSAGES, MessageDesc};
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What the tests of several crates share. Only ever a dev-dependency.
+//! Helpers for the tests of several crates. Only ever a dev-dependency.
 //!
 //! Recordings and golden vectors that Lutra may read but not ship live in a folder `shared` beside the
 //! checkout. A test that needs one asks [`shared`] for it and returns early, with the reason printed, where

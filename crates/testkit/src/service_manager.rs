@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Nothing that is waited for takes longer.
+/// No wait takes longer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Receives the notifications of a program.

@@ -111,7 +111,7 @@ impl Place {
     }
 }
 
-/// What one tile looks at.
+/// The input of one tile.
 struct View<'a> {
     scene: Scene<'a>,
     place: Place,

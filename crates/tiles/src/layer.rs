@@ -19,7 +19,7 @@ pub(crate) enum Layer {
     Name,
 }
 
-/// What a geometry is.
+/// The kind of a geometry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Point,

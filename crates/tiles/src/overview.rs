@@ -16,10 +16,10 @@ use charts::s57::{Attribute, AttributeCode, ObjectClass};
 /// Another one whenever the layout or the way of drawing changes.
 const MAGIC: &[u8; 8] = b"LUTRAOV2";
 
-/// What tiles of these zooms say of their objects.
+/// The properties in tiles of these zooms.
 const KEPT: [AttributeCode; 3] = [AttributeCode::DRVAL1, AttributeCode::DRVAL2, AttributeCode::VALDCO];
 
-/// What is seen of a chart at a zoom up to [`LAST_ZOOM`](crate::world::LAST_ZOOM).
+/// The visible part of a chart at a zoom up to [`LAST_ZOOM`](crate::world::LAST_ZOOM).
 pub(crate) fn overview(chart: &Piece, zoom: u8) -> Piece {
     let bits = BITS - u32::from(zoom) - TILE_BITS;
     let seen = |item: &&Item| {

@@ -32,13 +32,13 @@ pub trait SheetReader: fmt::Debug + Send + Sync {
     /// Why they cannot be had.
     fn features(&self, chart: usize) -> Result<Vec<Feature>, Unread>;
 
-    /// What a chart covers, whatever others do.
+    /// The coverage of a chart, without regard to others.
     ///
     /// # Errors
     /// Why that cannot be had.
     fn coverage(&self, chart: usize) -> Result<Vec<coverage::Polygon>, Unread>;
 
-    /// What was kept of a chart for a zoom, made of it and of the better ones that it meets.
+    /// The stored overview of a chart for a zoom, made of it and of the better ones that it meets.
     fn kept(&self, chart: usize, better: &[usize], zoom: u8) -> Option<Vec<u8>>;
 
     /// Keeps what was made of a chart, for zoom 0 and those that follow.
@@ -174,7 +174,7 @@ impl Sheet {
         }
     }
 
-    /// What a chart covers; all of its box where that cannot be read, for a coarser chart must not pass for it.
+    /// The coverage of a chart; all of its box where that cannot be read, for a coarser chart must not replace it.
     fn cover(&self, chart: usize) -> Result<Arc<Cover>, Changed> {
         if let Some(cover) = self.cache.cover(chart) {
             return Ok(cover);
@@ -198,7 +198,7 @@ impl Sheet {
         self.first_objects[chart].saturating_add(object)
     }
 
-    /// What is known of an object.
+    /// The data of an object.
     ///
     /// # Errors
     /// When the charts are others by now.

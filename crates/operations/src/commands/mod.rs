@@ -153,7 +153,7 @@ pub struct Command {
     pub epoch: u64,
     /// Like `plan.start`.
     pub verb: &'static str,
-    /// What it is about.
+    /// Its subject.
     pub subject: String,
     /// The stages reached, in order.
     pub steps: Vec<Step>,
@@ -233,7 +233,7 @@ pub struct CommandEvent {
     pub by: OrderedBy,
     /// Like `plan.start`.
     pub verb: &'static str,
-    /// What it is about.
+    /// Its subject.
     pub subject: String,
     /// How far it is.
     pub step: Step,

@@ -221,7 +221,7 @@ pub struct Teleop {
     state: State,
     /// Why it stopped last.
     why: Why,
-    /// The obstacle, and since when.
+    /// Another obstacle since then.
     hinders: Option<Why>,
     last: Option<Last>,
     /// The round trip of the last sample, browser and server alone.

@@ -28,7 +28,7 @@ const JUMP: u8 = 1 << 7;
 pub(crate) enum Record {
     /// A packet's.
     Packet(Arrival),
-    /// What stands before in the stream of the packet that follows.
+    /// The predecessor in the stream of the packet that follows.
     Jump {
         /// The packet's place in `Data.lsf`.
         offset: u64,
@@ -140,7 +140,7 @@ mod tests {
                 assert_eq!(Record::read(&damaged), None, "bit {bit}");
             }
         }
-        // What power loss leaves.
+        // A record after power loss.
         assert_eq!(Record::read(&[0; ARRIVAL_BYTES]), None);
     }
 }

@@ -1,5 +1,5 @@
-//! The form of the archive's files: `archive/format.json`. A program that knows an older form only leaves the folder alone,
-//! for it would take records that it does not understand for damage and cut them off.
+//! The format of the archive's files: `archive/format.json`. A program that knows only an older format leaves the folder
+//! alone: it would take records that it does not understand for damage and cut them off.
 
 use crate::error::{Named as _, Result, StoreError};
 use serde_json::{Value, json};

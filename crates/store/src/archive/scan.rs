@@ -1,4 +1,4 @@
-//! Reading a day of the archive: each packet with how and when it came.
+//! Reads a day of the archive: each packet with its transport and arrival time.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::day::Lengths;

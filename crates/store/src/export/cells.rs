@@ -1,4 +1,4 @@
-//! Where tables go, and the cells that all of them have.
+//! The output of tables, and the cells that all of them have.
 
 use super::options::CsvOptions;
 use crate::error::{Result, StoreError};
@@ -9,7 +9,7 @@ use tables::{FIXED, Format, IsoTime};
 /// Bytes that are passed on at once.
 const CHUNK_BYTES: usize = 1 << 16;
 
-/// What an export wrote.
+/// The result of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Exported {
     /// Rows of a table, or packets of a log.

@@ -212,7 +212,7 @@ fn select(
     ))
 }
 
-/// What is computed of a receiver's clock; nothing where that was never set.
+/// The computed columns of a receiver's clock; empty where that was never set.
 fn if_heard(sql: &str) -> String {
     format!("CASE WHEN unix_timestamp >= {} THEN {sql} END", detections::SET_AFTER_S)
 }
@@ -403,7 +403,7 @@ impl Lines<'_> {
         Ok(written)
     }
 
-    /// What every line begins with.
+    /// The cells at the start of every line.
     fn start(
         &mut self,
         out: &mut Vec<u8>,

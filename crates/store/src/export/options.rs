@@ -1,4 +1,4 @@
-//! What can be chosen about a table: its shape, units, names and dialect.
+//! The options of a table: its shape, units, names and dialect.
 
 use std::num::NonZeroI64;
 use tables::{Dialect, Format, Style};

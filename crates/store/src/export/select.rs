@@ -14,7 +14,7 @@ use tables::Style;
 /// The name by which all that the catalogue does not explain is asked for, beside messages' names.
 pub const RAW: &str = "_raw";
 
-/// What is asked for. An empty list means all.
+/// The selection. An empty list means all.
 #[derive(Debug, Clone)]
 pub struct Selection {
     /// Messages by name or number; `_raw` alone for those that the catalogue does not explain.

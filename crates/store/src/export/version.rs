@@ -1,4 +1,4 @@
-//! Which state of the data an export is of: as long as it stays, the same question gives the same bytes.
+//! The version of the data of an export: while it is the same, the same query gives the same bytes.
 
 use super::select::Selection;
 use crate::archive;
@@ -53,7 +53,7 @@ pub fn table_version(reader: &mut Reader, selection: &Selection) -> Result<u64> 
     Ok(version.finish())
 }
 
-/// What a system and its entities, or one of them, are called when.
+/// The names of a system and its entities, or of one of them, over time.
 fn hash_names(names: &Names, system: u16, entity: Option<u8>, version: &mut SipHasher13) {
     names.system(Address(system)).hash(version);
     let entities = entity.map_or(0..=u8::MAX, |entity| entity..=entity);

@@ -1,4 +1,4 @@
-//! Looking at the files of a history before anything is written to them.
+//! Checks the files of a history before anything is written to them.
 
 use super::month::VERSION;
 use super::{CATALOGUE, MonthKey, months};
@@ -6,7 +6,7 @@ use crate::error::{Named as _, Result, StoreError, is_damage};
 use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
 
-/// What a file of the history is.
+/// The state of a file of the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sound {
     /// As far as was looked, a database as it must be.

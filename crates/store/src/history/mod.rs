@@ -1,4 +1,4 @@
-//! The history: what was said, in tables that answer questions quickly.
+//! The history: all messages, in tables that answer queries quickly.
 //!
 //! A file of SQLite per month of the samples' own time, and a catalogue. Everything here can be made again from
 //! the archive; a row that is there already is left alone, so nothing is ever there twice.

@@ -186,7 +186,7 @@ fn a_later_history_is_not_written_and_stops_nothing() {
         let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
         let check = checks.iter().find(|check| check.name == "history" && check.health == Health::Problem);
         assert!(check.unwrap().remedy.contains("reindex"), "{checks:#?}");
-        // What it names works: the history of this version, with all that came; the later one is kept.
+        // The named remedy works: a history of this version, with all packets; the later one is kept.
         reindex(folder.path(), false, &mut |_| true).unwrap();
         assert_eq!(Store::open_at_once(folder.path()).unwrap().behind(), None);
         assert!(kept_aside(folder.path()).iter().any(|name| *name == file), "{file}");

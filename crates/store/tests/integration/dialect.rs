@@ -114,7 +114,7 @@ proptest! {
         prop_assert_eq!(rows, table_of_log(desc, &said));
     }
 
-    /// What a cell says is read by the rules in `docs/history.md`, and is the value that was sent.
+    /// A cell read by the rules in `docs/history.md` gives the value that was sent.
     #[test]
     fn text_and_reals_come_back_from_a_table(text in proptest::collection::vec(any::<u8>(), 0..30), bits: u64) {
         let said = LogBookEntry {

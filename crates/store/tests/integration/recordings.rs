@@ -22,7 +22,7 @@ fn packets(path: &Path) -> Vec<Vec<u8>> {
     found
 }
 
-/// What the history keeps once.
+/// The messages that the history keeps once.
 type Key = (u16, Address, u8, u64, Vec<u8>);
 
 fn key(packet: &[u8]) -> Key {

@@ -1,4 +1,4 @@
-//! Rebuilding, giving up, copying and looking after a store.
+//! Rebuilding, retention, backup and checks of a store.
 
 use crate::support::{OTTER, START_US, accept, accept_link, archived, dump, packet, state, temperature, utc};
 use store::{
@@ -141,7 +141,7 @@ fn a_backup_opens_as_a_store_while_the_writer_goes_on() {
         "{covered:?}"
     );
     let archive = archived(folder.path(), OTTER);
-    // What comes after the copy is not part of it.
+    // Packets after the copy are not part of it.
     accept(&mut store, &temperature(START_US + 77, 5.0), START_US + 2 * DAY_US, Transport::Tcp);
     store.commit().unwrap();
     let mut restored = Store::open(copy.path()).unwrap();
