@@ -39,13 +39,13 @@ pub struct ChartCell {
     pub update: String,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Date of issue (YYYYMMDD).
     pub issued: String,
     /// Its producer's comment.
     pub comment: String,
-    /// Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
+    /// Whether its depths and land tile what it covers, without gap or overlap; null for what is not a cell.
     pub whole: Option<bool>,
 }
 
@@ -91,13 +91,13 @@ pub struct ChartAtQuery {
 pub struct ChartDepth {
     /// `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `intertidal` or `water`.
     pub kind: String,
-    /// Least charted depth (m); null where it is no water of known depth.
+    /// Least charted depth (m); null where it is not water of known depth.
     pub least_m: Option<f64>,
     /// Greatest charted depth of the area (m), where given.
     pub greatest_m: Option<f64>,
     /// Margin to the least depth for autonomous sailing (m): negative = too shallow.
     pub margin_m: Option<f64>,
-    /// Whether a vessel may go there by itself.
+    /// Whether a vessel may sail there autonomously.
     pub autonomous: bool,
     /// Whether it may be driven there.
     pub navigable: bool,
@@ -222,7 +222,7 @@ pub struct ChartPiece {
 pub struct ChartProfilePoint {
     /// How far along the way (m).
     pub along_m: f64,
-    /// Least charted depth (m); null where it is no water of known depth.
+    /// Least charted depth (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// What is there, as in ChartDepth.
     pub kind: String,
@@ -272,7 +272,7 @@ pub struct GuardReason {
     pub lat_deg: f64,
     /// Where it is worst: longitude (°).
     pub lon_deg: f64,
-    /// Least charted depth there (m); null where it is no water of known depth.
+    /// Least charted depth there (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// Class of the object that decides, an acronym of S-57.
     pub object: Option<String>,

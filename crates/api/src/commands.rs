@@ -272,11 +272,11 @@ pub struct PlanGiven {
     pub specification: serde_json::Value,
 }
 
-/// The plans that a vessel stores, as it said last.
+/// The plans that a vessel stores, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlansAboard {
-    /// When it said so, µs since 1970 UTC; null while it never did.
+    /// When they were reported, µs since 1970 UTC; null if never.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub time_us: Option<i64>,
     /// By name.

@@ -22,7 +22,7 @@ pub struct TransportPeer {
     /// Packets that came from it.
     #[cfg_attr(test, ts(type = "number"))]
     pub received: u64,
-    /// Those of them that it may not send, or that are no packets.
+    /// Those of them that it may not send, or that are not packets.
     #[cfg_attr(test, ts(type = "number"))]
     pub refused: u64,
     /// Packets for it.
@@ -71,7 +71,7 @@ pub struct LinkStatus {
     pub ways: Option<LinkWays>,
 }
 
-/// The ways of one vessel to this server, as it said last.
+/// The ways of one vessel to this server, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LinkWays {
@@ -116,7 +116,7 @@ pub struct LinkWay {
     pub failures: u32,
 }
 
-/// Which sea chart a vessel holds, as it said last.
+/// Which sea chart a vessel holds, as last reported.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselChart {
@@ -131,7 +131,7 @@ pub struct VesselChart {
     pub digest: Option<String>,
     /// How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
     pub difference: Option<ChartDifference>,
-    /// When the vessel said so, µs since 1970 UTC; null while unknown.
+    /// When the vessel reported it, µs since 1970 UTC; null while unknown.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub told_us: Option<i64>,
 }

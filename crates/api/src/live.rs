@@ -142,7 +142,7 @@ pub struct System {
     pub heard_us: i64,
     /// Transports through which it was heard, the latest first.
     pub transports: Vec<String>,
-    /// Where it is, when it said so.
+    /// Its position, where it reported one.
     pub fix: Option<Fix>,
     /// Entities' labels by number.
     pub entities: BTreeMap<u8, String>,

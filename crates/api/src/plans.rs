@@ -167,7 +167,7 @@ pub struct PlanSummary {
     pub vessel: Option<u16>,
     /// Grows with every change.
     pub revision: u32,
-    /// Whether its latest changes were kept by themselves only.
+    /// Whether its latest changes were only saved automatically.
     pub draft: bool,
     /// Who changed it last.
     pub author: String,

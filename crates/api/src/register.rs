@@ -303,7 +303,7 @@ pub struct RegisterImport {
     pub added: u32,
     /// Entries that say something else.
     pub changed: u32,
-    /// Entries that say what they said.
+    /// Unchanged entries.
     pub same: u32,
     /// Problems of the file; nothing is imported while there is one.
     pub problems: Vec<RegisterProblem>,

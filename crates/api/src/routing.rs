@@ -110,7 +110,7 @@ pub struct SeaRoute {
     pub least_clearance_m: Option<f64>,
     /// Ends too near land, shallow water or a danger, which were moved to the nearest open water.
     pub moved: Vec<SeaRouteMoved>,
-    /// Whether the guard lets a vessel sail every leg by itself.
+    /// Whether the guard lets a vessel sail every leg autonomously.
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
@@ -179,7 +179,7 @@ pub struct SeaRouteRefusal {
 pub struct SeaRouteClosed {
     /// As the code of a [`GuardReason`], or `zone` in an area to avoid or outside of one to stay within; `too-shallow` also where it is deep enough and a danger is too near.
     pub code: String,
-    /// Least charted depth there (m); null where it is no water of known depth.
+    /// Least charted depth there (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// How far the end may be moved (m).
     pub may_move_m: f64,

@@ -125,7 +125,7 @@ pub struct Buckets {
     /// Time of the first sample of each, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number[]"))]
     pub first_us: Vec<i64>,
-    /// How many samples; those that are no number count for nothing.
+    /// How many samples; those that are not a number count for nothing.
     #[cfg_attr(test, ts(type = "number[]"))]
     pub count: Vec<u64>,
     /// The least.
@@ -176,7 +176,7 @@ pub struct Samples {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SampleRow {
-    /// When it was said, by the sender's clock, µs since 1970 UTC.
+    /// Its time, by the sender's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// When it first came ashore, µs since 1970 UTC.

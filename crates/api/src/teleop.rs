@@ -28,7 +28,7 @@ pub enum TeleopMessage {
     End {},
 }
 
-/// Why a browser stops by itself.
+/// Why a browser stops on its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -79,7 +79,7 @@ pub struct TeleopSample {
 pub enum TeleopPhase {
     /// It was not begun.
     Idle,
-    /// The vessel was asked and has not said that it is steered by hand.
+    /// The vessel was asked and has not confirmed that it is steered by hand.
     Starting,
     /// The motors stand still until the dead-man was released and the sticks were in neutral.
     Locked,

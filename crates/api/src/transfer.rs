@@ -12,7 +12,7 @@ pub struct ExportQuery {
     pub message: String,
     /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
+    /// Entities by number, or by label: their messages while they had it; all when left out or empty.
     pub entity: Option<String>,
     /// Fields, of all messages that have them (`psi`) or of one (`EulerAngles.psi`); all when left out or empty.
     pub field: Option<String>,
@@ -49,7 +49,7 @@ pub struct LogQuery {
     pub message: Option<String>,
     /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
+    /// Entities by number, or by label: their messages while they had it; all when left out or empty.
     pub entity: Option<String>,
     /// From this time on, ISO 8601, UTC unless it has an offset (`+02:00`); from the beginning when left out or empty.
     pub from: Option<String>,
@@ -94,7 +94,7 @@ pub struct Import {
     /// Those of them that were new.
     #[cfg_attr(test, ts(type = "number"))]
     pub added: u64,
-    /// Bytes that are no packets.
+    /// Bytes that are not packets.
     #[cfg_attr(test, ts(type = "number"))]
     pub damaged_bytes: u64,
     /// What is wrong with the log, and what to do about it.

@@ -110,7 +110,7 @@ pub struct ParameterAbout {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanUnderWay {
-    /// Its name; null while the vessel sails none, or has not said so.
+    /// Its name; null while the vessel sails none, or has not reported one.
     pub plan_id: Option<String>,
     /// The maneuver that the vessel is at; empty where it does not say.
     pub maneuver: String,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Folders in folders; an ENC_ROOT has four or five.
 const DEEPEST: usize = 32;
 
-/// A file larger than this is no cell: by the standard they have 5 MB at most (S-57 appendix B.1, 2.2).
+/// A file larger than this is not a cell: by the standard they have 5 MB at most (S-57 appendix B.1, 2.2).
 const MOST_CELL_BYTES: u64 = 256 << 20;
 
 /// What to import, in order.

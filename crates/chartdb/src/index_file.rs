@@ -36,7 +36,7 @@ pub struct LoadedIndex {
     pub rebuilt: Option<String>,
 }
 
-/// How often a set may change while its index is made: more are no imports.
+/// How often a set may change while its index is made; imports do not change it more often.
 const TRIES: u32 = 5;
 
 /// Where the index of a chart set lies.
@@ -56,7 +56,7 @@ fn changes_path(index: &Path) -> PathBuf {
 }
 
 /// Loads the index of a chart set; makes it again where it does not fit. Of its pieces those are read that questions
-/// need, from the file that it is now, whatever takes its place.
+/// need, from the file as opened, even if another takes its place.
 ///
 /// # Errors
 /// When there is no chart set, or it cannot be read.
@@ -172,7 +172,7 @@ impl Base {
     }
 }
 
-/// The index in a file, whatever it is of, with its changes.
+/// The index in a file, of any set, with its changes.
 pub(crate) fn open(path: &Path) -> Result<OpenIndex, String> {
     let file = Arc::new(FileBytes::open(path)?);
     let base = Base::of(&file).ok_or_else(|| IndexError::Magic.to_string())?;

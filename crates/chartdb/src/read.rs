@@ -42,7 +42,7 @@ pub struct Chart {
     pub update: String,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Date of issue (YYYYMMDD).
     pub issued: String,
@@ -54,7 +54,7 @@ pub struct Chart {
     pub features: u64,
     /// Number of vertices and soundings.
     pub vertices: u64,
-    /// Whether its depth areas and land tile what it says it covers; `None` for what is no cell.
+    /// Whether its depth areas and land tile what it says it covers; `None` for what is not a cell.
     pub skin_holds: Option<bool>,
     /// When it was imported, UTC.
     pub imported: String,
@@ -360,7 +360,7 @@ fn is_half_changed(error: &rusqlite::Error) -> bool {
     code == Some(rusqlite::ffi::SQLITE_READONLY_ROLLBACK)
 }
 
-/// Lets SQLite undo what was cut off; it does so by itself for who may write.
+/// Lets SQLite roll back an interrupted transaction; for a writer it does so automatically.
 fn undo(path: &FilePath) -> rusqlite::Result<()> {
     let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
     connection.busy_timeout(PATIENCE)?;

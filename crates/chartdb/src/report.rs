@@ -27,7 +27,7 @@ pub struct ImportOptions {
 }
 
 impl ImportOptions {
-    /// As they are when nothing is said.
+    /// The defaults.
     pub fn new(now: UtcTime) -> Self {
         Self {
             epsg: None,

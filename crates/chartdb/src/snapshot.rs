@@ -66,7 +66,7 @@ impl Snapshot {
         })
     }
 
-    /// Looks at one state of the database, whatever others do meanwhile.
+    /// Reads one state of the database, even if others change it meanwhile.
     fn within<T>(&mut self, look: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let path = self.set.path().to_owned();
         self.set.connection().execute_batch("BEGIN").named(&path)?;

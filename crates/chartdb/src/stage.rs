@@ -34,7 +34,7 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Starts from nothing, whatever an earlier run left.
+    /// Starts anew, without what an earlier run left.
     pub(crate) fn fresh(live: &Path) -> Result<Self> {
         Self::open(live, None)
     }

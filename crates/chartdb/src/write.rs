@@ -59,7 +59,7 @@ pub(crate) struct NewSource {
 }
 
 impl NewSource {
-    /// Of what is no cell: it has no edition, scale or datum of its own.
+    /// Of a supplement: it has no edition, scale or datum of its own.
     pub(crate) fn supplement(name: String, kind: &'static str, sha256: String, time: String) -> Self {
         Self {
             name,

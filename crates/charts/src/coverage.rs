@@ -34,7 +34,7 @@ pub struct Source {
     pub update: String,
     /// Date of issue (YYYYMMDD).
     pub issue_date: String,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,

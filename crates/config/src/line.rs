@@ -105,7 +105,7 @@ pub(crate) struct Header<'a> {
     pub(crate) name: &'a str,
     /// Whether the `]` is there.
     pub(crate) closed: bool,
-    /// Text after the `]` that is no comment and is ignored.
+    /// Text after the `]` that is not a comment and is ignored.
     pub(crate) ignored: &'a str,
 }
 

@@ -65,7 +65,7 @@ pub enum ProblemKind {
     Limit,
     /// A line exceeds what DUNE reads at once.
     LongLine,
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     NotText,
     /// A line that fits no form of the dialect.
     Syntax,
@@ -151,7 +151,7 @@ impl ProblemKind {
     }
 }
 
-/// One thing that is wrong or worth knowing.
+/// One error, warning or note.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// How bad it is.

@@ -40,7 +40,7 @@ impl ParamSpec {
     /// The value that a text means, whether it stands in a file or comes while the program runs.
     ///
     /// # Errors
-    /// Says what is wrong with the text, and what is allowed. No text at all is no value.
+    /// Says what is wrong with the text, and what is allowed. No text at all is not a value.
     pub fn value_of(&self, text: &str) -> Result<Value, String> {
         let text = text.trim();
         if text.is_empty() {

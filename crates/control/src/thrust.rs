@@ -10,7 +10,7 @@
 //!
 //! The published pair of fits for the real boat (NTNU dune-otter-public, HeadingAndSpeedForce) is not used
 //! both ways: its map from actuation to force has the wrong sign near zero and falls off near full ahead, so
-//! it is no inverse of the other. Here the cubic from force to actuation, which is strictly rising on both
+//! it is not an inverse of the other. Here the cubic from force to actuation, which is strictly rising on both
 //! sides, is the one truth and the way back is solved from it.
 
 /// Actuation of both motors, each -1 (full astern) to 1 (full ahead).
@@ -60,7 +60,7 @@ pub enum Sharing {
     /// differential shrinks too.
     #[default]
     TurnFirst,
-    /// Each motor is cut by itself.
+    /// Each motor is limited separately.
     Independent,
 }
 

@@ -15,12 +15,12 @@ pub struct Area {
     corners: Vec<(f64, f64)>,
 }
 
-/// Why a text is no area.
+/// Why a text is not an area.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoArea {
     /// It has too few corners, or too many.
     Corners(usize),
-    /// A corner is no place.
+    /// A corner is not a place.
     Corner(usize),
     /// The side from this corner to the next one spans more than 180 degrees of longitude.
     Side(usize),

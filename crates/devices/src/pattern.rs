@@ -93,7 +93,7 @@ pub enum NoPattern {
 /// Why a line is not the declared one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoMatch {
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// Text of the pattern does not stand where it must.
@@ -124,7 +124,7 @@ impl Pattern {
     /// Reads a pattern.
     ///
     /// # Errors
-    /// When it is no pattern, or a reading could not be made of its fields.
+    /// When it is not a pattern, or a reading could not be made of its fields.
     pub fn parse(text: &str) -> Result<Self, NoPattern> {
         if text.len() > LONGEST_PATTERN {
             return Err(NoPattern::TooLong);

@@ -11,7 +11,7 @@ const KIB_IN_MIB: f64 = 1024.0;
 /// Fields of the processor's line that make up its time: user, nice, system, idle, iowait, irq, softirq, steal. Guests'
 /// time, which follows, is counted in the user's already.
 const CPU_FIELDS: usize = 8;
-/// Without the fourth field, idle, nothing can be said of the load.
+/// Without the fourth field, idle, the load is unknown.
 const FEWEST_CPU_FIELDS: usize = 4;
 /// Temperatures of a processor that are believed (°C).
 const BELIEVED_C: std::ops::RangeInclusive<f64> = -60.0..=200.0;

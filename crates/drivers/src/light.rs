@@ -65,7 +65,7 @@ pub struct Situation {
     pub powering_off: bool,
 }
 
-/// Why numbers are no pattern.
+/// Why numbers are not a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PatternError {
     /// Not whole groups.

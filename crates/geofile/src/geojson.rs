@@ -54,7 +54,7 @@ pub enum GeoJsonError {
 /// Reads all points and lines.
 ///
 /// # Errors
-/// At the first thing that is neither.
+/// At the first object that is neither.
 pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
     let value = parsed(bytes)?;
     let mut reader = Reader::default();
@@ -72,7 +72,7 @@ pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
 /// Reads all polygons. They may be many: the caller bounds the file.
 ///
 /// # Errors
-/// At the first thing that is not valid.
+/// At the first object that is not valid.
 pub fn read_polygons(bytes: &[u8]) -> Result<Vec<Polygon>, GeoJsonError> {
     let mut polygons = Vec::new();
     collect(&parsed(bytes)?, "the file", &mut polygons)?;

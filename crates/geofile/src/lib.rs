@@ -27,14 +27,14 @@ pub struct Position {
 }
 
 impl Position {
-    /// From degrees; `None` where they are no place.
+    /// From degrees; `None` where they are not a place.
     pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
         let good = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
         good.then_some(Self { lat_deg, lon_deg })
     }
 }
 
-/// Where a thing is.
+/// The geometry of a shape.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// At a place.
@@ -46,7 +46,7 @@ pub enum Geometry {
 /// The rings of a polygon, the outer one first; the last position of a ring is its first one.
 pub type Polygon = Vec<Vec<Position>>;
 
-/// A thing of a file.
+/// A named shape of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// Its name; may be empty.
@@ -64,7 +64,7 @@ pub struct Shapes {
     pub name: String,
     /// Its other properties; always empty from GPX.
     pub properties: Map<String, Value>,
-    /// Its things, in their order.
+    /// Its shapes, in their order.
     pub shapes: Vec<Shape>,
     /// Parts that were left out, for people.
     pub notes: Vec<String>,

@@ -15,7 +15,7 @@ const NEARLY: f64 = 0.95;
 /// Points beside the nearest one of a side, so many times the distance that is wanted from the border.
 const BESIDE: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// Why some places are no area.
+/// Why some places are not an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum AreaError {
     /// An area needs three corners.

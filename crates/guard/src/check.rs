@@ -234,7 +234,7 @@ impl NamedLeg<'_> {
     }
 }
 
-/// The worst that the chart has in a corridor, for a vessel by itself.
+/// The worst that the chart has in a corridor, for autonomous sailing.
 fn worst(corridor: Corridor, index: &DepthIndex, limits: &GuardLimits) -> DepthAnswer {
     let leg = Leg { from: corridor.from, to: corridor.to };
     index.shallowest_along(leg, corridor.half_width_m, &limits.demand(limits.autonomous_m))
@@ -253,7 +253,7 @@ fn gravity(answer: &DepthAnswer) -> f64 {
     }
 }
 
-/// Why the vessel may not be there by itself, if so: for want of water first, then for a rule.
+/// Why the vessel may not sail there autonomously, if so: first for the depth, then for a rule.
 fn reason(answer: &DepthAnswer, limits: &GuardLimits) -> Option<Reason> {
     if answer.navigable {
         return None;

@@ -7,7 +7,7 @@ use charts::depth_index::{ChartTrust, Demand, EntryRules};
 pub struct GuardLimits {
     /// Least depth in which an operator may steer the vessel by hand (m).
     pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_m: f64,
     /// Draught at rest (m).
     pub draught_m: f64,
@@ -36,7 +36,7 @@ pub struct GuardLimits {
 }
 
 impl Default for GuardLimits {
-    /// An Otter: 1 m navigable, 5 m by itself, 0.32 m of draught with its payload, 2 m up to its aerials.
+    /// An Otter: 1 m navigable, 5 m autonomous, 0.32 m of draught with its payload, 2 m up to its aerials.
     fn default() -> Self {
         Self {
             navigable_m: 1.0,

@@ -8,7 +8,7 @@ use units::{LatLon, LocalFrame, LocalPoint};
 
 const DIRECTIONS: u32 = 24;
 const WAYS_M: [f64; 4] = [15.0, 30.0, 60.0, 100.0];
-/// More room is no better (m).
+/// More room gives no advantage (m).
 const ROOM_M: f64 = 40.0;
 /// A metre of way is worth this much room (m).
 const WAY_COST: f64 = 0.1;

@@ -154,7 +154,7 @@ impl Reason {
 pub struct Spot {
     /// Where.
     pub at: LatLon,
-    /// Least charted depth (m); negative where it dries, absent where it is no water of known depth.
+    /// Least charted depth (m); negative where it dries, absent where it is not water of known depth.
     pub least_m: Option<f64>,
     /// Margin of the depth (m), negative = too shallow; absent like the depth.
     pub margin_m: Option<f64>,

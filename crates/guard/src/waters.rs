@@ -14,7 +14,7 @@ use units::{LatLon, LocalFrame, LocalPoint};
 const STEP_M: f64 = 5.0;
 const MOST_STEPS: u32 = 400;
 
-/// Where the vessel may go by itself.
+/// Where the vessel may sail autonomously.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Waters {
     /// The area of operation; anywhere without.

@@ -276,7 +276,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether an order to a vessel would go by its link: it stands, or it is the only way there is.
+    /// Whether an order to a vessel would go by its link: it is open, or it is the only way.
     pub fn goes_by_link(&self, now: MonoTime, vessel: Address) -> bool {
         let links = || self.peers.values().filter(|slot| slot.is_link_of(vessel));
         links().any(|slot| slot.stands)

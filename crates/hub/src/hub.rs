@@ -66,7 +66,7 @@ pub struct Record {
 pub struct Counters {
     /// Packets that came.
     pub received: u64,
-    /// Bytes that were no packet.
+    /// Bytes that were not a packet.
     pub damaged: u64,
     /// Packets with a source address that their peer may not use.
     pub refused: u64,
@@ -192,7 +192,7 @@ impl<O: OrderLog> Hub<O> {
         self.standing.lost(peer);
     }
 
-    /// Whether a peer takes what it is given; one that does not is no way to a vessel.
+    /// Whether a peer reads its packets; one that does not is not used as a way to a vessel.
     pub fn takes(&mut self, peer: PeerId, takes: bool) {
         if let Some(slot) = self.peers.get_mut(&peer) {
             slot.takes = takes;
@@ -311,7 +311,7 @@ impl<O: OrderLog> Hub<O> {
         true
     }
 
-    /// Whether a command is said, for the first time or again, and is no copy.
+    /// Whether a command is sent, for the first time or again, and is not a copy.
     fn is_said(&mut self, now: MonoTime, from: PeerId, view: &PacketView<'_>, digest: u64) -> bool {
         let by = self.repeats.speaker(digest);
         let by_another = by.is_some_and(|by| by != from && self.peers.contains_key(&by));

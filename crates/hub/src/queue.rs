@@ -163,7 +163,7 @@ pub fn is_stop(delivery: &Delivery) -> bool {
 }
 
 /// Whether a newer packet of the kind makes this one worthless. What is addressed to one system and every event
-/// is no telemetry.
+/// is not telemetry.
 fn is_telemetry(delivery: &Delivery) -> bool {
     delivery.tag.is_none()
         && PacketView::unchecked(&delivery.packet)

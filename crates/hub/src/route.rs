@@ -55,7 +55,7 @@ impl<O: OrderLog> Hub<O> {
                 false
             } else if for_all {
                 let mut there = slot.homes(now).peekable();
-                // Everyone there heard it where it comes from.
+                // All peers there got it where it comes from.
                 let heard = there.peek().is_some() && there.all(|system| neighbours.contains(&system));
                 (slot.peer.role == Role::Console || from_console) && !heard
             } else {
@@ -74,7 +74,7 @@ impl<O: OrderLog> Hub<O> {
     }
 
     /// Whether a packet comes from where its destination lives, which therefore has it. A console is never meant:
-    /// an answer said twice does no harm, one that is not said does.
+    /// an answer sent twice does no harm, a missing one does.
     pub(crate) fn is_echo(&self, now: MonoTime, from: PeerId, to: Address) -> bool {
         !to.is_ccu()
             && !to.is_everyone()

@@ -9,7 +9,7 @@ use crate::header::{FOOTER_BYTES, FrameError, MAX_PACKET_BYTES, PacketView, SYNC
 use crate::wire::ByteOrder;
 use std::ops::Range;
 
-/// One thing found in a stream.
+/// One finding in a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame<'a> {
     /// A whole packet with a right checksum.
@@ -19,11 +19,11 @@ pub enum Frame<'a> {
         /// The packet.
         view: PacketView<'a>,
     },
-    /// Bytes that are no packet.
+    /// Bytes that are not a packet.
     Damage(Damage),
 }
 
-/// A run of bytes that is no packet.
+/// A run of bytes that is not a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Damage {
     /// Its first byte, counted from the start of the stream.

@@ -70,7 +70,7 @@ impl Header {
 /// Why bytes are not one packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
-    /// The first two bytes are no sync number.
+    /// The first two bytes are not a sync number.
     #[error("bad sync {:02x} {:02x}, expected 54 fe or fe 54", found[0], found[1])]
     BadSync {
         /// The first two bytes.

@@ -50,7 +50,7 @@ pub enum ShortPayload {
 /// What is wrong with a packet.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// It is no whole, undamaged packet.
+    /// It is not a whole, undamaged packet.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// Its payload cannot be what its message id says.

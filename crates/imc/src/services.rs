@@ -20,7 +20,7 @@ pub struct Service<'a> {
 }
 
 impl<'a> Service<'a> {
-    /// One URI; `None` when it is not valid or its port is no port.
+    /// One URI; `None` when it is not valid or its port is not a port.
     pub fn parse(uri: &'a str) -> Option<Self> {
         let (scheme, rest) = uri.trim().split_once("://")?;
         let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));
@@ -53,7 +53,7 @@ fn port_number(text: &str) -> Option<u16> {
     text.bytes().all(|digit| digit.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
-/// All services of the text; what is no URI is passed over, as other programs do.
+/// All services of the text; what is not a URI is passed over, as other programs do.
 pub fn parse(services: &str) -> impl Iterator<Item = Service<'_>> {
     services.split(';').filter_map(Service::parse)
 }

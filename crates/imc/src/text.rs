@@ -26,7 +26,7 @@ impl Text {
         str::from_utf8(&self.0).ok()
     }
 
-    /// The text for people: bytes that are no UTF-8 become U+FFFD.
+    /// The text for people: bytes that are not UTF-8 become U+FFFD.
     pub fn to_str_lossy(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.0)
     }

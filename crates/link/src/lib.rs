@@ -66,7 +66,7 @@ use std::time::Duration;
 
 /// A heartbeat is sent this often, each way.
 pub const HEARTBEAT: Duration = Duration::from_secs(1);
-/// A peer that said nothing for so long is gone: its connection is closed without waiting for TCP.
+/// A peer that sent nothing for so long is gone: its connection is closed without waiting for TCP.
 pub const DEAD_AFTER: Duration = Duration::from_secs(3);
 /// A greeting that is not answered in this time is given up.
 pub const GREETING_WITHIN: Duration = Duration::from_secs(5);

@@ -69,7 +69,7 @@ pub(crate) struct LiveSet {
 }
 
 impl LiveSet {
-    /// Takes a packet; answers false for what is no packet.
+    /// Takes a packet; answers false for what is not a packet.
     pub(crate) fn put(&mut self, now: Now, packet: Bytes) -> bool {
         let Ok(view) = PacketView::unchecked(&packet) else { return false };
         let id = view.id();
@@ -137,7 +137,7 @@ impl LiveSet {
         if taken.is_empty() {
             return None;
         }
-        // Old values first, so that the order in which they were said is kept.
+        // Old values first, so that the order in which they were sent is kept.
         taken.sort_by_key(|(at, _)| *at);
         Some(packer.pack(0, taken.iter().map(|(at, packet)| (*at, &packet[..]))))
     }

@@ -70,7 +70,7 @@ pub struct EngineConfig {
     pub calibration: Option<Duration>,
     /// Labels of the entities whose errors end even plans that ignore errors.
     pub vital: BTreeSet<String>,
-    /// Labels of the entities whose errors a running plan hears of by other ways: those of the position by
+    /// Labels of the entities whose errors a running plan gets by other ways: those of the position by
     /// [`Input::Position`], that of path control by [`Event::PathFailed`]. They only keep plans from starting.
     pub bridged: BTreeSet<String>,
     /// Where maneuvers may go whose goals others name under way.
@@ -139,7 +139,7 @@ impl Engine {
         self.config = config;
     }
 
-    /// The caller was held up until `now`: path control could not have been heard meanwhile.
+    /// The caller was stalled until `now`: path control could not have been heard meanwhile.
     pub fn held_up(&mut self, now: MonoTime) {
         if let Some(heard) = self.run.as_mut().and_then(|run| run.path_heard.as_mut()) {
             *heard = now;

@@ -186,7 +186,7 @@ impl Plan {
         order
     }
 
-    /// Whether it never ends by itself because its maneuvers follow each other in a circle.
+    /// Whether it never ends on its own because its maneuvers follow each other in a circle.
     pub fn is_cyclic(&self) -> bool {
         self.order().last().is_some_and(|last| self.nodes[*last].next.is_some())
     }

@@ -22,7 +22,7 @@ impl fmt::Display for PlanProblems {
     }
 }
 
-/// One thing that is wrong, and where.
+/// One error, and where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanProblem {
     /// Name of the maneuver; `None` for the plan itself.
@@ -99,7 +99,7 @@ pub enum ProblemKind {
         /// The possible value (m).
         limit_m: f64,
     },
-    /// Two numbers are no place.
+    /// Two numbers are not a place.
     #[error("{0}")]
     Place(#[from] units::PlaceError),
     /// Both coordinates are exactly 0: a position that was never filled in.

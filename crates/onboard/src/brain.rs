@@ -175,7 +175,7 @@ impl Brain {
         self.pilot.tick(&mut self.bus);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.bus.poll()
     }

@@ -107,7 +107,7 @@ impl Bus {
         }
     }
 
-    /// To everyone who listens.
+    /// To all listeners.
     pub(crate) fn send<T: Payload>(&mut self, from: Entity, message: &T) {
         self.send_to(from, Asker::EVERYONE, message);
     }
@@ -119,7 +119,7 @@ impl Bus {
         self.out.push_back(Output::Packet { bytes, to });
     }
 
-    /// The bytes of a packet; a message too large for one is lost, and said to be.
+    /// The bytes of a packet; a message too large for one is dropped, and that is reported.
     pub(crate) fn packet<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) -> Option<Vec<u8>> {
         let header = Header {
             timestamp: self.now.utc.seconds(),

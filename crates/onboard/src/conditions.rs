@@ -25,7 +25,7 @@ impl Conditions {
         Self { last: ByLabel::new(), next: now }
     }
 
-    /// After an abort the vessel stays in error until the engine hears of the watched parts again: in a second,
+    /// After an abort the vessel stays in error until the engine gets the watched parts' conditions again: in a second,
     /// as with DUNE, and not whenever their next report happens to be due.
     pub(crate) fn hold(&mut self, now: MonoTime) {
         self.next = now + PERIOD;

@@ -229,7 +229,7 @@ impl Hydrophone {
     fn condition(&self) -> Condition {
         let device = self.device.as_ref().map(|state| state.condition);
         match device {
-            // It hears: what its driver still waits for is no matter.
+            // It hears: settings that its driver still waits for do not matter.
             Some(Condition::Boot) if self.heard == 0 && self.noise.is_none() => Condition::Boot,
             Some(bad) if bad.is_bad() => bad,
             _ if self.unset || self.lost_clock().is_some() => Condition::Fault,

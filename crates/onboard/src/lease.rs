@@ -20,7 +20,7 @@ const BURST: Duration = Duration::from_secs(10);
 pub struct Lease {
     /// Grows with every grant.
     pub epoch: u64,
-    /// How long it lives unless it is said again; zero ends it.
+    /// How long it is valid unless it is repeated; zero ends it.
     pub lasts: Duration,
     /// The holder's name.
     pub holder: String,

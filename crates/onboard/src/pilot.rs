@@ -371,7 +371,7 @@ impl Pilot {
         self.events.push_back(PilotEvent::Path(status));
     }
 
-    /// A speed under the limits of the guard and of a position that is only reckoned. What is no speed in m/s is
+    /// A speed under the limits of the guard and of a position that is only reckoned. What is not a speed in m/s is
     /// replaced while the vessel is faster.
     fn limited(&self, speed: Option<Speed>, estimate: &Estimate) -> Option<Speed> {
         let reckoning_mps = estimate.is_reckoned().then_some(self.reckoning_mps);

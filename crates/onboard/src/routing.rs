@@ -64,7 +64,7 @@ pub struct RouteRequest {
     pub to: LatLon,
     /// The water around it.
     pub needs: Needs,
-    /// The area of operation, if the way is to stay inside it. It is no part of recordings, whose settings have it.
+    /// The area of operation, if the way is to stay inside it. It is not part of recordings, whose settings have it.
     pub zones: Zones,
     /// A longer one is of no use (m).
     pub longest_m: f64,

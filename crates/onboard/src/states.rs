@@ -169,7 +169,7 @@ impl States {
 }
 
 impl Values {
-    /// Sends what changed, or was not said for a while.
+    /// Sends states that changed, or were not sent for a while.
     fn tell(&mut self, bus: &mut Bus) {
         let known = self.sent.as_ref().is_some_and(|(list, again)| *list == self.list && bus.mono() < *again);
         if !known {

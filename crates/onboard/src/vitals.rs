@@ -21,7 +21,7 @@ pub struct Vitals {
     pub satellite_time: Option<(UtcTime, i64)>,
 }
 
-/// Whether the power goes off after this was said of it; `before` is whether it did.
+/// Whether the power goes off after this report; `before` is whether it did.
 pub(crate) fn powers_off(said: PowerOperationOp, before: bool) -> bool {
     match said {
         PowerOperationOp::PwrDownIp => true,

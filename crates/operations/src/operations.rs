@@ -145,7 +145,7 @@ impl Operations {
         Ok((id, self.dispatch(now, id, None)))
     }
 
-    /// The plan that a vessel said it executes.
+    /// The plan that a vessel reports as executed.
     pub fn running(&self, vessel: Address) -> Option<String> {
         let state = self.plan_state(vessel)?;
         Some(state.plan_id.to_str_lossy().into_owned())

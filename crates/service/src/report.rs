@@ -37,7 +37,7 @@ impl Status {
     }
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// What: words without figures, like `data folder`; machines get it with `_` for blanks.

@@ -1,4 +1,4 @@
-//! Refusal of settings and commands that are no number or outside what a model holds for.
+//! Refusal of settings and commands that are not a number or outside what a model holds for.
 
 use thiserror::Error;
 

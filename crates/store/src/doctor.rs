@@ -32,7 +32,7 @@ pub enum Health {
     Problem,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
     /// The subject of the check: a stable word.

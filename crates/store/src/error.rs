@@ -53,7 +53,7 @@ pub enum StoreError {
     Locked {
         /// The folder.
         path: PathBuf,
-        /// The process that holds it, as it said itself; empty when it did not.
+        /// The process that holds it, as it noted itself; empty when it did not.
         pid: String,
     },
     /// A file that says how far the archive was carried says something else.
@@ -62,7 +62,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// The bytes are no packet.
+    /// The bytes are not a packet.
     #[error("no IMC packet: {0}")]
     Packet(#[from] FrameError),
     /// More bytes came than the packet has.

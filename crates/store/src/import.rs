@@ -46,7 +46,7 @@ pub struct Imported {
     pub packets: u64,
     /// Packets that were new to the archive.
     pub added: u64,
-    /// Bytes that are no packets.
+    /// Bytes that are not packets.
     pub damaged_bytes: u64,
     /// Problems of logs, and remedies.
     pub problems: Vec<String>,

@@ -52,7 +52,7 @@ pub struct Committed {
 /// Findings and repairs when a store is opened.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Repairs {
-    /// Each thing in words.
+    /// Each finding in words.
     pub notes: Vec<String>,
     /// Packets that were in the archive and not yet surely in the history.
     pub replayed: u64,

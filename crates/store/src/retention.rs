@@ -100,7 +100,7 @@ impl Store {
         for removal in removals {
             let path = &removal.path;
             if path.is_dir() {
-                // The data goes first: a folder without it is no day, so a power cut here leaves only litter.
+                // The data goes first: a folder without it is not a day, so a power cut here leaves only litter.
                 match fs::remove_file(path.join(DATA)) {
                     Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                         return Err(error).named(path);

@@ -41,7 +41,7 @@ pub struct Store {
 
 impl Store {
     /// Opens the store in a folder, making it if need be, mends what a crash left and reads into the history
-    /// what is not there yet. A history that cannot be written is no error: it is [behind](Self::behind).
+    /// what is not there yet. A history that cannot be written is not an error: it is [behind](Self::behind).
     ///
     /// # Errors
     /// When another process has it open, or files of the archive cannot be read or written.

@@ -128,7 +128,7 @@ fn own_column(field: &'static FieldDesc) -> Column {
 }
 
 /// Where the vessel of an `EstimatedState` is: latitude and longitude (deg) of its reference point (lat, lon in radians, height
-/// in metres) displaced by x, y and z (m), which are its first six fields; `None` where they are no place.
+/// in metres) displaced by x, y and z (m), which are its first six fields; `None` where they are not a place.
 pub fn computed_place([lat, lon, height, x, y, z]: [f64; 6]) -> Option<(f64, f64)> {
     let state = EstimatedState {
         lat,

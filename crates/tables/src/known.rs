@@ -3,7 +3,7 @@
 use imc::catalogue::{self, MESSAGES, MessageDesc};
 use std::fmt;
 
-/// Letters of what was typed that are said again.
+/// Letters of the input that are repeated.
 const SHOWN: usize = 60;
 
 /// There is no such message.

@@ -42,7 +42,7 @@ pub fn real(out: &mut Vec<u8>, text: &str, dialect: Dialect) {
     }
 }
 
-/// Appends the two cells of a time, ISO 8601 and seconds; both empty for what is no time.
+/// Appends the two cells of a time, ISO 8601 and seconds; both empty for what is not a time.
 pub fn stamp(out: &mut Vec<u8>, iso: &mut IsoTime, time_us: Option<i64>, dialect: Dialect) {
     if let Some(time_us) = time_us {
         iso.write(out, time_us);

@@ -3,7 +3,7 @@
 //! through the first steps of drawing already; as bytes it is kept from one start of a server to the next.
 //!
 //! Layout, little-endian: [`MAGIC`], then lists of objects and items, each a count (u32) and its rows. Lines are steps from
-//! one vertex to the next, most of which take two bytes. Bytes that are no overview answer `None`, and it is made again
+//! one vertex to the next, most of which take two bytes. Bytes that are not an overview answer `None`, and it is made again
 //! of the chart.
 
 use crate::about::About;

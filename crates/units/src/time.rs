@@ -90,7 +90,7 @@ impl UtcTime {
         }
     }
 
-    /// From a civil date and time; `None` when the parts are no date, no time of day or out of range.
+    /// From a civil date and time; `None` when the parts are not a date or time of day, or out of range.
     pub fn from_civil(civil: Civil) -> Option<Self> {
         let Civil { year, month, day, hour, minute, second, microsecond } = civil;
         if !(1..=12).contains(&month)

@@ -360,7 +360,7 @@ impl DepthIndex {
     }
 }
 
-/// Less is worse: what is no depth, then the margin.
+/// Less is worse: what is not a depth, then the margin.
 fn order(answer: &DepthAnswer) -> (bool, f64, f64) {
     let rank = match answer.water {
         Water::Land => 0.0,

@@ -94,7 +94,7 @@ fn checked_piece(bytes: &[u8], directory: &Directory, at: usize) -> Option<Piece
     placed.then_some(piece)
 }
 
-/// Why bytes are no index.
+/// Why bytes are not an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum IndexError {
     /// Something else.
@@ -131,7 +131,7 @@ impl DepthIndex {
     /// The index of some bytes, all of it in memory.
     ///
     /// # Errors
-    /// When they are no index, of another version, or damaged.
+    /// When they are not an index, of another version, or damaged.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, IndexError> {
         let (directory, spans) = read_directory(&bytes, 0)?;
         let mut order: Vec<usize> = (0..spans.len()).collect();

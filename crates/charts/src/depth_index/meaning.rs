@@ -4,7 +4,7 @@
 //! deep. A danger without a depth blocks, unless the chart says that its depth lies within
 //! that of the area around it (EXPSOU 1). What contradicts itself, is there twice or can be no depth counts as the worst
 //! that it may mean, as does [`unsafe_to_use`] with what has no whole shape. Piles, buoys, beacons, platforms, structures and fish farms block
-//! always. Areas that may not be entered are no danger and stand beside the depth.
+//! always. Areas that may not be entered are not dangers and are reported beside the depth.
 
 use super::object::{Role, Stored, millimetres};
 use super::restricted::{Restriction, restriction};

@@ -56,7 +56,7 @@ impl What {
 impl Eq for Waiting {}
 
 impl Ord for Waiting {
-    /// The nearest is the greatest; found things come before boxes at the same distance.
+    /// The nearest is the greatest; found objects come before boxes at the same distance.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         let by_distance = other.distance_m.total_cmp(&self.distance_m);
         let key = |one: &Self| (one.what.order(), one.chart);

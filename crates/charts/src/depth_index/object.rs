@@ -93,7 +93,7 @@ pub(super) struct State {
     pub(super) stored: Stored,
     pub(super) object: Option<u32>,
     pub(super) zone: Option<u8>,
-    /// The lowest thing above, and its number.
+    /// The lowest overhead obstacle, and its number.
     pub(super) overhead: Option<(Stored, u32)>,
     /// An area of each [`Restriction`] that holds the point.
     pub(super) areas: [Option<u32>; 2],
@@ -130,7 +130,7 @@ impl State {
 
 /// Depths are kept in millimetres, rounded to the shallower side and within ±2000 km.
 pub(super) fn millimetres(depth_m: f64) -> i32 {
-    // 2.3 m is 2299.9999999999995 mm in floating point; a nanometre is no depth.
+    // 2.3 m is 2299.9999999999995 mm in floating point; a nanometre is not a depth.
     (depth_m * 1000.0 + 1e-6).floor().clamp(-2e9, 2e9) as i32
 }
 

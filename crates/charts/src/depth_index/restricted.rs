@@ -137,7 +137,7 @@ impl Restricted {
 /// A feature's restriction of entry, if it has one.
 ///
 /// RESTRN counts on every class. An area whose restriction the chart does not give is restricted by its category:
-/// offshore safety zone, military area and minefield are no places to be by chance.
+/// offshore safety zone, military area and minefield are not to be entered by chance.
 pub(super) fn restriction(feature: &Feature) -> Option<Restriction> {
     /// RESTRN.
     const ENTRY_PROHIBITED: u32 = 7;

@@ -107,7 +107,7 @@ pub enum Geometry {
     Unreadable {
         /// The part of the boundary that could be read.
         paths: Vec<Path>,
-        /// Why it is no surface.
+        /// Why it is not a surface.
         reason: String,
     },
 }

@@ -40,7 +40,7 @@ fn level() -> impl Strategy<Value = LexicalLevel> {
     prop::sample::select(vec![LexicalLevel::Ascii, LexicalLevel::Latin1, LexicalLevel::Ucs2])
 }
 
-/// Characters that a level has; the delete marker alone is no value, so it stands in none.
+/// Characters that a level has; the delete marker alone is not a value, so it stands in none.
 fn text(level: LexicalLevel) -> BoxedStrategy<String> {
     let pattern = match level {
         LexicalLevel::Ascii => "[ -~]{0,12}",

@@ -321,7 +321,7 @@ impl CourseSpeedConfig {
         check.within("drive", |check| self.drive.check(check));
         check.within("output", |check| self.output.check(check));
         if let (FeedForward::Table(table), Drive::Force { .. }) = (&self.speed.feed_forward, &self.drive) {
-            // A table answers rpm, which is no force.
+            // A table answers rpm, which is not a force.
             check.within("speed", |check| {
                 check.number("feed_forward_table", "rpm", table.rpm_for_percent(100.0), 0.0..=0.0);
             });

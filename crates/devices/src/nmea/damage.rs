@@ -6,7 +6,7 @@ pub enum DamagedSentence {
     /// It does not begin with `$`.
     #[error("no NMEA sentence: it does not begin with $")]
     NoStart,
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// Another sentence begins, or the stream ends, before its line end.

@@ -57,7 +57,7 @@ impl Ack {
 /// Why a line is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedLine {
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// Another line begins before this one's end.
@@ -95,7 +95,7 @@ pub struct Heard {
 /// Reads one line, without its end.
 ///
 /// # Errors
-/// When it is no text, has another number of fields than any line, or a field is not valid.
+/// When it is not text, has another number of fields than any line, or a field is not valid.
 pub fn parse(line: &[u8]) -> Result<Heard, DamagedLine> {
     let line = line.trim_ascii();
     if !line.iter().all(|byte| (b' '..=b'~').contains(byte)) {

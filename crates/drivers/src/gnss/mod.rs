@@ -277,7 +277,7 @@ impl Compass {
             *heading_rad = turned(*heading_rad);
             self.true_heading = Some(begun);
         } else if self.true_heading.is_none_or(|at| begun.since(at) >= input_timeout) {
-            // A sentence that was lost is no reason to go over to another kind of heading.
+            // A sentence that was lost is not a reason to go over to another kind of heading.
             let magnetic = reading.magnetic_heading_rad.zip(variation_rad);
             reading.heading_rad = magnetic.map(|(magnetic, variation)| wrap_two_pi(magnetic + variation));
         }

@@ -1,7 +1,7 @@
 //! A GNSS receiver behind gpsd, over TCP.
 //!
 //! gpsd is asked for the receiver's own sentences ([`Watch::Nmea`]), which [`Compass`] reads as from a port: nothing is lost
-//! on the way, and epochs are the receiver's. Where a receiver speaks no NMEA, gpsd's own reports serve ([`Watch::Json`]):
+//! on the way, and epochs are the receiver's. For a receiver without NMEA, gpsd's own reports are used ([`Watch::Json`]):
 //! each TPV is a reading, with the last SKY and ATT where they are fresh. The protocol is that of gpsd 3.20 and later
 //! (gpsd_json(5)): commands and reports are lines; of an answer the longest line is kept.
 
@@ -145,7 +145,7 @@ impl Gpsd {
         }
     }
 
-    /// Takes over what the compass within has; what it says of cables is said of gpsd.
+    /// Takes over the outputs of the inner compass; its remarks on cables are made about gpsd instead.
     fn relay(&mut self, now: Now) {
         while let Some(output) = self.compass.poll_output() {
             match output {

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use units::MonoTime;
 
-/// Delays before anything is said of one.
+/// Delays before one is judged.
 const LEARNED: usize = 4;
 /// Delays that the usual ones are taken from.
 const KEPT: usize = 8;

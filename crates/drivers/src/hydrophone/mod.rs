@@ -54,7 +54,7 @@ pub struct ReceiverSettings {
 }
 
 impl Default for ReceiverSettings {
-    /// Only the clock's commands are sent, each sixth in full; answers within 4 s; silence is no fault.
+    /// Only the clock's commands are sent, each sixth in full; answers within 4 s; silence is not a fault.
     fn default() -> Self {
         Self {
             settings: Vec::new(),

@@ -1,7 +1,7 @@
 //! Receivers of fish tags that only talk: Innovasea's VR2C and Rx-LIVE, and any whose lines a pattern declares.
 //!
 //! They write a line for each detection and their clock cannot be set. Configured commands, if any, are sent unchanged when
-//! the port opens, one character per millisecond. Silence is no fault, as no fish is near most of the time, unless the
+//! the port opens, one character per millisecond. Silence is not a fault, as no fish is near most of the time, unless the
 //! receiver is known to report now and then; bytes without a valid line indicate a wrong baud rate or pattern.
 
 use crate::outbox::Outbox;

@@ -131,7 +131,7 @@ impl Motors {
     pub fn handle(&mut self, now: Now, frame: &CanFrame) {
         match Received::decode(frame) {
             Ok(received) => self.receive(now, &received),
-            // Frames of other protocols are other devices' on the same bus, which is no fault.
+            // Frames of other protocols are other devices' on the same bus, which is not a fault.
             Err(DecodeError::Foreign(_)) => {}
             Err(error) => self.watch.unread(now.mono, &error, &mut self.out),
         }

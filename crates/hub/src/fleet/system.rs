@@ -18,7 +18,7 @@ const BYTES_KEPT: usize = 4 << 20;
 const SERIES_BYTES: usize = size_of::<SeriesKey>() + size_of::<Series>() + 64;
 /// Letters of a name or label that are kept.
 const NAME_CHARS: usize = 100;
-/// A held value is given up for an older one when it has stood for this long: the sender's clock was set back.
+/// A value is replaced by an older one when it has been kept for this long: the sender's clock was set back.
 const CLOCK_SET_BACK_AFTER: Duration = Duration::from_secs(10);
 /// How much a new interval counts in the mean period.
 const PERIOD_GAIN: f32 = 0.1;

@@ -37,7 +37,7 @@ fn what_a_vessel_echoes_never_goes_to_it_by_any_transport() {
         let other = if transport == tcp { udp } else { tcp };
         assert_eq!(pass(&mut hub, at(1.0), other, &said), [], "and its copy");
     }
-    // Nor what is for everyone, which other consoles hear.
+    // Nor broadcasts, which other consoles get.
     let announced = packet(NEAR, Address::ANNOUNCE, 4.0, Announce::default());
     assert_eq!(pass(&mut hub, at(1.0), tcp, &announced), [console]);
     let sticks = packet(NEAR, OTTER, 0.0, RemoteActions::default());

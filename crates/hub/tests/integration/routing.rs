@@ -153,7 +153,7 @@ fn a_detection_of_the_past_is_told_once_and_changes_nothing_of_the_present() {
         "no console takes it for the present"
     );
     assert_eq!(give(&live, Some(2), Lane::Backlog), (false, vec![false, true]), "it was told live");
-    // Other things of the past are in the history only.
+    // Other late messages are in the history only.
     give(&voltage(OTTER, Address::NULL, 50.0), Some(3), Lane::Backlog);
     assert_eq!(hub.fleet().changes(0, 100, |_, _| true).events.len(), 2);
     let (_, series) = hub.fleet().system(OTTER).unwrap().latest(2_007).unwrap();

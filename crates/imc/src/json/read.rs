@@ -19,7 +19,7 @@ pub struct ReadDefaults {
     pub order: Option<ByteOrder>,
 }
 
-/// Why JSON is no packet.
+/// Why JSON is not a packet.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
     /// A part of it is wrong.
@@ -301,7 +301,7 @@ impl Payload {
             (FieldKind::Text, Some(value)) => {
                 let text = match value {
                     Value::String(text) => unescape(text).into_owned(),
-                    // As earlier versions wrote bytes that are no UTF-8.
+                    // As earlier versions wrote bytes that are not UTF-8.
                     Value::Object(object) if object.len() == 1 && object.contains_key("bytes") => {
                         bytes(&object["bytes"], &place())?
                     }

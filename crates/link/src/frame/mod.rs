@@ -303,7 +303,7 @@ pub struct Commander {
 pub struct Lease {
     /// Grows with every grant.
     pub epoch: u64,
-    /// How long it holds from when it is received unless it is said again (ms); 0 ends it.
+    /// How long it is valid from its receipt unless it is repeated (ms); 0 ends it.
     pub ttl_ms: u32,
     /// Its holder, for people.
     pub holder: String,

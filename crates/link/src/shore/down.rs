@@ -40,7 +40,7 @@ impl Shore {
         }
     }
 
-    /// Has a part read, if it is of the chart that is offered; one at a time, whatever a vessel asks.
+    /// Has a part read, if it is of the offered chart; one at a time, however many a vessel requests.
     pub(super) fn chart_ask(&mut self, id: ConnectionId, ask: ChartRequest) {
         let offered = self.chart.as_ref().filter(|chart| chart.digest == ask.digest);
         let Some(left) =

@@ -165,7 +165,7 @@ impl Shore {
         self.step(now);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<ShoreOutput> {
         self.outputs.pop_front()
     }

@@ -84,7 +84,7 @@ impl Vessel {
     }
 
     fn heartbeat(&mut self, now: Now, place: usize, beat: Heartbeat) {
-        // A shore that welcomes and then throws out is no success.
+        // A welcome followed by a disconnect is not a success.
         self.ways[place].backoff.succeeded();
         if let Some(open) = self.ways[place].open_mut() {
             open.clocks.heard(now, beat.stamp);

@@ -10,7 +10,7 @@ use crate::ways::{Thinning, WayState, WaysReport};
 use std::time::Duration;
 use units::Now;
 
-/// The shore hears of the ways this often.
+/// The ways are reported to the shore this often.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 /// And this often by a way that is metered.
 const REPORT_METERED_EVERY: Duration = Duration::from_secs(10);

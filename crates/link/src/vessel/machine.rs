@@ -185,7 +185,7 @@ impl Vessel {
         self.step(now);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<VesselOutput> {
         self.outputs.pop_front()
     }

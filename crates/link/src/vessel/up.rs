@@ -101,7 +101,7 @@ impl Up {
         }
     }
 
-    /// Records go by this connection from now on, from where the shore has said over it that it is.
+    /// Records go by this connection from now on, from the number that the shore acknowledged over it.
     pub(crate) fn take_records(&mut self) {
         self.cursor = self.received;
         self.unkept = InFlight::default();

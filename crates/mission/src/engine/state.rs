@@ -122,7 +122,7 @@ pub struct Note {
 /// How bad a note is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoteLevel {
-    /// Course of things.
+    /// Normal events.
     Info,
     /// Odd.
     Warning,

@@ -13,7 +13,7 @@ const SETTLING: Duration = Duration::from_secs(8);
 const LEAST: Duration = Duration::from_secs(20);
 /// A window after which another begins.
 const WINDOW: Duration = Duration::from_mins(1);
-/// Slower is no drift but the slow error of the receiver (m/s).
+/// Slower is not drift but the slow error of the receiver (m/s).
 const LEAST_MPS: f64 = 0.01;
 
 type Mark = (MonoTime, LocalPoint);

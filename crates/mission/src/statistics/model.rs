@@ -16,7 +16,7 @@ pub struct ModelPoint {
     pub power_w: f64,
 }
 
-/// Why rows are no model.
+/// Why rows are not a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ModelError {
     /// A model needs two rows.

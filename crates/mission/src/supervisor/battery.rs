@@ -113,7 +113,7 @@ impl BatteryReserve {
         self.config = config;
     }
 
-    /// Takes the charge left, 0 to 1. Values that are no number are ignored.
+    /// Takes the charge left, 0 to 1. Values that are not a number are ignored.
     pub fn handle_charge(&mut self, now: MonoTime, charge: f64) {
         if !charge.is_finite() {
             return;
@@ -134,7 +134,7 @@ impl BatteryReserve {
         self.judge();
     }
 
-    /// Takes the lowest voltage (V). Values that are no number are ignored.
+    /// Takes the lowest voltage (V). Values that are not a number are ignored.
     pub fn handle_voltage(&mut self, now: MonoTime, voltage_v: f64) {
         if !voltage_v.is_finite() {
             return;

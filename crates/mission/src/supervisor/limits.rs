@@ -112,7 +112,7 @@ impl OperationalLimits {
         }
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<LimitsOutput> {
         self.outputs.pop_front()
     }

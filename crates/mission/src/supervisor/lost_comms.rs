@@ -149,7 +149,7 @@ impl LostComms {
         }
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<LostCommsOutput> {
         self.outputs.pop_front()
     }

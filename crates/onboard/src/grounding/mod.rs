@@ -7,7 +7,7 @@
 //! thrust towards danger is blocked and what moves away is let through; near danger with a current that carries
 //! the vessel in, the supervisor takes over. What it does goes through the [arbiter](crate::arbiter).
 //!
-//! At rest it acts only where the rest began in deep water: a vessel at the quay never starts by itself.
+//! At rest it acts only where the rest began in deep water: a vessel at the quay never starts on its own.
 
 mod exemption;
 mod settings;

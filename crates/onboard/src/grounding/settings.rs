@@ -101,7 +101,7 @@ pub struct ChartFile {
 }
 
 impl Chart {
-    /// The chart in the bytes of a file, a depth index as it lies beside a chart set or one by itself; `name` is what
+    /// The chart in the bytes of a file, a depth index from beside a chart set or a separate one; `name` is what
     /// it is called.
     pub fn read(name: &str, bytes: &[u8]) -> Self {
         match ChartFile::read(name, bytes) {
@@ -136,7 +136,7 @@ impl ChartFile {
     /// As [`Chart::read`].
     ///
     /// # Errors
-    /// When the bytes are no depth index, of another version, or damaged.
+    /// When the bytes are not a depth index, of another version, or damaged.
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, IndexError> {
         let index = match SealedIndex::digest_of(bytes) {
             Some(_) => SealedIndex::from_bytes(bytes)?.index,

@@ -11,7 +11,7 @@ use mission::RunId;
 use std::time::Duration;
 use units::MonoTime;
 
-/// Slower is no way towards anything (m/s).
+/// A slower vessel counts as not moving towards danger (m/s).
 const LEAST_MPS: f64 = 0.1;
 /// Danger within stopping distance and the way of this time slows the vessel down (s).
 const SLOW_S: f64 = 4.0;
@@ -94,7 +94,7 @@ pub(crate) struct Grounding {
     speed_mps: f64,
     /// A demand stands that no operator has settled.
     asked: bool,
-    /// Whether the rest began in water deep enough for the vessel by itself.
+    /// Whether the rest began in water deep enough for autonomous sailing.
     rest_was_deep: Option<bool>,
     /// Whether what another supervisor asked for began in such water: it is to stay there.
     remedy_was_deep: Option<bool>,

@@ -48,7 +48,7 @@ impl Live<'_> {
         Some(EntityParameter { name: parameter.name.into(), value: value.into() })
     }
 
-    /// Changes parameters, each by itself; answers with those that were taken, and for each refused one with
+    /// Changes parameters, each separately; answers with those that were taken, and for each refused one with
     /// an entry of the log book that says why.
     pub(crate) fn set(&mut self, asker: Asker, set: &SetEntityParameters) {
         let label = set.name.to_str_lossy().into_owned();
@@ -125,7 +125,7 @@ impl Live<'_> {
     }
 }
 
-/// Answers what is asked of parameters, and holds what was saved and kept aside of them.
+/// Answers requests for parameters, and holds the saved and pushed values.
 #[derive(Debug)]
 pub(crate) struct ParameterService {
     saving: Saving,

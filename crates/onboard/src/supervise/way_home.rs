@@ -226,7 +226,7 @@ impl WayHome {
 }
 
 impl Supervise {
-    /// An answer came. It moves nothing by itself: the remedy is decided upon again, if it is still wanted.
+    /// An answer came. It moves nothing on its own: the remedy is decided upon again, if it is still wanted.
     pub(crate) fn route_came(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) {
         // Contact that came back meanwhile is handled first.
         self.drain(context);

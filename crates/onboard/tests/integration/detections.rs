@@ -27,7 +27,7 @@ fn tag(clock_s: u32, protocol: &str, counter: u16) -> TagReading {
     tag
 }
 
-/// By the moment at which it was said.
+/// By the moment at which it was sent.
 fn origin(now: units::Now) -> Origin {
     Origin { system: imc::Address(7), entity: 9, reported: now.utc, received: None }
 }
@@ -204,7 +204,7 @@ fn a_lost_clock_dates_nothing_and_the_vessel_says_what_to_do() {
             .count()
     };
     assert_eq!(logged(&sea, "ack01 missing"), 1);
-    // Its water is no TBRSensor either.
+    // Its water is not a TBRSensor either.
     let (clock_s, _) = stamp_of(sea.vehicle.now.utc);
     sea.read(Reading::Water(WaterReading { clock_s, temperature_c: 8.0, ..WaterReading::default() }));
     assert!(sea.all::<TBRSensor>().is_empty());

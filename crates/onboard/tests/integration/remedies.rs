@@ -104,7 +104,7 @@ fn a_missing_plan_is_stood_in_for_and_runs_once_it_is_there() {
     assert!(sea.run_until(30.0, |sea| runs(sea, "hold")));
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "not possible (there is no plan 'berth')"));
-    // From a system that is no console, so that communications stay lost.
+    // From a system that is not a console, so that communications stay lost.
     let berth = plan("berth", vec![("a".into(), goto(-500.0, 0.0, 1.5).into())]);
     let set = PlanDB { op: PlanDBOp::Set, plan_id: "berth".into(), arg: berth.into(), ..PlanDB::default() };
     sea.send_as(imc::Address(0x2811), OTTER, set);

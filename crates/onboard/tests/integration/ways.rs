@@ -149,7 +149,7 @@ fn a_low_battery_leads_home_around_a_headland() {
     assert!(state(&sea, Entity::Fuel).contains("returning by a route of"), "{}", state(&sea, Entity::Fuel));
 }
 
-/// An operator took it over a shoal where it may not go by itself, and fell silent.
+/// An operator took it over a shoal where it may not sail on its own, and fell silent.
 #[test]
 fn a_vessel_in_shallows_goes_back_to_deep_water_first() {
     let chart = headland().with(Ground::Depth(3.0), LocalPoint::default(), 30.0, 24);

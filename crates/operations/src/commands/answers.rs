@@ -92,7 +92,7 @@ impl Commands {
         let plan_id = state.plan_id.to_str_lossy();
         let executing = state.state == PlanControlStateState::Executing;
         let rests = matches!(state.state, PlanControlStateState::Ready | PlanControlStateState::Blocked);
-        // A plan that ran, or did not run, before the order is no evidence until the vessel has answered.
+        // A plan that ran, or did not run, before the order is not evidence until the vessel has answered.
         let seen = |command: &Command| match &command.effect {
             Effect::Runs(wanted) => {
                 executing && *wanted == plan_id && (command.answered || command.ran.as_ref() != Some(wanted))

@@ -131,10 +131,10 @@ pub struct PlanAboard {
     pub md5: Vec<u8>,
 }
 
-/// The plans that a vessel stores, as it said last.
+/// The plans that a vessel stores, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlansAboard {
-    /// When it said so.
+    /// When it was reported.
     pub at: UtcTime,
     /// By name.
     pub plans: Vec<PlanAboard>,
@@ -182,7 +182,7 @@ impl Command {
         self.steps.last().map_or(Stage::Asked, |step| step.stage)
     }
 
-    /// The furthest stage that it reached, whatever did not come in time.
+    /// The furthest stage that it reached, timeouts left aside.
     fn furthest(&self) -> Stage {
         let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
         reached.max().unwrap_or(Stage::Asked)

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
-/// A lease ends by itself so long after its holder's page was last heard.
+/// A lease expires so long after its holder's page was last heard.
 pub const LASTS: Duration = Duration::from_mins(1);
 /// A request that the holder does not answer within this is granted.
 pub const ANSWER_WITHIN: Duration = Duration::from_secs(30);

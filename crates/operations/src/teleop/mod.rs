@@ -54,7 +54,7 @@ pub const NEUTRAL: f64 = 0.08;
 const LONGEST_HOLD: Duration = Duration::from_millis(100);
 /// A wall clock that moves by more than this against the steady one was set.
 const CLOCK_STEP: Duration = Duration::from_millis(100);
-/// A stop is said so often: any one packet may be lost.
+/// A stop is sent so often: any one packet may be lost.
 const STOPS: u8 = 5;
 
 /// A person's stick input, as a browser reports it.
@@ -241,7 +241,7 @@ struct Last {
     made: MonoTime,
     /// When the device changed to what the sample says, at the earliest.
     alive: MonoTime,
-    /// The device said nothing else than in the sample before.
+    /// The device's values are those of the previous sample.
     unchanged: bool,
     /// Since when nothing is known of the person's hands.
     since: MonoTime,

@@ -182,7 +182,7 @@ pub fn doi(text: &str) -> Result<String, String> {
     Err(format!("`{}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty", shown(text)))
 }
 
-/// When an embargo ends (µs since 1970 UTC): at the beginning of the day; `None` where the text is no day.
+/// When an embargo ends (µs since 1970 UTC): at the beginning of the day; `None` where the text is not a day.
 pub fn embargo_us(day: &str) -> Option<i64> {
     let is_day = day.len() == 10
         && day

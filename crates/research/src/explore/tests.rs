@@ -47,7 +47,7 @@ fn study() -> Study {
     Study::new([RegisterRecord::Tag(tag), RegisterRecord::Project(project)])
 }
 
-/// Pieces as they are read: of each vessel by itself, the newest first.
+/// Pieces as they are read: of each vessel separately, the newest first.
 fn kept(all: &[Detection]) -> Vec<Sightings> {
     let mut kept = std::collections::BTreeMap::<u16, SightingsBuilder>::new();
     for one in fused(all.to_vec()).iter().rev() {

@@ -7,7 +7,7 @@
 //! | 7 | 7 | arrival, microseconds since 1970-01-01 UTC |
 //! | 14 | 8 | number in the stream |
 //! | 22 | 8 | stream |
-//! | 30 | 2 | CRC-16 of the 30 bytes before, inverted, so that zeros are no record |
+//! | 30 | 2 | CRC-16 of the 30 bytes before, inverted, so that zeros are not a record |
 //!
 //! A packet follows in its stream the one whose number is one less. Where numbers were left out, a jump record
 //! with the same offset stands before and gives the number of the packet before. So the archive itself tells
@@ -80,7 +80,7 @@ impl Record {
         out.extend_from_slice(&crc.to_le_bytes());
     }
 
-    /// `None` when the bytes are no record.
+    /// `None` when the bytes are not a record.
     pub(crate) fn read(bytes: &[u8; ARRIVAL_BYTES]) -> Option<Self> {
         let number = |range: std::ops::Range<usize>| {
             let mut le = [0; 8];

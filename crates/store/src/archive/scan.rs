@@ -12,7 +12,7 @@ use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// The records of a day, in order. Stops for good at what is no record.
+/// The records of a day, in order. Stops for good at what is not a record.
 #[derive(Debug)]
 pub(crate) struct Records {
     file: Option<BufReader<File>>,

@@ -70,7 +70,7 @@ pub(super) fn believed(time_us: i64) -> Option<i64> {
     (time_us != NO_TIME_US).then_some(time_us)
 }
 
-/// Writes whom a message was said to; empty where the history does not know.
+/// Writes the destination of a message; empty where the history does not have it.
 pub(super) fn receiver(out: &mut Vec<u8>, dst: Option<u16>, dst_ent: Option<u8>, format: Format) {
     format.next(out);
     if let Some(dst) = dst {

@@ -21,7 +21,7 @@ pub struct Selection {
     pub messages: Vec<String>,
     /// Systems.
     pub systems: Vec<Address>,
-    /// Entities by number, or by a label in any case: then what they said while they had it.
+    /// Entities by number, or by a label in any case: then their messages while they had it.
     pub entities: Vec<String>,
     /// Fields by name, for all messages that have them (`psi`) or for one (`EulerAngles.psi`).
     pub fields: Vec<String>,

@@ -20,7 +20,7 @@ pub(crate) enum Sound {
 }
 
 /// Every file of a history with what it is. Nothing is written, and what cannot be read now (rights, a disk that
-/// fails) counts as sound: that is no reason to replace it.
+/// fails) counts as sound: that is not a reason to replace it.
 pub(crate) fn look(folder: &Path) -> Result<Vec<(String, Sound)>> {
     let mut found = Vec::new();
     let names = months(folder)?.into_iter().map(MonthKey::file_name);

@@ -275,13 +275,13 @@ impl World {
         }
     }
 
-    /// The number of packets said that the shore's disk lacks.
+    /// The number of sent packets that the shore's disk lacks.
     pub(crate) fn missing(&self) -> u64 {
         self.said - self.shore.kept.len() as u64
     }
 }
 
-/// The packet of this number, said at this time.
+/// The packet of this number, sent at this time.
 fn packet(number: u64, at_us: u64) -> Bytes {
     // Measured values are noise in their lower digits, which is what compression meets at sea.
     let mut chance = Chance::new(number + 1);
@@ -306,7 +306,7 @@ fn packet(number: u64, at_us: u64) -> Bytes {
     Packet::new(header, state).encode().unwrap().into()
 }
 
-/// When a packet was said (µs).
+/// When a packet was sent (µs).
 pub(crate) fn said_at(packet: &[u8]) -> u64 {
     imc::PacketView::new(packet).unwrap().timestamp() as u64
 }

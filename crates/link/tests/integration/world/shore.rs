@@ -23,7 +23,7 @@ pub(crate) struct ShoreNode {
     stream: u64,
     /// Packets that came again after they were received.
     pub(crate) repeated: u64,
-    /// When the newest packet known ashore was said (µs).
+    /// When the newest packet known ashore was sent (µs).
     pub(crate) newest_us: u64,
     pub(crate) commands: u64,
     /// Identity to the time it was given (µs), its time to live and what became of it.
@@ -39,7 +39,7 @@ pub(crate) struct ShoreNode {
     /// When the newest value came last, and the longest time without a newer one (µs), since it was set to zero.
     heard_us: u64,
     pub(crate) longest_gap_us: u64,
-    /// Records that came after a live value that was said later.
+    /// Records that came after a live value that was sent later.
     pub(crate) overtaken: u64,
     pub(crate) chart: ChartAshore,
 }
@@ -131,7 +131,7 @@ impl World {
         }
     }
 
-    /// A value that was said then is ashore.
+    /// A value that was sent then is ashore.
     fn heard(&mut self, said_us: u64) {
         self.shore.overtaken += u64::from(said_us < self.shore.newest_us);
         if said_us > self.shore.newest_us {

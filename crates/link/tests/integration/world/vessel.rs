@@ -28,7 +28,7 @@ pub(crate) struct VesselNode {
     waiting: Vec<VesselInput>,
     /// It looks so much later than it should.
     pub(crate) late_us: u64,
-    /// When each packet was said (µs).
+    /// When each packet was sent (µs).
     pub(crate) told: Vec<u64>,
     /// Commands that were delivered: identity and world time.
     pub(crate) delivered: Vec<(u64, u64)>,

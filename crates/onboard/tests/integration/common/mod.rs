@@ -29,7 +29,7 @@ pub(crate) fn frame() -> LocalFrame {
     LocalFrame::new(LatLon::from_deg(63.33, 10.0833).unwrap())
 }
 
-/// Vessel, console, and everything that was said.
+/// Vessel, console, and all messages sent.
 pub(crate) struct Sea {
     pub(crate) vehicle: Vehicle<Simulated>,
     pub(crate) said: Vec<(Now, Packet)>,
@@ -170,7 +170,7 @@ impl Sea {
         self.last::<VehicleState>().unwrap_or_default().op_mode
     }
 
-    /// Forgets what was said so far.
+    /// Forgets the messages so far.
     pub(crate) fn forget(&mut self) {
         self.said.clear();
         self.outputs.clear();
