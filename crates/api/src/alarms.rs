@@ -64,7 +64,7 @@ pub struct Alarm {
 #[serde(tag = "code", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum AlarmSaying {
-    /// A part of the vessel says of itself that it is not well.
+    /// A part of the vessel reports a fault of its own.
     Part {
         /// Its label.
         part: String,
@@ -119,7 +119,7 @@ pub enum AlarmSaying {
     Chart {
         /// Whether it has any.
         held: bool,
-        /// How they differ, and what becomes of that.
+        /// How they differ, and the state of the transfer.
         difference: ChartDifference,
     },
     /// The vessel wrote an error into its log book.
@@ -242,7 +242,7 @@ impl AlarmSaying {
     }
 }
 
-/// How a vessel's sea chart differs from the shore's, and what becomes of that.
+/// How a vessel's sea chart differs from the shore's, and the state of the transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "stage", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -370,7 +370,7 @@ pub struct AlarmNote {
     pub id: u64,
     /// IMC address of the vessel; null for the server itself.
     pub vessel: Option<u16>,
-    /// What the vessel was called then; null for the server itself.
+    /// The vessel's name then; null for the server itself.
     pub vessel_name: Option<String>,
     /// What, for machines.
     pub kind: String,

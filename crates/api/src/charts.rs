@@ -179,14 +179,14 @@ pub struct ChartAttribute {
     pub text: String,
 }
 
-/// A way to be looked at.
+/// A way to be checked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChartCorridorRequest {
     /// Latitude and longitude of its points (°), 2 to 500.
     pub points: Vec<[f64; 2]>,
-    /// Half the width that is looked at (m), 0 to 1000.
+    /// Half the width of the corridor (m), 0 to 1000.
     pub half_width_m: f64,
 }
 

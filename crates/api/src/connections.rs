@@ -12,7 +12,7 @@ pub struct TransportPeer {
     pub id: u32,
     /// The transport: `link`, `imcproxy`, `tcp` or `udp`.
     pub transport: String,
-    /// An address and port, or what it is called otherwise.
+    /// An address and port, or another name.
     pub name: String,
     /// When it came, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
@@ -39,7 +39,7 @@ pub struct TransportPeer {
 pub struct LinkStatus {
     /// IMC address of the vessel.
     pub vessel: u16,
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// Records that wait aboard to be delivered.
     #[cfg_attr(test, ts(type = "number"))]
@@ -62,7 +62,7 @@ pub struct LinkStatus {
     /// Records that came again after they were received.
     #[cfg_attr(test, ts(type = "number"))]
     pub repeated: u64,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     #[cfg_attr(test, ts(type = "number"))]
     pub connections: u64,
     /// The sea chart aboard.
@@ -129,7 +129,7 @@ pub struct VesselChart {
     pub edition: Option<String>,
     /// SHA-256 of its file in hexadecimal digits; null for none.
     pub digest: Option<String>,
-    /// How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
+    /// How it differs from the shore's, and the state of the transfer; null where it is the same, or not known.
     pub difference: Option<ChartDifference>,
     /// When the vessel reported it, µs since 1970 UTC; null while unknown.
     #[cfg_attr(test, ts(type = "number | null"))]

@@ -271,7 +271,7 @@ pub struct DatasetShareRequest {
     pub label: String,
     /// How many days it opens, 1 to 730.
     pub days: u32,
-    /// A password that is asked for besides; none when empty.
+    /// A password that is also required; none when empty.
     pub password: String,
     /// Only what was reported from this time on.
     #[cfg_attr(test, ts(type = "number | null"))]
@@ -324,7 +324,7 @@ pub struct DatasetShare {
     pub made: LogWord,
     /// Who revoked it, and when; null while it holds.
     pub revoked: Option<LogWord>,
-    /// How often it was looked at.
+    /// How often it was viewed.
     #[cfg_attr(test, ts(type = "number"))]
     pub views: i64,
     /// How often something was downloaded.

@@ -202,7 +202,7 @@ pub struct Detection {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum ReceiverClock {
-    /// It was set at some time; how well it is kept is not known.
+    /// It was set at some time; its accuracy is not known.
     Set,
     /// It was never set since power-up.
     NotSet,

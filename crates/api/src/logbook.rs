@@ -32,7 +32,7 @@ pub struct LogNote {
     pub written_us: i64,
     /// Who corrected it last; null if no one did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
     pub corrected: Option<LogWord>,
-    /// Who withdrew it; null while it stands.
+    /// Who withdrew it; null while it is valid.
     pub withdrawn: Option<LogWord>,
     /// Media type of its photo; null without a photo.
     pub photo: Option<String>,

@@ -42,7 +42,7 @@ pub struct Mission {
     pub written: LogWord,
     /// Who changed it last; null if no one did.
     pub changed: Option<LogWord>,
-    /// Who withdrew it; null while it stands.
+    /// Who withdrew it; null while it is valid.
     pub withdrawn: Option<LogWord>,
     /// Whether the requester may change or withdraw it.
     pub may_change: bool,

@@ -168,7 +168,7 @@ pub struct RegisterTag {
 pub struct RegisterReceiver {
     /// What people call it; model and serial number when left empty.
     pub name: String,
-    /// Serial number, as it stands in its lines.
+    /// Serial number, as in its lines.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub serial: Option<i64>,
     /// Model as portals write it, such as `TBR700`.

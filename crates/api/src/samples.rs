@@ -77,9 +77,9 @@ pub struct Label {
 pub enum ValueKind {
     /// Whole numbers.
     Integer,
-    /// Whole numbers of which each stands for something.
+    /// Whole numbers, each with a label.
     Enumeration,
-    /// Whole numbers of which each bit stands for something.
+    /// Whole numbers, each bit with a label.
     Bits,
     /// Real numbers.
     Real,
@@ -164,7 +164,7 @@ pub struct SamplesQuery {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Samples {
-    /// What stands in each value of a row.
+    /// The columns of a row.
     pub fields: Vec<SeriesField>,
     /// The samples, in order of time.
     pub rows: Vec<SampleRow>,

@@ -26,7 +26,7 @@ pub struct ExportQuery {
     pub shape: Option<String>,
     /// Whether a wide table's header gives units, as in `psi [rad]`; true when left out.
     pub units: Option<bool>,
-    /// Whether numbers that stand for something are written as its name; false when left out.
+    /// Whether numbers with a label are written as that; false when left out.
     pub labels: Option<bool>,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it; true when left out.
     pub guard: Option<bool>,
@@ -80,7 +80,7 @@ pub struct Import {
     /// When it was uploaded, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub since_us: i64,
-    /// Where it stands.
+    /// Its state.
     pub state: ImportState,
     /// Bytes of the upload.
     #[cfg_attr(test, ts(type = "number"))]
@@ -101,7 +101,7 @@ pub struct Import {
     pub problems: Vec<String>,
 }
 
-/// Where an import stands.
+/// The state of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -86,7 +86,7 @@ pub struct ParameterReport {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ParameterAbout {
-    /// The section of the configuration in which it stands.
+    /// Its section of the configuration.
     pub section: String,
     /// Its effect, in a line.
     pub doc: String,

@@ -1,7 +1,7 @@
 //! How fast charts come in and how soon the index is there: `cargo bench -p chartdb --bench chartdb`.
 //!
 //! Each cell goes into a set of its own by a process of its own, so that the memory it took is known. Beside
-//! it stands what `ogr2ogr` takes for a GeoPackage of the same cell, where that is installed.
+//! it is listed what `ogr2ogr` takes for a GeoPackage of the same cell, where that is installed.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
@@ -85,7 +85,7 @@ fn main() {
     println!("index of all shared cells ready: {:.1?}", median(times));
 }
 
-/// Time and memory of `ogr2ogr`; the memory is looked at each millisecond, so a last rise may be missed.
+/// Time and memory of `ogr2ogr`; the memory is sampled each millisecond, so a last rise may be missed.
 fn ogr2ogr(input: &Path, folder: &Path) -> String {
     let output = folder.join("ogr.gpkg");
     let (mut times, mut peak) = (Vec::new(), 0);

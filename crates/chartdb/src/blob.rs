@@ -18,7 +18,7 @@ const MULTI_POLYGON: u32 = 6;
 /// Added to a type for a third coordinate.
 const WITH_Z: u32 = 1000;
 
-/// Rings of one polygon, the outer one first; coordinates as they stand, x before y.
+/// Rings of one polygon, the outer one first; coordinates unchanged, x before y.
 pub(crate) type Polygon = Vec<Vec<GeoPoint>>;
 
 /// What was read.

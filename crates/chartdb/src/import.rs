@@ -100,7 +100,7 @@ impl ImportReport {
         Ok(())
     }
 
-    /// Keeps what came of one chart. What is wrong with the chart is its failure; what is wrong with the disk
+    /// Keeps the outcome of one chart. A fault of the chart is its failure; a fault of the disk
     /// or the database ends the import.
     fn add(&mut self, name: &str, outcome: Result<Imported>) -> Result<()> {
         match outcome {
@@ -114,7 +114,7 @@ impl ImportReport {
     }
 }
 
-/// Takes charts out of a set, and nothing else: what a failed import read is given up.
+/// Removes charts from a set, and nothing else: the staged charts of a failed import are dropped.
 ///
 /// Returns the digest of the set after that, in hexadecimal.
 ///

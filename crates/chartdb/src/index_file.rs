@@ -330,7 +330,7 @@ impl PartFile {
         let now = fs::metadata(&self.part).and_then(|data| data.modified());
         fs::rename(&self.part, &self.path).named(&self.path)?;
         if !self.changes {
-            // They belong to the index that was there, and are not looked at any more.
+            // They belong to the previous index, and are not used any more.
             forget(&changes_path(&self.path))?;
         }
         if let Ok(now) = now {

@@ -68,7 +68,7 @@ const SELECT_CHART: &str = "SELECT id, name, kind, sha256, bytes, edition, updat
      sounding_datum, vertical_datum, features, vertices, skin_holds, imported, min_x, min_y, max_x, max_y, comment \
      FROM cells";
 
-/// Another number wherever the same charts come to mean something else in an index: indexes made before, ashore and
+/// Another number when the same charts get another meaning in an index: indexes made before, ashore and
 /// aboard, are of another set then, and are rebuilt.
 pub(crate) const MEANING: &[u8] = b"lutra charts 2\n";
 

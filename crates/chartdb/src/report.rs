@@ -86,7 +86,7 @@ pub struct Imported {
     pub features: u64,
     /// The acceptance check, for cells.
     pub skin: Option<SkinCheck>,
-    /// What was dropped or repaired; it stands in the import log too.
+    /// What was dropped or repaired; it is in the import log too.
     pub notices: Vec<String>,
 }
 

@@ -3,7 +3,7 @@
 //! Where charts overlap, the best one counts: the finest band, then the largest scale, then the newest issue
 //! ([`Coverage::charts`] has them in that order), exactly up to the border of what it covers. A chart covers what its
 //! M_COVR areas with CATCOV 1 say (S-57 appendix B.1, 3.4); one without any, such as depths of lakes, what its skin of
-//! the Earth covers. Soundings and land masks from elsewhere cover nothing: they stand beside the charts.
+//! the Earth covers. Soundings and land masks from elsewhere cover nothing: they are used beside the charts.
 //!
 //! The depth index cuts coarser charts off by this, tiles are drawn by it, and a planner gets by it the regions of one
 //! chart each: [`Coverage::in_force`].

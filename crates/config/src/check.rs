@@ -125,7 +125,7 @@ fn label_references(config: &Config, found: &mut Found) {
         references.push((section, vital.spec, section.get(vital)));
     }
     for (section, param, labels) in references {
-        // A vital entity that nothing is called like would be one less that ends a plan.
+        // A vital entity with an unknown label would never end a plan.
         let vital = param.name == watch::vehicle::VITAL_ENTITIES.spec.name;
         let severity = if vital { Severity::Error } else { Severity::Warning };
         for label in labels.iter().filter(|label| !known.contains(label)) {

@@ -11,7 +11,7 @@ const MAX_COPIED_BYTES: usize = 4 << 20;
 /// How many items `name- = ..` lines may name together.
 const MAX_REMOVED_ITEMS: usize = 1_000;
 
-/// Where in a file the reader stands.
+/// The reader's position in a file.
 #[derive(Debug)]
 pub(crate) struct Cursor {
     section: String,

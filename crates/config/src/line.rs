@@ -89,7 +89,7 @@ pub(crate) enum Line<'a> {
     Attributes {
         /// The option.
         name: &'a str,
-        /// What stands between the braces.
+        /// The text between the braces.
         attributes: &'a str,
     },
     /// Anything else: more text for the option above.

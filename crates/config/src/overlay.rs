@@ -12,7 +12,7 @@ use crate::ini::Setting;
 use crate::problem::{Problem, ProblemKind, Severity};
 use crate::resolve::{Read, resolve};
 
-/// More saved values than this are not looked at one by one when something is wrong with them.
+/// More saved values than this are not checked one by one when there is an error among them.
 const MOST_VALUES: usize = 1000;
 
 /// A configuration, and what it was made from.

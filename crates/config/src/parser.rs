@@ -49,7 +49,7 @@ pub(crate) enum Need {
 struct FileState {
     name: Arc<str>,
     cursor: Option<Cursor>,
-    /// The directive that stands in the place of a section, until a real section follows.
+    /// The directive in place of a section, until a real section follows.
     after_directive: Option<Place>,
 }
 

@@ -18,7 +18,7 @@ pub enum Severity {
     Error,
     /// Probably not what was meant; the program can start.
     Warning,
-    /// Worth knowing, nothing to mend.
+    /// Worth knowing, nothing to repair.
     Note,
 }
 

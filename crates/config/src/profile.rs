@@ -74,7 +74,7 @@ impl Enabled {
         Self { names: names.collect() }
     }
 
-    /// The names as they stand in the file.
+    /// The names as in the file.
     pub fn names(&self) -> &[String] {
         &self.names
     }

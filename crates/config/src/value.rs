@@ -15,7 +15,7 @@ pub enum Value {
     Int(i64),
     /// A finite number.
     Float(f64),
-    /// Text as it stands.
+    /// Text, unchanged.
     Text(String),
     /// Text with its escapes (`\r`, `\n`, ...) replaced.
     Bytes(Vec<u8>),

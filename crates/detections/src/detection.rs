@@ -31,7 +31,7 @@ pub struct Detection {
     pub line: u16,
     /// Where the vessel was then; absent where it did not know.
     pub pose: Option<Pose>,
-    /// How well the receiver could listen.
+    /// The receiver's listening conditions.
     pub effort: Effort,
     /// The receiver's line as it came, without its end.
     pub raw: Option<String>,
@@ -112,7 +112,7 @@ pub struct Pose {
     pub sigma_m: Option<f64>,
 }
 
-/// How well a receiver could listen when it heard a tag.
+/// The listening conditions of a receiver when it heard a tag.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Effort {
     /// Lines that the receiver wrote since the previous one and that never came.

@@ -11,7 +11,7 @@ pub trait Grammar {
     /// Why one was not.
     type Damage;
 
-    /// Begins a line wherever it stands; what stood before it was noise, or a line that lost its end.
+    /// Begins a line wherever it is; bytes before it were noise, or a line that lost its end.
     const START: Option<u8>;
     /// The longest line that is kept (bytes).
     const LONGEST: usize;

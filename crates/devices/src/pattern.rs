@@ -79,7 +79,7 @@ pub enum NoPattern {
         "'{0}' is no field of a pattern: serial, counter, protocol, id, data, snr_db, skip, unix_s, unix_ms, ms, utc, khz, hz, sum8 and xor8 are"
     )]
     Unknown(String),
-    /// Nothing stands between two fields.
+    /// There is no text between two fields.
     #[error("two fields of the pattern touch: put between them what stands there")]
     Touching,
     /// A field comes twice.
@@ -96,7 +96,7 @@ pub enum NoMatch {
     /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
-    /// Text of the pattern does not stand where it must.
+    /// Text of the pattern is missing.
     #[error("'{0}' does not stand where the pattern has it")]
     Text(String),
     /// A field is not valid.

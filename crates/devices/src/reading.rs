@@ -242,7 +242,7 @@ pub struct ReceiverReading {
     /// The least of the last differences between the arrival of a line by this computer's clock and its stamp (s): how far
     /// the receiver's clock is behind, with the shortest delay of a line in it. Absent until stamps have come.
     pub clock_offset_s: Option<f64>,
-    /// Why the clock was lost and what becomes of it, in one sentence; empty while it is not.
+    /// Why the clock was lost and the remedy, in one sentence; empty while it is not.
     pub clock_fault: String,
 }
 

@@ -42,7 +42,7 @@ pub struct Status {
     pub sequence: u16,
     /// The receiver's time.
     pub utc: UtcTime,
-    /// Counts, voltages, temperature and tilt as they stand behind `STS`.
+    /// Counts, voltages, temperature and tilt as written behind `STS`.
     pub text: String,
 }
 

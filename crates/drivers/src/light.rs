@@ -18,7 +18,7 @@ const LONGEST_MS: i64 = 60_000;
 /// The meaning of the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sign {
-    /// At rest, and well.
+    /// At rest, without faults.
     Normal,
     /// At rest, with low batteries.
     FuelLow,
@@ -52,7 +52,7 @@ pub enum Activity {
     Error,
 }
 
-/// All that the light looks at.
+/// The inputs of the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Situation {
     /// The vessel's activity.
@@ -131,7 +131,7 @@ impl Pattern {
 /// The pattern of each sign.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patterns {
-    /// At rest, and well.
+    /// At rest, without faults.
     pub normal: Pattern,
     /// At rest, with low batteries.
     pub fuel_low: Pattern,

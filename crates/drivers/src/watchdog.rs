@@ -98,7 +98,7 @@ pub struct Watchdog {
 
 impl Watchdog {
     /// A watchdog at `now`: its pins are low, and it starts at the first sign of life. So a program that cannot start, as
-    /// by an error in its configuration, is not restarted for ever and can be mended from afar.
+    /// by an error in its configuration, is not restarted for ever and can be repaired remotely.
     pub fn new(now: MonoTime, config: WatchdogConfig) -> Self {
         let mut watchdog = Self {
             config: WatchdogConfig { pulse: config.pulse.min(config.period / 2), ..config },

@@ -93,7 +93,7 @@ fn parsed(bytes: &[u8]) -> Result<Value, GeoJsonError> {
     Ok(value)
 }
 
-/// Writes a FeatureCollection. The names stand as property `name`.
+/// Writes a FeatureCollection. The names are the property `name`.
 pub fn write(shapes: &Shapes) -> String {
     let position = |position: &Position| json!([position.lon_deg, position.lat_deg]);
     let features: Vec<Value> = shapes
@@ -291,7 +291,7 @@ fn list<'a>(value: &'a Value, place: &str) -> Result<&'a Vec<Value>, GeoJsonErro
     value.as_array().ok_or_else(wrong)
 }
 
-/// The beginning of what stands somewhere.
+/// The beginning of the text at a place.
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() <= 60 { text } else { text.chars().take(59).chain(['…']).collect() }

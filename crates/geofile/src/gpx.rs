@@ -13,7 +13,7 @@ use serde_json::Map;
 
 /// How deep elements may be nested.
 const DEEPEST: usize = 64;
-/// Bytes of a name that are looked at.
+/// Bytes of a name that are read.
 const NAME_BYTES: usize = 4_096;
 
 /// Why a text is not GPX.

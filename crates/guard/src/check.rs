@@ -35,8 +35,8 @@ pub fn check_way(
 
 /// A check of all that a vessel is to sweep, given in the order in which it is sailed.
 ///
-/// Each leg has a label that says whose it is, such as the name of a maneuver; it stands in the answer. What comes
-/// after more than is checked together ([`MOST_CORRIDORS`], [`LONGEST_WAY_M`]) is not looked at.
+/// Each leg has a label that says whose it is, such as the name of a maneuver; it is in the answer. What comes
+/// after more than is checked together ([`MOST_CORRIDORS`], [`LONGEST_WAY_M`]) is not checked.
 #[derive(Debug)]
 pub struct Check<'a> {
     index: &'a DepthIndex,

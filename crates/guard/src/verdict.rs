@@ -209,7 +209,7 @@ pub struct LegCheck {
     pub from: LatLon,
     /// Where it ends.
     pub to: LatLon,
-    /// Half width that was looked at where it is worst, with all allowances (m).
+    /// Half width that was checked where it is worst, with all allowances (m).
     pub half_width_m: f64,
     /// Why it is refused, if it is.
     pub reason: Option<Reason>,
@@ -238,7 +238,7 @@ impl Entered {
         Self { restriction: area.restriction, spot: Spot { class, ..found } }
     }
 
-    /// What it is called, and where it is charted.
+    /// Its name, and its chart.
     fn name_and_chart(&self) -> String {
         let name = self.spot.name.as_deref().unwrap_or("no name");
         let cell = self.spot.cell.as_deref().unwrap_or("no chart");

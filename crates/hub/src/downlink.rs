@@ -260,7 +260,7 @@ impl<O: OrderLog> Hub<O> {
         self.send_down(now, order)
     }
 
-    /// Whether a vessel's link stands, as its peer says. What waits goes out when it does.
+    /// Whether a vessel's link is open, as its peer reports. Waiting orders are sent when it is.
     pub fn link_stands(&mut self, now: Now, peer: PeerId, stands: bool) {
         let Some(slot) = self.peers.get_mut(&peer) else { return };
         slot.stands = stands;
@@ -421,7 +421,7 @@ impl<O: OrderLog> Hub<O> {
             Urgency::Command | Urgency::Stop => {}
         }
         if stop {
-            // The newest stands for all.
+            // The newest counts for all.
             self.standing.end(vessel);
         }
         match self.wait(order) {

@@ -349,7 +349,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Time passes: the server's own announcements, heartbeats and questions. To be called once a second.
+    /// Sends the server's own announcements, heartbeats and queries. To be called once a second.
     pub fn tick(&mut self, now: Now) {
         self.expire_waiting(now);
         if !self.settings.active {

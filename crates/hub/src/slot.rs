@@ -26,7 +26,7 @@ pub(crate) struct Slot {
     /// The source that spoke last, and until when its home needs no look.
     speaker: Option<(Address, MonoTime)>,
     pub(crate) out: Vec<Delivery>,
-    /// Whether it is a vessel's link that stands.
+    /// Whether it is a vessel's open link.
     pub(crate) stands: bool,
     /// Whether what it is given has room.
     pub(crate) takes: bool,

@@ -1,4 +1,4 @@
-//! Packets out of a stream of bytes, however it is cut and whatever stands between them.
+//! Finds packets in a stream of bytes, however it is cut and whatever is between them.
 //!
 //! A packet is taken where sync, length and checksum agree. Everything else is damage: the search continues
 //! one byte after the false start, so that no whole packet behind damage is ever lost, also when a damaged
@@ -118,7 +118,7 @@ impl Deframer {
         }
     }
 
-    /// Whether a whole packet stands behind the one that waits for its rest, which then claims too much and is damaged.
+    /// Whether a whole packet follows inside the one that waits for its rest, whose length is then damaged.
     pub fn holds_packet(&self) -> bool {
         let mut behind = Self::new();
         behind.push(self.buffer.get(self.at + 1..).unwrap_or_default());
@@ -182,7 +182,7 @@ enum Step {
     NeedMore,
 }
 
-/// Where a run of damage stands, between two calls.
+/// The position of a run of damage, between two calls.
 #[derive(Debug, Default)]
 struct Search {
     run: Option<Run>,

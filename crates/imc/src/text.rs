@@ -107,7 +107,7 @@ pub fn unescape(text: &str) -> Cow<'_, [u8]> {
     Cow::Owned(bytes)
 }
 
-/// Whether `\xNN` stands somewhere in a text.
+/// Whether a text contains `\xNN`.
 fn spells_byte(text: &str) -> bool {
     let is_byte = |four: &[u8]| matches!(four, [b'\\', b'x', high, low] if is_hex(*high) && is_hex(*low));
     text.contains("\\x") && text.as_bytes().windows(4).any(is_byte)

@@ -23,7 +23,7 @@ impl Backoff {
         Self { chance: seed | 1, unanswered: 0, refused: 0 }
     }
 
-    /// The connection stands.
+    /// The connection is open.
     pub(crate) fn succeeded(&mut self) {
         (self.unanswered, self.refused) = (0, 0);
     }

@@ -14,7 +14,7 @@ const SAMPLES: usize = 16;
 /// Two crystals drift apart by less than this share of the time (crystals of such computers: 50 ppm each).
 const DRIFT_PER_MILLION: u64 = 100;
 
-/// How the other side's clocks stand to ours.
+/// The offset of the other side's clocks to ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClockEstimate {
     /// The other UTC minus ours (µs).
@@ -84,7 +84,7 @@ impl Clocks {
         self.samples.iter().map(|sample| (*sample, uncertain(sample))).min_by_key(|(_, uncertain)| *uncertain)
     }
 
-    /// How the other UTC stands to ours.
+    /// The offset of the other UTC to ours.
     pub(crate) fn estimate(&self, now: Now) -> Option<ClockEstimate> {
         let (sample, uncertainty_us) = self.best(now.mono)?;
         // The newest stamp shows the other's UTC: it may have been set since the best sample.

@@ -28,7 +28,7 @@ pub(crate) struct Waiting {
     pub(crate) sent: bool,
     /// A stop followed: it is not sent again.
     pub(crate) called_off: bool,
-    /// When it was sent first, and over which connections that stand.
+    /// When it was sent first, and over which open connections.
     pub(crate) first_sent: Option<MonoTime>,
     pub(crate) over: Vec<ConnectionId>,
 }

@@ -25,7 +25,7 @@
 //!   against the digest.
 //!
 //! A vessel with several ways to the shore keeps a connection on each; what goes by which, and how nothing is lost, doubled
-//! or carried out twice on a switch, stands at the head of [`ways`].
+//! or carried out twice on a switch, is described in [`ways`].
 //!
 //! It knows IMC packets and time, and nothing of sockets, disks, plans or people. A chart is bytes with a digest to it.
 
@@ -68,7 +68,7 @@ use std::time::Duration;
 pub const HEARTBEAT: Duration = Duration::from_secs(1);
 /// A peer that sent nothing for so long is gone: its connection is closed without waiting for TCP.
 pub const DEAD_AFTER: Duration = Duration::from_secs(3);
-/// A greeting that is not answered in this time is given up.
+/// A greeting that is not answered in this time is abandoned.
 pub const GREETING_WITHIN: Duration = Duration::from_secs(5);
 
 /// One attempt at a connection, by a number that its driver or session gave it.

@@ -10,7 +10,7 @@ pub enum Event {
     Fix(Fix),
     /// How the path under way goes.
     Path(PathProgress),
-    /// The path was refused or given up by path control.
+    /// The path was refused or abandoned by path control.
     PathFailed {
         /// Its number.
         path_ref: u32,

@@ -13,9 +13,9 @@
 //! communications. A
 //! weaker remedy never replaces a stronger one that runs or waits. A remedy that cannot be carried out (no
 //! position to hold, no plan of that name, the engine refuses) or that ended in a failure is tried again every
-//! two seconds until it holds; meanwhile the next weaker that is possible stands in, at last the stop.
+//! two seconds until it holds; meanwhile the next weaker that is possible replaces it, at last the stop.
 //!
-//! A demand ends when its supervisor withdraws it, when its plan has come to a good end, or when an operator
+//! A demand ends when its supervisor withdraws it, when its plan has completed, or when an operator
 //! steps in: a start, a stop or an abort from outside settles all that was asked before. No remedy but the
 //! stop acts before an operator has set the vessel in motion, nor after an abort.
 
@@ -43,13 +43,13 @@ pub(crate) enum Source {
 pub(crate) struct Picture {
     /// The run of the engine.
     pub(crate) run: Option<RunId>,
-    /// Whether the last run came to a good end.
+    /// Whether the last run completed.
     pub(crate) ended_well: bool,
     /// Whether an operator has set the vessel in motion, without an abort since.
     pub(crate) under_way: bool,
 }
 
-/// How a demand stands.
+/// The state of a demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Standing {
     /// Its remedy, or a stronger one, runs.
@@ -58,7 +58,7 @@ pub(crate) enum Standing {
     Waits(MonoTime),
     /// No operator has set the vessel in motion.
     AtRest,
-    /// Its plan ended well, or an operator stepped in.
+    /// Its plan completed, or an operator stepped in.
     Settled,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Arbiter {
 }
 
 impl Arbiter {
-    /// A supervisor wants this.
+    /// A supervisor demands this.
     pub(crate) fn ask(&mut self, now: MonoTime, source: Source, remedy: Remedy) {
         self.demands.insert(source, Demand { remedy, settled: false });
         self.next_try = now;

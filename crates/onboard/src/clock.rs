@@ -1,4 +1,4 @@
-//! How far the computer's clock is from the satellites', and how well that is known.
+//! The offset of the computer's clock to the satellites', and its uncertainty.
 //!
 //! Two sources: the messages of the receiver, which arrive some tenths of a second after their epoch, and the pulse at each
 //! whole second, whose moment the kernel notes by the computer's clock. The messages say which second it is, the pulse

@@ -52,7 +52,7 @@ pub(crate) fn gps_fix(reading: &GnssReading) -> GpsFix {
     if let Some(velocity) = reading.velocity.filter(|v| v.speed_mps.is_finite()) {
         validity |= GpsFixValidity::VALID_SOG;
         fix.sog = velocity.speed_mps as f32;
-        // A vessel that stands has no course.
+        // A vessel at rest has no course.
         if velocity.course_rad.is_finite() {
             validity |= GpsFixValidity::VALID_COG;
             fix.cog = velocity.course_rad as f32;

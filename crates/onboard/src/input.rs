@@ -64,7 +64,7 @@ pub struct DeviceState {
     pub entity: Entity,
     /// How it is: [`Condition::Boot`] until it has answered.
     pub condition: Condition,
-    /// Why it is not well and what to do, in one sentence; empty where there is nothing to say.
+    /// Its fault and the remedy, in one sentence; empty where there is none.
     pub text: String,
 }
 

@@ -34,7 +34,7 @@ pub struct Parameter {
     pub entity: Entity,
     /// Its name.
     pub name: &'static str,
-    /// The sections of the files in which it can stand.
+    /// The sections of the files that may have it.
     pub homes: &'static [&'static SectionSpec],
     /// Who may change it.
     pub access: Access,

@@ -31,7 +31,7 @@ use units::{MonoTime, Speed};
 
 const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
-/// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
+/// Enabled beside TELEOPERATION while an operator gives heading and speed rather than thrust.
 const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
 
 /// An event of steering.

@@ -22,7 +22,7 @@ pub(crate) const OVERRIDE: &str = "Override";
 /// Letters of a reason that are kept.
 const LONGEST_REASON: usize = 200;
 
-/// How the preflight stands.
+/// The state of the preflight.
 #[derive(Debug, Default)]
 pub(crate) struct Preflight {
     /// All was good at one moment of this run.
@@ -49,7 +49,7 @@ impl Preflight {
         states.set(bus, Entity::Preflight, condition, text);
     }
 
-    /// Why nothing may be started; `label` is what this part is called.
+    /// Why starts are refused; `label` is this part's name.
     pub(crate) fn refusal(&self, label: &str) -> Option<String> {
         (!self.passed && self.overridden.is_none()).then(|| {
             let list = self.missing.join(", ");

@@ -90,7 +90,7 @@ impl RouteRequest {
 pub struct RouteAnswer {
     /// Whose.
     pub number: u32,
-    /// The route, or what stands in the way.
+    /// The route, or the obstacle.
     pub outcome: Result<FoundRoute, String>,
 }
 

@@ -112,7 +112,7 @@ impl States {
         self.all[usize::from(entity.number())].0
     }
 
-    /// Watched parts that are not well.
+    /// Watched parts with a fault.
     fn bad(&self) -> Vec<Entity> {
         self.monitored.iter().copied().filter(|entity| self.condition(*entity).is_bad()).collect()
     }

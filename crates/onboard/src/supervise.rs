@@ -296,7 +296,7 @@ impl Supervise {
         let picture = Picture { run: state.run, ended_well, under_way: self.under_way };
         let Some((source, wanted)) = self.arbiter.decide(context.bus.mono(), picture) else { return };
         let mut obstacle = None;
-        // The next weaker stands in for what is not possible, at last the stop.
+        // The next weaker one replaces a remedy that is not possible, at last the stop.
         for remedy in stand_ins(&wanted) {
             if remedy != wanted && self.arbiter.carries(&remedy) {
                 break;
@@ -431,7 +431,7 @@ impl Supervise {
     }
 }
 
-/// A remedy and what stands in for it where it is not possible, in this order.
+/// A remedy and its substitutes where it is not possible, in this order.
 fn stand_ins(remedy: &Remedy) -> Vec<Remedy> {
     match remedy {
         Remedy::Run { .. } => vec![remedy.clone(), Remedy::Hold, Remedy::Stop],

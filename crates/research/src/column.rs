@@ -39,7 +39,7 @@ pub struct Column {
     pub needed: bool,
 }
 
-/// Where the value of a field stands in an entry.
+/// The place of a field's value in an entry.
 #[derive(Debug, PartialEq)]
 pub enum Slot<'r> {
     /// A text; empty where it is not known.

@@ -23,7 +23,7 @@ const PROBLEMS: usize = 1_000;
 /// What R writes for a missing value.
 const ABSENT: &str = "NA";
 
-/// How vessels are called.
+/// The names of vessels.
 pub struct Names<'n> {
     /// The address of a vessel by its name or address.
     pub address: &'n dyn Fn(&str) -> Result<u16, String>,

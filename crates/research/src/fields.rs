@@ -180,7 +180,7 @@ pub const fn columns(kind: RegisterKind) -> &'static [Column] {
     }
 }
 
-/// Where the values of an entry stand, in the order of [`columns`].
+/// The places of an entry's values, in the order of [`columns`].
 pub fn slots(record: &mut RegisterRecord) -> Vec<Slot<'_>> {
     match record {
         RegisterRecord::Project(one) => project(one),

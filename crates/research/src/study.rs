@@ -8,7 +8,7 @@ use api::{
 use detections::Detection;
 use std::collections::BTreeMap;
 
-/// Carrier for which the code spaces of [`CODESPACES`] stand (kHz).
+/// Carrier of the code spaces of [`CODESPACES`] (kHz).
 const CODED_KHZ: u8 = 69;
 /// Ping intervals within which something must confirm a detection.
 const PINGS: f64 = 30.0;

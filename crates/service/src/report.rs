@@ -61,13 +61,13 @@ impl Finding {
         Self { part, status: Status::Warn, text: text.into(), remedy: remedy.into() }
     }
 
-    /// It must be mended.
+    /// It must be repaired.
     pub fn fail(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, status: Status::Fail, text: text.into(), remedy: remedy.into() }
     }
 }
 
-/// The worst of all; good where nothing was looked at.
+/// The worst of all; good where nothing was checked.
 pub fn worst(findings: &[Finding]) -> Status {
     findings.iter().map(|finding| finding.status).max().unwrap_or(Status::Ok)
 }
@@ -94,7 +94,7 @@ pub fn to_json(program: &str, version: &str, time: &str, findings: &[Finding]) -
     format!("{all:#}")
 }
 
-/// Of what a configuration cannot say, the values are left out: a password may stand in the wrong place.
+/// Of invalid settings the values are left out: a password may be in the wrong place.
 fn masked_where_written(finding: &Finding) -> String {
     match (finding.part, finding.status) {
         ("configuration", Status::Warn | Status::Fail) => masked(&finding.text),

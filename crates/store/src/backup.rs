@@ -1,8 +1,8 @@
 //! The files of a data folder that a backup holds, how each of them changes, and the time that it covers.
 //!
-//! The files come in the order in which a backup must copy them while the writer runs. Databases stand before the archive,
+//! The files come in the order in which a backup must copy them while the writer runs. Databases come before the archive,
 //! and the catalogue before the months, so that the copy's history is never ahead of what it says it has read; opening
-//! the copy reads the difference. Of a day packets stand before their records: a record without its packet is cut off when
+//! the copy reads the difference. Of a day packets come before their records: a record without its packet is cut off when
 //! the copy is opened, while a packet without its record would have lost its number.
 
 use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record};
@@ -135,7 +135,7 @@ fn whole_day(key: DayKey) -> Option<(UtcTime, UtcTime)> {
     key.start().map(|start| (start, start))
 }
 
-/// When the first and the last packet of a day came: records stand in the order in which packets came.
+/// When the first and the last packet of a day came: records are in the order in which packets came.
 fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
     let Ok(mut file) = File::open(path) else { return Ok(None) };
     let records = file.metadata().named(path)?.len() / ARRIVAL_BYTES as u64;
@@ -148,7 +148,7 @@ fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
             Some(Record::Jump { .. }) | None => None,
         })
     };
-    // Jumps have no time; a packet stands after each.
+    // Jumps have no time; a packet follows each.
     let (mut first, mut last) = (None, None);
     for number in 0..records.min(1_000) {
         first = at(number)?;

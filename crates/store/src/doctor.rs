@@ -28,7 +28,7 @@ pub enum Health {
     Good,
     /// To be looked at.
     Warning,
-    /// To be mended.
+    /// To be repaired.
     Problem,
 }
 

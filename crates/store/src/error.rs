@@ -115,7 +115,7 @@ impl StoreError {
     }
 }
 
-/// Whether an error says that the file itself is damaged, which time does not mend.
+/// Whether an error says that the file itself is damaged, so that a retry does not help.
 pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
     matches!(
         error.sqlite_error_code(),

@@ -307,7 +307,7 @@ impl Follower {
         true
     }
 
-    /// Reads so many packets that it lacks, the newest day first: that is what people look at.
+    /// Reads so many missing packets, the newest day first: people look at that one.
     pub(crate) fn catch_up(&mut self, archive: &Archive, packets: usize) -> Result<Chunk> {
         self.history()?;
         let mut done = Chunk::default();

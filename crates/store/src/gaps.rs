@@ -127,7 +127,7 @@ impl Gap {
     }
 
     /// The same with times that can be: neither before 2000 nor later than a day after it was declared. Where both
-    /// are impossible, the vessel did not know, and it stands at its declaration.
+    /// are impossible, the vessel did not know, and the time of its declaration is used.
     fn believable(mut self) -> Self {
         let first = UtcTime::from_micros(MonthKey::DATED.from_us);
         let last = UtcTime::from_micros(self.declared.micros().saturating_add(DAY_US));

@@ -228,7 +228,7 @@ impl LogImport {
 }
 
 /// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
-/// end is looked at as far as it goes.
+/// end is read as far as it goes.
 ///
 /// # Errors
 /// When it cannot be read.

@@ -1,6 +1,6 @@
 //! The history made again from the archive.
 //!
-//! It grows in `history.new` beside the one that is asked meanwhile, and takes its place when it is whole. An
+//! It grows in `history.new` beside the one in use, and takes its place when it is whole. An
 //! interrupted rebuild continues where it stopped.
 
 use crate::archive::{self, shortened};

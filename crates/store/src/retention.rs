@@ -63,7 +63,7 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
 }
 
 impl Store {
-    /// Removes what a retention gives up; what that was.
+    /// Removes the parts of a retention; returns them.
     ///
     /// Waiting packets are committed and saved first, so that nothing is removed that the history has not read.
     ///

@@ -40,7 +40,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the store in a folder, making it if need be, mends what a crash left and reads into the history
+    /// Opens the store in a folder, making it if need be, repairs the effects of a crash and reads into the history
     /// what is not there yet. A history that cannot be written is not an error: it is [behind](Self::behind).
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Store {
         Self::open_on(folder, Box::new(RealDisk), progress)
     }
 
-    /// Opens the archive with a history that grows beside the one that is asked, and is whole then.
+    /// Opens the archive with a history that is built beside the one in use.
     pub(crate) fn open_growing(folder: &Path, progress: &mut dyn FnMut(u64) -> bool) -> Result<Self> {
         let mut store = Self::open_in(folder, GROWING, Box::new(RealDisk), progress)?;
         while store.is_behind() {
@@ -323,7 +323,7 @@ impl Store {
         Ok(self.lock)
     }
 
-    /// Gives up days and months, before their files are removed.
+    /// Drops days and months, before their files are removed.
     pub(crate) fn give_up(&mut self, days: &[DayKey], months: &[MonthKey]) -> Result<()> {
         self.follower.unread(days)?;
         self.save()?;

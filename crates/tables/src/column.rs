@@ -4,7 +4,7 @@ use detections::SET_AFTER_S;
 use imc::catalogue::{FieldDesc, FieldKind, Meaning, MessageDesc};
 use imc::messages::{EstimatedState, Payload as _, TBRFishTag};
 
-/// The columns that every row begins with: name, what stands there, unit.
+/// The columns that every row begins with: name, contents, unit.
 pub const FIXED: [(&str, &str, Option<&str>); 8] = [
     (
         "time",

@@ -25,7 +25,7 @@ impl fmt::Display for NoMessage {
 
 impl std::error::Error for NoMessage {}
 
-/// The message that a text stands for: its name in any case, or its number, decimal or hexadecimal after `0x`.
+/// The message that a text names: its name in any case, or its number, decimal or hexadecimal after `0x`.
 ///
 /// # Errors
 /// The catalogue has no such message; the error names similar ones.

@@ -5,7 +5,7 @@
 //! the folder is absent.
 //!
 //! It may read files and start programs, and decides nothing: [`shared`] gives recordings, [`browser`] runs Chromium,
-//! [`ServiceManager`] stands in for systemd, [`Need`] and [`absent`] say what a test lacks.
+//! [`ServiceManager`] replaces systemd, [`Need`] and [`absent`] say what a test lacks.
 
 pub mod browser;
 mod needs;

@@ -103,7 +103,7 @@ fn at_y(a: Point, b: Point, y: i32) -> Point {
     Point::new(x.round() as i32, y)
 }
 
-/// Vertices that are looked at together: bounds the work of [`simplified`], which is quadratic at worst.
+/// Vertices that are simplified together: bounds the work of [`simplified`], which is quadratic at worst.
 const TOGETHER: usize = 4096;
 
 /// A line with fewer vertices, none of the left-out ones farther than `within` from it (D. H. Douglas and

@@ -27,7 +27,7 @@ impl Item {
     }
 }
 
-/// Items that stand together, in one box.
+/// Neighbouring items, in one box.
 #[derive(Debug, Clone, PartialEq)]
 struct Block {
     bounds: Bounds,

@@ -46,7 +46,7 @@ pub struct DepthAnswer {
     /// Of the areas whose entry is prohibited or restricted the one that counts most; `None` of those that the demand
     /// ignores.
     pub area: Option<Restricted>,
-    /// The half width that was looked at, with all allowances (m).
+    /// The half width that was checked, with all allowances (m).
     pub half_width_m: f64,
 }
 
@@ -69,7 +69,7 @@ struct Hit {
     off_m: f64,
 }
 
-/// What a run stands for: its object's number in answers, its meaning, its zone of confidence and its restriction.
+/// The data of a run: its object's number in answers, its meaning, its zone of confidence and its restriction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunMeaning {
     pub(super) object: Option<u32>,

@@ -113,7 +113,7 @@ pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
     (skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0).then_some(S57Problem::NoWater)
 }
 
-/// An object that vessels must keep clear of and that lies nowhere: neither a place that can be read nor one that it had.
+/// An object that vessels must keep clear of and that has no place, neither a readable one nor an earlier one.
 fn lies_nowhere(features: &[Feature]) -> Option<&Feature> {
     let nowhere = |feature: &&Feature| {
         let must = meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Danger | Role::Overhead));

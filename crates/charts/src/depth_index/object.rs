@@ -143,7 +143,7 @@ pub(super) enum Role {
     Skin,
     /// A danger within the skin.
     Danger,
-    /// Says how well the sea is surveyed.
+    /// Gives the quality of the survey.
     Quality,
     /// Above the water.
     Overhead,

@@ -1,7 +1,7 @@
 //! Areas that a vessel may not enter, or should not: what the chart says, what a vessel makes of it, and where a way
 //! first comes into one.
 //!
-//! S-57 appendix A, attributes RESTRN and CATREA. Such an area says nothing about the depth, so it stands beside the
+//! S-57 appendix A, attributes RESTRN and CATREA. Such an area says nothing about the depth, so it is given beside the
 //! water in every answer, never in its place.
 
 use super::along::{Piece, RunMeaning};

@@ -86,7 +86,7 @@ pub enum Iso8211Problem {
     Description {
         /// The field.
         tag: Tag,
-        /// Its formats as they stand.
+        /// Its formats as written.
         formats: String,
     },
     /// A field is used that the data descriptive record does not describe.

@@ -1,8 +1,8 @@
 //! Settings that are read and checked, because DUNE's files have them, but that have no effect in Lutra.
 //!
-//! A setting stands here with the value as which Lutra acts, where it has one. A file that says otherwise is
-//! told so: a note where it makes little difference, a warning where the vessel behaves otherwise than the file
-//! says. What would make the vessel less safe than the file says must not stand here but be obeyed.
+//! A setting is listed with the value that Lutra acts by, where it has one. A file with another value gets
+//! a note where it makes little difference, a warning where the vessel behaves otherwise than the file
+//! says. A setting whose neglect would make the vessel less safe must not be listed here but be implemented.
 
 use crate::problem::Severity;
 

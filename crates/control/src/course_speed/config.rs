@@ -124,7 +124,7 @@ pub struct OutputConfig {
     /// Largest growth of an actuation's magnitude per second, 0.01 to 100; `None` = free,
     /// "Ramp Actuation Limit".
     pub ramp_per_s: Option<f64>,
-    /// Time over which the motors move from where they are at enabling to what the loops want (s), 0 to 10.
+    /// Time over which the motors move from where they are at enabling to the loops' output (s), 0 to 10.
     pub fade_s: f64,
     /// A longer pause between two updates starts the loops again from stopped motors (s), 0.1 to 10.
     pub max_gap_s: f64,

@@ -47,7 +47,7 @@ pub struct CompassSettings {
     pub baud: Option<u32>,
     /// Added to the true heading for how the antennas are mounted (rad, clockwise).
     pub heading_offset_rad: f64,
-    /// Added to a magnetic heading to stand in while the compass gives no true one (rad, east positive); `None` leaves it out.
+    /// Added to a magnetic heading, used while the compass gives no true one (rad, east positive); `None` leaves it out.
     pub variation_rad: Option<f64>,
     /// Without anything of use for so long the compass fails.
     pub input_timeout: Duration,

@@ -70,7 +70,7 @@ pub(super) struct Keeper {
     /// From the end of a command to its acknowledgement at most.
     ack_timeout: Duration,
     state: ClockState,
-    /// Why it was lost, and what becomes of it.
+    /// Why it was lost, and the remedy.
     why: String,
     /// Whether it obeyed a command with the full time since: a stamp alone does not tell that rounding hits the right ten
     /// seconds.
@@ -394,7 +394,7 @@ impl Keeper {
         }
     }
 
-    /// The clock may be anything, as when the receiver restarted: `why` says it to people, with what becomes of it.
+    /// The clock may be anything, as when the receiver restarted: `why` says it to people, with the remedy.
     pub(super) fn lose(&mut self, now: Now, why: String) {
         self.state = ClockState::Lost;
         self.why = why;

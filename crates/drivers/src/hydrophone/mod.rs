@@ -79,7 +79,7 @@ pub struct Counts {
     pub lost: u64,
 }
 
-/// Where the start stands.
+/// The stage of the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Closed,

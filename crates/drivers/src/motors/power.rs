@@ -59,7 +59,7 @@ pub struct UnknownChannel {
     known: String,
 }
 
-/// One channel and how it stands.
+/// One channel and its state.
 #[derive(Debug, Clone)]
 struct Channel {
     config: ChannelConfig,

@@ -34,7 +34,7 @@ const EVENT_BYTES_KEPT: usize = 4 << 20;
 const LATE_KEPT: usize = 1_024;
 const LATE_BYTES_KEPT: usize = 1 << 20;
 
-/// A message that stands for itself and is not replaced by the next of its kind.
+/// A message that is an event and is not replaced by the next of its kind.
 #[derive(Debug, Clone)]
 pub struct Event {
     /// The revision that it made.

@@ -1,4 +1,4 @@
-//! Where in a log a time stands, without reading all of it again.
+//! Finds a time in a log, without reading all of it again.
 
 use crate::deframe::Frame;
 use std::ops::Range;

@@ -23,7 +23,7 @@ pub struct LogOptions {
     pub entity: u8,
     /// Whether to write `Data.lsf.gz` rather than `Data.lsf`.
     pub compress: bool,
-    /// The configuration to lay beside the data as `Config.ini`; none when empty.
+    /// The configuration to write beside the data as `Config.ini`; none when empty.
     pub config: String,
 }
 

@@ -78,7 +78,7 @@ impl Capabilities {
     pub const COMMANDS: Self = Self(4);
     /// Knows the chart's frames: a vessel reports what it holds and requests, a shore offers and sends.
     pub const CHARTS: Self = Self(8);
-    /// Keeps several connections beside each other, one for each way.
+    /// Keeps several connections in parallel, one for each way.
     pub const WAYS: Self = Self(16);
     /// All capabilities of this version.
     pub const ALL: Self = Self(31);

@@ -93,7 +93,7 @@ impl Joined {
     }
 }
 
-/// A connection that stands.
+/// An open connection.
 #[derive(Debug)]
 pub(crate) struct Connected {
     pub(crate) id: ConnectionId,

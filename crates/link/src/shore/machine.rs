@@ -26,7 +26,7 @@ pub struct Shore {
     settings: ShoreSettings,
     pub(super) outputs: VecDeque<ShoreOutput>,
     greeting: BTreeMap<ConnectionId, Greeting>,
-    /// Those that stand: one, or one for each way of a vessel that has several.
+    /// The open ones: one, or one for each way of a vessel that has several.
     pub(super) sessions: BTreeMap<ConnectionId, Connected>,
     /// The records received over all of them; present while one is open.
     joined: Option<Joined>,
@@ -80,7 +80,7 @@ impl Which {
     }
 }
 
-/// A connection that does not stand yet.
+/// A connection that is not open yet.
 #[derive(Debug)]
 struct Greeting {
     since: MonoTime,
@@ -178,7 +178,7 @@ impl Shore {
         greeting.chain(connected).chain(self.commands.next_end()).chain(self.lease_due()).chain(late).min()
     }
 
-    /// How the vessel's clocks stand to ours.
+    /// The offset of the vessel's clocks to ours.
     pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
         self.carrier().and_then(|one| one.clocks.estimate(now))
     }
@@ -189,7 +189,7 @@ impl Shore {
         hello.is_some_and(|hello| self.is_joining(hello))
     }
 
-    /// Connections that stand.
+    /// Open connections.
     pub fn standing(&self) -> usize {
         self.sessions.len()
     }

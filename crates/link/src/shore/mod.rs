@@ -87,9 +87,9 @@ pub enum ShoreOutput {
     /// A vessel greets: look up what is durable and answer by [`ShoreInput::Resume`] or
     /// [`ShoreInput::Refuse`].
     Hello(ConnectionId, Box<Hello>),
-    /// The link stands, over this connection; it may stand over others already.
+    /// The link is open over this connection; it may be open over others already.
     Up(ConnectionId),
-    /// The link does not stand any more, over no connection.
+    /// The link is closed: no connection is open any more.
     Down,
     /// Packets to keep, with consecutive numbers that follow the previous ones; report when they are durable.
     Records {
@@ -126,7 +126,7 @@ pub enum Outcome {
     Expired,
     /// It was refused, and why: by the vessel, or here because too many wait or its identity is taken.
     Refused(String),
-    /// It was sent and the vessel did not say what became of it.
+    /// It was sent and the vessel did not report its outcome.
     Unanswered,
 }
 
@@ -144,7 +144,7 @@ pub struct PeerBacklog {
 /// How the link is, for people and series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShoreStatus {
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// The vessel's clocks against ours.
     pub clocks: Option<ClockEstimate>,
@@ -158,8 +158,8 @@ pub struct ShoreStatus {
     pub received_bytes: u64,
     /// Records that came again after they were received.
     pub repeated: u64,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     pub connections: u64,
-    /// Connections that stand.
+    /// Open connections.
     pub standing: u32,
 }

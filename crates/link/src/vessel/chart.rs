@@ -278,7 +278,7 @@ impl Pull {
         }
     }
 
-    /// When to look again, while the link stands.
+    /// When to look again, while the link is open.
     pub(crate) fn poll_timeout(&self) -> Option<MonoTime> {
         if !self.linked {
             return None;

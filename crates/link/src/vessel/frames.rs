@@ -152,12 +152,12 @@ impl Vessel {
         self.connections += 1;
         self.outputs.push_back(VesselOutput::Up(self.ways[place].id()));
         self.acknowledged(welcome.resume);
-        // The first that stands carries all, from this moment on.
+        // The first open one carries all, from this moment on.
         self.assign(now);
         Ok(())
     }
 
-    /// Whether this shore keeps connections beside each other, and whether it is the one of the others.
+    /// Whether this shore accepts parallel connections, and whether it is the same shore as the others'.
     fn joined(&mut self, now: Now, place: usize, welcome: &Welcome) {
         self.joint = self.ways.len() > 1 && welcome.run.is_some();
         let other_shore = self.run != welcome.run;
@@ -220,7 +220,7 @@ impl Vessel {
             Answer::Refused(text) => (Verdict::Refused, text),
         };
         let Some((receipt, came_on)) = self.seen.answer(now.mono, id, verdict, text) else { return };
-        // Either way may be dead though it stands; one that comes twice harms nothing ashore.
+        // Either way may be dead though it is open; a record that comes twice does no harm ashore.
         let live = self.report.live.map(usize::from);
         let stands: Vec<usize> = (0..self.ways.len()).filter(|place| self.ways[*place].stands()).collect();
         let wanted = |place: &usize| came_on.contains(place) || live == Some(*place);

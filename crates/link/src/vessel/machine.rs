@@ -54,7 +54,7 @@ pub struct Vessel {
     next_look: Option<MonoTime>,
     pub(super) pull: Pull,
     pub(super) seen: Seen,
-    /// The shore's start, and what came of it last: the greatest number of a command, and of a lease.
+    /// The shore's start, and the greatest numbers of a command and of a lease received from it.
     pub(super) run: Option<u64>,
     /// Starts of the shore that another followed, the last few.
     pub(super) past_runs: VecDeque<u64>,
@@ -353,7 +353,7 @@ impl Vessel {
     }
 
     /// When a way that pauses may connect. A shore that keeps one connection at a time gets the next when the last has
-    /// ended; beside a metered one that stands, an unmetered way is tried now and then.
+    /// ended; beside an open metered one, an unmetered way is tried now and then.
     fn opens_at(&self, place: usize) -> Option<MonoTime> {
         let way = &self.ways[place];
         let Phase::Pausing(until) = way.phase else { return None };
@@ -414,7 +414,7 @@ impl Vessel {
         }
     }
 
-    /// Sends what falls due over a connection that stands.
+    /// Sends what is due over an open connection.
     fn carry(&mut self, now: Now, place: usize) {
         let lanes = self.lanes(place);
         let several = self.ways.len() > 1;

@@ -106,7 +106,7 @@ pub enum VesselInput {
     Entries(u64, Vec<Entry>),
     /// A packet for the live lane.
     Live(Bytes),
-    /// The connection asked for stands.
+    /// The requested connection is open.
     Opened(ConnectionId),
     /// The connection asked for could not be made.
     Failed(ConnectionId, Failure),
@@ -138,7 +138,7 @@ pub enum VesselOutput {
     Open(ConnectionId, usize, Duration),
     /// Send a message.
     Send(ConnectionId, Bytes),
-    /// Close the connection, or give up making it, without waiting for anything. A reason for the log.
+    /// Close the connection, or stop the attempt, without waiting for anything. A reason for the log.
     Close(ConnectionId, String),
     /// Answer with [`VesselInput::Entries`] from this number on: consecutive entries of about so many bytes, at
     /// least one.
@@ -161,7 +161,7 @@ pub enum VesselOutput {
     },
     /// Who commands the vessel.
     Lease(Lease),
-    /// The shore agreed: the link stands, or stands by one more way.
+    /// The shore agreed: the link is open, or open by one more way.
     Up(ConnectionId),
     /// A lane is on another way.
     Switched(WaysReport),
@@ -182,13 +182,13 @@ pub enum VesselOutput {
 /// How the link is by all ways together, for people and series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct VesselStatus {
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// Records that are not known to be durable ashore.
     pub backlog: u64,
     /// Whether the record lane lags so that the live lane is used.
     pub lagging: bool,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     pub connections: u64,
     /// Bytes of messages sent.
     pub sent_bytes: u64,

@@ -28,7 +28,7 @@ const LIVE_FIRST_BYTES: usize = 64 << 10;
 const LIVE_BYTES: usize = 16 << 10;
 const LEAST_LIVE_BYTES: usize = 1 << 10;
 
-/// State of a connection that stands.
+/// State of an open connection.
 #[derive(Debug)]
 pub(crate) struct Up {
     capabilities: Capabilities,

@@ -19,7 +19,7 @@ const FORGIVEN_AFTER: Duration = Duration::from_mins(10);
 /// After a stall of the program, messages that came meanwhile have this long to be read, and unsent ones to be answered.
 const EXCUSED_FOR: Duration = Duration::from_millis(600);
 /// After a break an unmetered way is tried again beside a metered one so many times as late as a lane would go back to it:
-/// where a shore keeps one connection at a time, trying takes the one that stands.
+/// where a shore keeps one connection at a time, trying closes the open one.
 const RETURN_HOLDS: u32 = 4;
 
 #[derive(Debug)]
@@ -31,10 +31,10 @@ pub(crate) struct Way {
     pub(crate) backoff: Backoff,
     pub(crate) quality: Quality,
     pub(crate) meter: Meter,
-    /// It stopped answering or broke so often, since it last did well for long.
+    /// How often it stopped answering or broke since its last long good period.
     breaks: u32,
     pub(crate) failures: u32,
-    /// Before a shore that keeps one connection at a time: not instead of one that stands until then.
+    /// With a shore that keeps one connection at a time: not in place of an open one until then.
     pub(crate) return_at: MonoTime,
 }
 

@@ -69,7 +69,7 @@ pub const MOST_WAY_NAME_BYTES: usize = 32;
 /// Beats of a metered way that carries nothing, or is thinned.
 pub(crate) const SLOW_HEARTBEAT: Duration = Duration::from_secs(5);
 const METERED_DEAD_AFTER: Duration = Duration::from_secs(15);
-/// No connection is silent for longer without being given up.
+/// A connection that is silent for longer is given up.
 pub(crate) const LONGEST_SILENCE: Duration = METERED_DEAD_AFTER;
 
 /// How long a way that both ends know of may be silent.
@@ -107,7 +107,7 @@ pub enum Why {
     /// It is on none.
     #[default]
     None,
-    /// No other stood.
+    /// No other was open.
     Only,
     /// It answers faster.
     Better,
@@ -147,12 +147,12 @@ impl Why {
 /// How a way is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WayState {
-    /// No connection stands.
+    /// No connection is open.
     #[default]
     Down,
-    /// It stands, and does not answer in time.
+    /// It is open, and does not answer in time.
     Suspect,
-    /// It stands.
+    /// It is open.
     Up,
 }
 

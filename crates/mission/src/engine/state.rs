@@ -90,12 +90,12 @@ pub enum ManeuverEnd {
     Stopped,
 }
 
-/// Where in a plan actions stand.
+/// Places of actions in a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ActionPoint {
     /// Before the first maneuver.
     PlanStart,
-    /// After the last, however it came to it.
+    /// After the last, however the plan ended.
     PlanEnd,
     /// Before a maneuver.
     ManeuverStart(String),

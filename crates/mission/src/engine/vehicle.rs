@@ -52,7 +52,7 @@ impl Vehicle {
         self.last_error = error;
     }
 
-    /// Labels of entities that are not well; of the vital ones only if `only_vital`.
+    /// Labels of entities with a fault; of the vital ones only if `only_vital`.
     pub(super) fn errors(&self, only_vital: bool) -> Vec<String> {
         let bad = self.conditions.iter().filter(|(_, condition)| **condition != EntityCondition::Normal);
         bad.map(|(label, _)| label.clone())

@@ -26,7 +26,7 @@ use units::{LatLon, MonoTime, Now};
 
 /// A vessel announced longer ago is no longer where it was.
 const SIGHTING_MAX_AGE: Duration = Duration::from_secs(30);
-/// A way that is refused while it hovers is looked at again after this time: the vessel drifts.
+/// A way that is refused while it hovers is checked again after this time: the vessel drifts.
 const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// Vessels kept in mind; of more the one heard longest ago is forgotten.
 const MOST_OTHERS: usize = 64;
@@ -100,7 +100,7 @@ pub(crate) struct Machine {
     refused: Told,
     looked_for: Told,
     found: Told,
-    /// When a way that is refused while it hovers is looked at again.
+    /// When a way that is refused while it hovers is checked again.
     next_look: MonoTime,
 }
 

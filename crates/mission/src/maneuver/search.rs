@@ -57,7 +57,7 @@ pub(super) enum Standing {
 }
 
 impl Search {
-    /// A reference came to whose place no straight way leads; the newest is the one to follow.
+    /// A reference to whose place no straight way leads came; the newest is the one to follow.
     pub(super) fn want(&mut self, cx: &mut Context<'_>, goal: LatLon, newest: Reference) -> Standing {
         match &self.state {
             State::Nothing { goal: closed, until }

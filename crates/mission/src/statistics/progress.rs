@@ -29,7 +29,7 @@ pub(crate) struct Progress {
     best: f64,
 }
 
-/// Where a plan stands.
+/// The position in a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Standing {
     /// 0 to 1.

@@ -53,7 +53,7 @@ impl Default for BatteryConfig {
     }
 }
 
-/// How the battery stands.
+/// The battery's stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum BatteryStage {
     /// Enough.
@@ -156,7 +156,7 @@ impl BatteryReserve {
         self.outputs.pop_front()
     }
 
-    /// How the battery stands.
+    /// The battery's stage.
     pub fn stage(&self) -> BatteryStage {
         self.stage
     }

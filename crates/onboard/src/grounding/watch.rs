@@ -64,7 +64,7 @@ pub(crate) enum Stage {
 /// The supervisor's demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Advice {
-    /// A line for the log book: something got worse, or is well again.
+    /// A line for the log book: a state got worse, or is good again.
     Tell(Stage),
     /// Back to deep water.
     DeepWater,
@@ -92,7 +92,7 @@ pub(crate) struct Grounding {
     stage: Option<Stage>,
     ahead: Option<Ahead>,
     speed_mps: f64,
-    /// A demand stands that no operator has settled.
+    /// A demand is open that no operator has settled.
     asked: bool,
     /// Whether the rest began in water deep enough for autonomous sailing.
     rest_was_deep: Option<bool>,

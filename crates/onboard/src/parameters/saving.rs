@@ -60,7 +60,7 @@ impl Saving {
         *count = count.saturating_sub(1);
         let last = *count == 0;
         match outcome {
-            // Of several that were on their way the last one stands.
+            // Of several that were under way the last one counts.
             Ok(()) if last => {
                 let values = std::mem::take(values);
                 self.saved.extend(values.into_iter().map(|(name, value)| ((entity, name), value)));

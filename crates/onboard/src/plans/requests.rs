@@ -111,7 +111,7 @@ impl Plans {
     /// Starts a plan of the database, or a maneuver, on the vessel's own account; in need, in spite of errors of parts.
     ///
     /// # Errors
-    /// Why it came to nothing.
+    /// Why it failed.
     pub(crate) fn start_own(
         &mut self,
         bus: &mut Bus,
@@ -140,7 +140,7 @@ impl Plans {
     /// Resumes a plan that was under way when the program ended.
     ///
     /// # Errors
-    /// Why it came to nothing.
+    /// Why it failed.
     pub(crate) fn resume(
         &mut self,
         bus: &mut Bus,

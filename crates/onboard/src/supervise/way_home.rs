@@ -210,7 +210,7 @@ impl WayHome {
         self.search = Some(Search { plan_id: plan_id.to_owned(), to, what, attempt, number, state });
     }
 
-    /// A search came to nothing: the next clearance, or none for a while.
+    /// A search failed: the next clearance, or none for a while.
     fn next(&mut self, context: &mut Context<'_>, attempt: usize, text: String) {
         let here = context.position().ok().map(|estimate| estimate.place);
         let Some(search) = &mut self.search else { return };
@@ -237,7 +237,7 @@ impl Supervise {
     }
 
     /// Another chart is in force: searches by the previous one start anew, and a plan that carries out a
-    /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next look.
+    /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next check.
     pub(crate) fn charted(&mut self, bus: &mut Bus, plans: &Plans, place: Option<LatLon>) {
         self.way_home.forget(bus);
         let leads_home =

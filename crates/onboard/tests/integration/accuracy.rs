@@ -1,4 +1,4 @@
-//! How well the whole chain sails: compass, navigation, guidance, control, motors, hull.
+//! The accuracy of the whole chain: compass, navigation, guidance, control, motors, hull.
 
 use crate::common::*;
 use imc::messages::*;

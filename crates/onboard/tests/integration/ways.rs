@@ -214,7 +214,7 @@ fn whoever_steps_in_is_not_overruled_by_an_answer() {
     for (step_in, runs_then) in all {
         let (mut sea, request) = lost();
         step_in(&mut sea);
-        // The supervisors look twice a second whether a console is heard.
+        // The supervisors check twice a second whether a console is heard.
         sea.run(0.6);
         let withdrawn = requests(&sea);
         assert_eq!(withdrawn.last(), Some(&None), "{runs_then}: the search is called off");

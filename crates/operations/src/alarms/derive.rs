@@ -321,7 +321,7 @@ impl Work {
 /// The reports of one vessel's parts, sorted by kind.
 #[derive(Debug, Default)]
 struct Parts {
-    /// Labels of those that are not well.
+    /// Labels of those with a fault.
     bad: Vec<String>,
     grounding: Option<(Priority, AlarmSaying)>,
     position: Option<AlarmSaying>,

@@ -60,7 +60,7 @@ pub struct Alarms {
     notes: VecDeque<Note>,
     last_id: u64,
     revision: u64,
-    /// Trouble that had no place when it was looked at last.
+    /// Trouble that had no place at the last observation.
     untold: usize,
     observer: derive::Observer,
     /// Those that gave up their place, as normal, for readers that still know them.
@@ -68,7 +68,7 @@ pub struct Alarms {
 }
 
 impl Alarms {
-    /// Looks at the fleet and at what the server says of itself. To be called once a second.
+    /// Takes the state of the fleet and of the server. To be called once a second.
     pub fn watch(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) {
         let mut seen = self.observer.observe(now, fleet, shore);
         // A silence that was an alarm when the server ended continues as that alarm, with its time.
@@ -359,7 +359,7 @@ impl Alarms {
             alarm.revision = self.revision;
         }
         let priority = self.all.get(key).map_or(Priority::Caution, |alarm| alarm.priority);
-        // A person's words stand for themselves.
+        // A person's words need no code.
         let own = self.all.get(key).filter(|alarm| alarm.text == text);
         let says = own.map(|alarm| alarm.says.clone()).unwrap_or_default();
         let (key, by, text) = (key.clone(), by.to_owned(), text.to_owned());

@@ -140,7 +140,7 @@ pub struct PlansAboard {
     pub plans: Vec<PlanAboard>,
 }
 
-/// An order and what became of it.
+/// An order and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Command {
     /// Its number.

@@ -232,7 +232,7 @@ impl Reports {
     }
 
     fn plan_told(&mut self, now: Now, view: &PacketView<'_>, plan: PlanSpecification) {
-        // A console says its plans to vessels, and such a one may never have been taken.
+        // A console sends its plans to vessels, and a vessel may not have accepted such a plan.
         if view.src().is_ccu() {
             return;
         }

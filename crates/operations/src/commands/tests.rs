@@ -312,7 +312,7 @@ fn parameters_are_set_when_the_vessel_echoes_them() {
     let (id, _) = bench.order(2, Order::QueryParameters { entity: "Path Control".to_owned() }, None);
     bench.says(2, SHORE, told(&["A", "B"]));
     assert_eq!(bench.commands.get(id).unwrap().answer, Some(Answer::Parameters(values(&["A", "B"]))));
-    // Refusals stand in the log book only, and a query's answer may hold the old value.
+    // Refusals are in the log book only, and a query's answer may hold the old value.
     let (id, _) = bench.order(
         2,
         Order::SetParameters {

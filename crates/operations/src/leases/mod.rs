@@ -210,7 +210,7 @@ pub struct Leases {
 }
 
 impl Leases {
-    /// Does what `who` wants, or says why not. Nothing changes in that case.
+    /// Carries out the request of `who`, or says why not. Nothing changes in that case.
     ///
     /// # Errors
     /// Why not.

@@ -30,7 +30,7 @@ impl World {
         Self { hub: Hub::new(settings, Commands::new(Address(0x4F00))) }
     }
 
-    /// The peer of the vessel's link, which does not stand yet.
+    /// The peer of the vessel's link, which is not open yet.
     fn link(&mut self) -> PeerId {
         let sources = Sources::Only(vec![BOAT]);
         let peer = Peer { transport: Transport::Link, role: Role::Vessel, name: "link".to_owned(), sources };

@@ -45,7 +45,7 @@ impl<'t> Report<'t> {
     }
 }
 
-/// A value and the byte where it stands.
+/// A value and its byte offset.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found<T> {
     pub(super) value: T,
@@ -237,7 +237,7 @@ impl<'a, 't> Fields<'a, 't> {
     }
 }
 
-/// A text that can stand in a line of an .ini file.
+/// A text that is valid in a line of an .ini file.
 pub(super) fn line<'a>(
     report: &mut Report<'_>,
     fields: &Fields<'a, '_>,
@@ -280,7 +280,7 @@ pub(super) fn ip_of<A: FromStr>(
     address
 }
 
-/// Whether a text can stand in an .ini file.
+/// Whether a text is valid in an .ini file.
 pub(super) fn is_plain(text: &str) -> bool {
     text.len() <= 1_000 && !text.contains(['[', ']', '#', ';', '\\']) && !text.contains(char::is_control)
 }

@@ -106,7 +106,7 @@ fn server(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<Server> {
     Some(Server { public_name: public_name?, link_port, encrypted, doors })
 }
 
-/// The VPN, and where it stands.
+/// The VPN, and its byte offset.
 fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
     file.require(report, "vpn", "…, as a table [vpn]");
     let table = file.table(report, "vpn")?;

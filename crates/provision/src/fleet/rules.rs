@@ -4,7 +4,7 @@ use super::fields::Report;
 use super::{Vessel, Vpn};
 use std::collections::BTreeMap;
 
-/// A vessel and the bytes of the file where its names and addresses stand.
+/// A vessel and the byte offsets of its names and addresses in the file.
 #[derive(Debug)]
 pub(super) struct Placed {
     pub(super) vessel: Vessel,

@@ -6,7 +6,7 @@ use api::{DatasetAuthor, DatasetDraft, DatasetVersion};
 use detections::{Area, TagFilter};
 use units::{Civil, UtcTime};
 
-/// Licences by SPDX: identifier, name, and where its text stands. The first is taken where none is chosen.
+/// Licences by SPDX: identifier, name, and the address of its text. The first is taken where none is chosen.
 pub const LICENCES: [(&str, &str, &str); 3] = [
     (
         "CC-BY-4.0",
@@ -221,7 +221,7 @@ pub fn licence_name(licence: &str) -> &str {
     LICENCES.iter().find(|(id, ..)| *id == licence).map_or(licence, |(_, name, _)| name)
 }
 
-/// Where the text of a licence stands; `None` for own words.
+/// The address of a licence's text; `None` for own words.
 pub fn licence_page(licence: &str) -> Option<&'static str> {
     LICENCES.iter().find(|(id, ..)| *id == licence).map(|(_, _, page)| *page)
 }

@@ -120,7 +120,7 @@ impl Sightings {
     }
 }
 
-/// Pieces looked at together: what is the same tag by the same receiver in all of them has one number.
+/// Pieces read together: the same tag by the same receiver has one number in all of them.
 pub(super) struct Pieces<'s> {
     pub(super) names: Vec<&'s Name>,
     pieces: Vec<(&'s Sightings, Vec<usize>)>,

@@ -10,7 +10,7 @@
 //! | 30 | 2 | CRC-16 of the 30 bytes before, inverted, so that zeros are not a record |
 //!
 //! A packet follows in its stream the one whose number is one less. Where numbers were left out, a jump record
-//! with the same offset stands before and gives the number of the packet before. So the archive itself tells
+//! with the same offset precedes it and gives the number of the packet before. So the archive itself shows
 //! up to which number nothing is missing.
 
 use link::{LinkSeq, Transport};
@@ -48,7 +48,7 @@ pub struct Arrival {
     pub transport: Transport,
     /// Its place in a vessel's record lane.
     pub link: Option<LinkSeq>,
-    /// Whether nothing stands before it in its stream.
+    /// Whether it is the first in its stream.
     pub(crate) first: bool,
 }
 

@@ -79,7 +79,7 @@ impl Streams {
     }
 
     /// Continues from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
-    /// with any number: what came before was given up.
+    /// with any number: earlier records were removed.
     pub(crate) fn recover(&mut self, records: &Recovered, trimmed: bool) {
         for (stream, chain) in &records.chains {
             let state = self.streams.entry(*stream).or_default();

@@ -65,7 +65,7 @@ pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<
     tables::stamp(out, iso, received_us, format.dialect);
 }
 
-/// A time of the history, unless it stands for none.
+/// A time of the history, unless it is [`NO_TIME_US`].
 pub(super) fn believed(time_us: i64) -> Option<i64> {
     (time_us != NO_TIME_US).then_some(time_us)
 }

@@ -1,7 +1,7 @@
 //! Tables as CSV, in order of time, in constant memory.
 //!
 //! A single series is streamed. Several are read in slices of time that hold about a megabyte of
-//! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
+//! text; the rows of a slice are sorted and written. Rows of one time are in the order of message, system and
 //! entity. The same question to the same history gives the same bytes.
 
 use super::cells::{Exported, Writer, arrival, believed, header_start, receiver};

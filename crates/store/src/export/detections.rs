@@ -12,7 +12,7 @@ use std::path::Path;
 /// Detections that are read at once, and the bytes of their texts.
 const PAGE: Page = Page { skip: 0, rows: 2_000, bytes: 1 << 20 };
 
-/// Gives each detection that is wanted, with the name that its vessel announced.
+/// Gives each selected detection, with the name that its vessel announced.
 ///
 /// # Errors
 /// When the history cannot be read, or what `give` says.

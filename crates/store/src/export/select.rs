@@ -202,11 +202,11 @@ fn check_entities(names: &Names, selection: &Selection) -> Result<()> {
     Err(wrong("entity", format!("none is called `{}`; {remedy}", shown(unknown))))
 }
 
-/// The system that a text stands for, of those that are `known` by names: one of its names in any case, or its address,
+/// The system that a text names, of those that are `known` by names: one of its names in any case, or its address,
 /// decimal or hexadecimal after `0x`.
 ///
 /// # Errors
-/// No system is called so; the error lists those that are known.
+/// No system has that name; the error lists those that are known.
 pub fn system(known: &BTreeMap<Address, Vec<String>>, text: &str) -> Result<Address> {
     let text = text.trim();
     let called = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(text));

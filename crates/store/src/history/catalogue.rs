@@ -114,7 +114,7 @@ impl Catalogue {
         }
     }
 
-    /// A month's file is given up: it need not be there any more.
+    /// A month's file is removed: it need not be there any more.
     pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
         self.months.remove(&key);
         self.new_months.remove(&key);

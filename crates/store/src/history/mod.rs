@@ -121,7 +121,7 @@ impl History {
         self.is_new
     }
 
-    /// A month that is given up.
+    /// Removes a month.
     pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
         self.months.remove(&key);
         self.catalogue.forget_month(key)
@@ -161,7 +161,7 @@ impl History {
         Ok((rows, extent))
     }
 
-    /// Rolls up what nothing more comes to: in proportion to what was written, so that it keeps pace.
+    /// Rolls up complete windows: in proportion to what was written, so that it keeps pace.
     pub(crate) fn tend(&mut self, rows_written: u64) -> Result<()> {
         let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
         let commit = self.commit;

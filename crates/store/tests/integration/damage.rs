@@ -48,7 +48,7 @@ fn made_again(damage: impl Fn(&Path), named: &str) {
     assert_eq!(store.durable(7), Some(599));
     let notes = store.repairs().notes.join("; ");
     assert!(notes.contains(named), "{named} is not reported: {notes:?}");
-    // A repeat of what came first; it stands in the archive already.
+    // A repeat of what came first; it is in the archive already.
     accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Transport::Tcp);
     let told = until_whole(&mut store);
     assert!(told.iter().all(|text| text.contains("made again from the archive")), "{told:?}");

@@ -54,7 +54,7 @@ impl Records {
         self.vector(CONNECTED_NODE, Vec::new(), coordinates, false)
     }
 
-    /// The node of a point feature that stands alone.
+    /// The node of a point feature on its own.
     pub fn isolated_node(&mut self, at: GeoPoint) -> VectorRef {
         let coordinates = vec![self.coordinate(at, 0.0)];
         self.vector(ISOLATED_NODE, Vec::new(), coordinates, false)

@@ -63,7 +63,7 @@ fn missing_acknowledgements_are_noted_and_lose_the_clock() {
     assert_eq!(bench.driver.clock(), ClockState::Lost);
     assert_eq!(bench.notes.iter().filter(|note| !note.warning).count(), 2);
     assert!(matches!(bench.warnings()[..], [one] if one.contains("missing 3 times")));
-    // It is tried on with the full time, and is well again with the first answer.
+    // The full time is tried again, and the clock is good again with the first answer.
     bench.answers = true;
     let before = bench.sent.len();
     bench.run(12);

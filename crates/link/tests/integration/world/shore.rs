@@ -26,11 +26,11 @@ pub(crate) struct ShoreNode {
     /// When the newest packet known ashore was sent (µs).
     pub(crate) newest_us: u64,
     pub(crate) commands: u64,
-    /// Identity to the time it was given (µs), its time to live and what became of it.
+    /// Identity to the time it was given (µs), its time to live and its outcome.
     pub(crate) asked: BTreeMap<u64, (u64, Duration, Option<Outcome>)>,
     pub(crate) ups: u64,
     starts: u64,
-    /// The record that was given last since the link stands.
+    /// The last record given since the link is open.
     last_given: Option<u64>,
     last_live_us: u64,
     pub(crate) ways: Option<WaysReport>,

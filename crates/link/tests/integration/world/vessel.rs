@@ -162,7 +162,7 @@ impl World {
         self.at(for_us, Event::VesselTimer);
     }
 
-    /// What happened in a stall comes after the look at the time, as in the driver, which reads its sockets later.
+    /// Events of a stall come after the time is read, as in the driver, which reads its sockets later.
     pub(crate) fn vessel_handle(&mut self, input: VesselInput) {
         if self.now_us < self.vessel.stalled_until_us {
             return self.vessel.waiting.push(input);

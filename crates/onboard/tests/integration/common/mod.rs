@@ -233,7 +233,7 @@ impl Sea {
     }
 }
 
-/// Where is noted what the brain wants.
+/// The outputs of the brain are noted here.
 struct Notes<'a> {
     said: &'a mut Vec<(Now, Packet)>,
     outputs: &'a mut Vec<(Now, Output)>,
