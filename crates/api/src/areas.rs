@@ -53,8 +53,8 @@ pub struct NoGoArea {
 pub struct NoGoAreas {
     /// Those that are closed, by name; then, where they were asked for, those that were lifted last, newest first.
     pub areas: Vec<NoGoArea>,
-    /// Whether plans and routes ashore are checked against exactly the closed ones. Vessels check by the sea chart aboard, which
-    /// they get from here.
+    /// Whether plans and routes ashore are checked against exactly the closed ones. Vessels check by the sea chart
+    /// aboard, which they get from here.
     pub in_force: bool,
     /// Why they are not in force, for people; null where they are.
     pub trouble: Option<String>,

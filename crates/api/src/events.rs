@@ -190,8 +190,8 @@ pub struct Detection {
     pub propeller_rpm: Option<f64>,
     /// The receiver's line as it came, without its end.
     pub raw: Option<String>,
-    /// Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where it
-    /// was not computed.
+    /// Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where
+    /// it was not computed.
     pub min_lag_s: Option<f64>,
     /// Why it is doubtful; null where that was not computed, as in live detections.
     pub flags: Option<Vec<DetectionFlag>>,

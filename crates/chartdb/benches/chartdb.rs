@@ -1,7 +1,7 @@
 //! How fast charts come in and how soon the index is there: `cargo bench -p chartdb --bench chartdb`.
 //!
-//! Each cell goes into a set of its own by a process of its own, so that the memory it took is known. Beside
-//! it is listed what `ogr2ogr` takes for a GeoPackage of the same cell, where that is installed.
+//! Each cell is imported into a set of its own by a process of its own, so that the memory it took is known. The
+//! figures of `ogr2ogr` for a GeoPackage of the same cell are listed too, where that is installed.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]

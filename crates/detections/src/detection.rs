@@ -93,8 +93,8 @@ impl ClockState {
         Self::ALL.into_iter().find(|state| state.word() == word)
     }
 
-    /// The state from two reports: one that says the clock is bad is based on more than a stamp, and so is one that says the
-    /// clock is kept.
+    /// The state from two reports: one that says the clock is bad is based on more than a stamp, and so is one that says
+    /// the clock is kept.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         if self.min(other) < Self::Set { self.min(other) } else { self.max(other) }

@@ -48,7 +48,7 @@ pub struct Header {
 }
 
 impl Default for Header {
-    /// Without source, to all, at the Unix epoch.
+    /// Without source, to all, in 1970.
     fn default() -> Self {
         Self {
             timestamp: 0.0,

@@ -6,8 +6,8 @@
 //!   belonged, and what its sensor count means.
 //! - [`summary()`] counts a million of them for plots; [`Narrowed`] are those of an area and of projects, and
 //!   [`Heard::flags`] says why one is doubtful.
-//! - Datasets: [`check_draft`], [`citation`], metadata ([`datacite`], [`json_ld`], [`datapackage`]), and the limits of a link
-//!   to one ([`Limits`], [`Grid`]).
+//! - Datasets: [`check_draft`], [`citation`], metadata ([`datacite`], [`json_ld`], [`datapackage`]), and the limits of a
+//!   link to one ([`Limits`], [`Grid`]).
 //! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
 //!
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows

@@ -235,8 +235,8 @@ impl Heard<'_> {
         })
     }
 
-    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, unchanged where
-    /// it has no number there.
+    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, unchanged
+    /// where it has no number there.
     pub fn codespace(&self) -> String {
         let detection = self.detection;
         codespace(self.tag, &detection.protocol.to_string(), detection.frequency_khz)

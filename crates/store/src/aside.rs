@@ -27,10 +27,10 @@ pub(crate) fn all(data: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Moves a database there, with what SQLite keeps beside it; where it lies now. It must not be open.
+/// Moves a database there, with SQLite's files beside it; returns its new path. It must not be open.
 ///
 /// # Errors
-/// It cannot be moved, or as much lies there as may.
+/// It cannot be moved, or the folder holds as many as allowed.
 pub(crate) fn put(data: &Path, file: &Path) -> Result<PathBuf> {
     let folder = data.join(ASIDE);
     if all(data)?.len() >= MOST {

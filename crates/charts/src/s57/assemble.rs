@@ -81,8 +81,8 @@ impl<'a> Assembler<'a> {
         Ok(Some(Path { points, edges: Vec::new() }))
     }
 
-    /// Whether all that an object without readable geometry consists of is known, as it is or as it was last: then it
-    /// lies within its known parts.
+    /// Whether all parts of an object without readable geometry are known, in their present or last state: then it lies
+    /// within these.
     pub(super) fn is_whole(&self, feature: &StoredFeature) -> bool {
         let has_position = |name: Name| self.known(name).any(|one| !one.coordinates.is_empty());
         let end = |edge: Name, topology: u8| {

@@ -4,10 +4,10 @@
 //! begins, whichever is first: so a reading does not wait for the next second, and a lost sentence mixes no two epochs. A
 //! remnant without position or heading, such as a sentence after a pause, gives no reading where epochs have positions.
 //!
-//! The compass fails when no usable sentence came for a while, and reports what did come: nothing, bytes that form no sentence
-//! (wrong baud rate), or unusable sentences (wrong settings). While it fails its settings are sent again, after waits that
-//! double, for a receiver that lost its power loses them; the command that saves them to flash is sent once a day at most. One
-//! epoch and one sentence are kept.
+//! The compass fails when no usable sentence came for a while, and reports what did come: nothing, bytes that form no
+//! sentence (wrong baud rate), or unusable sentences (wrong settings). While it fails its settings are sent again, after
+//! waits that double, for a receiver that lost its power loses them; the command that saves them to flash is sent once a
+//! day at most. One epoch and one sentence are kept.
 //!
 //! A Hemisphere whose speed differs from the line's (as delivered, 4800 bit/s) is switched over: `$JBAUD` is sent at each
 //! speed that it can have, then the line returns to its own speed.

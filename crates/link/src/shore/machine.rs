@@ -216,7 +216,8 @@ impl Shore {
         chosen.or_else(|| self.sessions.values().max_by_key(|one| one.heard))
     }
 
-    /// Whether a connection by this greeting stands beside others: of the same start of the vessel's program, by other ways.
+    /// Whether a connection by this greeting is kept beside others of the same start of the vessel's program, by other
+    /// ways.
     fn is_joining(&self, hello: &Hello) -> bool {
         let Some(way) = &hello.way else { return false };
         let which = Which::of(hello);

@@ -18,18 +18,19 @@
 //! # How the shore joins the sessions of one vessel
 //!
 //! Sessions of one stream and one start of the vessel's program run in parallel, one for each way, and share the received
-//! records. On a switch the vessel continues with the number that the shore last acknowledged *on the way that takes over*:
-//! it may send records again, but never leaves a hole, whatever is still under way on the other. Records with a known number
-//! are dropped. Live messages are numbered; one that was overtaken by another way's is dropped, and after a switch records
-//! come first, in order, and the latest of each kind again where they lag. (Records that lag for a second are overtaken by
-//! the newest values, as over one way.)
+//! records. On a switch the vessel continues with the number that the shore last acknowledged *on the way that takes
+//! over*: it may send records again, but never leaves a hole, whatever is still under way on the other. Records with a
+//! known number are dropped. Live messages are numbered; one that was overtaken by another way's is dropped, and after a
+//! switch records come first, in order, and the latest of each kind again where they lag. (Records that lag for a second
+//! are overtaken by the newest values, as over one way.)
 //!
 //! # Commands
 //!
-//! Numbers of commands rise within a start of the shore ([`Welcome::run`](crate::frame::Welcome)). Over each way the shore sends
-//! all unanswered commands, in order; one without an answer after half a second goes over the other ways too, and a stop goes
-//! over all at once. The vessel carries out each number once, and none that comes after a higher one: a command that a stop
-//! overtook on another way is refused. Leases are numbered likewise, so that a late frame on a slow way revives no ended lease.
+//! Numbers of commands rise within a start of the shore ([`Welcome::run`](crate::frame::Welcome)). Over each way the
+//! shore sends all unanswered commands, in order; one without an answer after half a second goes over the other ways too,
+//! and a stop goes over all at once. The vessel carries out each number once, and none that comes after a higher one: a
+//! command that a stop overtook on another way is refused. Leases are numbered likewise, so that a late frame on a slow
+//! way revives no ended lease.
 //!
 //! # One way, and older programs
 //!

@@ -19,7 +19,7 @@ use units::LatLon;
 enum Way {
     /// Here, if the vessel knows where it is.
     From(Option<LatLon>),
-    /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area. What a route leads to
+    /// A maneuver of the vessel's own as a remedy: it is checked neither against chart nor area. One that a route leads to
     /// was checked against both.
     Own,
 }

@@ -81,8 +81,8 @@ impl Plans {
         Ok(led)
     }
 
-    /// What a plan takes from the batteries from a place on, as far as that can be told before it is sailed (Wh): up to what
-    /// has no end, such as keeping a station.
+    /// The energy that a plan takes from the batteries from a place on, as far as known before it is sailed (Wh): up to a
+    /// maneuver without end, such as keeping a station.
     pub(crate) fn energy_wh(&self, bus: &Bus, plan: &PlanSpecification, from: LatLon) -> f64 {
         let Ok(plan) = checked_own(plan, &self.settings) else { return 0.0 };
         let model = &self.settings.mission.engine.model;

@@ -1,12 +1,12 @@
 //! Whether the charge that is left reaches along a way home by a route.
 //!
-//! The battery's levels are set so that they leave enough for a straight way home. A route may be many times longer, and was
-//! not considered then. One that would take the batteries below the critical level, at which the vessel keeps its station,
-//! is not sailed: the vessel holds in deep water where it is, which is reported with the figures, and the remaining charge
-//! keeps it there, in contact and out of danger, until it is fetched. Sailing until empty would leave it adrift at an
-//! arbitrary place. The energy is computed again with each search, once a minute, so that a way that turns out to be in
-//! reach is sailed. It is the plan's own estimate ([`mission::PlanStatistics`]): straight legs at the planned speed by the
-//! vessel's table of speeds and power, without wind and current.
+//! The battery's levels are set so that they leave enough for a straight way home. A route may be many times longer, and
+//! was not considered then. One that would take the batteries below the critical level, at which the vessel keeps its
+//! station, is not sailed: the vessel holds in deep water where it is, which is reported with the figures, and the
+//! remaining charge keeps it there, in contact and out of danger, until it is fetched. Sailing until empty would leave it
+//! adrift at an arbitrary place. The energy is computed again with each search, once a minute, so that a way that turns
+//! out to be in reach is sailed. It is the plan's own estimate ([`mission::PlanStatistics`]): straight legs at the
+//! planned speed by the vessel's table of speeds and power, without wind and current.
 
 /// Figures are reported in steps of this size (Wh), so that they do not change for some minutes.
 const STEP_WH: f64 = 10.0;

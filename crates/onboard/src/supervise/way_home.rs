@@ -1,11 +1,12 @@
 //! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel searches a route.
 //!
 //! A route is requested, first with the configured clearance, then with the guard's own. Meanwhile the next weaker remedy
-//! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if they
-//! refuse it. Where no route is found, this is reported with what is in the way, and it is tried again once a minute; so it
-//! is where the remaining energy does not suffice ([`super::energy`]). A route found while the engine takes no plan is kept
-//! for some minutes, and checked again with each try. Once the remedy is settled (by a stop, an abort, an operator who steps
-//! in) the answer is ignored. With another chart the search starts anew, and a way under way is checked again.
+//! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if
+//! they refuse it. Where no route is found, this is reported with what is in the way, and it is tried again once a
+//! minute; so it is where the remaining energy does not suffice ([`super::energy`]). A route found while the engine takes
+//! no plan is kept for some minutes, and checked again with each try. Once the remedy is settled (by a stop, an abort, an
+//! operator who steps in) the answer is ignored. With another chart the search starts anew, and a way under way is
+//! checked again.
 
 use super::{Context, DEEP_WATER, Supervise, entity_of};
 use crate::arbiter::Source;

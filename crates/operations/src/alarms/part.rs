@@ -1,8 +1,8 @@
 //! The function of each part of a vessel.
 //!
-//! Labels come from people: the files of a vessel may name its parts freely, in any language. The messages of a part come from
-//! its program, so they count first. The label is used for a part whose messages do not show its function, such as a device
-//! that was never connected.
+//! Labels come from people: the files of a vessel may name its parts freely, in any language. The messages of a part come
+//! from its program, so they count first. The label is used for a part whose messages do not show its function, such as a
+//! device that was never connected.
 
 use detections::{LISTENING_TOPIC, TOPIC as DETECTION_TOPIC};
 use hub::{SeriesKey, System};
@@ -117,8 +117,8 @@ impl SentKinds {
     }
 }
 
-/// How well a part represents the charge of the whole vessel, the best first: one labelled "fuel", one that does not measure
-/// voltage as a battery would, a battery.
+/// How well a part represents the charge of the whole vessel, the best first: one labelled "fuel", one that does not
+/// measure voltage as a battery would, a battery.
 pub(super) fn charge_rank(system: &System, entity: u8) -> u8 {
     let called = system.entity(entity).is_some_and(|label| label.to_lowercase().contains("fuel"));
     let battery = system.all_series().any(|(key, _)| key.entity == entity && key.id == Voltage::ID);

@@ -1,4 +1,5 @@
-//! Reads tables of a TOML file key by key: what is not understood is reported with its line and place, and reading continues.
+//! Reads tables of a TOML file key by key: what is not understood is reported with its line and place, and reading
+//! continues.
 
 use super::problem::Problem;
 use std::fmt::Display;

@@ -69,9 +69,9 @@ impl Limits {
 
     /// The detection as released; `None` where it is withheld.
     ///
-    /// With coarsened places it holds nothing that would reveal the place more exactly: not its accuracy, not the receiver's
-    /// line, and no value of a sensor that measures depth or that the register does not know. The area filter uses the
-    /// coarsened place too: two areas that differ by a little would reveal on which side a place lies.
+    /// With coarsened places it holds nothing that would reveal the place more exactly: not its accuracy, not the
+    /// receiver's line, and no value of a sensor that measures depth or that the register does not know. The area filter
+    /// uses the coarsened place too: two areas that differ by a little would reveal on which side a place lies.
     pub fn given<'d>(&self, heard: &Heard<'d>) -> Option<Cow<'d, Detection>> {
         let one = heard.detection;
         if !self.tags.is_empty() && !self.tags.iter().any(|tag| tag.admits(one)) {

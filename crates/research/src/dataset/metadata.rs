@@ -22,8 +22,8 @@ pub struct Described<'a> {
 }
 
 impl Described<'_> {
-    /// The query, as far as a recipient may know it: a link that leaves something out does not say what, and one that coarsens
-    /// places names no area.
+    /// The query, as far as a recipient may know it: a link that leaves something out does not say what, and one that
+    /// coarsens places names no area.
     fn query(&self) -> DatasetQuery {
         let mut query = self.version.query.clone();
         let Some(share) = self.share else { return query };

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 /// A report of listening holds this long without another (µs): vessels send one every 30 s, and two may be lost.
 const HOLDS_US: i64 = 90_000_000;
 
-/// Gives each stretch in which a receiver listened and its vessel: from, to (µs). A vessel with any report is given at least
-/// once, with an empty stretch where it did not listen.
+/// Gives each stretch in which a receiver listened and its vessel: from, to (µs). A vessel with any report is given at
+/// least once, with an empty stretch where it did not listen.
 pub(super) fn each_listened(
     pieces: &Pieces<'_>,
     counts: impl Fn(&Listened) -> bool,

@@ -15,8 +15,8 @@ struct Row {
 }
 
 impl AllLags {
-    /// Of the rows for which `counts` is true; the others are not neighbours. The rows of a vessel come newest report first; a
-    /// receiver that was on several vessels comes in several such runs.
+    /// Of the rows for which `counts` is true; the others are not neighbours. The rows of a vessel come newest report
+    /// first; a receiver that was on several vessels comes in several such runs.
     pub(super) fn new(pieces: &Pieces<'_>, counts: impl Fn(&Sighting) -> bool) -> Self {
         let mut lags = Self(Vec::new());
         // Of each tag by each receiver the row before, and whether rows came out of order.

@@ -38,10 +38,10 @@ pub struct Question {
     pub whole_axis: bool,
 }
 
-/// Counts the detections that are wanted among those of `pieces`; of each vessel they follow each other, the newest first. Those of a
-/// day beside the time asked for tell what confirms the first and last ones. Where not all is there, `whole_from_us` tells since
-/// when it is (µs, by report): what was reported before is left out, and nothing is called unconfirmed that what is not there may
-/// confirm.
+/// Counts the selected detections of `pieces`; those of each vessel follow each other, the newest first. Detections of a
+/// day before and after the selected time confirm the first and last ones. Where not all are loaded, `whole_from_us` says
+/// since when they are (µs, by report): earlier reports are left out, and no detection counts as unconfirmed that a
+/// missing one may confirm.
 pub fn summary(
     pieces: &[&Sightings],
     study: &Study,
@@ -129,9 +129,9 @@ struct Span {
 impl Span {
     /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
     ///
-    /// A few whose times are far from all others' stay outside, so that the others remain visible: detections by a clock known
-    /// to be wrong, and listening, whose clock is unknown. Detections by a good clock are always on the axis: the first week of
-    /// a season may be a few detections far from all others.
+    /// A few whose times are far from all others' stay outside, so that the others remain visible: detections by a clock
+    /// known to be wrong, and listening, whose clock is unknown. Detections by a good clock are always on the axis: the
+    /// first week of a season may be a few detections far from all others.
     fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
         let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
         each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));

@@ -14,9 +14,9 @@ use std::path::Path;
 /// Counts up when the same question to the same data would give other bytes than an earlier version of Lutra gave.
 const LAYOUT: u32 = 1;
 
-/// A number for the source data of a table of this selection: how many messages of each series its months have, and the names
-/// of systems and entities. It is made from the months' own counts, as the first byte must not wait until a season was
-/// counted; so messages of the same series and month beyond the selection change it too.
+/// A number for the source data of a table of this selection: how many messages of each series its months have, and the
+/// names of systems and entities. It is made from the months' own counts, as the first byte must not wait until a season
+/// was counted; so messages of the same series and month beyond the selection change it too.
 ///
 /// # Errors
 /// When the selection names what does not exist or the history cannot be read.
