@@ -3,7 +3,7 @@
 //! collections as deep as a file nests them and so ends the program by a full stack; lakes come from elsewhere.
 //!
 //! Written is little-endian with an envelope of four numbers; read is either byte order, any envelope and any
-//! number of dimensions, as lakes need. No count is believed before its bytes are there.
+//! number of dimensions, as lakes need. No count is trusted before its bytes are there.
 
 use charts::s57::GeoPoint;
 

@@ -191,7 +191,7 @@ fn changed(file: &Arc<FileBytes>, base: &Base, changes: &Path) -> Option<SealedI
     if base.changes_head(digest) != head {
         return None;
     }
-    // Cut off behind its head it would bring nothing, and the directory before would pass for that of this set.
+    // Cut off behind its head it would hold nothing, and the old directory would be taken for that of this set.
     let body = changes.length - CHANGES_HEAD_BYTES as u64;
     let end = changes.read(changes.length - body.min(8), body.min(8) as usize).ok()?;
     let directory_bytes = u32::from_le_bytes(*end.first_chunk()?);

@@ -354,7 +354,7 @@ impl Chart {
     }
 }
 
-/// Whether a change of the set was cut off, as by a loss of power, and is not undone yet: who only reads cannot do that.
+/// Whether a change of the set was interrupted, as by a power cut, and is not rolled back yet: a reader cannot do that.
 fn is_half_changed(error: &rusqlite::Error) -> bool {
     let code = error.sqlite_error().map(|error| error.extended_code);
     code == Some(rusqlite::ffi::SQLITE_READONLY_ROLLBACK)

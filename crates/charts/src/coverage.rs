@@ -113,7 +113,7 @@ impl ChartCoverage {
     }
 }
 
-/// Vertices off the globe are left out; who makes a depth index of the same features refuses them.
+/// Vertices off the globe are left out; the builder of a depth index from the same features refuses them.
 fn polygon(area: &Area) -> Polygon {
     let at = |point: &GeoPoint| vertex(point.lon_deg, point.lat_deg);
     area.rings().map(|ring| ring.points.iter().filter_map(at).collect()).collect()

@@ -105,7 +105,7 @@ pub enum ProblemKind {
     Label,
     /// A profile is not declared, or a task can never run.
     Profile,
-    /// A setting that nothing in Lutra obeys.
+    /// A setting without effect in Lutra.
     NotHonoured,
     /// Two values, each good in itself, contradict each other.
     Contradiction,

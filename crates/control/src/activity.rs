@@ -1,6 +1,6 @@
 //! How much the motor commands vary: the figure that shows an oscillating control loop.
 //!
-//! A loop can keep its track while it throws both motors about; that costs energy, gearboxes and top speed, and is
+//! A loop can keep its track while both motors swing back and forth; that costs energy, gearboxes and top speed, and is
 //! seen neither in the cross-track error nor in the speed.
 
 use crate::thrust::MotorPair;

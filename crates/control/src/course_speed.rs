@@ -138,7 +138,7 @@ impl CourseSpeed {
         }
     }
 
-    /// Lets go. The motors are to be stopped.
+    /// Disables the controller. The motors must be stopped.
     pub fn disable(&mut self) {
         self.active = None;
     }

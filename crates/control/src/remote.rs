@@ -269,7 +269,7 @@ impl Remote {
         self.locked
     }
 
-    /// When [`Remote::poll`] is to be asked next.
+    /// When [`Remote::poll`] must be called next.
     pub fn poll_timeout(&self) -> Option<MonoTime> {
         let session = self.session.map(|session| session.next_output.min(session.silent_at(&self.config)));
         match (self.stop_due, session) {

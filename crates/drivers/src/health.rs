@@ -13,7 +13,7 @@ const KIB_IN_MIB: f64 = 1024.0;
 const CPU_FIELDS: usize = 8;
 /// Without the fourth field, idle, the load is unknown.
 const FEWEST_CPU_FIELDS: usize = 4;
-/// Temperatures of a processor that are believed (°C).
+/// Plausible temperatures of a processor (°C).
 const BELIEVED_C: std::ops::RangeInclusive<f64> = -60.0..=200.0;
 
 /// Why a value is not known.

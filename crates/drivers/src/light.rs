@@ -1,4 +1,4 @@
-//! The signal light: patterns of one or more lamps that say how the vessel is to people without a screen.
+//! The signal light: patterns of one or more lamps that show the vessel's state to people without a screen.
 //!
 //! A pattern is groups of one level for each lamp and a duration, over and over. Another pattern begins where the running
 //! one ends, so that none is cut into something else. Patterns and what they mean: the DUNE task `UserInterfaces.LEDs`, which

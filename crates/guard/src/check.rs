@@ -33,7 +33,7 @@ pub fn check_way(
     leg.told(&worst(corridor, index, limits), (from, to), index, limits)
 }
 
-/// A check of all that a vessel is to sweep, given in the order in which it is sailed.
+/// A check of all that a vessel will sweep, given in the order in which it is sailed.
 ///
 /// Each leg has a label that says whose it is, such as the name of a maneuver; it is in the answer. What comes
 /// after more than is checked together ([`MOST_CORRIDORS`], [`LONGEST_WAY_M`]) is not checked.

@@ -17,7 +17,7 @@ pub struct GuardLimits {
     pub water_level_m: f64,
     /// Height of the vessel above the water (m); `None` to pass under everything.
     pub air_draught_m: Option<f64>,
-    /// How far the chart is believed.
+    /// How far the chart is trusted.
     pub trust: ChartTrust,
     /// How plans into areas whose entry is prohibited or restricted are treated.
     pub entry: EntryRules,

@@ -19,7 +19,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -29,7 +29,7 @@ impl Outcome {
     }
 }
 
-/// The guard's answer about all that a vessel is to sweep.
+/// The guard's answer about all that a vessel will sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verdict {
     /// Every leg that was checked, in the order they are sailed.
@@ -97,7 +97,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Transit => "transit",
@@ -134,7 +134,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Land => "land",
@@ -321,7 +321,7 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::StartUnknown { .. } => "start-unknown",

@@ -121,7 +121,7 @@ pub(crate) struct PendingStops(BTreeMap<Address, PendingStop>);
 #[derive(Debug)]
 struct PendingStop {
     stop: Telecommand,
-    /// Who took it.
+    /// The peers that took it.
     takers: Vec<PeerId>,
     /// One of them is gone, perhaps with the stop.
     lost: bool,
@@ -170,7 +170,7 @@ impl PendingStops {
         }
     }
 
-    /// The vessel is heard: the stop, if it is to be given again.
+    /// The vessel is heard: the stop, if it must be sent again.
     fn heard(&mut self, now: MonoTime, vessel: Address) -> Option<Telecommand> {
         let stood = self.0.get_mut(&vessel)?;
         let was_silent = now.since(stood.heard) > SILENCE;

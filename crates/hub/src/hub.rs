@@ -1,6 +1,6 @@
 //! The machine that owns routing, the fleet's state and the records for the archive.
 //!
-//! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what is a copy;
+//! Packets come in by [`Hub::packets`], which decides what is trusted, what is new and what is a copy;
 //! `route` chooses the receivers. Every new packet is recorded, whether it has a receiver or not.
 
 use crate::delivery::Delivery;
@@ -140,12 +140,12 @@ impl<O: OrderLog> Hub<O> {
         self.linked.contradictions(now)
     }
 
-    /// The transports besides the link by which vessels that have a link are believed too.
+    /// The transports besides the link by which vessels that have a link are trusted too.
     pub fn trust_transports(&mut self, transports: impl IntoIterator<Item = Transport>) {
         self.linked.trust(transports);
     }
 
-    /// The vessels that have a link with a token, all of them. They are believed there and at trusted transports only, and
+    /// The vessels that have a link with a token, all of them. They are trusted there and at trusted transports only, and
     /// get their commands there. One whose link joins is one of them from then on.
     pub fn set_linked(&mut self, vessels: BTreeSet<Address>) {
         for slot in self.peers.values_mut().filter(|slot| !self.linked.is_trusted(slot.peer.transport)) {
@@ -171,7 +171,7 @@ impl<O: OrderLog> Hub<O> {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
         if let (Transport::Link, Sources::Only(vessels)) = (peer.transport, &peer.sources) {
-            // Of several connections of one link the last counts, also if the previous one ended without a word.
+            // Of several connections of one link the last counts, also if the previous one ended without a close.
             for slot in self.peers.values_mut().filter(|slot| vessels.iter().any(|own| slot.is_link_of(*own)))
             {
                 slot.stands = false;

@@ -1,6 +1,6 @@
 //! Vessels that have a link with a token, and packets that others send with their addresses.
 //!
-//! A link authenticates the sender; the other transports have no passwords. So a vessel that has a link is believed there,
+//! A link authenticates the sender; the other transports have no passwords. So a vessel that has a link is trusted there,
 //! and by the other transports that the configuration trusts. Packets with its address by another transport are refused and
 //! counted, and reported for [`CLAIM_LASTS`] after the last of them.
 
@@ -15,7 +15,7 @@ const CLAIM_LASTS: Duration = Duration::from_mins(1);
 /// Characters of a peer's name that are reported.
 const NAME_CHARS: usize = 100;
 
-/// Another peer sends with the address of a vessel that has a link, and is not believed.
+/// Another peer sends with the address of a vessel that has a link, and is not trusted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
     /// The vessel.
@@ -26,7 +26,7 @@ pub struct Contradiction {
     pub peer: String,
 }
 
-/// Whom to believe where.
+/// Which senders are trusted at which transport.
 #[derive(Debug, Default)]
 pub(crate) struct Linked {
     vessels: BTreeSet<Address>,
@@ -56,12 +56,12 @@ impl Linked {
         self.vessels.iter().copied()
     }
 
-    /// Whether vessels that have a link are believed at a transport.
+    /// Whether vessels that have a link are trusted at a transport.
     pub(crate) fn is_trusted(&self, transport: Transport) -> bool {
         transport == Transport::Link || self.trusted.contains(&transport)
     }
 
-    /// Whether a vessel is not believed at a transport.
+    /// Whether a vessel is not trusted at a transport.
     pub(crate) fn denies(&self, source: Address, transport: Transport) -> bool {
         self.vessels.contains(&source) && !self.is_trusted(transport)
     }

@@ -17,7 +17,7 @@ use units::{MonoTime, Now};
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(10);
 /// How often a system whose entities are not known is asked.
 const ASK_EVERY: Duration = Duration::from_secs(10);
-/// How often it is asked when they are known: a vessel may start again without a word.
+/// How often it is asked when they are known: a vessel may restart without a message.
 const ASK_AGAIN_EVERY: Duration = Duration::from_mins(1);
 
 /// A system that was silent for longer gets no more heartbeats.

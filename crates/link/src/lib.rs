@@ -9,7 +9,7 @@
 //! time, carries out what [`Vessel::poll_output`] gives and comes back at [`Vessel::poll_timeout`]. Neither
 //! holds the backlog: the vessel asks its driver for it. [`frame`] says what the bytes mean.
 //!
-//! # Who promises what
+//! # Guarantees
 //!
 //! - A record is sent again until the shore's driver has called it durable: none is lost between the two disks.
 //! - Within a stream the shore gives each number once and in order for as long as its driver answers

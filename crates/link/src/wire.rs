@@ -1,4 +1,4 @@
-//! Numbers and texts in frames: little-endian, bounded, never believed before their bytes are there.
+//! Numbers and texts in frames: little-endian, bounded, never trusted before their bytes are there.
 
 use bytes::Bytes;
 

@@ -114,7 +114,7 @@ pub struct ManeuverConfig {
     pub station_min_radius_m: f64,
     /// A fix older than this no longer gives the vessel's place.
     pub fix_max_age: Duration,
-    /// No word about the path under way for this long fails the maneuver.
+    /// No report of the path under way for this long fails the maneuver.
     pub path_silence: Duration,
     /// For [`FollowTrajectory`].
     pub trajectory: TrajectoryConfig,

@@ -117,7 +117,7 @@ impl Authority {
         Some(motors)
     }
 
-    /// When [`Authority::poll`] is to be asked next.
+    /// When [`Authority::poll`] must be called next.
     pub fn poll_timeout(&self) -> MonoTime {
         match self.command {
             Some((given, _)) => self.repeat.min(given + COMMAND_LIFE),

@@ -3,7 +3,7 @@
 //! Two sources: the messages of the receiver, which arrive some tenths of a second after their epoch, and the pulse at each
 //! whole second, whose moment the kernel notes by the computer's clock. The messages say which second it is, the pulse
 //! where it begins. chrony sets the clock; this only judges it, since what is recorded and the
-//! hydrophone's clock go by it. The brain's own deadlines run on a steady time and do not care.
+//! hydrophone's clock go by it. The brain's own deadlines run on a steady time and are not affected.
 //!
 //! A receiver must report an epoch before the next pulse (within a second of its own), or the second is off by one.
 

@@ -141,7 +141,7 @@ impl Hydrophone {
         states.set(bus, Entity::Hydrophone, self.condition(), self.text());
     }
 
-    /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is believed.
+    /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is trusted.
     fn pose(&self, bus: &Bus, at: MonoTime, stamp: Option<UtcTime>) -> Option<Pose> {
         // Both clocks count microseconds in 63 bits; a UTC stamp is converted by the present offset between them.
         let micros = |at: MonoTime| at.micros() as i64;

@@ -65,7 +65,7 @@ impl Intake {
         Self { all: Budget::full(now, OF_ALL), others, systems: BTreeMap::new(), left_out: 0, next: now }
     }
 
-    /// Whether a packet of a system is to be logged.
+    /// Whether a packet of a system is logged.
     pub(crate) fn admits(&mut self, now: MonoTime, system: Address, bytes: usize) -> bool {
         if !self.systems.contains_key(&system) && self.systems.len() >= SYSTEMS {
             // A system that was quiet long enough to have its full budget back needs no entry.

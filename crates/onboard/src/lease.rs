@@ -10,7 +10,7 @@ use imc::messages::{Message, PlanControlOp, PlanControlType, PlanDBOp, PlanDBTyp
 use std::time::Duration;
 use units::MonoTime;
 
-/// No lease lives longer than this without a word.
+/// No lease is valid longer than this without renewal.
 const LONGEST: Duration = Duration::from_mins(5);
 /// Refusals that follow each other within this are one burst.
 const BURST: Duration = Duration::from_secs(10);
@@ -50,7 +50,7 @@ pub struct LeaseGate {
 
 impl LeaseGate {
     /// The shore says who commands. Answers whether that is another than before; an older lease than the newest is
-    /// not believed.
+    /// ignored.
     pub fn told(&mut self, now: MonoTime, lease: &Lease) -> bool {
         if lease.epoch < self.newest {
             return false;

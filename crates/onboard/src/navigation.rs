@@ -3,7 +3,7 @@
 //! Positions pass gates first: they must be there, be numbers on Earth, good enough (dilution), newer than the
 //! last, and within reach of where the vessel can be. What fails says why. A position out of reach is a jump:
 //! it is refused, the vessel is reckoned onwards, and only when three in a row agree with each other is the
-//! new place believed. Between positions, and over gaps up to a limit, position follows from velocity and
+//! new place accepted. Between positions, and over gaps up to a limit, position follows from velocity and
 //! heading from the rate of turn. What is not measured is doubted: the uncertainty grows with time, and with the way
 //! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one no controller steers.
 //!
@@ -18,7 +18,7 @@ use devices::{GnssFix, GnssReading, GroundVelocity};
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime, wrap_pi};
 
-/// Positions that must agree before a jump is believed.
+/// Positions that must agree before a jump is accepted.
 const JUMP_AGREE: u32 = 3;
 /// A compass gives at least one position and heading a second: what is older is reckoned.
 const MEASURED: Duration = Duration::from_millis(1500);
@@ -147,7 +147,7 @@ impl Estimate {
         self.age > MEASURED
     }
 
-    /// Whether the heading is only believed to be what it was: no turn would be noticed.
+    /// Whether the heading is only assumed unchanged: no turn would be noticed.
     pub fn is_heading_old(&self) -> bool {
         self.heading_age > MEASURED
     }
@@ -225,7 +225,7 @@ impl Navigation {
         self.settings = settings;
     }
 
-    /// Jumps that were believed in the end.
+    /// Jumps that were accepted in the end.
     pub fn jumps(&self) -> u64 {
         self.jumps
     }

@@ -332,7 +332,7 @@ mod tests {
         node.announced(at(3.0), CONSOLE, thief, &announce);
         node.heard(at(3.0), CONSOLE, thief);
         assert_eq!(node.recipients(at(3.0), 500, 0, CONSOLE), [console]);
-        // When the console is gone from its host, another host is believed.
+        // When the console is gone from its host, another host is accepted.
         node.announced(at(40.0), CONSOLE, thief, &announce);
         assert_eq!(node.recipients(at(40.0), 500, 0, CONSOLE), [thief]);
     }

@@ -353,7 +353,7 @@ impl Pilot {
             bus.send(Entity::Path, &DesiredHeading { value: steering.course_rad });
         }
         let (course_rad, turn_rate_rad_s) = (steering.course_rad, steering.turn_rate_rad_s);
-        // A heading that is only believed would be steered by for ever: straight on is the better guess.
+        // A heading that is only assumed would be steered by for ever: straight on is the better guess.
         let yaw = (!estimate.is_heading_old()).then_some(YawTarget::Course { course_rad, turn_rate_rad_s });
         let speed = self.limited(self.speed, estimate);
         let setpoint = Setpoint { yaw, speed };
@@ -457,7 +457,7 @@ impl Pilot {
         }
     }
 
-    /// When [`Pilot::tick`] is to be called next.
+    /// When [`Pilot::tick`] must be called next.
     pub(crate) fn poll_timeout(&self) -> MonoTime {
         let authority = self.authority.poll_timeout();
         self.remote.poll_timeout().map_or(authority, |remote| remote.min(authority))

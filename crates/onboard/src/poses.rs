@@ -53,7 +53,7 @@ pub(crate) struct Poses {
 struct Kept {
     at_us: i64,
     place: LatLon,
-    /// Where the bow points (rad); absent where it is only believed to be what it was.
+    /// Where the bow points (rad); absent where it is only assumed unchanged.
     heading_rad: Option<f64>,
     sigma_m: f64,
     /// When the position was measured from which this one is reckoned.

@@ -182,7 +182,7 @@ impl Reception {
 }
 
 /// Whether what goes to this address may stop the vessel: it names the vessel, or is broadcast on purpose.
-/// To stop too many vessels does less harm than to start too many, so what sets one in motion must name it.
+/// Stopping too many vessels does less harm than starting too many, so an order that sets one in motion must name it.
 pub(crate) fn may_stop(bus: &Bus, to: Address) -> bool {
     to == bus.address() || to == Address::BROADCAST
 }

@@ -8,7 +8,7 @@ use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
 use imc::{Address, PacketView};
 use units::Now;
 
-/// The hub, and who commands, what was ordered and what is wrong.
+/// The hub, the leases, the commands and the alarms.
 #[derive(Debug)]
 pub struct Operations {
     hub: Hub<Commands>,

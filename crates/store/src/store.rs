@@ -262,7 +262,7 @@ impl Store {
         self.follower.is_behind()
     }
 
-    /// Up to where the archive is durable, for those who [follow](crate::Tail) it.
+    /// Up to where the archive is durable, for [followers](crate::Tail).
     pub fn marks(&self) -> Marks {
         Marks(self.archive.marks().collect())
     }

@@ -35,7 +35,7 @@ impl Dialect {
 /// How cells are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
-    /// For whom.
+    /// The reader of the table.
     pub dialect: Dialect,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it.
     pub guard: bool,

@@ -134,7 +134,7 @@ pub(crate) fn from_bytes(source: u32, bytes: &[u8]) -> Option<Piece> {
     (reader.0.is_empty() && sorted).then(|| Piece::of(objects, items))
 }
 
-/// How far it is to a coordinate: the sign in the lowest bit, seven bits a byte, the lowest first.
+/// The step to a coordinate: the sign in the lowest bit, seven bits a byte, the lowest first.
 fn step(out: &mut Vec<u8>, to: i32, from: i32) {
     let step = i64::from(to) - i64::from(from);
     let mut left = (step << 1 ^ step >> 63) as u64;

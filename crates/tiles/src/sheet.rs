@@ -59,7 +59,7 @@ pub enum Unread {
     Damaged(String),
 }
 
-/// The charts of a sheet changed while it was asked; the one who keeps it is about to take the new ones.
+/// The charts of a sheet changed during a query; its owner is about to take the new ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the chart set changed a moment ago; ask again")]
 pub struct Changed;

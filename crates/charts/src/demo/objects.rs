@@ -63,7 +63,7 @@ macro_rules! sector {
 
 /// All marks, dangers and names.
 pub(super) const MARKS: &[Mark] = &[
-    // The way into the harbour; who enters, southward, has red on the left.
+    // The fairway into the harbour; entering, southward, red is on the left.
     Mark { lights: &[RED], ..mark("BOYLAT", [522.0, -690.0], PORT) },
     Mark { lights: &[GREEN], ..mark("BOYLAT", [420.0, -690.0], STARBOARD) },
     mark("BOYLAT", [515.0, -800.0], PORT),

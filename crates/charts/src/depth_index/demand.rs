@@ -18,7 +18,7 @@ pub struct ZoneError {
     pub share: f64,
 }
 
-/// How far the chart is believed.
+/// How far the chart is trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum ChartTrust {
     /// As it is drawn; its quality is reported with every answer.
@@ -71,7 +71,7 @@ pub struct Demand {
     pub air_draught_m: Option<f64>,
     /// How far the vessel may be from where it believes to be (m); every width grows by it.
     pub position_m: f64,
-    /// How far the chart is believed.
+    /// How far the chart is trusted.
     pub trust: ChartTrust,
     /// How it treats areas whose entry is prohibited or restricted.
     pub entry: EntryRules,

@@ -133,7 +133,7 @@ impl DepthIndex {
         }
     }
 
-    /// Which chart covers what, for who needs regions rather than depths. Reads all charts.
+    /// Which chart covers what, for callers that need regions rather than depths. Reads all charts.
     pub fn coverage(&self) -> Coverage {
         let chart = |(at, source): (usize, &Source)| {
             let piece = self.piece(at);

@@ -4,7 +4,7 @@
 //! from cells ([`IndexBuilder`], or [`assemble`] chart by chart), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
-//! [`DepthIndex::points_of_interest`]. Who plans ways takes [`DepthIndex::barriers`], the lines that corridors are
+//! [`DepthIndex::points_of_interest`]. Route planners take [`DepthIndex::barriers`], the lines that corridors are
 //! checked against.
 //!
 //! An index is a directory of charts and one piece for each (`piece`), with its seams to the charts that it meets

@@ -28,7 +28,7 @@ impl Restriction {
     /// Both, the stricter first.
     pub const ALL: [Self; 2] = [Self::EntryProhibited, Self::EntryRestricted];
 
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::EntryProhibited => "entry-prohibited",

@@ -55,7 +55,7 @@ pub(super) struct Store {
     /// Records that updates deleted or emptied, in their last state: an object that still points there lay there.
     pub(super) lost: BTreeMap<Name, StoredVector>,
     pub(super) notices: Vec<Notice>,
-    /// Bytes of the base and its updates: what bounds the geometry that is believed.
+    /// Bytes of the base and its updates: they bound the geometry that is accepted.
     pub(super) bytes: usize,
     /// The update that the base contained when it came: 0 unless it is a re-issue.
     pub(super) reissue: u32,

@@ -6,7 +6,7 @@
 
 use crate::problem::Severity;
 
-/// A setting that nothing obeys.
+/// A setting without effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotHonoured {
     /// The first name of its section; [`ANY_TASK`] for an option that every task has.
@@ -195,7 +195,7 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, HOST, "Execution Frequency", Some("1"), "the computer is looked at once a second"),
 ];
 
-/// Whether nothing obeys this setting, and what is done instead.
+/// Whether this setting has no effect, and what is done instead.
 pub fn not_honoured(section: &str, key: &str) -> Option<&'static NotHonoured> {
     let is_of = |one: &&NotHonoured| one.section == section || one.section == ANY_TASK;
     NOT_HONOURED.iter().filter(is_of).find(|one| one.key == key)

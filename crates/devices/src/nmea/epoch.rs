@@ -11,7 +11,7 @@ use crate::reading::{GnssFix, GnssReading, GroundVelocity, Quality};
 use units::UtcTime;
 
 const DAY_US: i64 = 86_400_000_000;
-/// Epochs that must keep an order before it is believed.
+/// Epochs that must keep an order before it is accepted.
 const STEADY: u8 = 2;
 
 /// All that a receiver reported of one moment. A value that no sentence had is `None`.

@@ -127,7 +127,7 @@ struct Watch {
     deadline: MonoTime,
     /// Bytes since the last valid sentence.
     babble: u64,
-    /// Valid sentences of no use since the last of use.
+    /// Valid but unusable sentences since the last usable one.
     useless: u64,
 }
 

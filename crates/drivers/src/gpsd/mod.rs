@@ -169,7 +169,7 @@ impl Gpsd {
     fn lost(&mut self, now: Now) {
         self.deadline = None;
         self.compass.handle(now, Input::Lost);
-        // Its own word for that is of a cable.
+        // Its own text for that is about a cable.
         while let Some(output) = self.compass.poll_output() {
             if matches!(output, Output::Reading { .. }) {
                 self.outbox.push(output);

@@ -72,7 +72,7 @@ pub(super) struct Keeper {
     state: ClockState,
     /// Why it was lost, and the remedy.
     why: String,
-    /// Whether it obeyed a command with the full time since: a stamp alone does not tell that rounding hits the right ten
+    /// Whether it obeyed a command with the full time since: a stamp alone does not show that rounding hits the right ten
     /// seconds.
     was_set: bool,
     /// When the computer's two clocks were compared last.

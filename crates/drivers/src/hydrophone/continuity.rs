@@ -4,7 +4,7 @@ use units::MonoTime;
 
 /// Lines that a receiver can write in a second at most: the shortest train of pulses lasts about half of one.
 const LINES_PER_S: u64 = 4;
-/// Lines beyond that which are believed, as clocks and buffers wait.
+/// Lines beyond that which are accepted, as clocks and buffers wait.
 const SLACK_LINES: u64 = 10;
 
 /// The verdict on a running number.

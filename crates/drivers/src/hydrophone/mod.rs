@@ -90,7 +90,7 @@ enum Phase {
     /// The end of command mode was asked for.
     Leaving(MonoTime),
     Listening,
-    /// A setting was not obeyed.
+    /// A setting was not accepted.
     Refused(MonoTime),
 }
 

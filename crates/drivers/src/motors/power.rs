@@ -65,7 +65,7 @@ struct Channel {
     config: ChannelConfig,
     /// The last order.
     asked: bool,
-    /// It is to be asked.
+    /// It must be sent.
     due: bool,
     /// How often it was asked since it last followed, and when.
     times: u8,

@@ -60,7 +60,7 @@ impl Watch {
         *self.motors.of_mut(side) = Some(now);
     }
 
-    /// A frame could not be read, or not believed.
+    /// A frame could not be read, or was implausible.
     pub(super) fn unread(&mut self, now: MonoTime, error: &dyn Display, out: &mut Outbox) {
         self.unread += 1;
         if self.noted.is_some_and(|at| now.since(at) < NOTE_INTERVAL) {

@@ -1,4 +1,4 @@
-//! Who is believed when several peers send with one vessel's address.
+//! Who is trusted when several peers send with one vessel's address.
 
 use crate::support::{CONSOLE, Hub, OTTER, at, drain, hub, join, packet, pass, voltage};
 use hub::{Contradiction, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources, Transport};

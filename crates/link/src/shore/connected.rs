@@ -84,7 +84,7 @@ impl Joined {
         }
     }
 
-    /// Everything below this number is durable; returns whether that is new. A number never received is not believed.
+    /// Everything below this number is durable; returns whether that is new. A number never received is ignored.
     pub(crate) fn kept(&mut self, next: u64) -> bool {
         let next = next.min(self.received);
         let news = next > self.durable;

@@ -352,7 +352,7 @@ impl Shore {
         self.send(id, &Frame::Welcome(welcome));
         self.sessions.insert(id, Connected::new(now.mono, id, hello.way, (capabilities, clocks, bytes)));
         self.outputs.push_back(ShoreOutput::Up(id));
-        // Before the commands, which are obeyed by it.
+        // Before the commands, which are obeyed under it.
         self.tell_lease(now);
         self.commands(now);
         self.offer_chart(Some(id));

@@ -10,7 +10,7 @@ use units::{MonoTime, Now};
 const MESSAGE_COST_BYTES: u64 = 60;
 const DAY_US: i64 = 86_400_000_000;
 const DAY: Duration = Duration::from_hours(24);
-/// A clock that says for so long that it is an earlier day than the one that counts is believed. A Raspberry Pi starts in the
+/// A clock that shows an earlier day than the counted one for so long is trusted. A Raspberry Pi starts in the
 /// past, and has the time by then where it has a network.
 const BELIEVED_AFTER: Duration = Duration::from_mins(10);
 
@@ -57,7 +57,7 @@ impl Thinning {
         }
     }
 
-    /// Live values no more often than this; `None` for as often as ever.
+    /// Live values no more often than this; `None` for no limit.
     pub(crate) fn live_every(self) -> Option<Duration> {
         match self {
             Self::Nothing => None,

@@ -32,7 +32,7 @@ impl Quality {
     /// So many bytes were acknowledged, the last of them after `took`.
     pub(crate) fn arrived(&mut self, bytes: u64, took: Duration) {
         let shortest = self.shortest.map_or(took, |shortest| shortest.min(took));
-        // A way that has become longer for good is believed in the end.
+        // A way whose delay has grown for good is accepted in the end.
         self.shortest = Some(shortest + took.saturating_sub(shortest) / 256);
         let is_late = took > shortest * 2 + SENT_AGAIN_AFTER;
         self.late += (f64::from(u8::from(is_late)) - self.late) / LATE_OVER;

@@ -100,7 +100,7 @@ fn gaps_are_declared_in_their_place_and_acknowledged() {
     };
     let lost =
         Gap { from: 0, to: 4, since: UtcTime::default(), until: at(4).utc, reason: GapReason::SpoolFull };
-    // Number 6 is missing without a word.
+    // Number 6 is missing without a declaration.
     let entries = vec![
         Entry::Gap(lost),
         Entry::Record(record(4)),

@@ -42,7 +42,7 @@ fn complete(mut world: World) -> World {
     world
 }
 
-/// One way after the other is cut without a word, at random moments, and comes back.
+/// One way after the other is cut without a close, at random moments, and comes back.
 #[test]
 fn values_pause_for_less_than_two_seconds_in_each_of_many_cuts() {
     let (mut longest, mut overtaken) = (0, 0);

@@ -223,7 +223,7 @@ impl Machine {
     }
 
     /// The way around to the place of a reference, to which the straight way is refused: the one under way with another end,
-    /// one that was found before, or one to be looked for. `None` where none can be looked for.
+    /// one that was found before, or one to be searched. `None` where none can be searched.
     fn around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> Option<Standing> {
         let (Some(_), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return None };
         // No way leads to a place that is closed itself.

@@ -150,7 +150,7 @@ impl ChartFile {
         Self { name, digest, index: Arc::new(index) }
     }
 
-    /// Its index, for who keeps it.
+    /// Its index, for storing it.
     pub(crate) fn shared_index(&self) -> Arc<DepthIndex> {
         Arc::clone(&self.index)
     }

@@ -96,7 +96,7 @@ pub(crate) struct Grounding {
     asked: bool,
     /// Whether the rest began in water deep enough for autonomous sailing.
     rest_was_deep: Option<bool>,
-    /// Whether what another supervisor asked for began in such water: it is to stay there.
+    /// Whether another supervisor's remedy began in such water: it must stay there.
     remedy_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
     steering: Steering,

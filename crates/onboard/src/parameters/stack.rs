@@ -1,5 +1,5 @@
 //! Parameters that are kept and given back: what PushEntityParameters and PopEntityParameters do, around a
-//! plan or a maneuver or on a console's word.
+//! plan or a maneuver or on a console's request.
 //!
 //! Kept values are those of the moment, one entry per push and entity. Giving back sets what differs by then.
 

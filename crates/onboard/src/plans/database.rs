@@ -22,10 +22,10 @@ const AROUND: usize = HEADER_BYTES + FOOTER_BYTES;
 pub const LONGEST_PLAN: usize = 65_000;
 /// Plans kept: with the longest names the state of all, 36 bytes and both names for each, still fits a packet.
 const PLANS_KEPT: usize = 400;
-/// Longest name of a plan and of who changed it (bytes).
+/// Longest name of a plan and of its last editor (bytes).
 pub const LONGEST_NAME: usize = 60;
 
-/// The plans, and which operations are to be answered.
+/// The plans, and the operations that must be answered.
 #[derive(Debug)]
 pub(crate) struct Database {
     plans: PlanDatabase,

@@ -227,7 +227,7 @@ pub struct Saved {
     pub acknowledged: Option<Signature>,
     /// Whether it became more urgent by waiting.
     pub escalated: bool,
-    /// Put aside: by whom, until when, and why.
+    /// Shelved: by whom, until when, and why.
     pub shelved: Option<(Signature, UtcTime, String)>,
 }
 

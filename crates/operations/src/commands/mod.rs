@@ -51,7 +51,7 @@ const EVENTS: usize = 10_000;
 /// How far a command is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// It is to be written into the audit log.
+    /// It must be written into the audit log.
     Asked,
     /// It is in the audit log.
     Accepted,
@@ -535,7 +535,7 @@ impl Commands {
         };
     }
 
-    /// Keeps what is to be kept of a vessel's commands.
+    /// Drops a vessel's oldest commands beyond the limit.
     fn forget(&mut self, vessel: Address) {
         // Of the last stop it must be known whether it arrived.
         let stop = self.of(vessel).find(|one| one.effect == Effect::Aborts).map(|one| one.id);

@@ -41,7 +41,7 @@ pub enum Order {
         /// How fast (m/s).
         speed_mps: f32,
     },
-    /// Be steered by hand, by who holds the server's address.
+    /// Be steered by hand, by the holder of the server's address.
     Teleoperate {
         /// The server's own address.
         by: Address,
@@ -108,7 +108,7 @@ pub(super) enum Effect {
 }
 
 impl Order {
-    /// The plan that the order brings along, for those who look where it leads.
+    /// The plan that the order contains, for checks of where it leads.
     pub fn plan(&self) -> Option<PlanSpecification> {
         match self {
             Self::Upload(plan) => Some(plan.as_ref().clone()),
@@ -164,7 +164,7 @@ impl Order {
         matches!(self, Self::Stop)
     }
 
-    /// Whether it takes the lease of who gives it.
+    /// Whether it needs the lease.
     pub fn takes_lease(&self) -> bool {
         self.commands() && !self.is_stop()
     }

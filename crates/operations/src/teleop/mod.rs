@@ -1,7 +1,7 @@
 //! Steering by hand from ashore: from a person's stick input to thrust, and to zero thrust.
 //!
-//! [`Teleop`] is fed the samples of one window and the time, and says what is to be sent to the vessel. What keeps a
-//! boat moving is never that messages flow, but that a person's own input is fresh and their dead-man held:
+//! [`Teleop`] takes the samples of one window and the time, and gives the commands to the vessel. A boat is kept
+//! moving never by messages alone, but only by a person's fresh input with the dead-man held:
 //!
 //! - A sample is as old as its echo of the server's own clock, so that no clock of a browser can make it younger: the
 //!   whole way there and back counts. To that comes, while the dead-man is held, the time for which the input device
@@ -351,7 +351,7 @@ impl Teleop {
         Some(Sticks { port: motor(thrust + turn), starboard: motor(thrust - turn), life, stop: false })
     }
 
-    /// Time passes: what is to be sent although no sample came. Call it every 50 ms or so.
+    /// The command to send although no sample came. Call it every 50 ms or so.
     pub fn tick(&mut self, now: Now) -> Option<Sticks> {
         let ahead_us = now.utc.micros().saturating_sub_unsigned(now.mono.micros());
         let before_us = self.utc_ahead_us.replace(ahead_us);
@@ -371,7 +371,7 @@ impl Teleop {
         Some(Sticks::STOP)
     }
 
-    /// How old what a sample says is, or why it is of no use.
+    /// The age of a sample's input, or why it cannot be used.
     fn judge(&mut self, now: MonoTime, sample: &Sample) -> Result<Duration, Why> {
         let Sample { made_ms, change, thrust, turn, .. } = *sample;
         let before = self.last;

@@ -327,7 +327,7 @@ fn a_gap_is_no_longer_than_time_and_ends_where_a_record_comes() {
     let left = gaps(folder.path());
     assert_eq!((left.len(), left[0].packets, left[0].numbers.unwrap().to), (1, Some(10), 30));
     assert_eq!(left[0].told(), "10 packets: the spool was full");
-    // Where the vessel knows no time, the time of its word counts.
+    // Where the vessel knows no time, the time of its declaration counts.
     let mut store = Store::open(folder.path()).unwrap();
     let unknown = Gap { from: utc(0), to: utc(0), ..lost(100, 110, 0) };
     store.declare_gap(&unknown).unwrap();

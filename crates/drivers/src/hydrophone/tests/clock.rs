@@ -114,7 +114,7 @@ fn wrong_clocks_converge() {
             bench.run(1);
             bench.hear(40, 1_500_000);
             if bench.is_believed() {
-                // Less than the span that is believed cannot be told before the first command takes effect.
+                // An offset below the accepted span cannot be detected before the first command takes effect.
                 let error_us = bench.error_us().abs();
                 assert!(
                     error_us < 15_000 || error_us < 9_000_000 && bench.us < 7_200_000,
