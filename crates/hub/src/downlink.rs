@@ -37,12 +37,12 @@ pub const STOP_LIFE: Duration = Duration::from_mins(10);
 /// A copy of a stop that was passed to a connection lives as long as any order: a later copy could end what an operator
 /// started after the stop. The stop itself is kept here and sent again.
 const COPY_LIFE: Duration = TIME_TO_LIVE;
-/// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
+/// Orders that may wait for one vessel; one more is refused, except a stop, which cancels all others.
 const WAITING: usize = 20;
 /// Vessels for which orders may wait, and of which a stop is kept.
 const VESSELS: usize = 1_024;
-/// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
-/// One that is heard all the time and shows nothing is given the stop again after as long, then after twice that.
+/// A vessel that is heard after this long may have missed what was sent meanwhile: vessels send each second.
+/// One that is heard all the time without evidence of the stop gets it again after as long, then after twice that.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// An order for a vessel.
@@ -50,7 +50,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 pub struct Telecommand {
     /// To whom.
     pub vessel: Address,
-    /// What it carries.
+    /// Its data as an order.
     pub tag: Tag,
     /// The packet.
     pub packet: Bytes,
@@ -68,26 +68,26 @@ pub enum Dispatched {
     Refused(&'static str),
 }
 
-/// Where orders are followed to their end. The downlink asks it what is known of an order, and reports what becomes of it on
+/// Where orders are followed to their end. The downlink asks it what is known of an order, and reports its progress on
 /// the way down.
 pub trait OrderLog {
-    /// A packet of the present came from a vessel, before the downlink acts on it: it may be evidence.
+    /// A live packet came from a vessel, before the downlink acts on it: it may be evidence.
     fn heard(&mut self, now: Now, view: &PacketView<'_>);
-    /// Whether nothing shows yet that the vessel has it.
+    /// Whether there is no evidence yet that the vessel has it.
     fn is_unconfirmed(&self, id: CommandId) -> bool;
-    /// Whether the vessel did not do it and will not.
+    /// Whether the vessel did not carry it out and will not.
     fn is_void(&self, id: CommandId) -> bool;
     /// Whether it has the vessel begin something.
     fn starts(&self, id: CommandId) -> bool;
     /// The result of giving it to the transports.
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched);
-    /// It is on its way once more, for nothing showed that the vessel has it.
+    /// It was sent again, for lack of evidence that the vessel has it.
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
     fn refused(&mut self, now: Now, id: CommandId, why: &str);
     /// A start was ordered after a stop that waited.
     fn overtaken(&mut self, now: Now, id: CommandId);
-    /// It found no way as long as it was worth anything.
+    /// It found no way within its life.
     fn expired(&mut self, now: Now, id: CommandId);
 }
 
@@ -114,7 +114,7 @@ impl OrderLog for () {
 #[derive(Debug, Default)]
 pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
 
-/// The last stop of each vessel that was sent and of which nothing shows yet that the vessel has it.
+/// The last stop sent to each vessel, while there is no evidence that the vessel has it.
 #[derive(Debug, Default)]
 pub(crate) struct PendingStops(BTreeMap<Address, PendingStop>);
 
@@ -163,7 +163,7 @@ impl PendingStops {
         self.0.get(&vessel).and_then(|stood| stood.stop.tag.id)
     }
 
-    /// A peer is gone: what it took is perhaps not with the vessel.
+    /// A peer is gone: the orders it took may not have arrived.
     pub(crate) fn lost(&mut self, peer: PeerId) {
         for stood in self.0.values_mut().filter(|stood| stood.takers.contains(&peer)) {
             stood.lost = true;
@@ -234,7 +234,7 @@ impl Waiting {
         }
     }
 
-    /// Takes out what is not worth delivering any more.
+    /// Removes orders whose life has ended.
     fn expired(&mut self, now: MonoTime) -> Vec<Telecommand> {
         let mut over = Vec::new();
         self.0.retain(|_, waiting| {
@@ -283,7 +283,7 @@ impl<O: OrderLog> Hub<O> {
             || (links().next().is_some() && self.other_ways(now, vessel).is_empty())
     }
 
-    /// A way to a vessel may be there again: what waits for it goes out.
+    /// A way to a vessel may be open again: its waiting orders are sent.
     pub(crate) fn flush(&mut self, now: Now, vessel: Address) {
         for order in self.waiting.take(vessel) {
             self.give(now, order);
@@ -293,7 +293,7 @@ impl<O: OrderLog> Hub<O> {
     /// Orders that a lost peer did not take go by another way, if they are still valid.
     pub fn give_again(&mut self, now: Now, order: Telecommand) {
         if order.tag.urgency == Urgency::Stop {
-            // It is kept here for as long as it is wanted.
+            // A stop is kept here until it is confirmed.
             return self.stop_again(now, order.vessel);
         }
         self.give(now, order);
@@ -307,7 +307,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Ends what waited for too long.
+    /// Expires orders that waited too long.
     pub(crate) fn expire_waiting(&mut self, now: Now) {
         for order in self.waiting.expired(now.mono) {
             if let Some(id) = order.tag.id {
@@ -317,7 +317,7 @@ impl<O: OrderLog> Hub<O> {
         self.standing.0.retain(|_, stood| now.mono < stood.stop.tag.expires);
     }
 
-    /// Gives a stop again that the vessel perhaps does not have.
+    /// Sends a stop again that the vessel may not have.
     fn stop_again(&mut self, now: Now, vessel: Address) {
         let Some(stop) = self.standing.heard(now.mono, vessel) else { return };
         let is_heard = self.reaches_alive(now.mono, vessel);
@@ -353,7 +353,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether a stop is kept for a vessel that perhaps does not have it.
+    /// Whether a stop is kept for a vessel that may not have it.
     fn keeps_stop(&self, vessel: Address) -> bool {
         let stood = self.standing.of(vessel).is_some_and(|id| self.orders.is_unconfirmed(id));
         stood || self.waiting.has_stop(vessel)
@@ -388,7 +388,7 @@ impl<O: OrderLog> Hub<O> {
             takers.push(link);
         }
         if stop && !again {
-            // A link that is down may still hold a start that was ordered before: the stop calls it off there.
+            // A link that is down may still hold a start that was ordered before: the stop cancels it there.
             for down in self.links_that_are_down(vessel) {
                 // Its outcome there says nothing of the stop.
                 self.hand(down, packet, Tag { id: None, ..copy });
@@ -438,7 +438,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Calls off what waits for a vessel.
+    /// Cancels the orders that wait for a vessel.
     fn call_off(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
             self.orders.refused(now, id, CALLED_OFF);
@@ -473,11 +473,11 @@ impl<O: OrderLog> Hub<O> {
         ways.into_iter().rev().map(|((alive, ..), peer)| Way { peer, alive }).collect()
     }
 
-    /// A packet of the present came from a vessel: a way leads there.
+    /// A live packet came from a vessel: a way leads there.
     pub(crate) fn way_back(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
         if !self.waiting.is_empty() && self.waiting.has(vessel) {
-            // One that was given to a way that seemed dead did perhaps arrive.
+            // One that was given to a way that seemed dead may have arrived.
             let orders = &self.orders;
             self.waiting.retain(vessel, |one| {
                 one.tag.urgency != Urgency::Stop || one.tag.id.is_none_or(|id| orders.is_unconfirmed(id))
@@ -491,7 +491,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether a way leads to the vessel by which it was just heard and which takes what it is given.
+    /// Whether there is a way to the vessel by which it was just heard and whose peer reads its packets.
     fn reaches_alive(&self, now: MonoTime, vessel: Address) -> bool {
         self.standing_link(vessel).is_some() || self.other_ways(now, vessel).iter().any(|way| way.alive)
     }

@@ -70,7 +70,7 @@ pub struct Counters {
     pub damaged: u64,
     /// Packets with a source address that their peer may not use.
     pub refused: u64,
-    /// Copies of packets that were here before.
+    /// Copies of packets that came before.
     pub duplicates: u64,
     /// Deliveries to peers.
     pub delivered: u64,
@@ -295,8 +295,8 @@ impl<O: OrderLog> Hub<O> {
         let denied = self.linked.denies(source, transport);
         let comes_back = denied && delivery.is_some_and(|digest| self.deliveries.contains(digest));
         if source == self.settings.address || comes_back {
-            // Our own packets come back from vessels that echo them, and what a vessel said by its link from whom it was
-            // passed on to.
+            // Our own packets come back from vessels that echo them, and a vessel's packets from peers to which they were
+            // passed on.
             self.counters.duplicates += 1;
             return false;
         }

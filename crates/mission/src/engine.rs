@@ -73,7 +73,7 @@ pub struct EngineConfig {
     /// Labels of the entities whose errors a running plan gets by other ways: those of the position by
     /// [`Input::Position`], that of path control by [`Event::PathFailed`]. They only keep plans from starting.
     pub bridged: BTreeSet<String>,
-    /// Where maneuvers may go whose goals others name under way.
+    /// Where maneuvers may go whose goals other systems set under way.
     pub waters: Waters,
     /// How long a plan waits for the position before it fails; zero fails at once.
     pub position_patience: Duration,
@@ -133,7 +133,7 @@ impl Engine {
         }
     }
 
-    /// New parameters; running maneuvers take them up as they go.
+    /// New parameters; running maneuvers use them from then on.
     pub fn reconfigure(&mut self, config: EngineConfig) {
         self.vehicle.set_vital(config.vital.clone());
         self.config = config;

@@ -1,9 +1,8 @@
 //! The brain: the one state machine that takes all inputs and makes all decisions.
 //!
-//! [`Brain::handle`] takes what happened and the moment it happened; [`Brain::poll_output`] gives what is to
-//! be done about it until it answers `None`; [`Brain::poll_timeout`] says when to come back with
-//! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
-//! inputs give equal outputs.
+//! [`Brain::handle`] takes an input and its time; [`Brain::poll_output`] gives the outputs until it answers `None`;
+//! [`Brain::poll_timeout`] says when to come back with [`Input::Timer`] if nothing else happens before. Nothing here
+//! reads a clock, waits, or uses chance: equal inputs give equal outputs.
 
 use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
@@ -80,7 +79,7 @@ pub struct Brain {
     next_watch: MonoTime,
     next_second: MonoTime,
     shut_down: bool,
-    /// How often it has looked where the vessel is: moves while the brain steers.
+    /// Count of position updates: advances while the brain steers.
     steps: u64,
     /// The computer's power is being turned off.
     powering_off: bool,
@@ -157,7 +156,7 @@ impl Brain {
         Ok(brain)
     }
 
-    /// Takes in what happened at `now`.
+    /// Takes an input at `now`.
     pub fn handle(&mut self, now: Now, input: Input) {
         // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
         let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
@@ -193,7 +192,7 @@ impl Brain {
             .min()
     }
 
-    /// Where the vessel is and how it moves, as the brain believes.
+    /// The estimate of the vessel's position and motion.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.estimate.as_ref()
     }
@@ -288,7 +287,7 @@ impl Brain {
         }
     }
 
-    /// How the device behind a part is.
+    /// Takes the state of the device behind a part.
     fn device(&mut self, state: DeviceState) {
         self.sensors.device(&mut self.bus, &state);
         match state.entity {
@@ -304,7 +303,7 @@ impl Brain {
         }
     }
 
-    /// The shore says who commands.
+    /// The shore reports who commands.
     fn leased(&mut self, lease: &Lease) {
         if !self.reception.leased(&mut self.bus, lease) {
             return;
@@ -511,7 +510,7 @@ impl Brain {
             let fix = estimate.fix();
             self.pilot.see(estimate);
             if !self.afloat {
-                // A vessel that knows where it is and has no other sense of it is taken to be in the water.
+                // A vessel that knows its position and has no other sensor for it is assumed to be in the water.
                 self.afloat = true;
                 let medium = VehicleMedium { medium: VehicleMediumMedium::Water };
                 self.bus.send(Entity::Supervisor, &medium);
@@ -531,7 +530,7 @@ impl Brain {
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
     }
 
-    /// Acts upon the messages that a plan carries for its course.
+    /// Carries out the messages that a plan contains.
     fn act_for_plan(&mut self) {
         for _ in 0..MOST_ACTIONS {
             let Some(message) = self.plans.poll_action() else { break };
@@ -576,12 +575,12 @@ impl Brain {
         label.to_str_lossy() == self.settings.labels.of(Entity::Preflight)
     }
 
-    /// Looks what is missing before motors may be armed.
+    /// Checks what is missing before motors may be armed.
     fn preflight(&mut self) {
         let watch = &self.settings.watch;
         let mut missing = self.sensors.missing(self.bus.mono(), watch);
         missing.extend(self.clock.doubt(self.bus.mono(), watch));
-        // A first epoch is a position and a heading, but no way is led before navigation has made an estimate of them.
+        // A first epoch has a position and a heading, but no path is followed before navigation has an estimate.
         if missing.is_empty() && self.estimate.is_none() {
             missing.push("position (navigation has made no estimate of it yet)".to_owned());
         }

@@ -32,7 +32,7 @@ pub enum Input {
     Packet(Peer, Vec<u8>),
     /// Bytes of one packet from the shore, under the lease with this epoch (0 for none).
     Order(Peer, u64, Vec<u8>),
-    /// The shore says who commands the vessel.
+    /// The shore reports who commands the vessel.
     Lease(Lease),
     /// Another sea chart came, to take the place of the one in force as soon as that is safe.
     Chart(ChartFile),

@@ -49,7 +49,7 @@ pub struct LeaseGate {
 }
 
 impl LeaseGate {
-    /// The shore says who commands. Answers whether that is another than before; an older lease than the newest is
+    /// The shore reports who commands. Returns whether that is another than before; an older lease than the newest is
     /// ignored.
     pub fn told(&mut self, now: MonoTime, lease: &Lease) -> bool {
         if lease.epoch < self.newest {

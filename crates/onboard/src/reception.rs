@@ -84,7 +84,7 @@ impl Reception {
         refused.is_none()
     }
 
-    /// The shore says who commands; answers whether that is another than before.
+    /// The shore reports who commands; returns whether that is another than before.
     pub(crate) fn leased(&mut self, bus: &mut Bus, lease: &Lease) -> bool {
         let now = bus.mono();
         let changed = self.lease.told(now, lease);

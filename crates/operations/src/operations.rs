@@ -82,14 +82,14 @@ impl Operations {
         &mut self.alarms
     }
 
-    /// Time passes. Call it once a second.
+    /// Advances the time. Call it once a second.
     pub fn tick(&mut self, now: Now) {
         self.leases.tick(now);
         self.hub.tick(now);
         self.hub.orders_mut().tick(now);
     }
 
-    /// Derives what is wrong from the fleet and from what the shore says of itself. Call it once a second.
+    /// Derives the alarms from the state of the fleet and of the shore. Call it once a second.
     pub fn watch(&mut self, now: Now, shore: &ShoreState) {
         let contradictions = self.hub.contradictions(now.mono);
         self.alarms.watch(now, self.hub.fleet(), &ShoreState { contradictions, ..shore.clone() });
@@ -116,7 +116,7 @@ impl Operations {
     }
 
     /// Sends an order that is in the audit log, if the lease that it was given under still holds; `holder` is `None` for
-    /// what takes none. `None` if it is not sent.
+    /// an order that needs none. `None` if it is not sent.
     pub fn dispatch(&mut self, now: Now, id: CommandId, holder: Option<&Holder>) -> Option<Dispatched> {
         let command = self.commands().get(id)?;
         let (vessel, epoch) = (command.vessel, command.epoch);
@@ -131,7 +131,7 @@ impl Operations {
         Some(dispatched)
     }
 
-    /// Stops a vessel. It takes no lease and waits for nothing.
+    /// Stops a vessel. It needs no lease and does not wait.
     ///
     /// # Errors
     /// Never for a stop of a vessel's own address; what [`Commands::begin`] refuses.

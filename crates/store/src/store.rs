@@ -49,7 +49,7 @@ impl Store {
         Self::open_with(folder, &mut |_| true)
     }
 
-    /// As [`Self::open`], but reads into the history what a crash leaves unread only. What it lacks beyond that,
+    /// As [`Self::open`], but reads into the history only what a crash leaves unread. What it lacks beyond that,
     /// such as a month that was damaged, is read with each [`Self::index`].
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Store {
         Self::open_on(folder, Box::new(RealDisk), progress)
     }
 
-    /// Opens the archive with a history that is built beside the one in use.
+    /// Opens the archive with a history that is built, whole, beside the one in use.
     pub(crate) fn open_growing(folder: &Path, progress: &mut dyn FnMut(u64) -> bool) -> Result<Self> {
         let mut store = Self::open_in(folder, GROWING, Box::new(RealDisk), progress)?;
         while store.is_behind() {
@@ -243,7 +243,7 @@ impl Store {
         Ok(())
     }
 
-    /// The second half: the history follows; how many rows it gained. Of what it [lacks](Self::behind) it reads a
+    /// The second half: updates the history; returns the rows it gained. Of what it [lacks](Self::behind) it reads a
     /// slice, so that the recording of packets in between is not delayed.
     ///
     /// # Errors
@@ -277,8 +277,8 @@ impl Store {
         self.archive.waiting_bytes()
     }
 
-    /// Records, durably, that something is missing. Neighbours become one; of a system and a day so many are kept
-    /// apart, and more become part of the nearest. Records that come for its numbers revoke it.
+    /// Records, durably, that something is missing. Adjacent gaps are merged; for a system and a day so many are kept
+    /// apart, and more are merged into the nearest. Records that come for its numbers revoke it.
     ///
     /// # Errors
     /// When it cannot be written, or ends before it begins.
@@ -343,7 +343,7 @@ impl Store {
         Ok(())
     }
 
-    /// Mends the days whose files are not as the history last saw them, and learns all their lengths.
+    /// Repairs the days whose files differ from what the history last saw, and reads all their lengths.
     fn mend_archive(&mut self) -> Result<()> {
         for key in archive::days(self.archive.root())? {
             let folder = key.folder(self.archive.root());
@@ -367,7 +367,7 @@ impl Store {
         Ok(())
     }
 
-    /// Learns which numbers are surely on disk: from what was known when the progress was saved, and the records
+    /// Finds which numbers are durable: from what was known when the progress was saved, and the records
     /// of arrival since; or, `from_scratch`, from all records. It comes before the replay, which saves what it
     /// has done as it goes on.
     fn recover_streams(&mut self, from_scratch: bool) -> Result<()> {
@@ -387,7 +387,7 @@ impl Store {
         Ok(())
     }
 
-    /// Reads into the history what of the archive is not there yet. One that cannot be written is left behind.
+    /// Reads into the history the part of the archive that it lacks. One that cannot be written stays behind.
     fn replay(&mut self, progress: &mut dyn FnMut(u64) -> bool) -> Result<()> {
         while self.is_behind() {
             match self.follower.replay_some(&self.archive, self.now) {

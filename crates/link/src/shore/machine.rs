@@ -248,7 +248,7 @@ impl Shore {
         self.greeting.insert(id, greeting);
     }
 
-    /// Drops what is known of a connection.
+    /// Drops the state of a connection.
     fn forget(&mut self, id: ConnectionId) {
         self.greeting.remove(&id);
         if self.sessions.remove(&id).is_none() {
@@ -261,7 +261,7 @@ impl Shore {
         }
     }
 
-    /// Closes a connection that is known.
+    /// Closes a known connection.
     fn end(&mut self, id: ConnectionId, (code, text): End) {
         if !self.greeting.contains_key(&id) && !self.sessions.contains_key(&id) {
             return;
@@ -392,7 +392,7 @@ impl Shore {
 
     fn frame(&mut self, now: Now, id: ConnectionId, frame: Frame) -> Result<(), End> {
         let (Some(one), Some(joined)) = (self.sessions.get_mut(&id), &mut self.joined) else { return Ok(()) };
-        // By how soon each message is answered the vessel knows how its way is: one that waits for the next beat makes it suspect.
+        // The vessel measures its way by the delay of each answer: one that waits for the next heartbeat makes it suspect.
         one.ack_due |= one.way.is_some();
         match frame {
             Frame::Records(batch) => {

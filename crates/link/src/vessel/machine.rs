@@ -21,9 +21,9 @@ use units::{MonoTime, Now};
 /// short; every fifth is patient, for links on which a handshake takes seconds.
 const ATTEMPT: Duration = Duration::from_millis(1500);
 const PATIENT_ATTEMPT: Duration = Duration::from_secs(4);
-/// While something waits for its answer, the program looks at least this often: so it knows when it was away itself.
+/// While something waits for its answer, the program looks at least this often: so it notices its own stalls.
 const LOOKS_EVERY: Duration = Duration::from_millis(200);
-/// A look that comes so much later than it should: the program was away.
+/// A step that comes this much late: the program was stalled.
 const AWAY: Duration = Duration::from_millis(100);
 
 /// The vessel's end of the link. The backlog stays in the spool; what is held here is bounded: the live lane's
@@ -198,7 +198,7 @@ impl Vessel {
         self.next_look
     }
 
-    /// Notes where the program itself was away: what came meanwhile has not been read yet.
+    /// Notes a stall of the program: messages that came meanwhile have not been read yet.
     fn notice_absence(&mut self, now: Now) {
         let waits = self.ways.iter().any(Way::waits_for_answer);
         let look = self.looked + LOOKS_EVERY;
@@ -334,7 +334,7 @@ impl Vessel {
         }
     }
 
-    /// Gives the connection of a way up.
+    /// Closes the connection of a way.
     pub(super) fn end(&mut self, now: Now, place: usize, end: End) {
         if !self.ways[place].is_active() {
             return;
@@ -396,7 +396,7 @@ impl Vessel {
         }
     }
 
-    /// Gives up what is silent for too long, and notes what does not answer in time.
+    /// Closes a connection that is silent for too long, and notes one that does not answer in time.
     fn look(&mut self, now: Now, place: usize) {
         let several = self.ways.len() > 1;
         let way = &mut self.ways[place];
@@ -434,7 +434,7 @@ impl Vessel {
         }
     }
 
-    /// Does what the chart needs, by the way of the records.
+    /// Carries out the chart's outputs, by the way of the records.
     pub(super) fn want(&mut self, now: Now, wants: impl IntoIterator<Item = Want>) {
         for want in wants {
             match (want, self.report.records) {

@@ -62,7 +62,7 @@ pub(crate) struct Lanes {
     /// The number that the record lane is at; `None` where it is on no way.
     pub(crate) records_at: Option<u64>,
     pub(crate) thinning: Thinning,
-    /// How often the vessel says that it lives.
+    /// The interval of heartbeats.
     pub(crate) beat: Duration,
 }
 

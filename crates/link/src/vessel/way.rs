@@ -68,7 +68,7 @@ pub(crate) struct Open {
     pub(crate) suspect: bool,
     /// Since when it answers without a break.
     answers_since: MonoTime,
-    /// The program itself was away: until then silence is not a fault of the way.
+    /// The program itself was stalled: until then silence is not a fault of the way.
     excused_until: MonoTime,
 }
 

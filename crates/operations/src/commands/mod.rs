@@ -33,7 +33,7 @@ const KEPT: usize = 100;
 const OPEN: usize = 20;
 /// Answers kept for each vessel: they are large.
 const ANSWERS_KEPT: usize = 10;
-/// Vessels of which it is kept which plans they store: a peer may send with any number of addresses.
+/// Vessels whose list of plans is kept: a peer may send with any number of addresses.
 const VESSELS: usize = 256;
 /// Most characters of what a stage says.
 const TEXT_CHARS: usize = 500;
@@ -61,7 +61,7 @@ pub enum Stage {
     Sent,
     /// The vessel has it.
     Received,
-    /// The vessel does it.
+    /// The vessel carries it out.
     Executing,
     /// The vessel's report shows that it is done.
     EffectSeen,
@@ -149,7 +149,7 @@ pub struct Command {
     pub vessel: Address,
     /// Who ordered it.
     pub by: OrderedBy,
-    /// The lease under which it was ordered; 0 for what takes none.
+    /// The lease under which it was ordered; 0 for one that needs none.
     pub epoch: u64,
     /// Like `plan.start`.
     pub verb: &'static str,
@@ -162,7 +162,7 @@ pub struct Command {
     /// Parameters that the vessel did not take, with its words.
     refusals: BTreeMap<String, String>,
     order: Option<Order>,
-    /// Whether it commands, or only asks.
+    /// Whether it commands, or is a query.
     commands: bool,
     effect: Effect,
     request_id: u16,
@@ -224,7 +224,7 @@ pub struct OrderedBy {
     pub from: String,
 }
 
-/// That a command got further, for the audit log.
+/// Progress of a command, for the audit log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandEvent {
     /// To whom.
@@ -298,8 +298,8 @@ impl Commands {
         let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
         self.last_id = (self.last_id + 1).max(millis);
         let id = CommandId(self.last_id);
-        // In the upper half, from somewhere else at each start: what others of this address asked, or an earlier
-        // start, is answered under other numbers.
+        // In the upper half, from another point at each start: requests of others with this address, or of an earlier
+        // start, are answered under other numbers.
         let next =
             if self.next_request == 0 { self.last_id as u16 } else { self.next_request.wrapping_add(2) };
         self.next_request = (next & 0x7FFE) | 0x8000;
@@ -336,7 +336,7 @@ impl Commands {
         self.stops.get(&vessel).copied().unwrap_or_default()
     }
 
-    /// A stop is ordered: what was asked for before it and was not sent is not sent after it.
+    /// A stop is ordered: earlier orders that are not sent yet are cancelled.
     fn call_off_unsent(&mut self, now: Now, vessel: Address) {
         if self.stops.len() < VESSELS || self.stops.contains_key(&vessel) {
             *self.stops.entry(vessel).or_default() += 1;

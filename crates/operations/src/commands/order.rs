@@ -169,7 +169,7 @@ impl Order {
         self.commands() && !self.is_stop()
     }
 
-    /// Whether it is one at all.
+    /// Checks that it is valid.
     ///
     /// # Errors
     /// The fault and the remedy.
