@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use thiserror::Error;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// Points of the border behind which ways back inside are searched: the nearest ones.
+/// Points of the border behind which ways back inside are searched for: the nearest ones.
 const FEET: usize = 32;
-/// From each of them the inside is searched in so many directions.
+/// From each of them the inside is searched for in so many directions.
 const DIRECTIONS: u32 = 16;
 /// Shares of the distance that is wanted from the border, for areas without room for all of it.
 const INSETS: [f64; 3] = [1.0, 0.5, 0.2];

@@ -13,7 +13,7 @@ const STEPS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 /// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, so it is not
 /// braked, turned back or aborted for it.
 const UNDER_WAY: EntryRules = EntryRules::IGNORE;
-/// Halvings of an interval when a clear radius is searched.
+/// Halvings of an interval when a clear radius is searched for.
 const HALVINGS: u32 = 9;
 
 /// Danger ahead.

@@ -10,7 +10,7 @@ use std::fmt;
 use std::sync::Arc;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// The border is searched along a way in steps of this length (m), but not in more steps than these.
+/// The border is searched for along a way in steps of this length (m), but not in more steps than these.
 const STEP_M: f64 = 5.0;
 const MOST_STEPS: u32 = 400;
 

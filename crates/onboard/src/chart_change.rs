@@ -8,7 +8,7 @@
 //! refused plan continues, as its danger may be far away or passed, but this is reported: in the log book, and as a fault
 //! of the grounding supervisor until the plan ends. The supervisor watches the water ahead by the new chart and acts
 //! before danger as always. Stored plans are checked against the chart when they start. A way home under way, which may
-//! not be visible ashore, is given up if the rest of it is refused, and another is searched.
+//! not be visible ashore, is given up if the rest of it is refused, and another is searched for.
 
 use crate::entity::Entity;
 use crate::grounding::{Chart, ChartFile, GroundingAction};

@@ -1,4 +1,4 @@
-//! Routes that the vessel searches on its own: its requests, and their answers.
+//! Routes that the vessel searches for on its own: its requests, and their answers.
 //!
 //! Water is prepared in up to a second, so the brain does not plan: it asks by [`Output::Route`](crate::Output::Route)
 //! and continues, and gets it by [`Input::Route`](crate::Input::Route). Both bear a number, so that an answer to
@@ -19,7 +19,7 @@ const ROOMS: usize = 1;
 const TURN_RADIUS_M: f64 = 8.0;
 /// Shorter legs are joined (m).
 const LEAST_LEG_M: f64 = 15.0;
-/// A vessel that was steered into water where it may not sail on its own searches open water this far off (m).
+/// A vessel that was steered into water where it may not sail on its own searches for open water this far off (m).
 const MOVE_UP_TO_M: f64 = 300.0;
 
 /// Routes keep so far from the border of the area of operation (m), and half as far as an end that is nearer to it than twice
@@ -28,10 +28,10 @@ const AREA_MARGIN_M: f64 = 5.0;
 /// A place no farther inside than this (m) is on the border.
 const ON_BORDER_M: f64 = 0.5;
 
-/// Routes that the vessel searches on its own. Set in the files only.
+/// Routes that the vessel searches for on its own. Set in the files only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RouteSettings {
-    /// Whether it searches any.
+    /// Whether it searches for any.
     pub around: bool,
     /// How far they keep from danger where the water allows it (m); never less than the guard demands.
     pub clearance_m: f64,

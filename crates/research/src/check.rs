@@ -19,7 +19,7 @@ pub struct Fault {
     pub other: Option<usize>,
 }
 
-/// Faults up to which similar names are searched, which takes long.
+/// Faults up to which similar names are searched for, which takes long.
 const SUGGESTIONS: usize = 20;
 
 /// Trims the texts of an entry and gives it a name where it may have none; then all that is wrong with it by itself, as field

@@ -9,7 +9,7 @@
 use detections::{Detection, Protocol};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A neighbour is searched within this time (s).
+/// A neighbour is searched for within this time (s).
 pub const HORIZON_S: i64 = 86_400;
 /// Detections that may wait; with more, the oldest goes without knowing.
 const WAITING: usize = 50_000;

@@ -59,7 +59,7 @@ pub enum Output {
     },
     /// State of FollowReference, for its commander.
     Reference(ReferenceState),
-    /// A way to a place must be searched, in place of the previous one; [`Event::Way`](crate::Event::Way) answers.
+    /// A way to a place must be searched for, in place of the previous one; [`Event::Way`](crate::Event::Way) answers.
     LookForWay {
         /// Where the vessel is.
         from: LatLon,

@@ -50,7 +50,7 @@ pub(crate) enum Outcome {
 pub(crate) enum Signal {
     Command(Command),
     Reference(ReferenceState),
-    /// A way must be searched, from a place to a place.
+    /// A way must be searched for, from a place to a place.
     Way(LatLon, LatLon),
     /// For the log book.
     Warning(String),

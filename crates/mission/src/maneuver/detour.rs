@@ -10,9 +10,9 @@ use units::LatLon;
 
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-/// A place may move by this share of the whole way, or so far (m), before another way is searched. Bent once by a share s
-/// a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice. A place
-/// that wanders leaves corners behind; a way that they make longer than that factor is searched anew.
+/// A place may move by this share of the whole way, or so far (m), before another way is searched for. Bent once by a
+/// share s a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied
+/// twice. A place that wanders leaves corners behind; a way that they make longer than that factor is searched for anew.
 const BENT_SHARE: f64 = 0.25;
 const BENT_M: f64 = 50.0;
 /// A place that keeps moving leaves no way of more corners behind it than this.
@@ -21,7 +21,7 @@ const MOST_CORNERS: usize = 256;
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
-    /// The place for which it was searched.
+    /// The place for which it was searched for.
     found_for: LatLon,
     /// How long it was then (m).
     found_m: f64,

@@ -6,7 +6,7 @@
 //! again restarts the timeout and changes nothing else. A place outside the area, or one that no safe way leads to,
 //! is refused: the previous reference stays in force. While another vessel is announced close by, it hovers, and
 //! continues when the other is gone or silent. A reference that only stops, or that only changes the speed on the way
-//! to the same place, is never refused. Where routes can be searched ([`FollowReferenceConfig::routes_around`]), a
+//! to the same place, is never refused. Where routes can be searched for ([`FollowReferenceConfig::routes_around`]), a
 //! place behind land is reached around it once a way is found ([`Detour`], [`Search`]); a search that is given up is
 //! reported. Without a position it waits for one and checks the way then.
 
@@ -55,7 +55,7 @@ pub struct FollowReferenceConfig {
     pub default_radius_m: f64,
     /// The vessel hovers while another one is announced closer than this (m); 0 never does.
     pub separation_m: f64,
-    /// Whether a way is searched to a place that no safe straight way leads to.
+    /// Whether a way is searched for to a place that no safe straight way leads to.
     pub routes_around: bool,
 }
 
@@ -96,7 +96,7 @@ pub(crate) struct Machine {
     search: Search,
     /// The way around that leads to what is followed.
     detour: Option<Detour>,
-    /// Places that were refused, to which a way is searched, and to which one was found.
+    /// Places that were refused, to which a way is searched for, and to which one was found.
     refused: Told,
     looked_for: Told,
     found: Told,
@@ -223,7 +223,7 @@ impl Machine {
     }
 
     /// The way around to the place of a reference, to which the straight way is refused: the one under way with another end,
-    /// one that was found before, or one to be searched. `None` where none can be searched.
+    /// one that was found before, or one to be searched for. `None` where none can be searched for.
     fn around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> Option<Standing> {
         let (Some(_), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return None };
         // No way leads to a place that is closed itself.

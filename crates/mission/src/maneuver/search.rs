@@ -1,9 +1,9 @@
 //! The search for a way to the place of a reference that no straight way leads to.
 //!
-//! The engine's caller is asked for it, and answers when it can; nothing moves until then. One way is searched at a time
-//! and not more often than [`LEAST_BETWEEN`], however often the place changes: the latest place is reached by the way that
-//! was found if its end can be moved there, else by the next one. So a place that moves, or two that alternate, never
-//! keep a search from finishing.
+//! The engine's caller is asked for it, and answers when it can; nothing moves until then. One way is searched for at a
+//! time and not more often than [`LEAST_BETWEEN`], however often the place changes: the latest place is reached by the
+//! way that was found if its end can be moved there, else by the next one. So a place that moves, or two that alternate,
+//! never keep a search from finishing.
 
 use super::behaviour::Context;
 use super::detour::Detour;
@@ -18,7 +18,7 @@ const AGAIN: Duration = Duration::from_mins(1);
 const LEAST_BETWEEN: Duration = Duration::from_secs(5);
 /// A way that was found for a place that is not asked for any more is kept so long.
 const SPARE_KEPT: Duration = Duration::from_secs(30);
-/// Where no way leads to a place, none is searched to another this near (m).
+/// Where no way leads to a place, none is searched for to another this near (m).
 pub(super) const SAME_PLACE_M: f64 = 50.0;
 /// A vessel that has moved so far since it asked (m) asks again for a way that is refused from where it is.
 const MOVED_M: f64 = 20.0;
@@ -37,7 +37,7 @@ pub(super) struct Search {
 enum State {
     #[default]
     Idle,
-    /// A way from a place to a place is searched.
+    /// A way from a place to a place is searched for.
     Asked { from: LatLon, goal: LatLon },
     /// No way was found.
     Nothing { goal: LatLon, until: MonoTime },
@@ -48,7 +48,7 @@ enum State {
 /// The decision on a reference that no straight way leads to.
 #[derive(Debug, Clone)]
 pub(super) enum Standing {
-    /// A way is searched, or will be in some seconds.
+    /// A way is searched for, or will be in some seconds.
     Looked,
     /// There is no way.
     Nothing,

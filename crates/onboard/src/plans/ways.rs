@@ -1,4 +1,4 @@
-//! Ways that maneuvers search under way: first with the configured clearance, then with the guard's own.
+//! Ways that maneuvers search for under way: first with the configured clearance, then with the guard's own.
 //!
 //! The maneuver checks a way against area and chart before it follows it.
 
@@ -11,7 +11,7 @@ use crate::routing::{RouteAnswer, RouteRequest};
 use mission::{Event, Way};
 use units::LatLon;
 
-/// A way that is being searched.
+/// A way that is being searched for.
 #[derive(Debug)]
 pub(super) struct Search {
     number: u32,

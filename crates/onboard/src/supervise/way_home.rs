@@ -1,4 +1,5 @@
-//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel searches a route.
+//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel searches for a
+//! route.
 //!
 //! A route is requested, first with the configured clearance, then with the guard's own. Meanwhile the next weaker remedy
 //! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if
@@ -21,7 +22,7 @@ use units::{LatLon, MonoTime};
 
 /// An answer that takes longer is reported as missing. It is still taken when it comes, until the next request.
 const ANSWER_WITHIN: Duration = Duration::from_mins(1);
-/// Where there is no route, one is searched again after this time.
+/// Where there is no route, one is searched for again after this time.
 const AGAIN: Duration = Duration::from_mins(1);
 
 /// A route that the engine does not take is kept so long.
@@ -112,7 +113,7 @@ impl WayHome {
         })
     }
 
-    /// Requests a route unless one to the same place is being searched, known, or known not to exist.
+    /// Requests a route unless one to the same place is being searched for, known, or known not to exist.
     fn look(
         &mut self,
         context: &mut Context<'_>,

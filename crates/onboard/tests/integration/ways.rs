@@ -1,5 +1,5 @@
-//! Ways that the vessel searches on its own: home round a headland, to a reference behind land. A route that is found is
-//! checked by the guard, and an answer without an open request moves nothing.
+//! Ways that the vessel searches for on its own: home round a headland, to a reference behind land. A route that is found
+//! is checked by the guard, and an answer without an open request moves nothing.
 
 use crate::common::*;
 use imc::messages::*;

@@ -326,7 +326,7 @@ fn a_system_that_leaves_the_area_is_waited_for_inside() {
     assert_eq!(path(&seen(&mut bench, 90.0)).end, place(90.0, 0.0), "the other is back");
 }
 
-/// Following in the square with the bay, south of which the vessel lies; ways around are searched.
+/// Following in the square with the bay, south of which the vessel lies; ways around are searched for.
 fn beside_the_bay() -> Bench {
     let mut bench = following();
     bench.config.reference.routes_around = true;
