@@ -1,4 +1,4 @@
-//! What is wrong, and who knows of it.
+//! What is wrong, and who has acknowledged it.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -30,7 +30,7 @@ pub struct Alarm {
     pub text: String,
     /// Why such an alarm comes.
     pub cause: String,
-    /// What follows if nobody does anything.
+    /// What follows if no one acts on it.
     pub consequence: String,
     /// What to do.
     pub action: String,
@@ -43,28 +43,28 @@ pub struct Alarm {
     pub over_us: Option<i64>,
     /// How often it came since it was normal.
     pub count: u32,
-    /// Who said they know; null for nobody.
+    /// Who acknowledged it; null while no one has.
     pub acknowledged: Option<AlarmWord>,
-    /// Whether it became more urgent because nobody acknowledged it.
+    /// Whether it became more urgent because it was not acknowledged.
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
-    /// Put aside for a time; null for not.
+    /// Shelved for a time; null if not.
     pub shelved: Option<AlarmShelving>,
-    /// Of which other alarm it is part at present, and is not reported besides; null for none.
+    /// The alarm that it is part of at present, so that it is not reported itself; null for none.
     pub collapsed: Option<String>,
     /// How often it sounded: a client sounds when this grows.
     pub sounded: u32,
-    /// Whether somebody has to say that they know.
+    /// Whether a person has to acknowledge it.
     pub wants_acknowledgement: bool,
 }
 
-/// One thing that is wrong, by its code and figures. What a vessel or the server's system says is handed on as it is.
+/// One trouble, by its code and figures. Texts of a vessel or of the server's system are passed on unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum AlarmSaying {
-    /// A part of the vessel says of itself that it is not well.
+    /// A part of the vessel reports a fault of its own.
     Part {
         /// Its label.
         part: String,
@@ -97,7 +97,7 @@ pub enum AlarmSaying {
         #[cfg_attr(test, ts(type = "number"))]
         since_us: i64,
     },
-    /// Somebody else speaks in the vessel's name.
+    /// Another peer sends with the vessel's IMC address.
     OtherSource {
         /// Their address.
         peer: String,
@@ -119,7 +119,7 @@ pub enum AlarmSaying {
     Chart {
         /// Whether it has any.
         held: bool,
-        /// How they differ, and what becomes of that.
+        /// How they differ, and the state of the transfer.
         difference: ChartDifference,
     },
     /// The vessel wrote an error into its log book.
@@ -242,7 +242,7 @@ impl AlarmSaying {
     }
 }
 
-/// How a vessel's sea chart differs from the shore's, and what becomes of that.
+/// How a vessel's sea chart differs from the shore's, and the state of the transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "stage", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -337,7 +337,7 @@ pub(crate) fn filled_by<'a>(template: &str, value: impl Fn(&str) -> Option<&'a s
     text + rest
 }
 
-/// Somebody's word about an alarm.
+/// A person's acknowledgement of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmWord {
@@ -364,7 +364,7 @@ pub struct AlarmShelving {
     pub reason: String,
 }
 
-/// Something that happened to an alarm.
+/// An event of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmNote {
@@ -376,7 +376,7 @@ pub struct AlarmNote {
     pub id: u64,
     /// IMC address of the vessel; null for the server itself.
     pub vessel: Option<u16>,
-    /// What the vessel was called then; null for the server itself.
+    /// The vessel's name then; null for the server itself.
     pub vessel_name: Option<String>,
     /// What, for machines.
     pub kind: String,
@@ -385,7 +385,7 @@ pub struct AlarmNote {
     /// `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or
     /// `off the shelf`.
     pub what: String,
-    /// Who did it; empty for nobody.
+    /// The person who did it; empty where no person did.
     pub by: String,
     /// The alarm's words by codes with figures; empty where the words are a person's.
     #[serde(default)]
@@ -394,11 +394,11 @@ pub struct AlarmNote {
     pub text: String,
 }
 
-/// What is wrong now, and what happened to alarms lately.
+/// The present alarms, and their latest events.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmList {
-    /// What is not normal, and what is put aside; the most urgent first.
+    /// Alarms that are not normal, and shelved ones; the most urgent first.
     pub standing: Vec<Alarm>,
     /// The latest changes since the server started, the newest first.
     pub history: Vec<AlarmNote>,
@@ -422,13 +422,13 @@ pub struct AlarmHistoryQuery {
     pub limit: Option<u32>,
 }
 
-/// What happened to alarms, over restarts of the server.
+/// The history of alarms, over restarts of the server.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AlarmHistory {
     /// The newest first.
     pub notes: Vec<AlarmNote>,
-    /// What to ask for as `before` to get older ones; null where there are none.
+    /// The `before` of a query for older ones; null where there are none.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub next: Option<i64>,
 }

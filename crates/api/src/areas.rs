@@ -4,7 +4,7 @@ use crate::LogWord;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// What a no-go area is to be.
+/// A no-go area as requested.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -41,7 +41,7 @@ pub struct NoGoArea {
     pub area: NoGoAreaRequest,
     /// Who closed it first, and when.
     pub written: LogWord,
-    /// Who changed or closed it again last; null if nobody did.
+    /// Who last changed it or closed it again; null if no one did.
     pub changed: Option<LogWord>,
     /// Who lifted it; null while it is closed.
     pub lifted: Option<LogWord>,
@@ -53,12 +53,12 @@ pub struct NoGoArea {
 pub struct NoGoAreas {
     /// Those that are closed, by name; then, where they were asked for, those that were lifted last, newest first.
     pub areas: Vec<NoGoArea>,
-    /// Whether plans and routes ashore are held against exactly the closed ones. Vessels hold theirs by the sea chart aboard, which
-    /// they get from here.
+    /// Whether plans and routes ashore are checked against exactly the closed ones. Vessels check by the sea chart
+    /// aboard, which they get from here.
     pub in_force: bool,
     /// Why they are not in force, for people; null where they are.
     pub trouble: Option<String>,
-    /// Whether the one who asks may close, change and lift areas.
+    /// Whether the requester may close, change and lift areas.
     pub may_change: bool,
 }
 
@@ -66,7 +66,7 @@ pub struct NoGoAreas {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct NoGoAreasQuery {
-    /// Whether those that were lifted are told too; false if not given.
+    /// Whether lifted areas are listed too; false if not given.
     pub lifted: Option<bool>,
 }
 
@@ -85,7 +85,7 @@ pub struct NoGoAreaQuery {
 pub struct NoGoAreaChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it is from now on.
+    /// Its new content.
     pub area: NoGoAreaRequest,
     /// Whether it is closed from now on; false lifts it.
     pub closed: bool,

@@ -10,20 +10,20 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChartSet {
-    /// What names its contents, for the address of tiles; null where there is no chart, which
+    /// Names its contents, for the address of tiles; null where there is no chart, which
     /// `lutra-server chart import` changes.
     pub set: Option<String>,
-    /// Why there is none although there is a file; null where all is well.
+    /// Why the chart file cannot be used; null where all is well.
     pub trouble: Option<String>,
     /// The charts in it by name.
     pub cells: Vec<ChartCell>,
-    /// What they cover; null where that is nothing.
+    /// The box that they cover; null where that is empty.
     pub bounds: Option<ChartBounds>,
     /// Whether a chart in it says of itself that it is not for navigation.
     pub not_for_navigation: bool,
-    /// Least depth in which anybody may drive a vessel (m).
+    /// Least depth in which an operator may steer a vessel by hand (m).
     pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_m: f64,
 }
 
@@ -39,13 +39,13 @@ pub struct ChartCell {
     pub update: String,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Date of issue (YYYYMMDD).
     pub issued: String,
-    /// What its producer says of it.
+    /// Its producer's comment.
     pub comment: String,
-    /// Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
+    /// Whether its depths and land tile what it covers, without gap or overlap; null for what is not a cell.
     pub whole: Option<bool>,
 }
 
@@ -79,9 +79,9 @@ pub struct ChartAtQuery {
     pub lat_deg: f64,
     /// Longitude (°).
     pub lon_deg: f64,
-    /// Objects within this distance are told (m), 0 to 2000; 25 when left out.
+    /// Objects within this distance are listed (m), 0 to 2000; 25 when left out.
     pub within_m: Option<f64>,
-    /// IMC address of the vessel whose own limits count, where it told them and they may be seen.
+    /// IMC address of the vessel whose own limits apply, where it reported them and the requester may see them.
     pub vessel: Option<u16>,
 }
 
@@ -91,13 +91,13 @@ pub struct ChartAtQuery {
 pub struct ChartDepth {
     /// `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `intertidal` or `water`.
     pub kind: String,
-    /// Least charted depth (m); null where it is no water of known depth.
+    /// Least charted depth (m); null where it is not water of known depth.
     pub least_m: Option<f64>,
     /// Greatest charted depth of the area (m), where given.
     pub greatest_m: Option<f64>,
-    /// What is left of the least depth in which a vessel may go by itself (m): negative = too shallow.
+    /// Margin to the least depth for autonomous sailing (m): negative = too shallow.
     pub margin_m: Option<f64>,
-    /// Whether a vessel may go there by itself.
+    /// Whether a vessel may sail there autonomously.
     pub autonomous: bool,
     /// Whether it may be driven there.
     pub navigable: bool,
@@ -131,7 +131,7 @@ pub struct ChartDepth {
 pub struct ChartNear {
     /// How deep it is.
     pub depth: ChartDepth,
-    /// What is near, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
+    /// Objects nearby, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
     pub objects: Vec<ChartObject>,
 }
 
@@ -179,14 +179,14 @@ pub struct ChartAttribute {
     pub text: String,
 }
 
-/// A way to be looked at.
+/// A way to be checked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ChartCorridorRequest {
     /// Latitude and longitude of its points (°), 2 to 500.
     pub points: Vec<[f64; 2]>,
-    /// Half the width that is looked at (m), 0 to 1000.
+    /// Half the width of the corridor (m), 0 to 1000.
     pub half_width_m: f64,
 }
 
@@ -222,13 +222,13 @@ pub struct ChartPiece {
 pub struct ChartProfilePoint {
     /// How far along the way (m).
     pub along_m: f64,
-    /// Least charted depth (m); null where it is no water of known depth.
+    /// Least charted depth (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// What is there, as in ChartDepth.
     pub kind: String,
 }
 
-/// What the guard against grounding says of a plan.
+/// The guard's verdict on a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Guard {
@@ -239,13 +239,13 @@ pub struct Guard {
     pub cause: Option<String>,
     /// All of it in one line.
     pub text: String,
-    /// Depth in which the vessel may go by itself (m), which the plan is held against.
+    /// Least depth in which the vessel may sail autonomously (m), against which the plan is checked.
     pub autonomous_m: f64,
-    /// Whether these are limits that the vessel told; else they are those of the server.
+    /// Whether these are limits that the vessel reported; else they are those of the server.
     pub of_vessel: bool,
     /// Why it is refused: a leg each; up to 100.
     pub reasons: Vec<GuardReason>,
-    /// What was not checked, or not well; up to 100.
+    /// Parts that were not checked, or not well; up to 100.
     pub warnings: Vec<GuardWarning>,
 }
 
@@ -272,7 +272,7 @@ pub struct GuardReason {
     pub lat_deg: f64,
     /// Where it is worst: longitude (°).
     pub lon_deg: f64,
-    /// Least charted depth there (m); null where it is no water of known depth.
+    /// Least charted depth there (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// Class of the object that decides, an acronym of S-57.
     pub object: Option<String>,
@@ -282,11 +282,11 @@ pub struct GuardReason {
     pub cell: Option<String>,
     /// Compilation scale of that chart, 1 : this.
     pub scale: Option<u32>,
-    /// What is left of the depth (m): negative = too shallow.
+    /// Margin of the depth (m): negative = too shallow.
     pub margin_m: Option<f64>,
 }
 
-/// What was not checked, or not well.
+/// A part that was not checked, or not well.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct GuardWarning {

@@ -1,11 +1,11 @@
-//! What people order vessels to do.
+//! Orders of people to vessels.
 
 use crate::{GuardReason, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// An order that the server has written into the audit log and handed on. Whether the vessel obeys is told by the
-/// vessel alone: by what it says afterwards.
+/// An order that the server has written into the audit log and passed on. Whether the vessel carries it out is known
+/// only from the vessel's later messages.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ordered {
@@ -22,11 +22,11 @@ pub struct Ordered {
     pub waits: bool,
 }
 
-/// What comes with a stop.
+/// Parameters of a stop.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopQuery {
-    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 bytes at most.
     pub window: String,
     /// Names this stop, so that it can be sent again, and by the live socket too, and is carried out once: what comes
     /// with the same key from the same person for the same vessel within 10 minutes gets the same answer. Empty for a
@@ -34,7 +34,7 @@ pub struct StopQuery {
     pub key: String,
 }
 
-/// What somebody wants of the control of a vessel.
+/// A request about the control of a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
@@ -44,21 +44,21 @@ pub struct LeaseRequest {
     /// Why, for the one who has control; needed to take over. 200 characters at most.
     #[serde(default)]
     pub reason: String,
-    /// Tells the windows of a person apart; empty for scripts. 64 characters at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 characters at most.
     #[serde(default)]
     pub window: String,
 }
 
-/// What somebody wants of the control of a vessel.
+/// What is requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum LeaseAction {
     /// To have it: at once where it is free, else when its holder agrees or does not answer for 30 s.
     Request,
-    /// To give it to the one who asked.
+    /// To grant it to the requester.
     Grant,
-    /// Not to give it; by the one who asked: not to want it any more.
+    /// To decline the request; by the requester: to withdraw it.
     Decline,
     /// To give it back.
     Release,
@@ -76,7 +76,7 @@ pub struct Lease {
     pub vessel: u16,
     /// Who has it; null while it is free.
     pub holder: Option<LeaseHolder>,
-    /// Who asked for it; null for nobody.
+    /// Who asked for it; null while no one has.
     pub waiting: Option<LeaseWaiting>,
     /// What happened last; null while nothing has since the server started.
     pub last: Option<LeaseChange>,
@@ -98,7 +98,7 @@ pub struct LeaseHolder {
     pub until_us: i64,
 }
 
-/// The one who asked for control.
+/// A pending request for control.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LeaseWaiting {
@@ -113,16 +113,16 @@ pub struct LeaseWaiting {
     pub granted_us: i64,
 }
 
-/// What happened to the control of a vessel.
+/// A change of the control of a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LeaseChange {
     /// `granted`, `requested`, `handed over`, `granted without an answer`, `declined`, `withdrawn`, `released`,
     /// `expired` or `taken over`.
     pub change: String,
-    /// Who did it, or to whom it happened where nobody did.
+    /// Who did it, or whom it concerns where it happened automatically.
     pub who: String,
-    /// Who had control before, or whose request it was; null for nobody else.
+    /// Who had control before, or whose request it was; null for no other person.
     pub from: Option<String>,
     /// Why, in their words; may be empty.
     pub reason: String,
@@ -143,7 +143,7 @@ pub struct OrderRequest {
     pub window: String,
 }
 
-/// What a vessel can be ordered to do. Those that only ask need no control.
+/// Orders to a vessel. Queries need no control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -214,7 +214,7 @@ pub struct Parameter {
     pub value: String,
 }
 
-/// An order and what became of it.
+/// An order and its outcome.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Command {
@@ -227,7 +227,7 @@ pub struct Command {
     pub by: String,
     /// Like `plan.start`.
     pub order: String,
-    /// What it is about, in words; may be empty.
+    /// Its subject, in words; may be empty.
     pub subject: String,
     /// The stages reached, in order.
     pub steps: Vec<CommandStep>,
@@ -235,7 +235,7 @@ pub struct Command {
     pub over: bool,
     /// The plan that was asked for; only where a single command is asked for.
     pub plan: Option<PlanGiven>,
-    /// The parameters that the vessel told; only where a single command is asked for.
+    /// The parameters that the vessel reported; only where a single command is asked for.
     pub parameters: Option<Vec<Parameter>>,
 }
 
@@ -279,11 +279,11 @@ pub struct PlanGiven {
     pub specification: serde_json::Value,
 }
 
-/// The plans that a vessel stores, as it said last.
+/// The plans that a vessel stores, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlansAboard {
-    /// When it said so, µs since 1970 UTC; null while it never did.
+    /// When they were reported, µs since 1970 UTC; null if never.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub time_us: Option<i64>,
     /// By name.

@@ -1,4 +1,4 @@
-//! How the server itself is: who is connected, how the links and the recording go.
+//! The state of the server itself: connections, links and recording.
 
 use crate::ChartDifference;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ pub struct TransportPeer {
     pub id: u32,
     /// The transport: `link`, `imcproxy`, `tcp` or `udp`.
     pub transport: String,
-    /// An address and port, or what it is called otherwise.
+    /// An address and port, or another name.
     pub name: String,
     /// When it came, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
@@ -22,7 +22,7 @@ pub struct TransportPeer {
     /// Packets that came from it.
     #[cfg_attr(test, ts(type = "number"))]
     pub received: u64,
-    /// Those of them that it may not send, or that are no packets.
+    /// Those of them that it may not send, or that are not packets.
     #[cfg_attr(test, ts(type = "number"))]
     pub refused: u64,
     /// Packets for it.
@@ -39,7 +39,7 @@ pub struct TransportPeer {
 pub struct LinkStatus {
     /// IMC address of the vessel.
     pub vessel: u16,
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// Records that wait aboard to be delivered.
     #[cfg_attr(test, ts(type = "number"))]
@@ -62,7 +62,7 @@ pub struct LinkStatus {
     /// Records that came again after they were received.
     #[cfg_attr(test, ts(type = "number"))]
     pub repeated: u64,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     #[cfg_attr(test, ts(type = "number"))]
     pub connections: u64,
     /// The sea chart aboard.
@@ -71,7 +71,7 @@ pub struct LinkStatus {
     pub ways: Option<LinkWays>,
 }
 
-/// The ways of one vessel to this server, as it said last.
+/// The ways of one vessel to this server, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LinkWays {
@@ -110,13 +110,13 @@ pub struct LinkWay {
     /// Bytes that it may carry in a day; null for no bound.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub daily_bytes: Option<u64>,
-    /// What it leaves out for that: `nothing`, `records`, `most`, or `all_but_last`.
+    /// What it leaves out to save data: `nothing`, `records`, `most`, or `all_but_last`.
     pub thinning: String,
     /// How often it broke or stopped answering since the start of the vessel's program.
     pub failures: u32,
 }
 
-/// Which sea chart a vessel holds, as it said last.
+/// Which sea chart a vessel holds, as last reported.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselChart {
@@ -125,13 +125,13 @@ pub struct VesselChart {
     pub state: String,
     /// The same in words, with the reason where it could not be taken.
     pub text: String,
-    /// What the chart in force aboard holds; null for none.
+    /// Contents of the chart in force aboard; null for none.
     pub edition: Option<String>,
     /// SHA-256 of its file in hexadecimal digits; null for none.
     pub digest: Option<String>,
-    /// How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
+    /// How it differs from the shore's, and the state of the transfer; null where it is the same, or not known.
     pub difference: Option<ChartDifference>,
-    /// When the vessel said so, µs since 1970 UTC; null while unknown.
+    /// When the vessel reported it, µs since 1970 UTC; null while unknown.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub told_us: Option<i64>,
 }

@@ -1,6 +1,6 @@
-//! Datasets: detections of a question that is frozen and can be cited, and links by which others get them.
+//! Datasets: the detections of a query, frozen so that they can be cited, and links that share them.
 //!
-//! Times are µs since 1970 UTC. A text that is empty and a number that is null say nothing.
+//! Times are µs since 1970 UTC. An empty text or a null number means no value.
 
 use crate::{FlagCode, LogWord};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub enum DatasetState {
     Draft,
     /// It has a version that can be cited.
     Published,
-    /// Its maker took it back: it is named, and nobody gets its data.
+    /// Its maker withdrew it: its name is still listed, but its data is no longer available.
     Withdrawn,
 }
 
@@ -83,11 +83,11 @@ pub struct DatasetAuthor {
 pub struct DatasetVessel {
     /// IMC address.
     pub system: u16,
-    /// What people called it at publication; empty where nobody had named it.
+    /// Its name at publication; empty where it had none.
     pub name: String,
 }
 
-/// What detections reach over.
+/// The extent of detections.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -120,12 +120,12 @@ pub struct DatasetContent {
     pub bytes: u64,
     /// SHA-256 of it, in hexadecimal digits.
     pub sha256: String,
-    /// What they reach over.
+    /// Their extent.
     pub covered: DatasetCovered,
     /// The number of the canonical format: bytes of another number are not compared. 0 where it was not kept.
     #[serde(default)]
     pub format: u32,
-    /// What wrote it, like `Lutra 0.1.0`.
+    /// The program that wrote it, like `Lutra 0.1.0`.
     #[serde(default)]
     pub software: String,
 }
@@ -185,13 +185,13 @@ pub struct Dataset {
     pub state: DatasetState,
     /// Who made it, and when.
     pub made: LogWord,
-    /// What is not published yet; null where nothing is.
+    /// The unpublished draft; null where there is none.
     pub draft: Option<DatasetDraft>,
     /// Published versions, the newest first.
     pub versions: Vec<DatasetVersion>,
     /// Why it was withdrawn; null where it was not.
     pub withdrawn: Option<DatasetWithdrawn>,
-    /// Whether the one who asks may change, publish, share and download it.
+    /// Whether the requester may change, publish, share and download it.
     pub may_change: bool,
 }
 
@@ -202,7 +202,7 @@ pub struct Dataset {
 pub struct DatasetChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on.
+    /// Its new content.
     pub draft: DatasetDraft,
 }
 
@@ -226,7 +226,7 @@ pub struct DatasetWithdrawal {
     pub reason: String,
 }
 
-/// What the archive gives for a published question now.
+/// The archive's present answer to a published query.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct DatasetCheck {
@@ -271,7 +271,7 @@ pub struct DatasetShareRequest {
     pub label: String,
     /// How many days it opens, 1 to 730.
     pub days: u32,
-    /// A password that is asked for besides; none when empty.
+    /// A password that is also required; none when empty.
     pub password: String,
     /// Only what was reported from this time on.
     #[cfg_attr(test, ts(type = "number | null"))]
@@ -324,7 +324,7 @@ pub struct DatasetShare {
     pub made: LogWord,
     /// Who revoked it, and when; null while it holds.
     pub revoked: Option<LogWord>,
-    /// How often it was looked at.
+    /// How often it was viewed.
     #[cfg_attr(test, ts(type = "number"))]
     pub views: i64,
     /// How often something was downloaded.
@@ -341,11 +341,11 @@ pub struct DatasetShare {
 pub struct DatasetShareMade {
     /// The link.
     pub share: DatasetShare,
-    /// Its way on this server: `/s/…`. Whoever has it has the data.
+    /// Its path on this server: `/s/…`. It gives access to the data without a login.
     pub path: String,
 }
 
-/// What somebody did by a link.
+/// What a visitor did by a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -1,4 +1,4 @@
-//! What each matters by itself: names of entities, tags that were heard, log books, gaps.
+//! Events, each of which matters: names of entities, tag detections, log books, gaps.
 
 use crate::{DetectionFlag, Next};
 use serde::{Deserialize, Serialize};
@@ -44,8 +44,8 @@ pub struct DetectionsQuery {
     pub from_us: i64,
     /// Reported before this time, µs since 1970 UTC.
     pub to_us: i64,
-    /// First ashore from this time on, by the shore's clock, µs since 1970 UTC: what came since somebody looked last,
-    /// however old it is. All when left out.
+    /// First received ashore from this time on, by the shore's clock, µs since 1970 UTC: for what came since an earlier
+    /// query, however old it is. All when left out.
     pub received_since_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
     pub limit: Option<u32>,
@@ -69,12 +69,12 @@ pub struct FleetDetectionsQuery {
     pub tag: Option<String>,
     /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
     pub project: Option<String>,
-    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
-    /// then. Everywhere when left out or empty.
+    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; detections without a position are left
+    /// out then. Everywhere when left out or empty.
     pub area: Option<String>,
-    /// Whether each is told with its nearest neighbour and its flags; false when left out.
+    /// Whether each comes with the time to its nearest neighbour and its flags; false when left out.
     pub flags: Option<bool>,
-    /// First ashore from this time on, by the shore's clock, µs since 1970 UTC. All when left out.
+    /// First received ashore from this time on, by the shore's clock, µs since 1970 UTC. All when left out.
     pub received_since_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
     pub limit: Option<u32>,
@@ -98,8 +98,8 @@ pub struct DetectionsFileQuery {
     pub tag: Option<String>,
     /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
     pub project: Option<String>,
-    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
-    /// then. Everywhere when left out or empty.
+    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; detections without a position are left
+    /// out then. Everywhere when left out or empty.
     pub area: Option<String>,
     /// `lutra` (all columns), or a portal's or package's: `vue`, `fathom`, `thelma`, `thelma-old`, `otn`, `etn`, `glatos`, `actel`,
     /// `actel-biometrics`, `yaps`, `movebank`, `darwin-core`, `dwca`, `dwca-all`; for maps `geojson`, `kml` and `geopackage`, for
@@ -170,7 +170,7 @@ pub struct Detection {
     pub system: u16,
     /// What is known of the receiver's clock.
     pub clock: ReceiverClock,
-    /// What the receiver's clock counted, µs: since 1970 UTC where it is set, else since a moment that nobody knows.
+    /// What the receiver's clock counted, µs: since 1970 UTC where it is set, else since an unknown moment.
     #[cfg_attr(test, ts(type = "number"))]
     pub clock_us: i64,
     /// Time between the detection and the vessel's nearest measured position, s.
@@ -190,10 +190,10 @@ pub struct Detection {
     pub propeller_rpm: Option<f64>,
     /// The receiver's line as it came, without its end.
     pub raw: Option<String>,
-    /// Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where nobody
-    /// looked.
+    /// Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where
+    /// it was not computed.
     pub min_lag_s: Option<f64>,
-    /// Why to look twice at it; null where nobody looked, as in what comes live.
+    /// Why it is doubtful; null where that was not computed, as in live detections.
     pub flags: Option<Vec<DetectionFlag>>,
 }
 
@@ -202,7 +202,7 @@ pub struct Detection {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum ReceiverClock {
-    /// It was set at some time; how well it is kept is not known.
+    /// It was set at some time; its accuracy is not known.
     Set,
     /// It was never set since power-up.
     NotSet,

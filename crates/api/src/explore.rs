@@ -1,4 +1,4 @@
-//! What many detections are together, for plots.
+//! Summaries of many detections, for plots.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -17,15 +17,15 @@ pub struct DetectionsSummaryQuery {
     pub tag: Option<String>,
     /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
     pub project: Option<String>,
-    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; what was heard where nobody knows is left out
-    /// then. Everywhere when left out or empty.
+    /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; detections without a position are left
+    /// out then. Everywhere when left out or empty.
     pub area: Option<String>,
     /// Whether the plots reach to all times, also to a few by clocks that are wrong and far from all others; no when left out.
-    /// `outside` and `listened_outside_s` tell how many those are.
+    /// `outside` and `listened_outside_s` say how many those are.
     pub whole_axis: Option<bool>,
 }
 
-/// Why somebody should look twice at a detection.
+/// Why a detection is doubtful.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -156,7 +156,7 @@ pub struct SummaryBar {
     /// How many of those nothing confirms.
     #[cfg_attr(test, ts(type = "number"))]
     pub unconfirmed: u64,
-    /// How long receivers listened in it, all together, s; null where nobody told, and where an area is chosen.
+    /// How long receivers listened in it, all together, s; null where no receiver reported it, and where an area is chosen.
     pub listened_s: Option<f64>,
 }
 
@@ -182,7 +182,7 @@ pub struct SummaryVessel {
     /// Detections.
     #[cfg_attr(test, ts(type = "number"))]
     pub detections: u64,
-    /// How long its receivers listened, all together, s; null where it did not tell, and where an area is chosen.
+    /// How long its receivers listened, all together, s; null where it did not report it, and where an area is chosen.
     pub listened_s: Option<f64>,
 }
 

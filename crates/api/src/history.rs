@@ -1,4 +1,4 @@
-//! What the history is asked and answers.
+//! Queries to the history and their answers.
 
 use crate::Update;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct Recorded {
     pub last_us: i64,
 }
 
-/// What came ashore from a vessel on one day: live, late or by an import.
+/// Data received from a vessel on one day: live, late or by an import.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RecordedDay {
@@ -103,7 +103,7 @@ pub struct At {
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// The last sample of every series at or before it, of 31 days at most; its age is `time_us` less its own. The
-    /// history does not tell instances within an entity apart.
+    /// history does not distinguish instances within an entity.
     pub values: Vec<Update>,
     /// Whether there were more series than fit.
     pub cut: bool,

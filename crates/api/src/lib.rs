@@ -1,4 +1,4 @@
-//! What browsers and scripts send to the server and get from it.
+//! The API's data types: what browsers and scripts send to the server and get from it.
 //!
 //! One definition serves three readers: `serde` for the wire, `utoipa` for the OpenAPI document and, in tests,
 //! `ts-rs` for `web/src/api/types.gen.ts`, which is committed and compared.

@@ -1,11 +1,11 @@
-//! The fleet as it is now: `GET /api/v1/vessels` and the WebSocket `/api/live`.
+//! The present state of the fleet: `GET /api/v1/vessels` and the WebSocket `/api/live`.
 //!
 //! A client sends `{"subscribe": {…}}` and gets frames: first everything that matches, then what changed. Of a
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order. A stop goes by the same socket: `{"stop": {…}}`, answered by `{"stop": {…}}`.
 //!
-//! Whoever asks for the compact form gets a fifteenth of the bytes: what a series is comes once, then its values, and
-//! all frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
+//! The compact form takes a fifteenth of the bytes: a series is described once, then only its values come, and all
+//! frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
 //! flush and holds one frame as JSON with a line feed after it.
 
 use crate::{Alarm, Command, Detection, Lease, Ordered};
@@ -18,10 +18,10 @@ use utoipa::ToSchema;
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum LiveRequest {
-    /// What it wants from now on. Replaces what it wanted before; the next frame holds all of it.
+    /// The new subscription. Replaces the previous one; the next frame holds all of it.
     Subscribe(Subscription),
-    /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Who sends both with one key stops it once, by
-    /// whichever comes first. It needs no subscription.
+    /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Both with one key are one stop, by whichever comes
+    /// first. It needs no subscription.
     Stop(LiveStop),
 }
 
@@ -32,7 +32,7 @@ pub enum LiveRequest {
 pub struct LiveStop {
     /// IMC address of the vessel.
     pub vessel: u16,
-    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    /// Distinguishes the windows of a person; empty for scripts. 64 bytes at most.
     #[serde(default)]
     pub window: String,
     /// Names this stop; 1 to 64 bytes.
@@ -44,11 +44,11 @@ pub struct LiveStop {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum LiveAnswer {
-    /// What became of a stop.
+    /// The result of a stop.
     Stop(LiveStopped),
 }
 
-/// What became of a stop on the live socket.
+/// The result of a stop on the live socket.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LiveStopped {
@@ -62,7 +62,7 @@ pub struct LiveStopped {
     pub refused: Option<String>,
 }
 
-/// What a client wants.
+/// A client's subscription.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
@@ -96,7 +96,7 @@ pub struct LiveFrame {
     pub now_us: i64,
     /// Whether this starts over: what is not in it is not there.
     pub snapshot: bool,
-    /// Systems that are not as they were told before, ten times a second at most.
+    /// Systems that changed since the last frame, ten times a second at most.
     pub systems: Vec<System>,
     /// Series with a new value; empty in the compact form.
     pub values: Vec<Update>,
@@ -106,7 +106,7 @@ pub struct LiveFrame {
     pub samples: Vec<LiveSample>,
     /// Events, in order.
     pub events: Vec<Update>,
-    /// Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
+    /// Tags that were heard, also those that a vessel reports late. One can come in several frames, with what was not
     /// known of it before, and is the same by vessel and id.
     pub detections: Vec<Detection>,
     /// Values that newer ones replaced before they were sent.
@@ -125,13 +125,13 @@ pub struct LiveFrame {
     pub recording: Option<String>,
 }
 
-/// Something that speaks IMC.
+/// A system that communicates by IMC.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct System {
     /// IMC address.
     pub address: u16,
-    /// What it calls itself, or what people call it; null while nobody has said.
+    /// Its name as announced, or as given by people; null while it has none.
     pub name: Option<String>,
     /// Kind by its Announce, like `USV` or `CCU`.
     pub kind: Option<String>,
@@ -142,7 +142,7 @@ pub struct System {
     pub heard_us: i64,
     /// Transports through which it was heard, the latest first.
     pub transports: Vec<String>,
-    /// Where it is, when it said so.
+    /// Its position, where it reported one.
     pub fix: Option<Fix>,
     /// Entities' labels by number.
     pub entities: BTreeMap<u8, String>,
@@ -153,11 +153,11 @@ pub struct System {
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum Liveness {
-    /// Heard as often as it speaks.
+    /// Heard as often as it sends.
     Live,
     /// Expected, but not there yet.
     Late,
-    /// What is shown of it is old.
+    /// Its shown values are old.
     Stale,
     /// Gone.
     Lost,
@@ -194,7 +194,7 @@ pub struct Update {
     pub abbrev: String,
     /// Number of the entity within the source; 255 for none.
     pub entity: u8,
-    /// What tells several series of one entity apart, like port and starboard; null where nothing has to.
+    /// Distinguishes several series of one entity, like port and starboard; null where there is one.
     pub instance: Option<u8>,
     /// The source's time, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
@@ -211,7 +211,7 @@ pub struct Update {
     pub fields: Vec<Field>,
 }
 
-/// What a series is, in the compact form.
+/// The description of a series, in the compact form.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LiveSeries {
@@ -225,7 +225,7 @@ pub struct LiveSeries {
     pub abbrev: String,
     /// Number of the entity within the source; 255 for none.
     pub entity: u8,
-    /// What tells several series of one entity apart; null where nothing has to.
+    /// Distinguishes several series of one entity; null where there is one.
     pub instance: Option<u8>,
     /// Names of its fields, in the order of the message. A series that is described again has more of them.
     pub names: Vec<String>,
@@ -253,7 +253,7 @@ pub struct LiveSample {
     /// Values of the fields, in their order; of a message that ends early, of the first fields only.
     #[cfg_attr(test, ts(type = "unknown[]"))]
     pub values: Vec<serde_json::Value>,
-    /// What the values stand for, in their order; empty where none stands for anything.
+    /// Labels of the values, in their order; empty where none has one.
     pub meanings: Vec<Option<String>>,
 }
 
@@ -268,6 +268,6 @@ pub struct Field {
     pub value: serde_json::Value,
     /// Unit, like `rad`; empty for none.
     pub unit: String,
-    /// What the number stands for, where it stands for something.
+    /// The number's label, where it has one.
     pub meaning: Option<String>,
 }

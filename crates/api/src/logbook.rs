@@ -1,4 +1,4 @@
-//! The log book that people keep: notes by persons, beside what vessels log by themselves.
+//! The operators' log book: notes by people, beside the vessels' own logs.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -17,7 +17,7 @@ pub struct LogNote {
     pub time_us: i64,
     /// IMC address of the vessel it is about; null for a note on no vessel.
     pub vessel: Option<u16>,
-    /// What people call the vessel; null where they gave it no name.
+    /// What people call the vessel; null where it has no name.
     pub vessel_name: Option<String>,
     /// WGS 84 latitude of the place it is about, north positive; null without a place.
     pub lat_deg: Option<f64>,
@@ -30,13 +30,13 @@ pub struct LogNote {
     /// When it was written, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub written_us: i64,
-    /// Who corrected it last; null if nobody did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
+    /// Who corrected it last; null if no one did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
     pub corrected: Option<LogWord>,
-    /// Who withdrew it; null while it stands.
+    /// Who withdrew it; null while it is valid.
     pub withdrawn: Option<LogWord>,
     /// Media type of its photo; null without a photo.
     pub photo: Option<String>,
-    /// Whether the one who asks may correct or withdraw it.
+    /// Whether the requester may correct or withdraw it.
     pub may_change: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct LogWord {
     pub time_us: i64,
 }
 
-/// What a note is to say.
+/// The contents of a note.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -69,12 +69,12 @@ pub struct LogNoteRequest {
     pub time_us: Option<i64>,
 }
 
-/// What comes with a note.
+/// Parameters of a note.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct LogNoteQuery {
     /// Names this note, so that it can be sent again where no answer came: what the same person sends with the same key is
-    /// one note, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is a note of its own.
+    /// one note, and the first is the answer. 1 to 64 characters, unique; without it each is a note of its own.
     pub key: Option<String>,
     /// How long ago its writer sent it for the first time, ms, where no try before was answered; at most an hour. A note
     /// without a time is about that moment.
@@ -88,11 +88,11 @@ pub struct LogNoteQuery {
 pub struct LogNoteChange {
     /// The revision that is corrected; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on. The time stays as it is when left out.
+    /// Its new text. The time stays unchanged when left out.
     pub note: LogNoteRequest,
 }
 
-/// What a note said before a correction.
+/// A note before a correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LogNoteRevision {

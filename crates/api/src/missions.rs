@@ -1,10 +1,10 @@
-//! Missions that people record: who did what with which vessels, from when to when.
+//! Missions recorded by people: who did what with which vessels, from when to when.
 
 use crate::LogWord;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-/// What a mission is to say.
+/// The contents of a mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -13,16 +13,16 @@ pub struct MissionRequest {
     pub name: String,
     /// Who took part; at most 500 characters.
     pub people: String,
-    /// What for; at most 2,000 characters.
+    /// Its purpose; at most 2,000 characters.
     pub purpose: String,
-    /// What is to be known of it; at most 4,000 characters.
+    /// Remarks; at most 4,000 characters.
     pub notes: String,
     /// IMC addresses of its vessels, 1 to 32.
     pub vessels: Vec<u16>,
     /// From this time on, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub from_us: i64,
-    /// Before this time, µs since 1970 UTC; null while it goes on.
+    /// Before this time, µs since 1970 UTC; null while it lasts.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
 }
@@ -36,15 +36,15 @@ pub struct Mission {
     pub id: i64,
     /// Grows with each change, from 1.
     pub revision: u32,
-    /// What it says; of its vessels those that the one who asks may see.
+    /// Its contents; of its vessels those that the requester may see.
     pub mission: MissionRequest,
     /// Who wrote it down first, and when.
     pub written: LogWord,
-    /// Who changed it last; null if nobody did.
+    /// Who changed it last; null if no one did.
     pub changed: Option<LogWord>,
-    /// Who withdrew it; null while it stands.
+    /// Who withdrew it; null while it is valid.
     pub withdrawn: Option<LogWord>,
-    /// Whether the one who asks may change or withdraw it.
+    /// Whether the requester may change or withdraw it.
     pub may_change: bool,
 }
 
@@ -55,16 +55,16 @@ pub struct Mission {
 pub struct MissionChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on.
+    /// Its new contents.
     pub mission: MissionRequest,
 }
 
-/// What comes with a new mission.
+/// Parameters of a new mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(default, deny_unknown_fields)]
 pub struct MissionQuery {
     /// Names this mission, so that it can be sent again where no answer came: what the same person sends with the same key is
-    /// one mission, and the first is the answer. 1 to 64 characters that nobody else makes; without it each is its own.
+    /// one mission, and the first is the answer. 1 to 64 characters, unique; without it each is its own.
     pub key: Option<String>,
 }
 
@@ -94,10 +94,10 @@ pub struct Missions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MissionSummary {
-    /// Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+    /// Up to when, µs since 1970 UTC: its end, or the present while it lasts.
     #[cfg_attr(test, ts(type = "number"))]
     pub to_us: i64,
-    /// Vessel by vessel, of those that the one who asks may see.
+    /// Vessel by vessel, of those that the requester may see.
     pub vessels: Vec<MissionVessel>,
 }
 
@@ -107,7 +107,7 @@ pub struct MissionSummary {
 pub struct MissionVessel {
     /// IMC address.
     pub vessel: u16,
-    /// What people call it; null where they gave it no name.
+    /// What people call it; null where it has no name.
     pub vessel_name: Option<String>,
     /// Time of its first recorded position, µs since 1970 UTC; null without positions.
     #[cfg_attr(test, ts(type = "number | null"))]

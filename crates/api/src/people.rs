@@ -22,7 +22,7 @@ impl Role {
     /// All roles, the least first.
     pub const ALL: [Self; 4] = [Self::Viewer, Self::Researcher, Self::Operator, Self::Admin];
 
-    /// As it is written everywhere.
+    /// As written everywhere.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Viewer => "viewer",
@@ -63,7 +63,7 @@ pub struct Permission {
 pub struct Person {
     /// Name to log in with.
     pub name: String,
-    /// What may be done where.
+    /// Permissions by vessel.
     pub permissions: Vec<Permission>,
     /// Whether a one-time password is still to be changed.
     pub must_change_password: bool,
@@ -72,7 +72,7 @@ pub struct Person {
     pub created_us: i64,
 }
 
-/// A browser in which somebody is logged in.
+/// A browser in which a user is logged in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Session {
@@ -89,7 +89,7 @@ pub struct Session {
     pub seen_us: i64,
     /// Address at login.
     pub address: String,
-    /// What the browser calls itself.
+    /// The browser's user agent.
     pub agent: String,
 }
 
@@ -119,7 +119,7 @@ pub struct Token {
     pub used_us: Option<i64>,
 }
 
-/// A request for a token that acts for the one who asks.
+/// A request for a token that acts for the requester.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -155,7 +155,7 @@ pub struct Vessel {
     pub name: String,
 }
 
-/// Something that somebody did or tried.
+/// An action that a user carried out or tried.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AuditEntry {
@@ -177,12 +177,12 @@ pub struct AuditEntry {
     pub outcome: String,
 }
 
-/// The one who asks.
+/// The requester.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Me {
     /// Name to log in with.
     pub name: String,
-    /// What may be done where.
+    /// Permissions by vessel.
     pub permissions: Vec<Permission>,
 }

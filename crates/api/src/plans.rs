@@ -1,4 +1,4 @@
-//! Plans ashore: what somebody draws, what is kept of it, and what it takes to sail it.
+//! Plans ashore: as an operator draws them, as they are stored, and what it takes to sail them.
 //!
 //! Places are degrees, WGS 84; bearings degrees clockwise from north. A plan's name is its name aboard.
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::{IntoParams, ToSchema};
 
-/// A plan as somebody draws it: its maneuvers are sailed in their order.
+/// A plan as an operator draws it: its maneuvers are sailed in their order.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -132,7 +132,7 @@ pub enum PlanTask {
     },
 }
 
-/// A plan as it is kept, with what it takes.
+/// A stored plan, with what it takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct StoredPlan {
@@ -141,7 +141,7 @@ pub struct StoredPlan {
     pub id: i64,
     /// Grows with every change; a change names the one it was made from.
     pub revision: u32,
-    /// Whether its latest changes were kept by themselves only, not saved by somebody.
+    /// Whether its latest changes were only saved automatically, not by a person.
     pub draft: bool,
     /// Who changed it last.
     pub author: String,
@@ -167,7 +167,7 @@ pub struct PlanSummary {
     pub vessel: Option<u16>,
     /// Grows with every change.
     pub revision: u32,
-    /// Whether its latest changes were kept by themselves only.
+    /// Whether its latest changes were only saved automatically.
     pub draft: bool,
     /// Who changed it last.
     pub author: String,
@@ -188,9 +188,9 @@ pub struct PlanSummary {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanCheck {
-    /// What keeps it from being sailed; none for a good plan. A vessel's own limits may be narrower.
+    /// Errors that keep it from being sailed; none for a valid plan. A vessel's own limits may be narrower.
     pub problems: Vec<PlanTrouble>,
-    /// What its author may not have meant.
+    /// Warnings for its author.
     pub warnings: Vec<PlanTrouble>,
     /// What all of it takes, from its first place on; of a plan that repeats, one round. Empty while it has problems.
     pub total: PlanCost,
@@ -198,12 +198,12 @@ pub struct PlanCheck {
     pub maneuvers: Vec<PlanLeg>,
     /// MD5 of the plan as it would be aboard, 32 hexadecimal digits; null while it has problems.
     pub digest: Option<String>,
-    /// What the guard against grounding says of it, the way to its first place left out; null while it has problems
+    /// The guard's verdict, the way to its first place left out; null while it has problems
     /// and where there is no chart. An upload or start is judged again with the way from where the vessel is.
     pub guard: Option<Guard>,
 }
 
-/// Something about a plan that its author should know.
+/// A problem or warning of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanTrouble {
@@ -211,7 +211,7 @@ pub struct PlanTrouble {
     pub maneuver: Option<String>,
     /// What, for programs; `other` where there are words only.
     pub code: String,
-    /// What the code is about: a quantity, a kind of maneuver; null where it is about the whole.
+    /// The code's subject: a quantity, a kind of maneuver; null where it is the whole plan.
     pub about: Option<String>,
     /// The figures of the code by their names, SI units.
     pub values: BTreeMap<String, f64>,
@@ -219,7 +219,7 @@ pub struct PlanTrouble {
     pub text: String,
 }
 
-/// What something takes; null where that cannot be told, as for what goes on until it is stopped.
+/// What a maneuver or plan takes; null where that is unknown, as where it lasts until it is stopped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanCost {
@@ -290,9 +290,9 @@ pub struct PlanRevision {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ImportedPlan {
-    /// As it is kept.
+    /// The stored plan.
     pub stored: StoredPlan,
-    /// What of the file was left out.
+    /// Parts of the file that were left out.
     pub notes: Vec<String>,
 }
 
@@ -312,7 +312,7 @@ pub struct PlanExportQuery {
     pub format: String,
 }
 
-/// What plan is uploaded.
+/// The plan to upload.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct PlanImportQuery {

@@ -1,10 +1,10 @@
-//! Why something is not done: a code that stays and its parameters, from which pages make words; and a plain sentence.
+//! Why a request is refused: a stable code with parameters, from which pages make words; and a plain sentence.
 
 use crate::{Guard, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What the server answers instead of what it was asked for.
+/// The answer to a refused request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Refusal {
@@ -31,12 +31,12 @@ pub struct RefusalReason {
     pub says: Option<Wording>,
 }
 
-/// Why somebody has no control, or does not get it.
+/// Why the requester has no control, or does not get it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "why", rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum NoControl {
-    /// Nobody has it: it can be taken.
+    /// It is not held: it can be taken.
     Free,
     /// Another person has it.
     Held {
@@ -47,7 +47,7 @@ pub enum NoControl {
     OtherWindow,
     /// It was theirs and expired.
     Expired,
-    /// Nobody waits for it.
+    /// No client is waiting for it.
     NobodyWaits,
     /// Another person has asked already.
     Asked {
@@ -57,9 +57,9 @@ pub enum NoControl {
         #[cfg_attr(test, ts(type = "number"))]
         within_s: u64,
     },
-    /// Who takes over says why.
+    /// A takeover needs a reason.
     ReasonNeeded {
-        /// Who has it, and is told.
+        /// Who has it, and is informed.
         by: String,
     },
     /// A text is too long.

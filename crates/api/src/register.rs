@@ -14,7 +14,7 @@ use utoipa::{IntoParams, ToSchema};
 pub enum RegisterKind {
     /// A study that animals, tags and deployments belong to.
     Project,
-    /// Somebody who leads a project or answers questions.
+    /// A person who leads a project or is its contact.
     Person,
     /// An animal that carries a tag, or carried one.
     Animal,
@@ -43,7 +43,7 @@ pub struct RegisterProject {
     pub citation: String,
     /// The licence of its data, by SPDX, such as `CC-BY-4.0`.
     pub licence: String,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
@@ -58,7 +58,7 @@ pub struct RegisterPerson {
     pub affiliation: String,
     /// ORCID, such as `0000-0002-1825-0097`; its check digit is checked.
     pub orcid: String,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
@@ -108,7 +108,7 @@ pub struct RegisterAnimal {
     pub release_lon_deg: Option<f64>,
     /// The group with which it was released.
     pub release_group: String,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
@@ -157,7 +157,7 @@ pub struct RegisterTag {
     /// Until when; to the end when null.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
@@ -168,14 +168,14 @@ pub struct RegisterTag {
 pub struct RegisterReceiver {
     /// What people call it; model and serial number when left empty.
     pub name: String,
-    /// Serial number, as it stands in its lines.
+    /// Serial number, as in its lines.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub serial: Option<i64>,
     /// Model as portals write it, such as `TBR700`.
     pub model: String,
     /// Who made it.
     pub manufacturer: String,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
@@ -195,16 +195,16 @@ pub struct RegisterDeployment {
     /// From when on.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub from_us: Option<i64>,
-    /// Until when; null while it goes on.
+    /// Until when; null while it lasts.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub to_us: Option<i64>,
     /// Depth of the hydrophone below the surface, m.
     pub depth_m: Option<f64>,
-    /// What else is to be known.
+    /// Remarks.
     pub notes: String,
 }
 
-/// What an entry says, by its kind.
+/// The contents of an entry, by its kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -232,11 +232,11 @@ pub struct RegisterEntry {
     pub id: i64,
     /// Grows with each change, from 1.
     pub revision: u32,
-    /// What it says.
+    /// Its contents.
     pub record: RegisterRecord,
-    /// Who said so last, and when.
+    /// Who changed it last, and when.
     pub written: LogWord,
-    /// Whether the one who asks may change or delete it.
+    /// Whether the requester may change or delete it.
     pub may_change: bool,
 }
 
@@ -266,7 +266,7 @@ pub struct RegisterQuery {
 pub struct RegisterChange {
     /// The revision that is changed; 409 when there is a newer one.
     pub revision: u32,
-    /// What it says from now on. Its kind stays.
+    /// Its new content. The kind cannot change.
     pub record: RegisterRecord,
 }
 
@@ -282,15 +282,15 @@ pub struct RegisterDeleteQuery {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct RegisterImportQuery {
-    /// What its lines are: `project`, `person`, `animal`, `tag`, `receiver` or `deployment`.
+    /// The kind of its lines: `project`, `person`, `animal`, `tag`, `receiver` or `deployment`.
     pub kind: String,
-    /// Whether it is done. Otherwise the answer tells what would be changed, and nothing is.
+    /// Whether it is done. Otherwise the answer says what would be changed, and nothing is.
     pub apply: Option<bool>,
-    /// `version` of the answer that told what would be changed: 409 when the register was changed since.
+    /// `version` of the answer that said what would be changed: 409 when the register was changed since.
     pub version: Option<i64>,
 }
 
-/// What a file of entries changes, or would.
+/// The changes by a file of entries, made or only planned.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RegisterImport {
@@ -303,9 +303,9 @@ pub struct RegisterImport {
     pub added: u32,
     /// Entries that say something else.
     pub changed: u32,
-    /// Entries that say what they said.
+    /// Unchanged entries.
     pub same: u32,
-    /// What is wrong with the file; nothing of it is taken while there is anything.
+    /// Problems of the file; nothing is imported while there is one.
     pub problems: Vec<RegisterProblem>,
     /// New and changed entries, line by line.
     pub changes: Vec<RegisterImportChange>,
@@ -323,7 +323,7 @@ pub struct RegisterProblem {
     pub text: String,
 }
 
-/// What a line of a file changes.
+/// The changes by one line of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RegisterImportChange {
@@ -333,7 +333,7 @@ pub struct RegisterImportChange {
     pub name: String,
     /// Whether it is new.
     pub is_new: bool,
-    /// What is said otherwise, or for the first time.
+    /// Values that differ, or are new.
     pub fields: Vec<RegisterFieldChange>,
 }
 
@@ -343,8 +343,8 @@ pub struct RegisterImportChange {
 pub struct RegisterFieldChange {
     /// Its column.
     pub column: String,
-    /// What it said, as a file has it.
+    /// Its old value, as in a file.
     pub before: String,
-    /// What it says then.
+    /// Its new value.
     pub after: String,
 }

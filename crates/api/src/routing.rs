@@ -91,7 +91,7 @@ pub struct SeaRouteAnswer {
     pub alternatives: Vec<SeaRoute>,
     /// The reason that no route exists.
     pub refusal: Option<SeaRouteRefusal>,
-    /// What planning took (ms).
+    /// Duration of the planning (ms).
     pub took_ms: f64,
 }
 
@@ -116,7 +116,7 @@ pub struct SeaRoute {
     pub least_clearance_m: Option<f64>,
     /// Ends too near land, shallow water or a danger, which were moved to the nearest open water.
     pub moved: Vec<SeaRouteMoved>,
-    /// Whether the guard lets a vessel sail every leg by itself.
+    /// Whether the guard lets a vessel sail every leg autonomously.
     pub guarded: bool,
     /// The first leg that it refuses, by its number, and why; null where it refuses none.
     pub guard: Option<GuardReason>,
@@ -171,21 +171,21 @@ pub struct SeaRouteRefusal {
     pub nearest: Option<[f64; 2]>,
     /// How far open water, or that place, is from where it was asked for (m).
     pub gap_m: Option<f64>,
-    /// What lies at an end that is closed; null for another reason.
+    /// The obstacle at a closed end; null for another reason.
     pub closed: Option<SeaRouteClosed>,
     /// How far start and goal are apart, and how far they may be (m); null for another reason.
     pub apart_m: Option<[f64; 2]>,
-    /// What would give a route; null where that was not asked for.
+    /// Changes that would give a route; null where that was not asked for.
     pub passable: Option<SeaRoutePassable>,
 }
 
-/// What lies at an end of a route that is closed to the vessel.
+/// The obstacle at an end of a route that is closed to the vessel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteClosed {
     /// As the code of a [`GuardReason`], or `zone` in an area to avoid or outside of one to stay within; `too-shallow` also where it is deep enough and a danger is too near.
     pub code: String,
-    /// Least charted depth there (m); null where it is no water of known depth.
+    /// Least charted depth there (m); null where it is not water of known depth.
     pub depth_m: Option<f64>,
     /// How far the end may be moved (m).
     pub may_move_m: f64,

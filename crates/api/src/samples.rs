@@ -1,4 +1,4 @@
-//! Series of samples: what there is, and its values for plots and tables.
+//! Series of samples: a list of them, and their values for plots and tables.
 
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -25,7 +25,7 @@ pub struct Series {
     pub entity: u8,
     /// The entity's last label.
     pub label: Option<String>,
-    /// What each sample holds, in order; empty where the catalogue does not know the message.
+    /// The values of each sample, in order; empty where the catalogue does not know the message.
     pub fields: Vec<SeriesField>,
     /// How many samples.
     #[cfg_attr(test, ts(type = "number"))]
@@ -53,13 +53,13 @@ pub struct SeriesField {
     pub title: String,
     /// Unit, like `rad`; empty for none.
     pub unit: String,
-    /// What its values are.
+    /// The type of its values.
     pub kind: ValueKind,
-    /// What its numbers stand for, by number; empty where they are just numbers. Of bit fields, the bits.
+    /// Labels of its numbers; empty where they are plain numbers. Of bit fields, the bits.
     pub labels: Vec<Label>,
 }
 
-/// What a number stands for.
+/// The label of a number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Label {
@@ -70,16 +70,16 @@ pub struct Label {
     pub name: String,
 }
 
-/// What the values of a field are.
+/// The type of a field's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub enum ValueKind {
     /// Whole numbers.
     Integer,
-    /// Whole numbers of which each stands for something.
+    /// Whole numbers, each with a label.
     Enumeration,
-    /// Whole numbers of which each bit stands for something.
+    /// Whole numbers, each bit with a label.
     Bits,
     /// Real numbers.
     Real,
@@ -125,7 +125,7 @@ pub struct Buckets {
     /// Time of the first sample of each, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number[]"))]
     pub first_us: Vec<i64>,
-    /// How many samples; those that are no number count for nothing.
+    /// How many samples; those that are not a number count for nothing.
     #[cfg_attr(test, ts(type = "number[]"))]
     pub count: Vec<u64>,
     /// The least.
@@ -164,7 +164,7 @@ pub struct SamplesQuery {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Samples {
-    /// What stands in each value of a row.
+    /// The columns of a row.
     pub fields: Vec<SeriesField>,
     /// The samples, in order of time.
     pub rows: Vec<SampleRow>,
@@ -176,7 +176,7 @@ pub struct Samples {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SampleRow {
-    /// When it was said, by the sender's clock, µs since 1970 UTC.
+    /// Its time, by the sender's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// When it first came ashore, µs since 1970 UTC.

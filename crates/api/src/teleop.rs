@@ -1,8 +1,8 @@
 //! Steering by hand: the WebSocket `/api/v1/vessels/{vessel}/teleop`.
 //!
-//! The browser samples a person's hands 20 times a second and says each sample at once; the server answers 20 times a
-//! second with how it stands and with a stamp of its clock, which the next sample brings back: by it a sample's age is
-//! known without any clock of the browser's.
+//! The browser samples a person's input 20 times a second and sends each sample at once; the server answers 20 times a
+//! second with its state and with a stamp of its clock, which the next sample brings back: by it a sample's age is
+//! known without the browser's clock.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -14,10 +14,10 @@ use utoipa::ToSchema;
 pub enum TeleopMessage {
     /// The vessel is to be steered by hand: what it does ends. Needs control from this window.
     Begin {
-        /// Tells the windows of a person apart.
+        /// Distinguishes the windows of a person.
         window: String,
     },
-    /// What the person's hands do now.
+    /// The person's present input.
     Sample(TeleopSample),
     /// Stop at once; the sticks pass neutral before the vessel moves again.
     Stop {
@@ -28,7 +28,7 @@ pub enum TeleopMessage {
     End {},
 }
 
-/// Why a browser stops by itself.
+/// Why a browser stops on its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -47,7 +47,7 @@ pub enum TeleopStop {
     Person,
 }
 
-/// What a person's hands do.
+/// A person's input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -79,7 +79,7 @@ pub struct TeleopSample {
 pub enum TeleopPhase {
     /// It was not begun.
     Idle,
-    /// The vessel was asked and has not said that it is steered by hand.
+    /// The vessel was asked and has not confirmed that it is steered by hand.
     Starting,
     /// The motors stand still until the dead-man was released and the sticks were in neutral.
     Locked,
@@ -100,7 +100,7 @@ pub struct TeleopStatus {
     pub phase: TeleopPhase,
     /// Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
     pub why: String,
-    /// What to do about that, in words; empty where there is nothing but to start over.
+    /// The remedy, in words; empty where the only one is to start over.
     pub remedy: String,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,

@@ -12,7 +12,7 @@ pub struct ExportQuery {
     pub message: String,
     /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
+    /// Entities by number, or by label: their messages while they had it; all when left out or empty.
     pub entity: Option<String>,
     /// Fields, of all messages that have them (`psi`) or of one (`EulerAngles.psi`); all when left out or empty.
     pub field: Option<String>,
@@ -26,11 +26,11 @@ pub struct ExportQuery {
     pub shape: Option<String>,
     /// Whether a wide table's header gives units, as in `psi [rad]`; true when left out.
     pub units: Option<bool>,
-    /// Whether numbers that stand for something are written as its name; false when left out.
+    /// Whether numbers with a label are written as that; false when left out.
     pub labels: Option<bool>,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it; true when left out.
     pub guard: Option<bool>,
-    /// Whether each row also tells when its message first came ashore; false when left out.
+    /// Whether each row also gives the time at which its message first came ashore; false when left out.
     pub received: Option<bool>,
     /// For spreadsheets: `comma` (byte order mark, semicolons, decimal commas) or `point` (mark, commas, decimal points);
     /// for programs, without a mark, when left out.
@@ -49,7 +49,7 @@ pub struct LogQuery {
     pub message: Option<String>,
     /// Vessels by name or IMC address (`2068`, `0x0814`); all that one may export when left out or empty.
     pub vessel: Option<String>,
-    /// Entities by number, or by label: what they said while they had it; all when left out or empty.
+    /// Entities by number, or by label: their messages while they had it; all when left out or empty.
     pub entity: Option<String>,
     /// From this time on, ISO 8601, UTC unless it has an offset (`+02:00`); from the beginning when left out or empty.
     pub from: Option<String>,
@@ -63,7 +63,7 @@ pub struct LogQuery {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ImportQuery {
-    /// The file's name, to be told by; 1 to 200 letters.
+    /// The file's name, to recognise it by; 1 to 200 letters.
     pub name: String,
 }
 
@@ -80,7 +80,7 @@ pub struct Import {
     /// When it was uploaded, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub since_us: i64,
-    /// Where it stands.
+    /// Its state.
     pub state: ImportState,
     /// Bytes of the upload.
     #[cfg_attr(test, ts(type = "number"))]
@@ -94,14 +94,14 @@ pub struct Import {
     /// Those of them that were new.
     #[cfg_attr(test, ts(type = "number"))]
     pub added: u64,
-    /// Bytes that are no packets.
+    /// Bytes that are not packets.
     #[cfg_attr(test, ts(type = "number"))]
     pub damaged_bytes: u64,
     /// What is wrong with the log, and what to do about it.
     pub problems: Vec<String>,
 }
 
-/// Where an import stands.
+/// The state of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -110,8 +110,8 @@ pub enum ImportState {
     Running,
     /// It was read to its end.
     Done,
-    /// It ended before; what was read stays, and uploading it again adds only the rest.
+    /// It stopped early; what was read stays, and uploading it again adds only the rest.
     Failed,
-    /// Somebody ended it; what was read stays, and uploading it again adds only the rest.
+    /// A user cancelled it; what was read stays, and uploading it again adds only the rest.
     Cancelled,
 }

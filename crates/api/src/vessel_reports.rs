@@ -1,10 +1,10 @@
-//! What vessels tell of themselves when they are asked: their parameters, and the plan that they sail.
+//! What vessels report on request: their parameters, and the plan that they sail.
 
 use crate::PlanPlace;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What a vessel is asked. It commands nothing, so it takes no control of the vessel.
+/// A query to a vessel. It commands nothing, so it needs no control of the vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "about", rename_all = "lowercase", deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -23,7 +23,7 @@ pub enum VesselQuery {
     },
 }
 
-/// What became of a question. Its answer comes by itself, or never.
+/// A query as sent. Its answer comes later on its own, or never.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselQuerySent {
@@ -32,19 +32,19 @@ pub struct VesselQuerySent {
     pub time_us: i64,
     /// How many packets it took; 0 where the same was asked less than 2 s ago.
     pub packets: u32,
-    /// Whether a transport leads to the vessel at present; else nobody heard it.
+    /// Whether a transport leads to the vessel at present; else the query reached no one.
     pub reached: bool,
     /// Labels of the entities that were asked for their parameters.
     pub entities: Vec<String>,
 }
 
-/// The parameters of a vessel, as it told them last.
+/// The parameters of a vessel, as last reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct VesselParameters {
     /// By the entity's label.
     pub entities: Vec<EntityReport>,
-    /// Whether they come from the history: the vessel has told none since the server started.
+    /// Whether they come from the history: the vessel has reported none since the server started.
     pub recorded: bool,
 }
 
@@ -54,16 +54,16 @@ pub struct VesselParameters {
 pub struct EntityReport {
     /// Its label.
     pub entity: String,
-    /// When it told any of them last, µs since 1970 UTC.
+    /// When it last reported any of them, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// By name.
     pub parameters: Vec<ParameterReport>,
-    /// How many more it told than are kept.
+    /// How many more it reported than are kept.
     pub left_out: u32,
 }
 
-/// A parameter as it was told.
+/// A parameter as it was reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ParameterReport {
@@ -71,24 +71,24 @@ pub struct ParameterReport {
     pub name: String,
     /// Its value, as text.
     pub value: String,
-    /// What the next start will have; null where the vessel does not tell.
+    /// Its value from the next start; null where the vessel does not report it.
     pub saved: Option<String>,
     /// Whether the value is longer than what is kept of it, so that it is not to be written back.
     pub cut: bool,
-    /// When it was told, µs since 1970 UTC.
+    /// When it was reported, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// What it means; null for parameters of other programs than Lutra's.
     pub about: Option<ParameterAbout>,
 }
 
-/// What a parameter of Lutra means and may be.
+/// The meaning and valid values of a parameter of Lutra.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ParameterAbout {
-    /// The section of the configuration in which it stands.
+    /// Its section of the configuration.
     pub section: String,
-    /// What it does, in a line.
+    /// Its effect, in a line.
     pub doc: String,
     /// Symbol of its unit; empty for pure numbers.
     pub unit: String,
@@ -106,11 +106,11 @@ pub struct ParameterAbout {
     pub caution: Option<String>,
 }
 
-/// The plan that a vessel sails, as far as it is known ashore.
+/// The plan that a vessel sails, as far as known ashore.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct PlanUnderWay {
-    /// Its name; null while the vessel sails none, or has not said so.
+    /// Its name; null while the vessel sails none, or has not reported one.
     pub plan_id: Option<String>,
     /// The maneuver that the vessel is at; empty where it does not say.
     pub maneuver: String,
@@ -135,7 +135,7 @@ pub struct RouteLeg {
     pub id: String,
     /// What it is, in a word.
     pub kind: String,
-    /// Its places, in order; none for one that follows somebody or stays.
+    /// Its places, in order; none for one that follows another system or stays.
     pub places: Vec<PlanPlace>,
     /// The circle that the vessel keeps within, m; null for none.
     pub radius_m: Option<f64>,

@@ -1,7 +1,7 @@
 //! How fast charts come in and how soon the index is there: `cargo bench -p chartdb --bench chartdb`.
 //!
-//! Each cell goes into a set of its own by a process of its own, so that the memory it took can be told. Beside
-//! it stands what `ogr2ogr` takes for a GeoPackage of the same cell, where that is installed.
+//! Each cell is imported into a set of its own by a process of its own, so that the memory it took is known. The
+//! figures of `ogr2ogr` for a GeoPackage of the same cell are listed too, where that is installed.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
@@ -32,7 +32,7 @@ fn bring(db: &Path, inputs: &[PathBuf]) -> [Duration; 2] {
     [stored, start.elapsed()]
 }
 
-/// The most memory that a process held, as Linux tells it.
+/// Peak memory of a process, as Linux reports it.
 fn peak_kib(process: &str) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -85,7 +85,7 @@ fn main() {
     println!("index of all shared cells ready: {:.1?}", median(times));
 }
 
-/// Time and memory of `ogr2ogr`; the memory is looked at each millisecond, so a last rise may be missed.
+/// Time and memory of `ogr2ogr`; the memory is sampled each millisecond, so a last rise may be missed.
 fn ogr2ogr(input: &Path, folder: &Path) -> String {
     let output = folder.join("ogr.gpkg");
     let (mut times, mut peak) = (Vec::new(), 0);

@@ -37,7 +37,7 @@ impl Chart {
     }
 }
 
-/// What names these areas in a set: another text wherever they differ.
+/// Digest of these areas in a set.
 pub fn no_go_digest(areas: &[NoGoArea]) -> String {
     let mut hash = Sha256::new_with_prefix("no-go areas 1\n");
     for NoGoArea { number, name, corners } in areas {
@@ -59,10 +59,10 @@ pub fn no_go_digest_of(charts: &[Chart]) -> String {
     held.map_or_else(|| no_go_digest(&[]), |chart| chart.sha256.clone())
 }
 
-/// Has a set hold these areas and no others; one that does already is left alone.
+/// Makes a set hold exactly these areas; a set that already does is not written.
 ///
 /// # Errors
-/// When there is no set, somebody else changes it at this moment, or it cannot be written; then it stays as it was.
+/// When there is no set, another process is changing it, or it cannot be written; then it stays as it was.
 pub fn put_no_go_areas(db: &Path, areas: &[NoGoArea], now: UtcTime) -> Result<()> {
     let digest = no_go_digest(areas);
     if no_go_digest_of(&ChartDb::open(db)?.charts()?) == digest {

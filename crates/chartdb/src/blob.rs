@@ -3,7 +3,7 @@
 //! collections as deep as a file nests them and so ends the program by a full stack; lakes come from elsewhere.
 //!
 //! Written is little-endian with an envelope of four numbers; read is either byte order, any envelope and any
-//! number of dimensions, as lakes need. No count is believed before its bytes are there.
+//! number of dimensions, as lakes need. No count is trusted before its bytes are there.
 
 use charts::s57::GeoPoint;
 
@@ -18,7 +18,7 @@ const MULTI_POLYGON: u32 = 6;
 /// Added to a type for a third coordinate.
 const WITH_Z: u32 = 1000;
 
-/// Rings of one polygon, the outer one first; coordinates as they stand, x before y.
+/// Rings of one polygon, the outer one first; coordinates unchanged, x before y.
 pub(crate) type Polygon = Vec<Vec<GeoPoint>>;
 
 /// What was read.
@@ -102,7 +102,7 @@ pub(crate) fn polygons(envelope: Envelope, list: &[Vec<&[GeoPoint]>]) -> Vec<u8>
     out
 }
 
-/// Reads a blob; `None` where it is none, damaged, or of a kind that charts have no use for.
+/// Reads a blob; `None` where it is not one, is damaged, or is of a kind that charts do not use.
 pub(crate) fn read(blob: &[u8]) -> Option<Shape> {
     let flags = *blob.get(3)?;
     if !blob.starts_with(b"GP") {

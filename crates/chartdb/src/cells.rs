@@ -168,7 +168,7 @@ fn withdraw(stage: &mut Stage, name: &str, file: &str, options: &ImportOptions) 
 pub(crate) type Notices = Vec<(String, Option<u32>, String)>;
 
 impl Stage {
-    /// Writes a chart in the place of the one before, in one transaction.
+    /// Writes a chart in place of the previous one, in one transaction.
     pub(crate) fn write(
         &mut self,
         source: &NewSource,
@@ -180,7 +180,7 @@ impl Stage {
         self.write_noting(source, before, &mut notices, |writer, _| fill(writer))
     }
 
-    /// The same, where writing it shows what there is to note.
+    /// The same, where the notes are found while writing.
     pub(crate) fn write_noting(
         &mut self,
         source: &NewSource,

@@ -1,5 +1,4 @@
-//! What a chart set holds, or will hold when a change of it is done: its charts with the database that has the features
-//! of each.
+//! The contents of a chart set, now or after a change: its charts, each with the database that has its features.
 
 use crate::blob;
 use crate::error::Result;
@@ -11,7 +10,7 @@ use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl ChartDb {
-    /// What names the contents: the charts in it, how they were read, and whether somebody edited them since.
+    /// Digest of the contents: the charts in it, how they were read, and whether they were edited by hand since.
     ///
     /// # Errors
     /// When the database cannot be read.
@@ -23,12 +22,12 @@ impl ChartDb {
 /// The charts of a set by name.
 pub(crate) struct Contents<'a> {
     charts: Vec<(Chart, &'a ChartDb)>,
-    /// What somebody's editing left; empty where nobody did.
+    /// The mark that manual editing left; empty where the set was not edited.
     edited: String,
 }
 
 impl<'a> Contents<'a> {
-    /// Of a set as it is.
+    /// Of the present state of a set.
     pub(crate) fn of(set: &'a ChartDb) -> Result<Self> {
         let charts = set.charts()?.into_iter().map(|chart| (chart, set));
         Ok(Self { charts: charts.collect(), edited: set.edited()? })
@@ -48,7 +47,7 @@ impl<'a> Contents<'a> {
         Ok(Self { charts: all.into_values().collect(), edited: set.edited()? })
     }
 
-    /// What names the contents: the charts, how they were read, and whether somebody edited them since.
+    /// Digest of the contents: the charts, how they were read, and whether they were edited by hand since.
     pub(crate) fn digest(&self) -> [u8; 32] {
         let mut hash = Sha256::new_with_prefix(MEANING);
         for (chart, _) in &self.charts {
@@ -97,7 +96,7 @@ impl<'a> Contents<'a> {
     }
 }
 
-/// The box of a chart that somebody may have edited.
+/// The bounding box of a chart that may have been edited by hand.
 fn bounds_now(set: &ChartDb, chart: &Chart) -> Result<Option<[f64; 4]>> {
     let features = set.features(chart)?;
     let envelope = blob::Envelope::of(features.iter().flat_map(|feature| feature.geometry.points()));

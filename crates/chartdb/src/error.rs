@@ -1,4 +1,4 @@
-//! What can go wrong with a chart set, by what its keeper can do about it.
+//! Errors of a chart set, grouped by remedy.
 
 use charts::depth_index::BuildError;
 use charts::s57::S57Error;
@@ -47,7 +47,7 @@ pub enum ChartDbError {
     /// The chart set was written by a later version.
     #[error("{}: written by a later version of Lutra; use that one, or import the charts into a new file", .0.display())]
     Newer(PathBuf),
-    /// What the database holds is not what was written into it.
+    /// The database's contents differ from what was written.
     #[error("{}: {problem}; remove the chart {chart} and import it again", path.display())]
     Damaged {
         /// The database.
@@ -71,7 +71,7 @@ pub enum ChartDbError {
     Unknown {
         /// What was asked for.
         name: String,
-        /// What there is.
+        /// What exists.
         held: String,
     },
     /// The caller asked to stop.
@@ -79,7 +79,7 @@ pub enum ChartDbError {
     Cancelled,
 }
 
-/// What the functions of this crate return.
+/// Result of this crate's functions.
 pub type Result<T, E = ChartDbError> = std::result::Result<T, E>;
 
 impl ChartDbError {

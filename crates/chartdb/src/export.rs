@@ -1,6 +1,6 @@
 //! Depth grids and contour vertices for other programs, and for comparison with the thesis that Lutra grew from.
 //!
-//! A grid point tells the water at that point, or, where the grid adapts, the shallowest of its square. Points
+//! A grid point holds the water at that point, or, where the grid adapts, the shallowest of its square. Points
 //! on land and without data are left out, as the thesis has it: what is absent is not navigable. Rows are given
 //! one by one, so memory does not grow with their number.
 
@@ -41,7 +41,7 @@ pub struct GridRow {
     pub size_m: f64,
     /// Least charted depth (m).
     pub least_m: f64,
-    /// Greatest charted depth of the area (m), where the chart tells.
+    /// Greatest charted depth of the area (m), where it is charted.
     pub greatest_m: Option<f64>,
 }
 
@@ -131,7 +131,7 @@ pub struct ContourVertex {
     pub at: LatLon,
     /// Least depth of the area (m).
     pub least_m: f64,
-    /// Greatest depth of the area (m), where the chart tells.
+    /// Greatest depth of the area (m), where it is charted.
     pub greatest_m: Option<f64>,
     /// The cell.
     pub chart: String,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Folders in folders; an ENC_ROOT has four or five.
 const DEEPEST: usize = 32;
 
-/// A file larger than this is no cell: by the standard they have 5 MB at most (S-57 appendix B.1, 2.2).
+/// A file larger than this is not a cell: by the standard they have 5 MB at most (S-57 appendix B.1, 2.2).
 const MOST_CELL_BYTES: u64 = 256 << 20;
 
 /// What to import, in order.
@@ -23,7 +23,7 @@ pub(crate) struct Found {
     pub(crate) lakes: Vec<PathBuf>,
     /// Checksums by file name in capitals.
     pub(crate) checksums: BTreeMap<String, u32>,
-    /// What is odd, but no reason to stop.
+    /// Oddities that do not stop the import.
     pub(crate) notices: Vec<String>,
     /// Files that spoil a cell, by the cell's name.
     pub(crate) failures: Vec<(String, ChartDbError)>,

@@ -14,9 +14,9 @@ use units::UtcTime;
 
 /// Imports files and folders into a chart set, which is made where there is none.
 ///
-/// `progress` is told before each chart and may return false to stop. Where any chart fails, the set stays as
-/// it was (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import of the same
-/// charts goes on from what was read.
+/// `progress` is called before each chart and may return false to stop. Where any chart fails, the set stays
+/// unchanged (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import of the same
+/// charts continues from what was read.
 ///
 /// # Errors
 /// When the set or an input cannot be read or written at all, or the caller asked to stop.
@@ -48,7 +48,7 @@ pub fn import(
     report.read(&mut stage, &found, options, &mut tell)?;
     let fails_now = |name: &String| report.failures.iter().any(|failure| failure.name == *name);
     if stage.begun().iter().any(fails_now) {
-        // What an earlier run read of it must not go live along with the others, nor be what it is too old for.
+        // Data of it from an earlier run must not go live with the others, nor count as the newer edition.
         stage.abandon()?;
         stage = Stage::fresh(db)?;
         report.charts.clear();
@@ -100,7 +100,7 @@ impl ImportReport {
         Ok(())
     }
 
-    /// Keeps what came of one chart. What is wrong with the chart is its failure; what is wrong with the disk
+    /// Keeps the outcome of one chart. A fault of the chart is its failure; a fault of the disk
     /// or the database ends the import.
     fn add(&mut self, name: &str, outcome: Result<Imported>) -> Result<()> {
         match outcome {
@@ -114,7 +114,7 @@ impl ImportReport {
     }
 }
 
-/// Takes charts out of a set, and nothing else: what a failed import read is given up.
+/// Removes charts from a set, and nothing else: the staged charts of a failed import are dropped.
 ///
 /// Returns the digest of the set after that, in hexadecimal.
 ///

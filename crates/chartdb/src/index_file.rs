@@ -24,7 +24,7 @@ use std::time::{Duration, SystemTime};
 /// Of an index, that is kept in memory at most.
 const KEPT_BYTES: usize = 96 << 20;
 
-/// Nobody writes an index for so long.
+/// Writing an index never takes this long: an older temporary file is left over.
 const ABANDONED: Duration = Duration::from_hours(1);
 
 /// An index that was loaded.
@@ -36,7 +36,7 @@ pub struct LoadedIndex {
     pub rebuilt: Option<String>,
 }
 
-/// How often a set may change while its index is made: more are no imports.
+/// How often a set may change while its index is made; imports do not change it more often.
 const TRIES: u32 = 5;
 
 /// Where the index of a chart set lies.
@@ -56,7 +56,7 @@ fn changes_path(index: &Path) -> PathBuf {
 }
 
 /// Loads the index of a chart set; makes it again where it does not fit. Of its pieces those are read that questions
-/// need, from the file that it is now, whatever takes its place.
+/// need, from the file as opened, even if another takes its place.
 ///
 /// # Errors
 /// When there is no chart set, or it cannot be read.
@@ -145,7 +145,7 @@ pub(crate) struct OpenIndex {
     base: Base,
 }
 
-/// What names a file of an index: the digest of the set that it was made of, its length, and its last bytes, among them
+/// Identifies a file of an index: the digest of the set that it was made of, its length, and its last bytes, among them
 /// the checksum of a directory that has the checksums of all pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Base {
@@ -166,13 +166,13 @@ impl Base {
         Some(Self { digest, length: file.length, end })
     }
 
-    /// What its changes begin with, of a set of this digest.
+    /// The head of its changes, for a set of this digest.
     fn changes_head(&self, digest: [u8; 32]) -> Vec<u8> {
         [CHANGES_MAGIC.as_slice(), &digest, &self.digest, &self.length.to_le_bytes(), &self.end].concat()
     }
 }
 
-/// The index in a file, whatever it is of, with its changes.
+/// The index in a file, of any set, with its changes.
 pub(crate) fn open(path: &Path) -> Result<OpenIndex, String> {
     let file = Arc::new(FileBytes::open(path)?);
     let base = Base::of(&file).ok_or_else(|| IndexError::Magic.to_string())?;
@@ -191,7 +191,7 @@ fn changed(file: &Arc<FileBytes>, base: &Base, changes: &Path) -> Option<SealedI
     if base.changes_head(digest) != head {
         return None;
     }
-    // Cut off behind its head it would bring nothing, and the directory before would pass for that of this set.
+    // Cut off behind its head it would hold nothing, and the old directory would be taken for that of this set.
     let body = changes.length - CHANGES_HEAD_BYTES as u64;
     let end = changes.read(changes.length - body.min(8), body.min(8) as usize).ok()?;
     let directory_bytes = u32::from_le_bytes(*end.first_chunk()?);
@@ -294,7 +294,7 @@ impl PartFile {
         Self::write(path, false, &head, |put| charts.make_index(Some(made), put))
     }
 
-    /// What brings the index up to date, and whether it is little of the whole.
+    /// The changes that bring the index up to date, and whether they are a small part of the whole.
     fn changes(charts: &Contents<'_>, before: &OpenIndex, path: &Path) -> Result<(Self, bool)> {
         let base = &before.base;
         let base_bytes = base.length - SealedIndex::head_bytes();
@@ -330,7 +330,7 @@ impl PartFile {
         let now = fs::metadata(&self.part).and_then(|data| data.modified());
         fs::rename(&self.part, &self.path).named(&self.path)?;
         if !self.changes {
-            // They belong to the index that was there, and are not looked at any more.
+            // They belong to the previous index, and are not used any more.
             forget(&changes_path(&self.path))?;
         }
         if let Ok(now) = now {

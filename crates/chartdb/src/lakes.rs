@@ -41,7 +41,7 @@ impl Frame {
         }
     }
 
-    /// A position whose x and y stand in the place of degrees.
+    /// A position whose x and y are in place of degrees.
     fn place(self, at: GeoPoint) -> Result<GeoPoint, String> {
         match self {
             Self::Degrees(_) => match at.place() {

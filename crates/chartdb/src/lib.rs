@@ -11,7 +11,7 @@
 //!   writes grids and contours for other programs.
 //!
 //! On disk, for a set `chart.gpkg`:
-//! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens as it is (its tables: `schema.rs`);
+//! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens directly (its tables: `schema.rs`);
 //! - `chart.lutra-index`: the depth index under the digest of the set, a piece for each chart; a change makes the pieces
 //!   of the charts that it touches, and takes the others over;
 //! - `chart.lutra-changes`: of a large index, the pieces that changed since that file was written;

@@ -70,7 +70,7 @@ impl Zones {
         Self(quality.filter_map(zone).collect())
     }
 
-    /// The worst zone at a point; `None` where the chart does not tell.
+    /// The worst zone at a point; `None` where it is not charted.
     pub(crate) fn at(&self, at: GeoPoint) -> Option<u32> {
         self.0.iter().filter(|zone| zone.holds(at)).map(|zone| zone.catzoc).max()
     }

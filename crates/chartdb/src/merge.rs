@@ -42,7 +42,7 @@ pub(crate) fn into(live: &Path, part: &Path, base: &str, gone: &BTreeSet<String>
     Ok(())
 }
 
-/// Whether the set has a write-ahead log, as QGIS leaves it: put away if nobody has the set open, kept if somebody reads it.
+/// Whether the set has a write-ahead log, as QGIS leaves it: removed unless another process has the set open.
 fn has_log(connection: &Connection) -> rusqlite::Result<bool> {
     let mode = |sql: &str| connection.query_row(sql, [], |row| row.get::<_, String>(0));
     let mode = match mode("PRAGMA journal_mode = DELETE") {
@@ -117,7 +117,7 @@ fn features(connection: &Connection, table: &str, numbers: &[(i64, i64)]) -> rus
     Ok(())
 }
 
-/// The columns of a table but some: those of the change, for somebody may have added others to the set.
+/// The columns of a table but some: those of the change, for a user may have added others to the set.
 fn columns(connection: &Connection, table: &str, without: &[&str]) -> rusqlite::Result<String> {
     let mut select = connection.prepare_cached("SELECT name FROM pragma_table_info(?1, 'change')")?;
     let names: Vec<String> = select.query_map([table], |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;

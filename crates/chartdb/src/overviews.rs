@@ -1,4 +1,4 @@
-//! What a server keeps of charts from one start to the next, so that it need not make it again: bytes by a key and a
+//! Results from charts that a server keeps between starts, so that it need not compute them again: bytes by a key and a
 //! zoom, in a SQLite database beside the set. It may be deleted at any time.
 
 use crate::error::{Named as _, Result};
@@ -41,7 +41,7 @@ impl Overviews {
         let open = || -> rusqlite::Result<Connection> {
             let connection = Connection::open(path)?;
             connection.busy_timeout(PATIENCE)?;
-            // What a loss of power takes is made again.
+            // Data lost in a power cut is made again.
             connection.pragma_update(None, "synchronous", "OFF")?;
             let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
             if version != VERSION {
@@ -57,7 +57,7 @@ impl Overviews {
         Ok(Self { connection: open().named(path)?, path: path.to_owned() })
     }
 
-    /// What is kept; `None` also where it is damaged.
+    /// The stored bytes; `None` also where they are damaged.
     pub fn get(&self, key: &[u8; 32], zoom: u8) -> Option<Vec<u8>> {
         let get = || -> rusqlite::Result<Option<(u32, Vec<u8>)>> {
             let select = "SELECT checksum, bytes FROM overviews WHERE key = ?1 AND zoom = ?2";
@@ -129,7 +129,7 @@ mod tests {
         bytes[at] = 6;
         std::fs::write(&path, bytes).unwrap();
         assert_eq!(Overviews::open(&db).unwrap().get(&[8; 32], 2), None);
-        // What is no database is made again.
+        // A file that is not a database is made again.
         std::fs::write(&path, [7; 10_000]).unwrap();
         assert_eq!(Overviews::open(&db).unwrap().get(&[8; 32], 0), None);
     }

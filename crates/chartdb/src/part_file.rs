@@ -1,4 +1,4 @@
-//! Files that lie under another name until they are whole, and files that may not be there.
+//! Files that have a temporary name until they are whole, and files that may not exist.
 
 use crate::error::{Named as _, Result};
 use std::fs;

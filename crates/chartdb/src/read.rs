@@ -22,7 +22,7 @@ pub struct ChartDb {
     connection: Connection,
 }
 
-/// What a chart set tells of one of its charts.
+/// What a chart set records of one of its charts.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Chart {
     /// Its number in the database.
@@ -42,7 +42,7 @@ pub struct Chart {
     pub update: String,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Date of issue (YYYYMMDD).
     pub issued: String,
@@ -54,13 +54,13 @@ pub struct Chart {
     pub features: u64,
     /// Number of vertices and soundings.
     pub vertices: u64,
-    /// Whether its depth areas and land tile what it says it covers; `None` for what is no cell.
+    /// Whether its depth areas and land tile what it says it covers; `None` for what is not a cell.
     pub skin_holds: Option<bool>,
     /// When it was imported, UTC.
     pub imported: String,
     /// West, south, east and north (degrees); `None` if it holds no position.
     pub bounds_deg: Option<[f64; 4]>,
-    /// What its producer says of it.
+    /// Its producer's comment.
     pub comment: String,
 }
 
@@ -68,7 +68,7 @@ const SELECT_CHART: &str = "SELECT id, name, kind, sha256, bytes, edition, updat
      sounding_datum, vertical_datum, features, vertices, skin_holds, imported, min_x, min_y, max_x, max_y, comment \
      FROM cells";
 
-/// Another number wherever the same charts come to mean something else in an index: indexes made before, ashore and
+/// Another number when the same charts get another meaning in an index: indexes made before, ashore and
 /// aboard, are of another set then, and are rebuilt.
 pub(crate) const MEANING: &[u8] = b"lutra charts 2\n";
 
@@ -95,7 +95,7 @@ pub struct LogEntry {
     pub text: String,
 }
 
-/// Copies one state of a set, whatever imports do meanwhile; one that comes then waits, and is told so if it is too long.
+/// Copies one consistent state of a set. An import that starts meanwhile waits, and gets an error if it waits too long.
 ///
 /// # Errors
 /// When there is no set, it cannot be read, or the copy, which must not be there yet, cannot be written.
@@ -109,7 +109,7 @@ impl ChartDb {
     /// Opens a chart set for reading.
     ///
     /// # Errors
-    /// When there is none, or the file is something else.
+    /// When the file does not exist, or is not a chart set.
     pub fn open(path: &FilePath) -> Result<Self> {
         if !path.exists() {
             return Err(ChartDbError::Absent(path.to_owned()));
@@ -162,7 +162,7 @@ impl ChartDb {
         read().named(&self.path)
     }
 
-    /// The charts by name. Where somebody edited the set, each is read for its box and the number of its features.
+    /// The charts by name. Where the set was edited by hand, each is read for its box and the number of its features.
     pub(crate) fn charts_in_full(&self) -> Result<Vec<Chart>> {
         let mut charts = self.charts()?;
         if !self.edited()?.is_empty() {
@@ -182,7 +182,7 @@ impl ChartDb {
     /// The charts of those names, all where none is given.
     ///
     /// # Errors
-    /// When there is none of a name, or the database cannot be read.
+    /// When no chart has one of the names, or the database cannot be read.
     pub fn charts_named(&self, names: &[String]) -> Result<Vec<Chart>> {
         let all = self.charts()?;
         if names.is_empty() {
@@ -217,7 +217,7 @@ impl ChartDb {
         Ok(counts)
     }
 
-    /// What was done with a chart, dropped from it or repaired in it, oldest first.
+    /// The log of a chart: what was done, dropped or repaired, oldest first.
     ///
     /// # Errors
     /// When the database cannot be read.
@@ -319,7 +319,7 @@ impl ChartDb {
         Ok(all)
     }
 
-    /// What somebody's editing left there; empty where nobody did.
+    /// The mark that manual editing left in the set; empty where it was not edited.
     pub(crate) fn edited(&self) -> Result<String> {
         let select = "SELECT value FROM chart_set WHERE key = 'edited'";
         self.connection.query_row(select, [], |row| row.get(0)).named(&self.path)
@@ -327,7 +327,7 @@ impl ChartDb {
 }
 
 impl Chart {
-    /// What names its contents.
+    /// Digest of its contents.
     pub fn contents(&self) -> String {
         let Self { name, kind, sha256, edition, update, .. } = self;
         [name, kind, sha256, edition, update].map(String::as_str).join("\u{1F}")
@@ -354,13 +354,13 @@ impl Chart {
     }
 }
 
-/// Whether a change of the set was cut off, as by a loss of power, and is not undone yet: who only reads cannot do that.
+/// Whether a change of the set was interrupted, as by a power cut, and is not rolled back yet: a reader cannot do that.
 fn is_half_changed(error: &rusqlite::Error) -> bool {
     let code = error.sqlite_error().map(|error| error.extended_code);
     code == Some(rusqlite::ffi::SQLITE_READONLY_ROLLBACK)
 }
 
-/// Lets SQLite undo what was cut off; it does so by itself for who may write.
+/// Lets SQLite roll back an interrupted transaction; for a writer it does so automatically.
 fn undo(path: &FilePath) -> rusqlite::Result<()> {
     let connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
     connection.busy_timeout(PATIENCE)?;

@@ -1,4 +1,4 @@
-//! What an import is asked for, and what came of it.
+//! The options of an import, and its result.
 
 use crate::error::ChartDbError;
 use crate::read::Chart;
@@ -27,7 +27,7 @@ pub struct ImportOptions {
 }
 
 impl ImportOptions {
-    /// As they are when nothing is said.
+    /// The defaults.
     pub fn new(now: UtcTime) -> Self {
         Self {
             epsg: None,
@@ -86,7 +86,7 @@ pub struct Imported {
     pub features: u64,
     /// The acceptance check, for cells.
     pub skin: Option<SkinCheck>,
-    /// What was dropped or repaired; it stands in the import log too.
+    /// What was dropped or repaired; it is in the import log too.
     pub notices: Vec<String>,
 }
 
@@ -99,22 +99,22 @@ pub struct ImportFailure {
     pub error: ChartDbError,
 }
 
-/// What came of an import.
+/// The result of an import.
 #[derive(Debug)]
 pub struct ImportReport {
     /// Charts that were read.
     pub charts: Vec<Imported>,
     /// Charts that could not be read.
     pub failures: Vec<ImportFailure>,
-    /// What else is odd.
+    /// Other notices.
     pub notices: Vec<String>,
     /// Whether the set was changed, or was this already.
     pub applied: bool,
-    /// Digest of the set as it is now, in hexadecimal; empty where there is none.
+    /// Digest of the set now, in hexadecimal; empty where there is no set.
     pub digest: String,
 }
 
-/// What there was before.
+/// The outcome, by what was there before.
 pub(crate) fn outcome(before: Option<&Chart>) -> Outcome {
     before.map_or(Outcome::Added, |chart| Outcome::Replaced {
         before: if chart.kind == "cell" {

@@ -1,6 +1,6 @@
-//! The parts of a feature that are no numbers as columns: attributes and links as JSON, edges as bytes.
+//! The parts of a feature that are not numbers, as columns: attributes and links as JSON, edges as bytes.
 //!
-//! Attributes stand as one object by acronym, or by number where the code has no acronym, in the order of the
+//! Attributes are one object by acronym, or by number where the code has no acronym, in the order of the
 //! file, so that a feature comes back as it was and QGIS can still pick values out of it.
 
 use charts::s57::{Attribute, AttributeCode, EdgeUse, FeatureLink, LinkRole, ObjectId, Path};
@@ -41,7 +41,7 @@ impl<'de> Visitor<'de> for Pairs {
     }
 }
 
-/// The attributes of [`attributes`]; `None` where it is none.
+/// Reads the attributes that [`attributes`] wrote; `None` where the text is not such a list.
 pub(crate) fn read_attributes(text: &str) -> Option<Vec<Attribute>> {
     let pairs = serde_json::Deserializer::from_str(text).deserialize_map(Pairs).ok()?;
     let attribute = |(key, value): (String, String)| {

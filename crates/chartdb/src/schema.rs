@@ -1,14 +1,14 @@
-//! The tables of a chart set: an OGC GeoPackage 1.3 (OGC 12-128r17) that QGIS opens as it is, and Lutra's own.
+//! The tables of a chart set: an OGC GeoPackage 1.3 (OGC 12-128r17) that QGIS opens directly, and Lutra's own.
 //!
 //! Feature tables by kind of geometry: `skin` (the areas of group 1 that tile the sea and the land), `areas`,
 //! `lines`, `points`, `soundings` (one row each) and `points_of_interest`. `objects` holds what has no geometry
 //! of its own: collections, and of each group of soundings what they share. Every feature of a cell has exactly
-//! one row in `skin`, `areas`, `lines`, `points` or `objects`. `cells` tells where they come from, `coverage`
+//! one row in `skin`, `areas`, `lines`, `points` or `objects`. `cells` says where they come from, `coverage`
 //! where a cell has data, `import_log` what was done, dropped or repaired, `chart_set` what the set is.
 //!
 //! The triggers that keep the R-trees right call functions that only the editing program has (ST_MinX and its
-//! like), so Lutra drops them before it writes and makes them again last. Ours among them note that somebody
-//! edited, so that the depth index is rebuilt.
+//! like), so Lutra drops them before it writes and makes them again last. Our own triggers record manual edits,
+//! so that the depth index is rebuilt.
 
 use crate::error::{ChartDbError, Named as _, Result};
 use rusqlite::{Connection, OptionalExtension as _, params};
@@ -126,7 +126,7 @@ CREATE TRIGGER rtree_t_geom_delete AFTER DELETE ON t WHEN old.geom NOT NULL
 BEGIN DELETE FROM rtree_t_geom WHERE id = OLD.fid; END;
 ";
 
-/// Whatever somebody edits, the set is another one from then on.
+/// Any manual edit gives the set a new digest.
 const EDIT_TRIGGERS: &str = "
 CREATE TRIGGER edited_t_insert AFTER INSERT ON t
 BEGIN UPDATE chart_set SET value = hex(randomblob(16)) WHERE key = 'edited'; END;

@@ -10,7 +10,7 @@ pub struct Snapshot {
     set: ChartDb,
     charts: Vec<Chart>,
     digest: [u8; 32],
-    /// What somebody's editing left in it.
+    /// The mark that manual editing left in it.
     edited: String,
     /// SQLite's count of what others changed, when the digest was compared last.
     version: i64,
@@ -34,18 +34,17 @@ impl Snapshot {
         Ok(new)
     }
 
-    /// What names its contents.
+    /// Digest of its contents.
     pub fn digest(&self) -> [u8; 32] {
         self.digest
     }
 
-    /// The charts by name, each with its box and the number of its features as they are, also where somebody edited the
-    /// set.
+    /// The charts by name, each with its present box and number of features, also where the set was edited by hand.
     pub fn charts(&self) -> &[Chart] {
         &self.charts
     }
 
-    /// What names the contents of each of the charts: another one wherever they differ.
+    /// Digest of the contents of each chart.
     pub fn marks(&self) -> Vec<[u8; 32]> {
         self.charts.iter().map(|chart| chart.mark(&self.edited)).collect()
     }
@@ -67,7 +66,7 @@ impl Snapshot {
         })
     }
 
-    /// Looks at one state of the database, whatever others do meanwhile.
+    /// Reads one state of the database, even if others change it meanwhile.
     fn within<T>(&mut self, look: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let path = self.set.path().to_owned();
         self.set.connection().execute_batch("BEGIN").named(&path)?;

@@ -1,9 +1,9 @@
-//! Changing a chart set so that nobody ever sees half of it.
+//! Changing a chart set atomically: no reader ever sees half of a change.
 //!
 //! Charts are read into a database of their own, `chart.gpkg.part`, one transaction for each. When all are read, it
 //! becomes the set where there was none; else its charts go into the set in one transaction (`merge`), so that a small
 //! change of a large set writes little. A change that fails or is killed leaves the set as it was; what was read stays,
-//! and the next import goes on from it as long as the set is still the one that the change was meant for, and the import
+//! and the next import continues from it as long as the set is still the one that the change was meant for, and the import
 //! is of all that was read: nothing goes into a set but what its operator gives at that time.
 
 use crate::contents::Contents;
@@ -34,12 +34,12 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Starts from nothing, whatever an earlier run left.
+    /// Starts anew, without what an earlier run left.
     pub(crate) fn fresh(live: &Path) -> Result<Self> {
         Self::open(live, None)
     }
 
-    /// Goes on with what an earlier run read if these charts are all of it; otherwise starts from nothing.
+    /// Continues with what an earlier run read if that was exactly these charts; otherwise starts anew.
     pub(crate) fn resumed(live: &Path, charts: &BTreeSet<String>) -> Result<Self> {
         Self::open(live, Some(charts))
     }
@@ -83,7 +83,7 @@ impl Stage {
         &self.part
     }
 
-    /// The chart of a name, as it is with the change so far.
+    /// The chart of a name, with the change so far.
     pub(crate) fn chart(&self, name: &str) -> Result<Option<Chart>> {
         let find = || -> rusqlite::Result<Option<Chart>> {
             if let Some(chart) = read::find_chart(&self.connection, name)? {
@@ -119,7 +119,7 @@ impl Stage {
         if self.base.is_empty() { self.become_set(time) } else { self.change_set(time) }
     }
 
-    /// What was read becomes the set.
+    /// The staged charts become the set.
     fn become_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, _lock, .. } = self;
         let read = ChartDb::of(connection, &part)?;
@@ -141,7 +141,7 @@ impl Stage {
         Ok(digest)
     }
 
-    /// What was read goes into the set. The index is written before, so that the set is locked for as short as can be,
+    /// The staged charts go into the set. The index is written before, so that the set is locked for as short as can be,
     /// and takes its place after: a run that was cut off in between builds the index again from the set.
     fn change_set(self, time: &str) -> Result<[u8; 32]> {
         let Self { live, part, connection, base, _lock, .. } = self;
@@ -186,7 +186,7 @@ fn lock(live: &Path) -> Result<File> {
     }
 }
 
-/// What an earlier run left, if it is whole and meant for this set.
+/// The stage of an earlier run, if it is whole and meant for this set.
 fn resume(part: &Path, base: &str) -> Option<ChartDb> {
     if !part.exists() {
         return None;

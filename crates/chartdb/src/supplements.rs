@@ -19,9 +19,9 @@ use std::path::Path;
 
 /// Lines of soundings that are held at a time.
 const LINES: usize = 50_000;
-/// A line longer than this is no sounding.
+/// A line longer than this is not a sounding.
 const LINE_BYTES: u64 = 4096;
-/// Land masks larger than this are to be cut by their maker: they are held whole while they are read.
+/// Land masks larger than this must be split by their maker: they are in memory whole while they are read.
 const LAND_BYTES: u64 = 512 << 20;
 
 /// The chart's name: the file's without its ending.
@@ -43,7 +43,7 @@ pub(crate) fn source(
     }
 }
 
-/// What a chart that is no cell came to.
+/// The outcome of a chart that is not a cell.
 pub(crate) fn imported(
     source: NewSource,
     before: Option<&Chart>,
@@ -62,7 +62,7 @@ pub(crate) fn imported(
     }
 }
 
-/// A chart of that name that is no cell must not take a cell's place.
+/// A chart of that name that is not a cell must not take a cell's place.
 pub(crate) fn refuse_other_kind(before: Option<&Chart>, kind: &str, path: &Path) -> Result<()> {
     match before {
         Some(chart) if chart.kind != kind => {
@@ -91,7 +91,7 @@ pub(crate) fn hash(path: &Path, how: &str) -> Result<(String, u64)> {
     }
 }
 
-/// A feature that Lutra makes of what is no cell.
+/// A feature that Lutra makes from data other than cells.
 pub(crate) fn made(
     record: u32,
     class: ObjectClass,
@@ -111,7 +111,7 @@ pub(crate) fn made(
     }
 }
 
-/// What is to be told of positions in a datum.
+/// The notice for positions in a datum other than WGS 84.
 pub(crate) fn datum_notice(datum: Datum) -> Option<String> {
     (datum != Datum::Wgs84).then(|| {
         format!(

@@ -36,7 +36,7 @@ const INTEREST: [ObjectClass; 20] = [
     ObjectClass::WRECKS,
 ];
 
-/// What `cells` tells of a chart.
+/// A chart's row in `cells`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct NewSource {
     pub(crate) name: String,
@@ -59,7 +59,7 @@ pub(crate) struct NewSource {
 }
 
 impl NewSource {
-    /// Of what is no cell: it has no edition, scale or datum of its own.
+    /// Of a supplement: it has no edition, scale or datum of its own.
     pub(crate) fn supplement(name: String, kind: &'static str, sha256: String, time: String) -> Self {
         Self {
             name,
@@ -394,7 +394,7 @@ fn edges(geometry: &Geometry) -> Option<Vec<u8>> {
     }
 }
 
-/// Takes a chart and all its rows out; false if there is none of that name.
+/// Removes a chart and all its rows; false if no chart has that name.
 pub(crate) fn remove(connection: &Connection, name: &str) -> rusqlite::Result<bool> {
     let mut find = connection.prepare_cached("SELECT id FROM cells WHERE name = ?1")?;
     let Some(id) = find.query_map([name], |row| row.get::<_, i64>(0))?.next().transpose()? else {

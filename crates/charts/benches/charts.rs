@@ -1,5 +1,5 @@
-//! How fast cells are read and depths are told on one core. `cargo bench -p charts` runs this on the shared
-//! cells; without them it says so and measures nothing.
+//! How fast cells are read and depth queries are answered on one core. `cargo bench -p charts` runs this on the
+//! shared cells; without them it says so and measures nothing.
 
 #![expect(missing_docs, reason = "criterion's macros make public functions without any")]
 

@@ -3,7 +3,7 @@
 //! Where charts overlap, the best one counts: the finest band, then the largest scale, then the newest issue
 //! ([`Coverage::charts`] has them in that order), exactly up to the border of what it covers. A chart covers what its
 //! M_COVR areas with CATCOV 1 say (S-57 appendix B.1, 3.4); one without any, such as depths of lakes, what its skin of
-//! the Earth covers. Soundings and land masks from elsewhere cover nothing: they stand beside the charts.
+//! the Earth covers. Soundings and land masks from elsewhere cover nothing: they are used beside the charts.
 //!
 //! The depth index cuts coarser charts off by this, tiles are drawn by it, and a planner gets by it the regions of one
 //! chart each: [`Coverage::in_force`].
@@ -34,7 +34,7 @@ pub struct Source {
     pub update: String,
     /// Date of issue (YYYYMMDD).
     pub issue_date: String,
-    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    /// Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
     pub band: u8,
     /// Compilation scale, 1 : this; 0 if unknown.
     pub scale: u32,
@@ -81,7 +81,7 @@ pub(crate) fn is_skin(feature: &Feature) -> bool {
     matches!(feature.geometry, Geometry::Area(_)) && SKIN_CLASSES.contains(&feature.class)
 }
 
-/// What one chart covers, whatever others do.
+/// The coverage of one chart, without regard to others.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChartCoverage {
     /// The chart.
@@ -93,7 +93,7 @@ pub struct ChartCoverage {
 }
 
 impl ChartCoverage {
-    /// What the features of a chart say.
+    /// By the features of a chart.
     pub fn of<'a>(source: Source, features: impl IntoIterator<Item = &'a Feature>) -> Self {
         if source.supplement {
             return Self { source, ..Self::default() };
@@ -113,13 +113,13 @@ impl ChartCoverage {
     }
 }
 
-/// Vertices off the globe are left out; who makes a depth index of the same features refuses them.
+/// Vertices off the globe are left out; the builder of a depth index from the same features refuses them.
 fn polygon(area: &Area) -> Polygon {
     let at = |point: &GeoPoint| vertex(point.lon_deg, point.lat_deg);
     area.rings().map(|ring| ring.points.iter().filter_map(at).collect()).collect()
 }
 
-/// What all charts of a set cover, the best chart first.
+/// The coverage of all charts of a set, the best chart first.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Coverage {
     charts: Vec<ChartCoverage>,
@@ -149,7 +149,7 @@ impl Coverage {
         Self { charts, boxes }
     }
 
-    /// What each chart covers by itself, the best one first; supplements before all.
+    /// Each chart's own coverage, the best one first; supplements before all.
     pub fn charts(&self) -> &[ChartCoverage] {
         &self.charts
     }

@@ -39,7 +39,7 @@ impl Datum {
     }
 }
 
-/// Why numbers are no place in UTM.
+/// Why numbers are not a place in UTM.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UtmError {
     /// No such zone.

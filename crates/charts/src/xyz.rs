@@ -6,9 +6,9 @@
 use crate::s57::{GeoPoint, Sounding};
 use crate::utm::{Utm, UtmError, UtmPoint};
 
-/// Depths beyond this are no depths on Earth (m).
+/// Depths beyond this are not depths on Earth (m).
 const DEEPEST_M: f64 = 12_000.0;
-/// Heights beyond this are no drying heights (m).
+/// Heights beyond this are not drying heights (m).
 const HIGHEST_M: f64 = 100.0;
 
 /// Which way z counts.
@@ -21,7 +21,7 @@ pub enum Vertical {
     HeightUp,
 }
 
-/// A line that is no sounding.
+/// A line that is not a sounding.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("line {line} at byte {offset}: {problem}")]
 pub struct XyzError {

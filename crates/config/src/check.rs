@@ -1,4 +1,4 @@
-//! What no single value shows: labels given twice, limits that exclude each other, names that lead nowhere.
+//! Checks across values: labels given twice, limits that exclude each other, names that refer to nothing.
 
 use std::collections::BTreeMap;
 
@@ -125,7 +125,7 @@ fn label_references(config: &Config, found: &mut Found) {
         references.push((section, vital.spec, section.get(vital)));
     }
     for (section, param, labels) in references {
-        // A vital entity that nothing is called like would be one less that ends a plan.
+        // A vital entity with an unknown label would never end a plan.
         let vital = param.name == watch::vehicle::VITAL_ENTITIES.spec.name;
         let severity = if vital { Severity::Error } else { Severity::Warning };
         for label in labels.iter().filter(|label| !known.contains(label)) {
@@ -326,7 +326,7 @@ fn hull_model(config: &Config, found: &mut Found) {
     found.push(problem.remedy(remedy));
 }
 
-/// What the files say and nothing obeys.
+/// Settings in the files that have no effect.
 fn not_honoured(section: &Section, found: &mut Found) {
     let Some(spec) = section.spec() else { return };
     for parameter in section.parameters() {

@@ -106,8 +106,8 @@ impl Config {
         }
     }
 
-    /// The same beside the main file: earlier versions saved there, and whoever prepares a vessel may put one there. It is read
-    /// only if the folder for data has no such file.
+    /// The same beside the main file: earlier versions saved there, and a prepared vessel may have one there. It is read
+    /// only if the data folder has no such file.
     pub fn saved_beside(&self) -> Option<PathBuf> {
         saved_path(&self.main, self.vehicle())
     }

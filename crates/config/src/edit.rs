@@ -1,4 +1,4 @@
-//! What option lines do to settings: assign, append, remove, refer, continue.
+//! The effects of option lines on settings: assign, append, remove, refer, continue.
 
 use crate::ini::{Action, Change, Ini, Setting};
 use crate::line::{COMMENT_MARKS, Operator, OptionLine, Text, trim};
@@ -11,7 +11,7 @@ const MAX_COPIED_BYTES: usize = 4 << 20;
 /// How many items `name- = ..` lines may name together.
 const MAX_REMOVED_ITEMS: usize = 1_000;
 
-/// Where in a file the reader stands.
+/// The reader's position in a file.
 #[derive(Debug)]
 pub(crate) struct Cursor {
     section: String,
@@ -56,7 +56,7 @@ impl Edits {
         }
     }
 
-    /// A line that goes on with the option above.
+    /// A line that continues the option above.
     pub(crate) fn more(&mut self, cursor: &Cursor, text: &Text<'_>, place: &Place) {
         let Some((name, operator)) = &cursor.option else {
             let what = format!("`{}` is neither an option nor a part of one", shortened(text.text));
@@ -172,7 +172,7 @@ impl Edits {
             end += usize::from(setting.value[end..].starts_with(','));
             setting.value.replace_range(start..end, "");
         }
-        // DUNE leaves the comma in front of a last item that was taken out; nobody means the empty item behind it.
+        // DUNE leaves the comma in front of a removed last item; the empty item behind it is never meant.
         setting.value = trim(setting.value.trim_end_matches([' ', ','])).to_owned();
         setting.record(place, Action::Remove, text);
         let remedy = "name whole items, in an order in which none begins another";

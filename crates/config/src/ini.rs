@@ -145,7 +145,7 @@ impl Setting {
         &self.value
     }
 
-    /// The line that has the last word about the value.
+    /// The line that decides the value.
     pub fn place(&self) -> Option<&Place> {
         self.history.last().map(|change| &change.place)
     }

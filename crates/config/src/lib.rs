@@ -1,6 +1,6 @@
 //! Typed configuration of the vessel's agent, read from DUNE's `.ini` files.
 //!
-//! It knows no other crate of Lutra: no IMC, no units, no device. What a parameter does is its user's business.
+//! It knows no other crate of Lutra: no IMC, no units, no device. What a parameter does is left to its user.
 //!
 //! Reading has three steps. [`Ini`] is what a tree of files says: sections of texts, each with the line it
 //! comes from and everything it overrides. The [`schema`] says what Lutra understands: for every section the

@@ -1,4 +1,4 @@
-//! Splitting a file into lines and telling the forms of a line apart, as DUNE's scanner does.
+//! Splits a file into lines and recognises the forms of a line, as DUNE's scanner does.
 //!
 //! DUNE reads with C's `scanf`: white space (empty lines included) in front of every line is skipped, a line
 //! ends after 1023 bytes at the latest, and what is left of it is taken as a line of its own. The characters
@@ -10,7 +10,7 @@ pub const MAX_LINE_BYTES: usize = 1023;
 /// The characters that end a value.
 pub(crate) const COMMENT_MARKS: [char; 3] = [';', '|', '#'];
 
-/// One line as DUNE's reader hands it over, without the white space in front.
+/// One line as DUNE's reader passes it on, without the white space in front.
 #[derive(Debug)]
 pub(crate) struct RawLine<'a> {
     /// Number of the line in the file, from 1.
@@ -89,7 +89,7 @@ pub(crate) enum Line<'a> {
     Attributes {
         /// The option.
         name: &'a str,
-        /// What stands between the braces.
+        /// The text between the braces.
         attributes: &'a str,
     },
     /// Anything else: more text for the option above.
@@ -105,7 +105,7 @@ pub(crate) struct Header<'a> {
     pub(crate) name: &'a str,
     /// Whether the `]` is there.
     pub(crate) closed: bool,
-    /// Text after the `]` that is no comment and is ignored.
+    /// Text after the `]` that is not a comment and is ignored.
     pub(crate) ignored: &'a str,
 }
 
@@ -134,7 +134,7 @@ pub(crate) struct Text<'a> {
     pub(crate) doubtful_cut: Option<char>,
 }
 
-/// Tells which form `line` has; it has no white space in front and is not empty.
+/// Returns which form `line` has; it has no white space in front and is not empty.
 pub(crate) fn classify(line: &str) -> Line<'_> {
     if line.starts_with(['#', ';']) {
         return Line::Comment;

@@ -1,7 +1,7 @@
 //! Values saved while the vessel ran, laid over those of the other files.
 //!
 //! A vessel must start with its configuration whatever lies in its `-saved.ini`: that file is written by the
-//! program, over years of versions, and may be cut or damaged. So it is read by itself, its mistakes are
+//! program, over years of versions, and may be cut or damaged. So it is read separately, its mistakes are
 //! warnings, and a value that the schema refuses, or that contradicts another, is left out and named. What
 //! the other files say then stays in force.
 
@@ -12,7 +12,7 @@ use crate::ini::Setting;
 use crate::problem::{Problem, ProblemKind, Severity};
 use crate::resolve::{Read, resolve};
 
-/// More saved values than this are not looked at one by one when something is wrong with them.
+/// More saved values than this are not checked one by one when there is an error among them.
 const MOST_VALUES: usize = 1000;
 
 /// A configuration, and what it was made from.

@@ -49,7 +49,7 @@ pub(crate) enum Need {
 struct FileState {
     name: Arc<str>,
     cursor: Option<Cursor>,
-    /// The directive that stands in the place of a section, until a real section follows.
+    /// The directive in place of a section, until a real section follows.
     after_directive: Option<Place>,
 }
 
@@ -76,7 +76,7 @@ impl<'s, S: FileSource> Parser<'s, S> {
         &mut self.edits.report
     }
 
-    /// Reads `path` unless it does not exist; tells whether it does.
+    /// Reads `path` unless it does not exist; returns whether it does.
     pub(crate) fn file_if_present(&mut self, path: &Path) -> bool {
         let path = normalised(path);
         match self.source.read(&path) {

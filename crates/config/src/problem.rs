@@ -18,7 +18,7 @@ pub enum Severity {
     Error,
     /// Probably not what was meant; the program can start.
     Warning,
-    /// Worth knowing, nothing to mend.
+    /// Worth knowing, nothing to repair.
     Note,
 }
 
@@ -65,7 +65,7 @@ pub enum ProblemKind {
     Limit,
     /// A line exceeds what DUNE reads at once.
     LongLine,
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     NotText,
     /// A line that fits no form of the dialect.
     Syntax,
@@ -105,7 +105,7 @@ pub enum ProblemKind {
     Label,
     /// A profile is not declared, or a task can never run.
     Profile,
-    /// A setting that nothing in Lutra obeys.
+    /// A setting without effect in Lutra.
     NotHonoured,
     /// Two values, each good in itself, contradict each other.
     Contradiction,
@@ -151,7 +151,7 @@ impl ProblemKind {
     }
 }
 
-/// One thing that is wrong or worth knowing.
+/// One error, warning or note.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// How bad it is.

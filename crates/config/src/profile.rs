@@ -10,7 +10,7 @@ use crate::value::split_list;
 pub const BUILT_IN: [&str; 3] = ["Hardware", "Simulation", "Hardware/Simulation"];
 /// The name in `Enabled` that stands for every profile.
 pub const ALWAYS: &str = "Always";
-/// The name in `Enabled` that nobody selects.
+/// The name in `Enabled` that is never selected.
 pub const NEVER: &str = "Never";
 
 /// The profiles of a configuration and those selected.
@@ -74,7 +74,7 @@ impl Enabled {
         Self { names: names.collect() }
     }
 
-    /// The names as they stand in the file.
+    /// The names as in the file.
     pub fn names(&self) -> &[String] {
         &self.names
     }

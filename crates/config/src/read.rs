@@ -16,7 +16,7 @@ pub(crate) struct Complaint {
     pub(crate) remedy: String,
 }
 
-/// What became of a text: a value unless there is a fault, and things worth a warning.
+/// The result of reading a text: a value unless there is a fault, and warnings.
 #[derive(Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) value: Option<Value>,
@@ -40,7 +40,7 @@ impl ParamSpec {
     /// The value that a text means, whether it stands in a file or comes while the program runs.
     ///
     /// # Errors
-    /// Says what is wrong with the text, and what is allowed. No text at all is no value.
+    /// Says what is wrong with the text, and what is allowed. No text at all is not a value.
     pub fn value_of(&self, text: &str) -> Result<Value, String> {
         let text = text.trim();
         if text.is_empty() {

@@ -11,7 +11,7 @@ use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
 
 /// How wide comments are.
 const WIDTH: usize = 100;
-/// How many items of a list stand on a line.
+/// Items of a list per line.
 const LONG_LIST: usize = 90;
 
 /// What a generated configuration is for.

@@ -10,7 +10,7 @@ use crate::typed;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a parser has read: settings, problems, files.
+/// The result of a parser: settings, problems, files.
 pub(crate) type Read = (Ini, Report, Vec<Arc<str>>);
 
 /// The configuration that was read from `path` and what it names, for the selected profiles.

@@ -35,7 +35,7 @@ impl Saved {
         settings.insert(key.to_owned(), value.to_owned());
     }
 
-    /// Forgets a value, so that the other files decide again; tells whether it was saved.
+    /// Forgets a value, so that the other files decide again; returns whether it was saved.
     pub fn forget(&mut self, section: &str, key: &str) -> bool {
         self.sections.get_mut(section).is_some_and(|settings| settings.remove(key).is_some())
     }

@@ -105,12 +105,12 @@ impl Section {
         &self.name
     }
 
-    /// The task, such as `Simulators.Motor`: what stands before the `/`.
+    /// The task, such as `Simulators.Motor`: the text before the `/`.
     pub fn task(&self) -> &str {
         task_of(&self.name)
     }
 
-    /// The instance, such as `Port`: what stands behind the `/`.
+    /// The instance, such as `Port`: the text behind the `/`.
     pub fn instance(&self) -> Option<&str> {
         self.name.split_once('/').map(|(_, instance)| instance)
     }
@@ -166,7 +166,7 @@ impl Section {
             .expect("invariant: the constructors of Param give the default the type T")
     }
 
-    /// The values of a repeated parameter that the files give, with what stands for `{}` in their keys.
+    /// The values of a repeated parameter that the files give, with the replacements of `{}` in their keys.
     pub fn each<T: FromValue>(&self, param: &Param<T>) -> Vec<(&'static str, T)> {
         let parts = param.spec.each.iter().zip(param.spec.keys());
         parts.filter_map(|(part, key)| Some((*part, T::from_value(&self.parameter(&key)?.value)?))).collect()

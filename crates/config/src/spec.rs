@@ -6,7 +6,7 @@
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The unit of a parameter's value as it stands in the file. Angles are in degrees there, radians in programs.
+/// The unit of a parameter's value in the file. Angles are in degrees there, radians in programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A pure number, a text or a list of such.
@@ -211,7 +211,7 @@ pub enum Kind {
 pub struct ParamSpec {
     /// The key in the file. `{}` in it stands for each of [`ParamSpec::each`].
     pub name: &'static str,
-    /// What `{}` in the name stands for.
+    /// The replacements of `{}` in the name.
     pub each: &'static [&'static str],
     /// Type, default and range.
     pub kind: Kind,
@@ -419,7 +419,7 @@ pub enum Form {
     Data,
     /// Plain data for one of several things; the section's name goes on behind the given names.
     DataFor {
-        /// What stands behind the given name in Lutra's own configuration.
+        /// The text behind the given name in Lutra's own configuration.
         example: &'static str,
     },
     /// Plain data with any keys, all of one kind.

@@ -215,7 +215,7 @@ impl Reader<'_> {
         Parameter { key: key.to_owned(), spec, value, setting: Some(setting.clone()), rejected }
     }
 
-    /// The nearest known name, unless the report is full of such problems and nobody would read it.
+    /// The nearest known name, unless the report is already full of such problems.
     fn near<'n>(
         &self,
         kind: ProblemKind,

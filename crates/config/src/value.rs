@@ -15,7 +15,7 @@ pub enum Value {
     Int(i64),
     /// A finite number.
     Float(f64),
-    /// Text as it stands.
+    /// Text, unchanged.
     Text(String),
     /// Text with its escapes (`\r`, `\n`, ...) replaced.
     Bytes(Vec<u8>),
@@ -109,7 +109,7 @@ pub struct Integer {
 /// Reads a whole number with the bases of C: `0x` hexadecimal, a leading 0 octal, otherwise decimal.
 ///
 /// # Errors
-/// When `text` is no such number, something follows it, or it does not fit 64 bits.
+/// When `text` is not such a number, something follows it, or it does not fit 64 bits.
 pub fn parse_int(text: &str) -> Result<Integer, ValueError> {
     let not_int = || ValueError::NotInt(text.to_owned());
     let (negative, unsigned) = match text.as_bytes().first() {
@@ -141,7 +141,7 @@ pub fn parse_int(text: &str) -> Result<Integer, ValueError> {
 /// Reads a finite decimal number.
 ///
 /// # Errors
-/// When `text` is no such number, something follows it, or it is infinite.
+/// When `text` is not such a number, something follows it, or it is infinite.
 pub fn parse_float(text: &str) -> Result<f64, ValueError> {
     let end = float_length(text);
     let (number, junk) = text.split_at(end);
@@ -229,7 +229,7 @@ pub(crate) fn parse_pair(text: &str) -> Result<(&str, &str), ValueError> {
     Ok((name, value))
 }
 
-/// The value as it is written in a file.
+/// The value as written in a file.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fn list<T>(

@@ -1,6 +1,6 @@
-//! How much the motors are made to do: the figure that shows a control loop that oscillates.
+//! How much the motor commands vary: the figure that shows an oscillating control loop.
 //!
-//! A loop can keep its track while it throws both motors about; that costs energy, gearboxes and top speed, and is
+//! A loop can keep its track while both motors swing back and forth; that costs energy, gearboxes and top speed, and is
 //! seen neither in the cross-track error nor in the speed.
 
 use crate::thrust::MotorPair;
@@ -17,7 +17,7 @@ pub struct MotorActivity {
 }
 
 impl MotorActivity {
-    /// The motors were commanded, at `now`; a command that is repeated may be told again or not.
+    /// The motors were commanded, at `now`; a repeated command may be passed again or not.
     pub fn see(&mut self, now: MonoTime, motors: MotorPair) {
         if let Some((then, before)) = self.last.replace((now, motors)) {
             let change = before.zip(motors, |before, after| (after - before).abs());
@@ -26,7 +26,7 @@ impl MotorActivity {
         }
     }
 
-    /// What was seen so far does not go on to what comes next: the time between does not count.
+    /// A gap follows: the time between the last observation and the next does not count.
     pub fn pause(&mut self) {
         self.last = None;
     }

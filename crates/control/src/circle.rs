@@ -3,7 +3,7 @@
 //! χ_d = tangent ± atan(2g·(e + κI)) with e the distance outside the circle, g = tan(entry angle)/width, and
 //! plus for clockwise (DUNE's loiter law, for which κ = 0). The integrator is that of line of sight with lookahead
 //! 1/2g; without it the lag of the yaw loop and a current leave the vessel beside the circle. The rate at
-//! which the tangent turns is told to the yaw loop.
+//! which the tangent turns is fed forward to the yaw loop.
 
 use crate::corridor::Corridor;
 use crate::ilos::{Ilos, IntegratorForm};

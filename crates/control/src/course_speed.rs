@@ -30,7 +30,7 @@ use thiserror::Error;
 use units::{MonoTime, Speed};
 use yaw_loop::YawLoop;
 
-/// What to hold. An absent yaw target asks for no turning effort, an absent speed for no push.
+/// The setpoint. An absent yaw target demands no turning effort, an absent speed no thrust.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Setpoint {
     /// Heading or course.
@@ -138,7 +138,7 @@ impl CourseSpeed {
         }
     }
 
-    /// Lets go. The motors are to be stopped.
+    /// Disables the controller. The motors must be stopped.
     pub fn disable(&mut self) {
         self.active = None;
     }
@@ -197,7 +197,7 @@ impl CourseSpeed {
         })
     }
 
-    /// Seconds since the last update, and whether the pause was too long to go on from there.
+    /// Seconds since the last update, and whether the pause was too long to continue from there.
     fn advance(&mut self, now: MonoTime) -> (f64, bool) {
         let last = self.active.and_then(|active| active.last);
         let gap_s = last.map_or(0.0, |last| now.since(last).as_secs_f64());
@@ -219,7 +219,7 @@ impl CourseSpeed {
         self.active = Some(Active::from_motors(motors));
     }
 
-    /// Common and differential effort to actuation; tells the loops what could not be done.
+    /// Common and differential effort to actuation; reports to the loops what was beyond the motors' limits.
     fn share(&mut self, common: f64, differential: f64) -> MotorPair {
         let CourseSpeedConfig { drive, output, .. } = &self.config;
         let limits = speed_loop::effort_limits(drive, output.max_actuation);
@@ -246,7 +246,7 @@ impl CourseSpeed {
         let share = if active.age_s < fade_s { active.age_s / fade_s } else { 1.0 };
         let faded = active.start.zip(wanted, |start, wanted| start + share * (wanted - start));
         let ramped = match ramp_per_s {
-            // The first update has no time to move in; it goes on with what the motors do.
+            // The first update has no time to move in; it continues from the present motor commands.
             Some(limit) => active.motors.zip(faded, |last, wanted| ramp::rising(last, wanted, limit * dt_s)),
             None => faded,
         };

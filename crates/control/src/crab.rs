@@ -1,4 +1,4 @@
-//! The slowly varying angle between bow and course, so that a course can be steered with the compass.
+//! The slowly varying angle between bow and course, so that a course can be steered by the compass.
 //!
 //! Course is not heading: current and wind set the boat sideways by the crab angle β = course - heading. To
 //! hold a desired course χ the yaw loop holds the heading χ - β with β low-pass filtered: the compass closes

@@ -1,7 +1,7 @@
 //! From a place on a path to a desired course, by the law that the configuration names.
 //!
 //! All laws answer a *course*, the direction to go over ground. How the crab angle between bow and course is
-//! found is the yaw loop's matter ([`CourseTracking`](crate::CourseTracking)).
+//! found is left to the yaw loop ([`CourseTracking`](crate::CourseTracking)).
 
 use crate::circle::CircleConfig;
 use crate::ilos::{Ilos, IlosConfig};
@@ -104,7 +104,7 @@ impl Guidance {
         Ok(())
     }
 
-    /// Tells that another path begins: integrators start again where so configured.
+    /// Another path begins: integrators start again where so configured.
     pub fn new_path(&mut self) {
         self.circle.clear();
         match &self.config.leg {

@@ -30,7 +30,7 @@ pub struct IlosConfig {
     pub integrator_start: f64,
     /// Corridor within which the integrator works.
     pub corridor: Corridor,
-    /// What leads back from outside the corridor.
+    /// The law that leads back from outside the corridor.
     pub outside: OutsideCorridor,
     /// How the integrator steps.
     pub integrator: IntegratorForm,

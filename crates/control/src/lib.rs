@@ -2,8 +2,7 @@
 //!
 //! From a path to thrust: [`PathTracker`] keeps the geometry and progress of a path, [`Guidance`] turns it
 //! into a desired course, [`CourseSpeed`] into two actuations. [`Remote`] does the same from the keys of an
-//! operator. Everything is a pure state machine: states and times come in, decisions go out. It knows `units` and nothing of
-//! messages, plans, charts or devices.
+//! operator. Everything is a pure state machine: states and times come in, decisions go out.
 //!
 //! SI units and radians throughout. Headings and courses turn clockwise from north; a course is where the
 //! vessel goes, a heading where its bow points. Cross-track errors are positive to starboard of the track,

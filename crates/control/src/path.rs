@@ -32,7 +32,7 @@ use units::{LatLon, MonoTime, wrap_pi};
 const CONTINUE_WITHIN: Duration = Duration::from_secs(1);
 /// Braking silences the monitors no longer than this.
 const LONGEST_BRAKING: Duration = Duration::from_secs(30);
-/// Largest time to arrival that is told (s).
+/// Largest time to arrival that is reported (s).
 const LONGEST_ETA_S: f64 = 65_535.0;
 
 /// The tracker.
@@ -169,7 +169,7 @@ impl PathTracker {
         self.braking_since = None;
     }
 
-    /// The status at a new fix. `braking` tells that the vessel is being stopped on purpose.
+    /// The status at a new fix. `braking`: the vessel is being stopped on purpose.
     ///
     /// # Errors
     /// When no path is followed or the fix is not a number.
@@ -222,7 +222,7 @@ impl PathTracker {
         })
     }
 
-    /// The end of the path before, where the next may go on from it.
+    /// The end of the previous path, where the next may continue from it.
     fn chained_start(&self, now: MonoTime) -> Option<LatLon> {
         match (&self.active, self.ended) {
             (Some(active), _) => (active.phase != Phase::Approaching).then_some(active.target),

@@ -41,7 +41,7 @@ pub enum ErrorKind {
     Angle,
 }
 
-/// What the derivative does on the first step after a reset.
+/// The derivative's behaviour on the first step after a reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FirstDerivative {
     /// Nothing: no kick.
@@ -68,7 +68,7 @@ pub struct PidConfig {
     pub integration: Integration,
     /// How errors are subtracted.
     pub error: ErrorKind,
-    /// What the derivative does first.
+    /// The derivative's behaviour on the first step.
     pub first_derivative: FirstDerivative,
 }
 
@@ -141,7 +141,7 @@ impl Saturation {
     }
 }
 
-/// What an output is made of, before its limit (all in output units).
+/// The terms of an output, before its limit (all in output units).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PidTerms {
     /// Kp·e.
@@ -199,7 +199,7 @@ impl Pid {
         }
     }
 
-    /// Tells which limit the use of the last output ran into; it holds for the next step only.
+    /// Reports which limit the last output was clipped at; it holds for the next step only.
     pub fn saturated(&mut self, saturation: Saturation) {
         self.saturation = saturation;
     }

@@ -14,7 +14,7 @@ pub struct OutOfRange {
     pub parameter: String,
     /// Unit of value and limits.
     pub unit: &'static str,
-    /// What was given.
+    /// The value given.
     pub value: f64,
     /// Smallest value allowed.
     pub min: f64,

@@ -2,11 +2,11 @@
 //!
 //! After DUNE's RemoteOperation and NTNU's RemoteOperationOtter. While messages come, output follows at a
 //! fixed rate; when none came for the connection timeout the motors are stopped once and output rests until
-//! the next message, with the throttle at zero. Only messages of the source in control count: whether a
-//! message is from that source the caller tells, and others neither steer nor keep the watchdog quiet.
+//! the next message, with the throttle at zero. Only messages of the source in control count: the caller states
+//! whether a message is from that source; others neither steer nor keep the watchdog quiet.
 //!
-//! A message may say how long it is good for; it is not good for longer, whatever the connection timeout. When such a
-//! one that moved the vessel has run out, the sticks pass neutral before one of its kind moves it again.
+//! A message may say how long it is valid; it is not valid for longer, whatever the connection timeout. When a message
+//! that moved the vessel has expired so, the sticks must pass neutral before the next such message moves it again.
 //!
 //! Differences from the originals: holding Accelerate or Decelerate changes the throttle by time rather than
 //! by message, so the sender's rate does not matter (at 10 messages a second both give 0.05 each); Left and
@@ -69,7 +69,7 @@ pub struct RemoteConfig {
     pub throttle_per_s: f64,
     /// Step of Left and Right (rad), 0.01 to π.
     pub heading_step_rad: f64,
-    /// Who gives way when a motor cannot do all that is asked.
+    /// Which effort yields when a motor saturates.
     pub sharing: Sharing,
 }
 
@@ -113,7 +113,7 @@ impl RemoteConfig {
     }
 }
 
-/// What became of a message.
+/// The result of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RemoteReply {
     /// It steers.
@@ -126,7 +126,7 @@ pub enum RemoteReply {
     Inactive,
 }
 
-/// What the vessel is to do.
+/// The demand on the vessel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RemoteCommand {
     /// Thrust.
@@ -204,7 +204,7 @@ impl Remote {
         self.session.is_some()
     }
 
-    /// A message at `now`. `in_control` tells whether its sender holds control of the vessel; `heading_rad`
+    /// A message at `now`. `in_control`: whether its sender holds control of the vessel; `heading_rad`
     /// is where the bow points, for the autopilot to hold at first.
     pub fn handle(
         &mut self,
@@ -243,7 +243,7 @@ impl Remote {
         RemoteReply::Taken
     }
 
-    /// What falls due at `now`; to be asked again until it answers `None`.
+    /// The output due at `now`; to be called until it answers `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<RemoteCommand> {
         self.expire(now);
         if self.stop_due.take().is_some() {
@@ -269,7 +269,7 @@ impl Remote {
         self.locked
     }
 
-    /// When [`Remote::poll`] is to be asked next.
+    /// When [`Remote::poll`] must be called next.
     pub fn poll_timeout(&self) -> Option<MonoTime> {
         let session = self.session.map(|session| session.next_output.min(session.silent_at(&self.config)));
         match (self.stop_due, session) {

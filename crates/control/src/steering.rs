@@ -1,4 +1,4 @@
-//! What a law of guidance answers.
+//! The output of a guidance law.
 
 /// Where to go.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! From a wish for push and turn to two motors.
+//! From demanded surge and yaw effort to two motors.
 //!
 //! - [`MotorPair`]: actuation of port (thruster 0) and starboard (thruster 1), -1 (full astern) to 1.
 //! - [`allocate`]: common and differential effort shared between the motors within their limits.
@@ -10,7 +10,7 @@
 //!
 //! The published pair of fits for the real boat (NTNU dune-otter-public, HeadingAndSpeedForce) is not used
 //! both ways: its map from actuation to force has the wrong sign near zero and falls off near full ahead, so
-//! it is no inverse of the other. Here the cubic from force to actuation, which is strictly rising on both
+//! it is not an inverse of the other. Here the cubic from force to actuation, which is strictly rising on both
 //! sides, is the one truth and the way back is solved from it.
 
 /// Actuation of both motors, each -1 (full astern) to 1 (full ahead).
@@ -53,14 +53,14 @@ pub struct EffortLimits {
     pub ahead: f64,
 }
 
-/// Who gives way when a motor cannot do all that is asked.
+/// Which effort yields when a motor saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sharing {
     /// Turning comes first: the common part shrinks towards zero, but never grows nor changes sign; then the
     /// differential shrinks too.
     #[default]
     TurnFirst,
-    /// Each motor is cut by itself.
+    /// Each motor is limited separately.
     Independent,
 }
 

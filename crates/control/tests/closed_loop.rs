@@ -66,7 +66,7 @@ impl Ship {
         (0..12).map(|_| uniform(&mut self.seed)).sum::<f64>() - 6.0
     }
 
-    /// What a GNSS compass tells: position, velocity and heading, each with noise of its own.
+    /// The output of a GNSS compass: position, velocity and heading, each with noise of its own.
     fn fix(&mut self) -> Fix {
         let scale = self.noise_m;
         let mut motion = self.otter.motion();

@@ -1,4 +1,4 @@
-//! A part of the sea that somebody drew.
+//! An area of the sea that a user drew.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,20 +7,20 @@ use units::LatLon;
 /// Corners that an area may have.
 const CORNERS: std::ops::RangeInclusive<usize> = 3..=100;
 
-/// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles, which at the reach of a
-/// hydrophone no one tells from geodesics. No side crosses another, and none the 180th meridian.
+/// A polygon. Its sides are straight on a chart that draws latitude and longitude at right angles; at the range of a
+/// hydrophone they do not differ noticeably from geodesics. No side crosses another, and none the 180th meridian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
     /// Latitude and longitude of each corner (deg, north and east positive), in order; the last joins the first.
     corners: Vec<(f64, f64)>,
 }
 
-/// Why a text is no area.
+/// Why a text is not an area.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoArea {
     /// It has too few corners, or too many.
     Corners(usize),
-    /// A corner is no place.
+    /// A corner is not a place.
     Corner(usize),
     /// The side from this corner to the next one spans more than 180 degrees of longitude.
     Side(usize),
@@ -71,7 +71,7 @@ impl FromStr for Area {
             place.filter(|(lat, lon)| LatLon::from_deg(*lat, *lon).is_ok()).ok_or(NoArea::Corner(at + 1))
         };
         let corners: Vec<(f64, f64)> = texts.iter().enumerate().map(corner).collect::<Result<_, _>>()?;
-        // Whoever clicks twice, or closes the ring by its first corner, means one corner.
+        // A double click, or the first corner repeated to close the ring, is one corner.
         let is_new = |at: &usize| corners[*at] != corners[(at + corners.len() - 1) % corners.len()];
         let ring: Vec<usize> = (0..corners.len()).filter(is_new).collect();
         if !CORNERS.contains(&ring.len()) {

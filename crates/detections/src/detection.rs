@@ -1,4 +1,4 @@
-//! What a detection is.
+//! The detection and its fields.
 
 use crate::protocol::Protocol;
 use imc::Address;
@@ -31,7 +31,7 @@ pub struct Detection {
     pub line: u16,
     /// Where the vessel was then; absent where it did not know.
     pub pose: Option<Pose>,
-    /// How well the receiver could listen.
+    /// The receiver's listening conditions.
     pub effort: Effort,
     /// The receiver's line as it came, without its end.
     pub raw: Option<String>,
@@ -53,7 +53,7 @@ pub struct Origin {
 /// The receiver's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ReceiverClock {
-    /// Seconds: since 1970 UTC where it is set, else since a moment that nobody knows.
+    /// Seconds: since 1970 UTC where it is set, else since an unknown moment.
     pub seconds: u32,
     /// Thousandths of a second beside them.
     pub millis: u16,
@@ -61,8 +61,8 @@ pub struct ReceiverClock {
     pub state: ClockState,
 }
 
-/// What is known of a receiver's clock, from the least to the best. Consoles' TBRFishTag does not say it: a stamp alone tells
-/// whether it was ever set.
+/// What is known of a receiver's clock, from the least to the best. Consoles' TBRFishTag does not carry it: a stamp alone
+/// shows only whether the clock was ever set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ClockState {
     /// It was never set since power-up: its count is not a time of day.
@@ -93,8 +93,8 @@ impl ClockState {
         Self::ALL.into_iter().find(|state| state.word() == word)
     }
 
-    /// What two reports tell together: who says that a clock is not good knows more than a stamp tells, and so does who says
-    /// that it is kept.
+    /// The state from two reports: one that says the clock is bad is based on more than a stamp, and so is one that says
+    /// the clock is kept.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         if self.min(other) < Self::Set { self.min(other) } else { self.max(other) }
@@ -112,10 +112,10 @@ pub struct Pose {
     pub sigma_m: Option<f64>,
 }
 
-/// How well a receiver could listen when it heard a tag.
+/// The listening conditions of a receiver when it heard a tag.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Effort {
-    /// Lines that the receiver wrote since the one before and that never came.
+    /// Lines that the receiver wrote since the previous one and that never came.
     pub lines_lost: Option<u16>,
     /// The receiver's last report of the noise.
     pub noise: Option<Noise>,
@@ -135,7 +135,7 @@ pub struct Noise {
 }
 
 impl ReceiverClock {
-    /// What a receiver's stamp tells by itself.
+    /// The state that a receiver's stamp alone shows.
     pub fn read(seconds: u32, millis: u16) -> Self {
         let state = if seconds >= SET_AFTER_S { ClockState::Set } else { ClockState::NotSet };
         Self { seconds, millis, state }
@@ -165,7 +165,7 @@ impl Detection {
         format!("{}-{}", self.protocol, self.tag_id)
     }
 
-    /// Whether both tell of one detection.
+    /// Whether both report one detection.
     pub fn is_same(&self, other: &Self) -> bool {
         self.key() == other.key()
     }
@@ -196,7 +196,7 @@ impl Detection {
 }
 
 /// One for each detection, in order of report, vessel, entity, receiver, its clock and the tag: of several reports of
-/// the same, what they tell together.
+/// the same, from what they say together.
 pub fn fused(mut reports: Vec<Detection>) -> Vec<Detection> {
     reports.sort_by(|one, other| one.key().cmp(&other.key()));
     let mut told: Vec<Detection> = Vec::with_capacity(reports.len());

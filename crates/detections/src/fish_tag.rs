@@ -6,7 +6,7 @@ use imc::messages::{TBRFishTag, TBRFishTagTransProtocol};
 use units::LatLon;
 
 impl Detection {
-    /// What a TBRFishTag tells.
+    /// The detection in a TBRFishTag.
     ///
     /// The message always has a data field: 0 means no data where the coding carries none. Latitude and longitude 0/0 mean
     /// that the sender did not know its position. Whether the receiver's clock is set follows from its time stamp.

@@ -12,7 +12,7 @@
 //! Both come in packets of one moment and one entity. They are the same detection where [`Detection::is_same`] says so,
 //! and [`fused`] makes one of them. What no message carried is absent, and stays absent.
 //!
-//! [`Listening`] tells how a receiver listens, also while it hears nothing: an Event with the topic [`LISTENING_TOPIC`].
+//! [`Listening`] says how a receiver listens, also while it hears nothing: an Event with the topic [`LISTENING_TOPIC`].
 //!
 //! It knows IMC and units; it has no clock, input or output.
 

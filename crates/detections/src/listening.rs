@@ -1,11 +1,11 @@
-//! How a receiver listens, told also while it hears nothing: without it nobody knows where no fish was.
+//! How a receiver listens, reported also while it hears nothing: only so is it known where no fish was.
 
 use crate::detection::ClockState;
 use crate::list::{List, number};
 use imc::messages::Event;
 use imc::tuples;
 
-/// The topic of an Event that tells how a receiver listens.
+/// The topic of an Event that reports how a receiver listens.
 pub const LISTENING_TOPIC: &str = "AcousticListening";
 
 /// How a receiver listens, from this moment until the next such report.
@@ -50,7 +50,7 @@ impl Listening {
         Event { topic: LISTENING_TOPIC.into(), data: list.0.into() }
     }
 
-    /// What an Event tells; `None` when its topic is another, or when it does not say whether the receiver listens.
+    /// The report in an Event; `None` when its topic is another, or when it does not say whether the receiver listens.
     pub fn from_report(event: &Event) -> Option<Self> {
         if event.topic != LISTENING_TOPIC {
             return None;

@@ -16,7 +16,7 @@ pub struct Protocol {
 }
 
 impl Protocol {
-    /// As a receiver writes it; a name that IMC has no number for stays as it is.
+    /// As a receiver writes it; a name that IMC has no number for stays unchanged.
     pub fn named(name: &str) -> Self {
         let number =
             field().and_then(|field| field.value_of_label(name)).and_then(|it| u8::try_from(it).ok());

@@ -12,7 +12,7 @@ use units::{LatLon, UtcTime};
 /// The topic of an Event that is a detection.
 pub const TOPIC: &str = "AcousticDetection";
 
-/// Whether a packet tells of a detection.
+/// Whether a packet reports a detection.
 pub fn is_report(view: &PacketView<'_>) -> bool {
     view.id() == TBRFishTag::ID
         || (view.id() == Event::ID
@@ -20,7 +20,7 @@ pub fn is_report(view: &PacketView<'_>) -> bool {
 }
 
 impl Detection {
-    /// What a packet tells that came ashore at `received`; `None` when it is damaged or about something else. A packet
+    /// The detection in a packet that came ashore at `received`; `None` when it is damaged or of another kind. A packet
     /// without a time of its own is taken to be sent when it came.
     pub fn from_packet(view: &PacketView<'_>, received: UtcTime) -> Option<Self> {
         let origin = Origin {
@@ -74,14 +74,14 @@ impl Detection {
         Event { topic: TOPIC.into(), data: list.0.into() }
     }
 
-    /// What an Event tells; `None` when its topic is another, or when it lacks what every detection has.
+    /// The detection in an Event; `None` when its topic is another, or when it lacks what every detection has.
     pub fn from_report(origin: Origin, event: &Event) -> Option<Self> {
         if event.topic != TOPIC {
             return None;
         }
         let list = event.data.to_str_lossy();
         let mut clock = ReceiverClock::read(number(&list, "clock_s")?, number(&list, "clock_ms")?);
-        // A word that is not known here leaves what the stamp tells.
+        // An unknown word leaves the state that follows from the stamp.
         if let Some(told) = tuples::get(&list, "clock").and_then(ClockState::of_word) {
             clock.state = clock.state.with(told);
         }

@@ -1,4 +1,4 @@
-//! Which tags somebody asks for.
+//! Which tags a query selects.
 
 use crate::detection::Detection;
 use crate::protocol::Protocol;

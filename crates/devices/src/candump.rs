@@ -36,7 +36,7 @@ pub enum LineError {
     /// No data.
     #[error("`{0}` is not data: up to eight bytes of two hexadecimal digits, or R and a length up to 8")]
     Data(String),
-    /// A frame of CAN FD, which the interface card does not speak.
+    /// A frame of CAN FD, which the interface card does not support.
     #[error("`##` begins a CAN FD frame; only classic frames are read")]
     FlexibleDataRate,
     /// Longer than any line may be.
@@ -104,7 +104,7 @@ impl Reader {
         self.lines.feed(bytes, |line| read_line(line, &mut found));
     }
 
-    /// No more bytes will come: a line that has begun is read as it is.
+    /// No more bytes will come: an incomplete line is read as far as it goes.
     pub fn end(&mut self, mut found: impl FnMut(u64, Result<Entry, LineError>)) {
         self.lines.end(|line| read_line(line, &mut found));
     }

@@ -11,7 +11,7 @@ pub trait Grammar {
     /// Why one was not.
     type Damage;
 
-    /// Begins a line wherever it stands; what stood before it was noise, or a line that lost its end.
+    /// Begins a line wherever it is; bytes before it were noise, or a line that lost its end.
     const START: Option<u8>;
     /// The longest line that is kept (bytes).
     const LONGEST: usize;
@@ -29,7 +29,7 @@ pub trait Grammar {
     /// Whether the last line of a stream, with this damage, lacks no more than its end.
     fn is_unended(damage: &Self::Damage) -> bool;
 
-    /// What noise before a start still says.
+    /// The part of noise before a start that can still be read.
     fn in_noise(_text: &[u8]) -> Option<Self::Line> {
         None
     }

@@ -52,7 +52,7 @@ impl LineSplitter {
         }
     }
 
-    /// No more bytes will come: a line that has begun is given as it is.
+    /// No more bytes will come: an incomplete line is given as far as it goes.
     pub fn end(&mut self, mut found: impl FnMut(Line<'_>)) {
         if !self.held.is_empty() && !self.skipping {
             found(self.line(None, false));

@@ -1,11 +1,11 @@
-//! Lines in a stream of bytes, for the devices that speak text.
+//! Lines in a stream of bytes, for the devices that send text.
 //!
 //! A line ends at CR, LF or both. A start byte, `$` for most devices, begins a line wherever it stands: what stood before
 //! it, noise or a line that lost its end, comes out as a piece of its own, so one lost byte costs one line. Memory is
 //! bounded by the limit: a line that grows beyond it comes out once as [`Piece::TooLong`], and all up to the next start
 //! or end is skipped.
 
-/// What stands in the stream.
+/// A piece of the stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece<'a> {
     /// A line with its end, which is left out; never empty.

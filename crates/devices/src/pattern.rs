@@ -15,7 +15,7 @@ pub const LONGEST_PATTERN: usize = 256;
 /// The longest line worth reading (bytes).
 pub const LONGEST: usize = 512;
 
-/// What a field is.
+/// The kind of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Name {
     Serial,
@@ -79,7 +79,7 @@ pub enum NoPattern {
         "'{0}' is no field of a pattern: serial, counter, protocol, id, data, snr_db, skip, unix_s, unix_ms, ms, utc, khz, hz, sum8 and xor8 are"
     )]
     Unknown(String),
-    /// Nothing stands between two fields.
+    /// There is no text between two fields.
     #[error("two fields of the pattern touch: put between them what stands there")]
     Touching,
     /// A field comes twice.
@@ -93,10 +93,10 @@ pub enum NoPattern {
 /// Why a line is not the declared one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoMatch {
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
-    /// Text of the pattern does not stand where it must.
+    /// Text of the pattern is missing.
     #[error("'{0}' does not stand where the pattern has it")]
     Text(String),
     /// A field is not valid.
@@ -104,18 +104,18 @@ pub enum NoMatch {
     Field {
         /// The field's name.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
     /// The checksum is another.
     #[error("checksum {stands}, computed {computed:02X}")]
     Checksum {
-        /// What stands there.
+        /// The text found.
         stands: String,
-        /// What the bytes make.
+        /// The checksum of the bytes.
         computed: u8,
     },
-    /// Something follows what the pattern declares.
+    /// Text follows after the end of the pattern.
     #[error("the line goes on behind the pattern")]
     Longer,
 }
@@ -124,7 +124,7 @@ impl Pattern {
     /// Reads a pattern.
     ///
     /// # Errors
-    /// When it is no pattern, or a reading could not be made of its fields.
+    /// When it is not a pattern, or a reading could not be made of its fields.
     pub fn parse(text: &str) -> Result<Self, NoPattern> {
         if text.len() > LONGEST_PATTERN {
             return Err(NoPattern::TooLong);

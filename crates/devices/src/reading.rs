@@ -1,9 +1,9 @@
-//! What the devices read, without the bytes that carry it.
+//! The readings of the devices, without the bytes that carry them.
 
 use crate::pair::Side;
 use units::UtcTime;
 
-/// Something a device has read.
+/// A reading of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reading {
     /// An epoch of the GNSS compass.
@@ -18,7 +18,7 @@ pub enum Reading {
     PowerChannel(PowerChannelReading),
     /// The receiver's pulse at a whole second.
     Pulse(PulseReading),
-    /// What a part reports to be wrong with it, or that nothing is any more.
+    /// A fault that a part reports, or its end.
     Trouble(TroubleReading),
     /// A detection of a tag by the hydrophone.
     Tag(TagReading),
@@ -104,7 +104,7 @@ impl GroundVelocity {
     /// Slower than this a receiver may leave its course empty (m/s).
     pub const STANDING_MPS: f64 = 0.1;
 
-    /// Whether it is the velocity of a vessel that stands still: too slow for the receiver to tell a course.
+    /// Whether it is the velocity of a vessel that stands still: too slow for the receiver to give a course.
     pub fn stands(&self) -> bool {
         self.course_rad.is_nan() && self.speed_mps < Self::STANDING_MPS
     }
@@ -171,12 +171,12 @@ pub enum Part {
     Battery(u8),
 }
 
-/// What a part reports to be wrong with it.
+/// A fault that a part reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TroubleReading {
     /// The part.
     pub part: Part,
-    /// What is wrong and what to do, in one sentence; empty when nothing is any more.
+    /// The fault and the remedy, in one sentence; empty when the fault is over.
     pub text: String,
 }
 
@@ -203,7 +203,7 @@ pub struct TagReading {
     pub counter: u16,
     /// The line as it came, without its end, where there was one.
     pub raw: Option<String>,
-    /// Lines that the receiver wrote since the one before and that never came; absent where nobody knows, as of the first.
+    /// Lines that the receiver wrote since the previous one and that were lost; absent where unknown, as for the first.
     pub lines_lost: Option<u16>,
 }
 
@@ -224,7 +224,7 @@ pub struct WaterReading {
     pub frequency_khz: u8,
     /// Running number of the line.
     pub counter: u16,
-    /// Lines that the receiver wrote since the one before and that never came; absent where nobody knows, as of the first.
+    /// Lines that the receiver wrote since the previous one and that were lost; absent where unknown, as for the first.
     pub lines_lost: Option<u16>,
 }
 
@@ -233,16 +233,16 @@ pub struct WaterReading {
 pub struct ReceiverReading {
     /// Whether it listens: its port is open, it is not in command mode, and it is not silent.
     pub listening: bool,
-    /// Frequency listened to (kHz), as it is set or as its lines say.
+    /// Frequency listened to (kHz), as set or as its lines say.
     pub frequency_khz: Option<u8>,
-    /// Number of the set of codings that it decodes, as it is set (LM).
+    /// Number of the set of codings that it decodes, as set (LM).
     pub protocols: Option<u8>,
     /// How good its clock is.
     pub clock: ClockState,
     /// The least of the last differences between the arrival of a line by this computer's clock and its stamp (s): how far
     /// the receiver's clock is behind, with the shortest delay of a line in it. Absent until stamps have come.
     pub clock_offset_s: Option<f64>,
-    /// Why the clock was lost and what becomes of it, in one sentence; empty while it is not.
+    /// Why the clock was lost and the remedy, in one sentence; empty while it is not.
     pub clock_fault: String,
 }
 

@@ -68,7 +68,7 @@ impl Bitrate {
     }
 }
 
-/// What the computer asks of the adapter.
+/// Commands of the computer to the adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// Leave the bus.
@@ -248,7 +248,7 @@ impl Reader {
         self.lines.feed(bytes, |line| read_line(line, &mut found));
     }
 
-    /// No more bytes will come: a line that has begun is read as it is.
+    /// No more bytes will come: an incomplete line is read as far as it goes.
     pub fn end(&mut self, mut found: impl FnMut(u64, Result<Line, LineError>)) {
         self.lines.end(|line| read_line(line, &mut found));
     }

@@ -91,7 +91,7 @@ pub enum FrameError {
     /// A frame began before the one before it ended.
     #[error("a frame of {len} bytes is cut off by the next")]
     Cut {
-        /// Bytes that came of it.
+        /// Bytes received of it.
         len: usize,
     },
     /// Bytes outside of any frame.
@@ -176,7 +176,7 @@ impl Deframer {
     }
 }
 
-/// The payload of what stood between the ends of a frame.
+/// The payload of the bytes between the ends of a frame.
 fn payload(bytes: &[u8]) -> Deframed<'_> {
     let Some((&found, payload)) = bytes.split_last().filter(|(_, payload)| !payload.is_empty()) else {
         return Err(FrameError::Empty);

@@ -12,7 +12,7 @@ use units::UtcTime;
 /// The longest line kept (bytes); status lines have some 150.
 pub const LONGEST: usize = 512;
 
-/// What a line is.
+/// The kinds of lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Line {
     /// A detection.
@@ -42,14 +42,14 @@ pub struct Status {
     pub sequence: u16,
     /// The receiver's time.
     pub utc: UtcTime,
-    /// Counts, voltages, temperature and tilt as they stand behind `STS`.
+    /// Counts, voltages, temperature and tilt as written behind `STS`.
     pub text: String,
 }
 
 /// Why a line is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedLine {
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// The stream ends before its line end.
@@ -64,9 +64,9 @@ pub enum DamagedLine {
     /// Its checksum is another.
     #[error("checksum {stands:02X}, computed {computed:02X}")]
     Checksum {
-        /// What stands there.
+        /// The text found.
         stands: u8,
-        /// What the bytes make.
+        /// The checksum of the bytes.
         computed: u8,
     },
     /// A field is absent or not valid.
@@ -74,7 +74,7 @@ pub enum DamagedLine {
     Field {
         /// What the field is.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
 }

@@ -1,6 +1,6 @@
 //! The state of the computer: what the texts of Linux under /proc and /sys say, and the figures of its file systems.
 //!
-//! Whoever owns the files reads them, about once a second, and hands their text to [`Health::read`]; what cannot be read is
+//! The caller reads the files, about once a second, and passes their text to [`Health::read`]; what cannot be read is
 //! absent with the reason, and the rest counts all the same. Formats: proc(5), sysfs-class-thermal of the Linux
 //! documentation, statvfs(3).
 
@@ -11,9 +11,9 @@ const KIB_IN_MIB: f64 = 1024.0;
 /// Fields of the processor's line that make up its time: user, nice, system, idle, iowait, irq, softirq, steal. Guests'
 /// time, which follows, is counted in the user's already.
 const CPU_FIELDS: usize = 8;
-/// Without the fourth field, idle, nothing can be said of the load.
+/// Without the fourth field, idle, the load is unknown.
 const FEWEST_CPU_FIELDS: usize = 4;
-/// Temperatures of a processor that are believed (°C).
+/// Plausible temperatures of a processor (°C).
 const BELIEVED_C: std::ops::RangeInclusive<f64> = -60.0..=200.0;
 
 /// Why a value is not known.
@@ -72,7 +72,7 @@ impl CpuTimes {
 pub struct Memory {
     /// All (MiB).
     pub total_mib: f64,
-    /// What programs can still have (MiB), caches that give way included.
+    /// Memory available to programs (MiB), reclaimable caches included.
     pub available_mib: f64,
 }
 
@@ -98,7 +98,7 @@ impl Memory {
 /// Room of a file system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disk {
-    /// What programs without privileges may still write (MiB).
+    /// Space available to programs without privileges (MiB).
     pub free_mib: f64,
     /// The same as a share of the whole (%).
     pub free_percent: f64,
@@ -152,7 +152,7 @@ fn kib_of(text: &str, name: &str) -> Option<f64> {
     (unit.trim() == "kB").then(|| number.parse::<u64>().ok().map(|kib| kib as f64))?
 }
 
-/// What there is to read, as text; `None` where a file is not there.
+/// The files' contents as text; `None` where a file is missing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sources<'a> {
     /// /proc/stat.

@@ -20,7 +20,7 @@ pub mod watchdog;
 use devices::Reading;
 use units::{MonoTime, Now};
 
-/// What happens at a driver's port.
+/// An event at a driver's port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Input<'a> {
     /// The port is open, for the first time or again: the driver sends its settings and begins to listen.
@@ -33,7 +33,7 @@ pub enum Input<'a> {
     Time,
 }
 
-/// What a driver wants, or has learned.
+/// An output of a driver: a command for its port, or a result.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// The device has read something. `at` is when the reading was taken aboard, as well as the driver knows.
@@ -45,7 +45,7 @@ pub enum Output {
     },
     /// Bytes for the device, in their order; `pace` between two of them where the device takes no more.
     Send {
-        /// What to send.
+        /// The bytes to send.
         bytes: Vec<u8>,
         /// When the first byte is to leave; at once if that is past.
         at: MonoTime,
@@ -54,7 +54,7 @@ pub enum Output {
     },
     /// Bytes for the device that go ahead of all that waits to be sent, in place of earlier ones of this kind that wait still.
     Newest {
-        /// What to send.
+        /// The bytes to send.
         bytes: Vec<u8>,
         /// From then on they must not begin to leave; `None` where they are always right.
         until: Option<MonoTime>,
@@ -68,7 +68,7 @@ pub enum Output {
     },
     /// The state of the device is another.
     State(State),
-    /// Something for the log.
+    /// An entry for the log.
     Note(Note),
 }
 
@@ -88,7 +88,7 @@ pub enum State {
 pub struct Note {
     /// Whether a person should look at it.
     pub warning: bool,
-    /// What happened.
+    /// The event.
     pub text: String,
 }
 
@@ -97,7 +97,7 @@ pub trait Driver {
     /// Takes in what happened. Times never go back.
     fn handle(&mut self, now: Now, input: Input<'_>);
 
-    /// What it wants next; `None` when there is no more.
+    /// The next output; `None` when there is no more.
     fn poll_output(&mut self) -> Option<Output>;
 
     /// When to call [`handle`](Self::handle) with [`Input::Time`] at the latest; `None` while it waits for bytes alone.

@@ -1,4 +1,4 @@
-//! The signal light: patterns of one or more lamps that say how the vessel is to people without a screen.
+//! The signal light: patterns of one or more lamps that show the vessel's state to people without a screen.
 //!
 //! A pattern is groups of one level for each lamp and a duration, over and over. Another pattern begins where the running
 //! one ends, so that none is cut into something else. Patterns and what they mean: the DUNE task `UserInterfaces.LEDs`, which
@@ -15,10 +15,10 @@ const MOST_GROUPS: usize = 64;
 /// The longest group (ms): more would look like a light that is broken.
 const LONGEST_MS: i64 = 60_000;
 
-/// What the light says.
+/// The meaning of the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sign {
-    /// At rest, and well.
+    /// At rest, without faults.
     Normal,
     /// At rest, with low batteries.
     FuelLow,
@@ -26,15 +26,15 @@ pub enum Sign {
     Starting,
     /// A plan runs: the propellers may turn at any moment.
     Executing,
-    /// Something is wrong.
+    /// There is a fault.
     Error,
-    /// Something without which no voyage can be has failed since the start of the program.
+    /// A part that every voyage needs has failed since the start of the program.
     Fatal,
     /// The power goes off.
     Shutdown,
 }
 
-/// What the vessel is doing, in the terms of its supervisor.
+/// The vessel's activity, in the terms of its supervisor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Activity {
     /// The program begins.
@@ -48,14 +48,14 @@ pub enum Activity {
     Maneuver,
     /// Another system steers.
     External,
-    /// Something is wrong.
+    /// There is a fault.
     Error,
 }
 
-/// All that the light looks at.
+/// The inputs of the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Situation {
-    /// What the vessel is doing.
+    /// The vessel's activity.
     pub activity: Activity,
     /// The batteries are low.
     pub fuel_low: bool,
@@ -65,7 +65,7 @@ pub struct Situation {
     pub powering_off: bool,
 }
 
-/// Why numbers are no pattern.
+/// Why numbers are not a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PatternError {
     /// Not whole groups.
@@ -131,7 +131,7 @@ impl Pattern {
 /// The pattern of each sign.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patterns {
-    /// At rest, and well.
+    /// At rest, without faults.
     pub normal: Pattern,
     /// At rest, with low batteries.
     pub fuel_low: Pattern,
@@ -139,9 +139,9 @@ pub struct Patterns {
     pub starting: Pattern,
     /// A plan runs.
     pub executing: Pattern,
-    /// Something is wrong.
+    /// There is a fault.
     pub error: Pattern,
-    /// Something critical has failed.
+    /// A critical part has failed.
     pub fatal: Pattern,
     /// The power goes off.
     pub shutdown: Pattern,
@@ -209,7 +209,7 @@ impl Light {
         }
     }
 
-    /// What is most urgent. That the propellers may turn is more urgent to people nearby than a low battery.
+    /// The most urgent meaning. That the propellers may turn is more urgent to people nearby than a low battery.
     fn sign(&self, situation: Situation) -> Sign {
         if situation.powering_off {
             return Sign::Shutdown;
@@ -231,7 +231,7 @@ impl Light {
         self.fatal
     }
 
-    /// Goes on to the next group where the one at hand is over.
+    /// Continues with the next group where the present one is over.
     pub fn tick(&mut self, now: MonoTime) {
         let Some(until) = self.until.filter(|until| *until <= now) else { return };
         let ended = self.group + 1 >= self.patterns.of(self.shown).groups.len();

@@ -1,9 +1,9 @@
-//! What a driver has for the owner of its port, in order and bounded.
+//! A driver's outputs for the owner of its port, in order and bounded.
 
 use crate::{Note, Output, State};
 use std::collections::VecDeque;
 
-/// Outputs that wait at most. Who owns a port takes all after each input, and one input of a port's size makes far fewer.
+/// Outputs that wait at most. The owner of a port takes all after each input, and one input of a port makes far fewer.
 pub(crate) const MOST_WAITING: usize = 4096;
 
 /// Outputs that wait. When it is full the oldest reading or note makes room, as the newest say how things are; what is to be

@@ -35,7 +35,7 @@ impl Pin {
     }
 }
 
-/// What the watchdog wants, or has learned.
+/// An output of the watchdog.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WatchdogOutput {
     /// Set an output, in this order.
@@ -47,7 +47,7 @@ pub enum WatchdogOutput {
     },
     /// Its state changed.
     State(State),
-    /// Something for the log.
+    /// An entry for the log.
     Note(Note),
 }
 
@@ -67,7 +67,7 @@ impl Default for WatchdogConfig {
     }
 }
 
-/// What the watchdog does.
+/// The state of the watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// Off, until the brain shows life.
@@ -85,7 +85,7 @@ enum Phase {
 pub struct Watchdog {
     config: WatchdogConfig,
     phase: Phase,
-    /// The brain's count, as it was at the last pulse and as it is.
+    /// The brain's count, at the last pulse and now.
     pulsed_at: u64,
     count: u64,
     /// When the count moved last.
@@ -97,8 +97,8 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// A watchdog at `now`: its pins are low, and it goes on at the first sign of life. So a program that cannot start, as
-    /// by an error in its configuration, is not restarted for ever and can be mended from afar.
+    /// A watchdog at `now`: its pins are low, and it starts at the first sign of life. So a program that cannot start, as
+    /// by an error in its configuration, is not restarted for ever and can be repaired remotely.
     pub fn new(now: MonoTime, config: WatchdogConfig) -> Self {
         let mut watchdog = Self {
             config: WatchdogConfig { pulse: config.pulse.min(config.period / 2), ..config },
@@ -149,7 +149,7 @@ impl Watchdog {
         match self.phase {
             Phase::Low(due) if now >= due => {
                 if self.count == self.pulsed_at {
-                    // No life, no pulse. It is looked for again in a period, so that a brain that was only held up keeps
+                    // No life, no pulse. It is checked again after a period, so that a brain that was only held up keeps
                     // the vessel.
                     self.phase = Phase::Low(now + self.config.period);
                 } else {
@@ -179,7 +179,7 @@ impl Watchdog {
         self.note(Note { warning: false, text: "the board's watchdog is off".to_owned() });
     }
 
-    /// What is to be done next; `None` when there is no more.
+    /// The next output; `None` when there is no more.
     pub fn poll_output(&mut self) -> Option<WatchdogOutput> {
         self.out.pop_front()
     }
@@ -217,7 +217,7 @@ impl Watchdog {
         }
     }
 
-    /// Of a pin only its last level counts: a pulse that nobody carried out is past.
+    /// Of a pin only its last level counts: a level not yet written is replaced.
     fn set(&mut self, pin: Pin, high: bool) {
         self.out.retain(|output| !matches!(output, WatchdogOutput::Set { pin: other, .. } if *other == pin));
         self.out.push_back(WatchdogOutput::Set { pin, high });

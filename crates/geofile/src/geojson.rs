@@ -7,7 +7,7 @@
 use crate::{Geometry, MOST_POSITIONS, Polygon, Position, Shape, Shapes, tidy};
 use serde_json::{Map, Value, json};
 
-/// Why a text is no GeoJSON of what is looked for.
+/// Why a text is not GeoJSON of the wanted kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
     /// No JSON.
@@ -40,7 +40,7 @@ pub enum GeoJsonError {
     Position {
         /// Where.
         place: String,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// Another coordinate system.
@@ -54,7 +54,7 @@ pub enum GeoJsonError {
 /// Reads all points and lines.
 ///
 /// # Errors
-/// At the first thing that is neither.
+/// At the first object that is neither.
 pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
     let value = parsed(bytes)?;
     let mut reader = Reader::default();
@@ -69,10 +69,10 @@ pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
     Ok(reader.shapes)
 }
 
-/// Reads all polygons. They may be many: who reads them bounds the file.
+/// Reads all polygons. They may be many: the caller bounds the file.
 ///
 /// # Errors
-/// At the first thing that is not valid.
+/// At the first object that is not valid.
 pub fn read_polygons(bytes: &[u8]) -> Result<Vec<Polygon>, GeoJsonError> {
     let mut polygons = Vec::new();
     collect(&parsed(bytes)?, "the file", &mut polygons)?;
@@ -93,7 +93,7 @@ fn parsed(bytes: &[u8]) -> Result<Value, GeoJsonError> {
     Ok(value)
 }
 
-/// Writes a FeatureCollection. The names stand as property `name`.
+/// Writes a FeatureCollection. The names are the property `name`.
 pub fn write(shapes: &Shapes) -> String {
     let position = |position: &Position| json!([position.lon_deg, position.lat_deg]);
     let features: Vec<Value> = shapes
@@ -291,7 +291,7 @@ fn list<'a>(value: &'a Value, place: &str) -> Result<&'a Vec<Value>, GeoJsonErro
     value.as_array().ok_or_else(wrong)
 }
 
-/// The beginning of what stands somewhere.
+/// The beginning of the text at a place.
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() <= 60 { text } else { text.chars().take(59).chain(['…']).collect() }

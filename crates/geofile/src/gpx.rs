@@ -13,10 +13,10 @@ use serde_json::Map;
 
 /// How deep elements may be nested.
 const DEEPEST: usize = 64;
-/// Bytes of a name that are looked at.
+/// Bytes of a name that are read.
 const NAME_BYTES: usize = 4_096;
 
-/// Why a text is no GPX.
+/// Why a text is not GPX.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GpxError {
     /// Not in UTF-8.
@@ -43,7 +43,7 @@ pub enum GpxError {
         line: usize,
         /// The element.
         element: String,
-        /// What stands there.
+        /// The text found.
         found: String,
     },
     /// Too many positions.
@@ -60,7 +60,7 @@ pub enum GpxError {
 /// Reads all points and tracks.
 ///
 /// # Errors
-/// At the first thing that is wrong.
+/// At the first error.
 pub fn read(bytes: &[u8]) -> Result<Shapes, GpxError> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| GpxError::Text(error.valid_up_to()))?;

@@ -1,8 +1,8 @@
 //! GPX 1.1 and GeoJSON (RFC 7946) as named points and lines, and GeoJSON as polygons.
 //!
-//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is its reader's
-//! business. A file is read whole or refused with the place of what is wrong in it; nothing is believed about its size
-//! before it is there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
+//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is left to the
+//! caller. A file is read whole or refused with the place of the error; no stated size is trusted before the data is
+//! there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
 //!
 //! - [`Shapes`] is what a file holds, each [`Shape`] with its [`Geometry`]: [`geojson::read`], [`gpx::read`].
 //! - [`Polygon`]s are read by [`geojson::read_polygons`].
@@ -27,14 +27,14 @@ pub struct Position {
 }
 
 impl Position {
-    /// From degrees; `None` where they are no place.
+    /// From degrees; `None` where they are not a place.
     pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
         let good = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
         good.then_some(Self { lat_deg, lon_deg })
     }
 }
 
-/// Where a thing is.
+/// The geometry of a shape.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// At a place.
@@ -46,27 +46,27 @@ pub enum Geometry {
 /// The rings of a polygon, the outer one first; the last position of a ring is its first one.
 pub type Polygon = Vec<Vec<Position>>;
 
-/// A thing of a file.
+/// A named shape of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// What it is called; empty for nothing.
+    /// Its name; may be empty.
     pub name: String,
     /// Where it is.
     pub geometry: Geometry,
-    /// What else is said of it; always empty from GPX.
+    /// Its other properties; always empty from GPX.
     pub properties: Map<String, Value>,
 }
 
 /// All that a file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shapes {
-    /// What the file calls itself; empty for nothing.
+    /// The file's name for itself; may be empty.
     pub name: String,
-    /// What else it says of itself; always empty from GPX.
+    /// Its other properties; always empty from GPX.
     pub properties: Map<String, Value>,
-    /// Its things, in their order.
+    /// Its shapes, in their order.
     pub shapes: Vec<Shape>,
-    /// What was left out, for people.
+    /// Parts that were left out, for people.
     pub notes: Vec<String>,
 }
 

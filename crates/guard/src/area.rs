@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use thiserror::Error;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// Points of the border that ways back inside are looked for behind: the nearest ones.
+/// Points of the border behind which ways back inside are searched for: the nearest ones.
 const FEET: usize = 32;
-/// From each of them the inside is looked for in so many directions.
+/// From each of them the inside is searched for in so many directions.
 const DIRECTIONS: u32 = 16;
 /// Shares of the distance that is wanted from the border, for areas without room for all of it.
 const INSETS: [f64; 3] = [1.0, 0.5, 0.2];
@@ -15,7 +15,7 @@ const NEARLY: f64 = 0.95;
 /// Points beside the nearest one of a side, so many times the distance that is wanted from the border.
 const BESIDE: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// Why some places are no area.
+/// Why some places are not an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum AreaError {
     /// An area needs three corners.

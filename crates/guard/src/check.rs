@@ -1,4 +1,4 @@
-//! Holds all that a vessel sweeps against the chart, leg by leg.
+//! Checks all that a vessel sweeps against the chart, leg by leg.
 //!
 //! Legs (ways, tracks, circles, places, drifting) are covered by corridors, and the
 //! [depth index](charts::depth_index) is asked for the worst in each. Corridors are swept exactly; where a shape is no
@@ -33,15 +33,15 @@ pub fn check_way(
     leg.told(&worst(corridor, index, limits), (from, to), index, limits)
 }
 
-/// A check of all that a vessel is to sweep, given in the order in which it is sailed.
+/// A check of all that a vessel will sweep, given in the order in which it is sailed.
 ///
-/// Each leg has a label that says whose it is, such as the name of a maneuver; it stands in the answer. What comes
-/// after more than is checked together ([`MOST_CORRIDORS`], [`LONGEST_WAY_M`]) is not looked at.
+/// Each leg has a label that says whose it is, such as the name of a maneuver; it is in the answer. What comes
+/// after more than is checked together ([`MOST_CORRIDORS`], [`LONGEST_WAY_M`]) is not checked.
 #[derive(Debug)]
 pub struct Check<'a> {
     index: &'a DepthIndex,
     limits: &'a GuardLimits,
-    /// Where the vessel may be by now; `None` where nobody knows.
+    /// Where the vessel may be by now; `None` where that is unknown.
     here: Option<Disc>,
     legs: Vec<LegCheck>,
     warnings: Vec<Warning>,
@@ -50,13 +50,13 @@ pub struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    /// A check that begins where the vessel is. Without that the way to the first place is told to be unchecked.
+    /// A check that begins where the vessel is. Without a position the way to the first place is reported as unchecked.
     pub fn new(from: Option<LatLon>, index: &'a DepthIndex, limits: &'a GuardLimits) -> Self {
         let here = from.map(Disc::at);
         Self { index, limits, here, legs: Vec::new(), warnings: Vec::new(), corridors: 0, way_m: 0.0 }
     }
 
-    /// What came of it.
+    /// The verdict on all that was given.
     pub fn verdict(self) -> Verdict {
         let too_much = self.is_over();
         let mut warnings = self.warnings;
@@ -71,7 +71,7 @@ impl<'a> Check<'a> {
         self.corridors > MOST_CORRIDORS || self.way_m > LONGEST_WAY_M
     }
 
-    /// Where the vessel may be after all that was given; `None` where nobody knows.
+    /// Where the vessel may be after all that was given; `None` where that is unknown.
     pub fn here(&self) -> Option<Disc> {
         self.here
     }
@@ -151,7 +151,7 @@ impl<'a> Check<'a> {
         self.here = Some(disc);
     }
 
-    /// From here on nobody knows where the vessel is.
+    /// From here on the vessel's position is unknown.
     pub fn be_anywhere(&mut self) {
         self.here = None;
     }
@@ -234,7 +234,7 @@ impl NamedLeg<'_> {
     }
 }
 
-/// The worst that the chart has in a corridor, for a vessel by itself.
+/// The worst that the chart has in a corridor, for autonomous sailing.
 fn worst(corridor: Corridor, index: &DepthIndex, limits: &GuardLimits) -> DepthAnswer {
     let leg = Leg { from: corridor.from, to: corridor.to };
     index.shallowest_along(leg, corridor.half_width_m, &limits.demand(limits.autonomous_m))
@@ -253,7 +253,7 @@ fn gravity(answer: &DepthAnswer) -> f64 {
     }
 }
 
-/// Why the vessel may not be there by itself, if so: for want of water first, then for a rule.
+/// Why the vessel may not sail there autonomously, if so: first for the depth, then for a rule.
 fn reason(answer: &DepthAnswer, limits: &GuardLimits) -> Option<Reason> {
     if answer.navigable {
         return None;
@@ -343,7 +343,7 @@ mod tests {
         assert_eq!(ways(&closed, lenient).warnings[0].code(), "entry-prohibited");
         assert_eq!(ways(&closed, lenient.at_least(usual)), refused, "a vessel weakens no rule of the shore");
         assert_eq!(ways(&closed, EntryRules::IGNORE).warnings, []);
-        // Whoever is in one must be able to steer out of it.
+        // A vessel inside one must be able to steer out of it.
         let around = crate::WaterAround::new(&closed, &GuardLimits::default(), (place(0.0, 0.0), 1.0), 5.0);
         assert!(around.is_clear() && around.ahead(0.0, 300.0).is_none());
     }

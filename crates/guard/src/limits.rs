@@ -1,13 +1,13 @@
-//! What the guard demands of the water, and how far it believes position, track and chart.
+//! The depth that the guard demands, and the uncertainty of position, track and chart.
 
 use charts::depth_index::{ChartTrust, Demand, EntryRules};
 
 /// Limits of the guard. All but the water level are 0 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GuardLimits {
-    /// Least depth in which anybody may drive the vessel (m).
+    /// Least depth in which an operator may steer the vessel by hand (m).
     pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_m: f64,
     /// Draught at rest (m).
     pub draught_m: f64,
@@ -17,9 +17,9 @@ pub struct GuardLimits {
     pub water_level_m: f64,
     /// Height of the vessel above the water (m); `None` to pass under everything.
     pub air_draught_m: Option<f64>,
-    /// How far the chart is believed.
+    /// How far the chart is trusted.
     pub trust: ChartTrust,
-    /// What becomes of plans into areas whose entry is prohibited or restricted.
+    /// How plans into areas whose entry is prohibited or restricted are treated.
     pub entry: EntryRules,
     /// How far the vessel may be from where it believes to be (m).
     pub position_m: f64,
@@ -36,7 +36,7 @@ pub struct GuardLimits {
 }
 
 impl Default for GuardLimits {
-    /// An Otter: 1 m navigable, 5 m by itself, 0.32 m of draught with its payload, 2 m up to its aerials.
+    /// An Otter: 1 m navigable, 5 m autonomous, 0.32 m of draught with its payload, 2 m up to its aerials.
     fn default() -> Self {
         Self {
             navigable_m: 1.0,
@@ -63,9 +63,9 @@ impl Default for GuardLimits {
 pub struct LimitsError {
     /// Which.
     pub name: &'static str,
-    /// What it is.
+    /// Its value.
     pub value: f64,
-    /// What it must at least be.
+    /// Its least value.
     pub least: f64,
 }
 
@@ -112,7 +112,7 @@ impl GuardLimits {
         least_m.max(self.draught_m + self.squat_m)
     }
 
-    /// What is demanded of the water where it must be `least_m` deep.
+    /// The demand for water that must be `least_m` deep.
     pub fn demand(&self, least_m: f64) -> Demand {
         let own_m = self.draught_m + self.squat_m;
         Demand {

@@ -1,4 +1,4 @@
-//! Where to turn back to: the roomiest water that a straight way leads to.
+//! Where to turn back to: the water with most room that a straight way leads to.
 
 use crate::limits::GuardLimits;
 use crate::water_around::WaterAround;
@@ -8,7 +8,7 @@ use units::{LatLon, LocalFrame, LocalPoint};
 
 const DIRECTIONS: u32 = 24;
 const WAYS_M: [f64; 4] = [15.0, 30.0, 60.0, 100.0];
-/// More room is no better (m).
+/// More room gives no advantage (m).
 const ROOM_M: f64 = 40.0;
 /// A metre of way is worth this much room (m).
 const WAY_COST: f64 = 0.1;
@@ -25,8 +25,8 @@ pub struct Refuge {
 }
 
 impl WaterAround<'_> {
-    /// The roomiest place that a straight way leads to; `radius_m` is how far the vessel may drift there at most. Way and
-    /// place are deep enough for the vessel by itself, else the place, else both at least for anybody.
+    /// The place with most room that a straight way leads to; `radius_m` is how far the vessel may drift there at most.
+    /// Way and place are deep enough for autonomous sailing; else the place alone is; else both are for manual steering.
     pub fn refuge(&self, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
         let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
         [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {

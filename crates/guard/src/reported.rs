@@ -1,13 +1,13 @@
 //! A refused leg read again from the sentence that [`LegCheck`](crate::LegCheck) makes of it.
 //!
-//! A vessel has no field of IMC but a text for why it refuses a plan. The shore reads leg, reason and place from that text
-//! here, beside the function that writes it, and hands them on as values: nobody further on looks into sentences.
+//! IMC has only a text field for why a vessel refuses a plan. The shore reads leg, reason and place from that text here,
+//! beside the function that writes it, and passes them on as values: no other code parses the sentence.
 
 use crate::{Part, Reason};
 use charts::depth_index::Restriction;
 use units::LatLon;
 
-/// What a sentence told of a refused leg.
+/// A refused leg as read from a sentence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReportedLeg {
     /// Whose leg it is, such as the name of a maneuver.
@@ -34,7 +34,7 @@ pub struct ReportedLeg {
 }
 
 impl ReportedLeg {
-    /// The first leg that a sentence tells of, whatever stands before and after it.
+    /// The first leg in a sentence, with any text before and after it.
     pub fn find(text: &str) -> Option<Self> {
         // A label stands in quotes after a space, and may hold quotes itself.
         let opens = text.match_indices('\'').map(|(at, _)| at);
@@ -42,7 +42,7 @@ impl ReportedLeg {
         begins.map(|at| &text[at + 1..]).find_map(Self::read)
     }
 
-    /// What follows the quote before a label.
+    /// The text after the quote before a label.
     fn read(text: &str) -> Option<Self> {
         text.match_indices("' (").find_map(|(end, _)| {
             let (part, rest) = text[end + 3..].split_once(' ')?;
@@ -64,7 +64,7 @@ impl ReportedLeg {
     }
 }
 
-/// What is wrong with a leg.
+/// The fault of a leg.
 struct What {
     reason: Reason,
     least_m: Option<f64>,
@@ -169,7 +169,7 @@ mod tests {
         LegCheck { label, part, number: 2, from: at, to: at, half_width_m: 5.0, reason, spot, area }
     }
 
-    /// What stands around the sentence on its way from a vessel.
+    /// Text around the sentence as it comes from a vessel.
     fn around(leg: &LegCheck) -> String {
         format!("late: the vessel's guard refuses: {leg} (and 2 more legs)")
     }

@@ -1,4 +1,4 @@
-//! What the guard answers: legs with their worst spot, and what it could not check.
+//! The guard's answer: legs with their worst spot, and what it could not check.
 
 use charts::depth_index::{DepthAnswer, DepthIndex, Restricted, Restriction, Water};
 use std::fmt;
@@ -7,19 +7,19 @@ use units::LatLon;
 /// Worst zone of confidence that is taken without a warning (CATZOC 4 = C).
 const POOR_ZONE: u8 = 5;
 
-/// What becomes of what was checked.
+/// The result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// All of it was checked and is deep enough.
     Ok,
-    /// What was checked is deep enough; something was not, or the chart is poor.
+    /// What was checked is deep enough; a part was not checked, or the chart is poor.
     Warnings,
     /// Some of it is not known to be deep enough.
     Refused,
 }
 
 impl Outcome {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -29,19 +29,19 @@ impl Outcome {
     }
 }
 
-/// The guard's answer about all that a vessel is to sweep.
+/// The guard's answer about all that a vessel will sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verdict {
     /// Every leg that was checked, in the order they are sailed.
     pub legs: Vec<LegCheck>,
-    /// What was not, or not well.
+    /// Parts that were not checked, or not well.
     pub warnings: Vec<Warning>,
     /// It is more than the guard checks together ([`MOST_CORRIDORS`](crate::MOST_CORRIDORS)): it is refused.
     pub too_much: bool,
 }
 
 impl Verdict {
-    /// What becomes of it.
+    /// The result.
     pub fn outcome(&self) -> Outcome {
         if self.too_much || self.refused().next().is_some() {
             Outcome::Refused
@@ -97,7 +97,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Transit => "transit",
@@ -114,17 +114,17 @@ impl Part {
 pub enum Reason {
     /// Land, or a construction on the ground.
     Land,
-    /// Something in the way, whatever the depth.
+    /// An obstacle, whatever the depth.
     Obstacle,
-    /// A danger whose depth nobody knows, or an unsurveyed area.
+    /// A danger of unknown depth, or an unsurveyed area.
     UnknownDepth,
     /// Nothing is charted.
     NoData,
-    /// Something overhead that the vessel does not fit under.
+    /// An overhead obstacle that is too low for the vessel.
     TooLow,
-    /// Too shallow for anybody.
+    /// Too shallow even for manual steering.
     TooShallow,
-    /// Deep enough for an operator who steers, too shallow for the vessel by itself.
+    /// Deep enough for manual steering, too shallow for autonomous sailing.
     TooShallowAlone,
     /// Deep enough, in an area that the vessel may not enter.
     Entry(
@@ -134,7 +134,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::Land => "land",
@@ -154,9 +154,9 @@ impl Reason {
 pub struct Spot {
     /// Where.
     pub at: LatLon,
-    /// Least charted depth (m); negative where it dries, absent where it is no water of known depth.
+    /// Least charted depth (m); negative where it dries, absent where it is not water of known depth.
     pub least_m: Option<f64>,
-    /// What is left of the depth (m), negative = too shallow; absent like the depth.
+    /// Margin of the depth (m), negative = too shallow; absent like the depth.
     pub margin_m: Option<f64>,
     /// Class of the chart object that decides (S-57 acronym); absent where there is no data.
     pub class: Option<&'static str>,
@@ -170,12 +170,12 @@ pub struct Spot {
     pub edition: Option<(String, String)>,
     /// Compilation scale of the cell, 1 : this; absent where unknown.
     pub scale: Option<u32>,
-    /// Zone of confidence (CATZOC 1 to 6); absent where the chart does not tell.
+    /// Zone of confidence (CATZOC 1 to 6); absent where it is not charted.
     pub zone: Option<u8>,
 }
 
 impl Spot {
-    /// What an answer of the index means in words and numbers.
+    /// From an answer of the index.
     pub fn of(answer: &DepthAnswer, index: &DepthIndex) -> Self {
         let object = answer.object.and_then(|id| index.object(id));
         let object = object.as_ref();
@@ -209,7 +209,7 @@ pub struct LegCheck {
     pub from: LatLon,
     /// Where it ends.
     pub to: LatLon,
-    /// Half width that was looked at where it is worst, with all allowances (m).
+    /// Half width that was checked where it is worst, with all allowances (m).
     pub half_width_m: f64,
     /// Why it is refused, if it is.
     pub reason: Option<Reason>,
@@ -238,7 +238,7 @@ impl Entered {
         Self { restriction: area.restriction, spot: Spot { class, ..found } }
     }
 
-    /// What it is called, and where it is charted.
+    /// Its name, and its chart.
     fn name_and_chart(&self) -> String {
         let name = self.spot.name.as_deref().unwrap_or("no name");
         let cell = self.spot.cell.as_deref().unwrap_or("no chart");
@@ -282,7 +282,7 @@ impl fmt::Display for LegCheck {
     }
 }
 
-/// What was not checked, or not well.
+/// A part that was not checked, or not well.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Warning {
     /// Where the vessel starts is not known: the way to the first place is unchecked.
@@ -290,14 +290,14 @@ pub enum Warning {
         /// The first part with a place.
         label: String,
     },
-    /// Nobody knows beforehand where this leads.
+    /// Where this leads is not known beforehand.
     Unchecked {
         /// Whose way it is.
         label: String,
         /// What it is, in a word.
         kind: String,
     },
-    /// The vessel drifts for a time that nobody knows beforehand.
+    /// The vessel drifts for a time that is not known beforehand.
     DriftsOn {
         /// Whose drifting it is.
         label: String,
@@ -321,7 +321,7 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::StartUnknown { .. } => "start-unknown",
@@ -332,7 +332,7 @@ impl Warning {
         }
     }
 
-    /// What it is about, such as the name of a maneuver.
+    /// Its subject, such as the name of a maneuver.
     pub fn label(&self) -> &str {
         match self {
             Self::StartUnknown { label }

@@ -1,4 +1,4 @@
-//! What a vessel under way asks of the chart: the water around it and ahead.
+//! Chart queries of a vessel under way: the water around it and ahead.
 
 use crate::limits::GuardLimits;
 use charts::depth_index::{Demand, DepthAnswer, DepthIndex, EntryRules, Leg};
@@ -10,10 +10,10 @@ const SIGMAS: f64 = 2.45;
 const WIDENING: f64 = 0.07;
 /// The cone is covered by corridors that end at these shares of its length.
 const STEPS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
-/// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, and nobody is
+/// A prohibited area does not damage the hull: a vessel inside one must be able to steer out of it, so it is not
 /// braked, turned back or aborted for it.
 const UNDER_WAY: EntryRules = EntryRules::IGNORE;
-/// Halvings of an interval when a clear radius is looked for.
+/// Halvings of an interval when a clear radius is searched for.
 const HALVINGS: u32 = 9;
 
 /// Danger ahead.

@@ -1,5 +1,5 @@
-//! Where the vessel may go by itself, for goals that others name under way: the area of operation and the sea chart.
-//! Plans are held against both before they start.
+//! Where the vessel may sail autonomously, for goals that others set under way: the area of operation and the sea chart.
+//! Plans are checked against both before they start.
 
 use crate::area::Area;
 use crate::check::check_way;
@@ -10,11 +10,11 @@ use std::fmt;
 use std::sync::Arc;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// The border is looked for along a way in steps of so much (m), but not in more steps than these.
+/// The border is searched for along a way in steps of this length (m), but not in more steps than these.
 const STEP_M: f64 = 5.0;
 const MOST_STEPS: u32 = 400;
 
-/// Where the vessel may go by itself.
+/// Where the vessel may sail autonomously.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Waters {
     /// The area of operation; anywhere without.
@@ -23,15 +23,15 @@ pub struct Waters {
     pub chart: WaterChart,
 }
 
-/// The sea chart that ways are held against.
+/// The sea chart that ways are checked against.
 #[derive(Clone, PartialEq, Default)]
 pub enum WaterChart {
-    /// No chart is configured: ways are not held against one.
+    /// No chart is configured: ways are not checked against one.
     #[default]
     Off,
     /// The chart cannot be read, and no way is allowed without it.
     Unreadable,
-    /// Ways are held against this chart, by these limits.
+    /// Ways are checked against this chart, by these limits.
     Loaded(Arc<DepthIndex>, Box<GuardLimits>),
 }
 

@@ -18,7 +18,7 @@ pub enum Urgency {
     Stop,
 }
 
-/// What an order carries besides its packet.
+/// The data of an order besides its packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tag {
     /// The command that it is; none for stick positions.
@@ -36,7 +36,7 @@ pub struct Tag {
 pub struct Delivery {
     /// The packet.
     pub packet: Bytes,
-    /// What it is as an order; nothing for what is only passed on.
+    /// Its data as an order; `None` for packets that are only passed on.
     pub tag: Option<Tag>,
 }
 

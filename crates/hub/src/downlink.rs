@@ -1,21 +1,20 @@
-//! The one way down: what people and programs order goes to its vessel by whatever transport leads there.
+//! The downlink: orders of people and programs go to their vessel by the transport that leads there.
 //!
 //! Every order has a number, the epoch of the lease that it is given under, an end of its life, and an urgency. It goes by
-//! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
-//! ends, and goes out when the vessel is heard again.
+//! the vessel's link while that is open, else by the best of the other ways. Without a way it waits here until its life
+//! ends, and is sent when the vessel is heard again.
 //!
-//! A stop takes every way there is, goes ahead of everything that waits, and calls off what was ordered before it and is
-//! not sent: a start that comes after the stop that was meant to end it would be worse than none. That it was sent does
-//! not say that it arrived. So until the vessel shows that it has it, the stop is kept, and given again when the vessel is
-//! heard: after a silence, when a connection that took it has ended, when the link stands again, and from time to time.
-//! Whoever starts something after the stop ends that, unless the start comes to nothing. What somebody starts beside the
-//! vessel, by a radio of their own, is not known here.
+//! A stop is sent by every way, ahead of everything that waits, and cancels earlier orders that are not sent yet: a start
+//! that arrives after the stop that was meant to end it would be worse than none. Sent does not mean arrived. So until
+//! the vessel shows that it has the stop, it is kept and sent again when the vessel is heard: after a silence, when a
+//! connection that took it has ended, when the link is open again, and from time to time. A start after the stop ends
+//! this, unless the start is not carried out. What an operator starts by a radio of their own is not known here.
 //!
 //! | urgency | without a way | life |
 //! |---|---|---|
 //! | stop | waits | [`STOP_LIFE`] |
 //! | command | waits if the vessel has a link, else it is refused | [`TIME_TO_LIVE`] |
-//! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
+//! | sticks | is dropped: newer ones follow | as long as the operator's sample is valid |
 
 use crate::delivery::{CommandId, Delivery, Tag, Urgency};
 use crate::{Hub, PeerId, Transport};
@@ -35,15 +34,15 @@ pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
 pub const CALLED_OFF: &str = "a stop was ordered before it could be sent";
 /// A stop is worth delivering for as long as this.
 pub const STOP_LIFE: Duration = Duration::from_mins(10);
-/// A copy of a stop that was handed to a connection lives as long as any order. A later copy could end what somebody
-/// started after the stop. The stop itself is kept here and given again.
+/// A copy of a stop that was passed to a connection lives as long as any order: a later copy could end what an operator
+/// started after the stop. The stop itself is kept here and sent again.
 const COPY_LIFE: Duration = TIME_TO_LIVE;
-/// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
+/// Orders that may wait for one vessel; one more is refused, except a stop, which cancels all others.
 const WAITING: usize = 20;
 /// Vessels for which orders may wait, and of which a stop is kept.
 const VESSELS: usize = 1_024;
-/// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
-/// One that is heard all the time and shows nothing is given the stop again after as long, then after twice that.
+/// A vessel that is heard after this long may have missed what was sent meanwhile: vessels send each second.
+/// One that is heard all the time without evidence of the stop gets it again after as long, then after twice that.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// An order for a vessel.
@@ -51,13 +50,13 @@ const SILENCE: Duration = Duration::from_secs(3);
 pub struct Telecommand {
     /// To whom.
     pub vessel: Address,
-    /// What it carries.
+    /// Its data as an order.
     pub tag: Tag,
     /// The packet.
     pub packet: Bytes,
 }
 
-/// What became of an order when it was given.
+/// The result of giving an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dispatched {
     /// It is on its way by these transports.
@@ -69,30 +68,30 @@ pub enum Dispatched {
     Refused(&'static str),
 }
 
-/// Where orders are followed to their end. The downlink asks it what is known of an order, and reports what becomes of it on
+/// Where orders are followed to their end. The downlink asks it what is known of an order, and reports its progress on
 /// the way down.
 pub trait OrderLog {
-    /// A packet of the present came from a vessel, before the downlink acts on it: it may be evidence.
+    /// A live packet came from a vessel, before the downlink acts on it: it may be evidence.
     fn heard(&mut self, now: Now, view: &PacketView<'_>);
-    /// Whether nothing shows yet that the vessel has it.
+    /// Whether there is no evidence yet that the vessel has it.
     fn is_unconfirmed(&self, id: CommandId) -> bool;
-    /// Whether the vessel did not do it and will not.
+    /// Whether the vessel did not carry it out and will not.
     fn is_void(&self, id: CommandId) -> bool;
     /// Whether it has the vessel begin something.
     fn starts(&self, id: CommandId) -> bool;
-    /// What became of it when it was given to the transports.
+    /// The result of giving it to the transports.
     fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched);
-    /// It is on its way once more, for nothing showed that the vessel has it.
+    /// It was sent again, for lack of evidence that the vessel has it.
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
     fn refused(&mut self, now: Now, id: CommandId, why: &str);
-    /// Something was started after a stop that waited.
+    /// A start was ordered after a stop that waited.
     fn overtaken(&mut self, now: Now, id: CommandId);
-    /// It found no way as long as it was worth anything.
+    /// It found no way within its life.
     fn expired(&mut self, now: Now, id: CommandId);
 }
 
-/// Nobody follows orders: for a hub that only routes.
+/// No log of orders: for a hub that only routes.
 impl OrderLog for () {
     fn heard(&mut self, _: Now, _: &PacketView<'_>) {}
     fn is_unconfirmed(&self, _: CommandId) -> bool {
@@ -111,18 +110,18 @@ impl OrderLog for () {
     fn expired(&mut self, _: Now, _: CommandId) {}
 }
 
-/// What waits for a way, by vessel, in the order in which it was given.
+/// Orders that wait for a way, by vessel, in the order in which they were given.
 #[derive(Debug, Default)]
 pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
 
-/// The last stop of each vessel that was sent and of which nothing shows yet that the vessel has it.
+/// The last stop sent to each vessel, while there is no evidence that the vessel has it.
 #[derive(Debug, Default)]
 pub(crate) struct PendingStops(BTreeMap<Address, PendingStop>);
 
 #[derive(Debug)]
 struct PendingStop {
     stop: Telecommand,
-    /// Who took it.
+    /// The peers that took it.
     takers: Vec<PeerId>,
     /// One of them is gone, perhaps with the stop.
     lost: bool,
@@ -131,7 +130,7 @@ struct PendingStop {
     /// When it was given last, and how long after that it is given again.
     given: MonoTime,
     pause: Duration,
-    /// What was ordered to start after it.
+    /// The start that was ordered after it.
     overtaken_by: Vec<CommandId>,
 }
 
@@ -164,14 +163,14 @@ impl PendingStops {
         self.0.get(&vessel).and_then(|stood| stood.stop.tag.id)
     }
 
-    /// A peer is gone: what it took is perhaps not with the vessel.
+    /// A peer is gone: the orders it took may not have arrived.
     pub(crate) fn lost(&mut self, peer: PeerId) {
         for stood in self.0.values_mut().filter(|stood| stood.takers.contains(&peer)) {
             stood.lost = true;
         }
     }
 
-    /// The vessel is heard: the stop, if it is to be given again.
+    /// The vessel is heard: the stop, if it must be sent again.
     fn heard(&mut self, now: MonoTime, vessel: Address) -> Option<Telecommand> {
         let stood = self.0.get_mut(&vessel)?;
         let was_silent = now.since(stood.heard) > SILENCE;
@@ -235,7 +234,7 @@ impl Waiting {
         }
     }
 
-    /// Takes out what is not worth delivering any more.
+    /// Removes orders whose life has ended.
     fn expired(&mut self, now: MonoTime) -> Vec<Telecommand> {
         let mut over = Vec::new();
         self.0.retain(|_, waiting| {
@@ -255,13 +254,13 @@ struct Way {
 }
 
 impl<O: OrderLog> Hub<O> {
-    /// Gives an order to its vessel. It is recorded as soon as it is given.
+    /// Gives an order to its vessel. It is recorded at once.
     pub fn dispatch(&mut self, now: Now, order: Telecommand) -> Dispatched {
         self.record_own(now, &order.packet);
         self.send_down(now, order)
     }
 
-    /// Whether a vessel's link stands, as its peer says. What waits goes out when it does.
+    /// Whether a vessel's link is open, as its peer reports. Waiting orders are sent when it is.
     pub fn link_stands(&mut self, now: Now, peer: PeerId, stands: bool) {
         let Some(slot) = self.peers.get_mut(&peer) else { return };
         slot.stands = stands;
@@ -277,24 +276,24 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether an order to a vessel would go by its link: it stands, or it is the only way there is.
+    /// Whether an order to a vessel would go by its link: it is open, or it is the only way.
     pub fn goes_by_link(&self, now: MonoTime, vessel: Address) -> bool {
         let links = || self.peers.values().filter(|slot| slot.is_link_of(vessel));
         links().any(|slot| slot.stands)
             || (links().next().is_some() && self.other_ways(now, vessel).is_empty())
     }
 
-    /// A way to a vessel may be there again: what waits for it goes out.
+    /// A way to a vessel may be open again: its waiting orders are sent.
     pub(crate) fn flush(&mut self, now: Now, vessel: Address) {
         for order in self.waiting.take(vessel) {
             self.give(now, order);
         }
     }
 
-    /// What a peer that is gone did not take goes by another way, if it is still worth anything.
+    /// Orders that a lost peer did not take go by another way, if they are still valid.
     pub fn give_again(&mut self, now: Now, order: Telecommand) {
         if order.tag.urgency == Urgency::Stop {
-            // It is kept here for as long as it is wanted.
+            // A stop is kept here until it is confirmed.
             return self.stop_again(now, order.vessel);
         }
         self.give(now, order);
@@ -308,7 +307,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Ends what waited for too long.
+    /// Expires orders that waited too long.
     pub(crate) fn expire_waiting(&mut self, now: Now) {
         for order in self.waiting.expired(now.mono) {
             if let Some(id) = order.tag.id {
@@ -318,7 +317,7 @@ impl<O: OrderLog> Hub<O> {
         self.standing.0.retain(|_, stood| now.mono < stood.stop.tag.expires);
     }
 
-    /// Gives a stop again that the vessel perhaps does not have.
+    /// Sends a stop again that the vessel may not have.
     fn stop_again(&mut self, now: Now, vessel: Address) {
         let Some(stop) = self.standing.heard(now.mono, vessel) else { return };
         let is_heard = self.reaches_alive(now.mono, vessel);
@@ -338,7 +337,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Somebody else starts something aboard: a stop that was given before must not end it.
+    /// Another controller starts something aboard: an earlier stop must not end it.
     pub(crate) fn another_starts(&mut self, now: Now, view: &PacketView<'_>) {
         let is_kept = !self.standing.is_empty() || !self.waiting.is_empty();
         if is_kept && starts(view) && self.reaches_alive(now.mono, view.dst()) {
@@ -347,14 +346,14 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Something is started after the stops that wait for a vessel.
+    /// A start is ordered after the stops that wait for a vessel.
     fn give_up_waiting(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take_stops(vessel) {
             self.orders.overtaken(now, id);
         }
     }
 
-    /// Whether a stop is kept for a vessel that perhaps does not have it.
+    /// Whether a stop is kept for a vessel that may not have it.
     fn keeps_stop(&self, vessel: Address) -> bool {
         let stood = self.standing.of(vessel).is_some_and(|id| self.orders.is_unconfirmed(id));
         stood || self.waiting.has_stop(vessel)
@@ -389,9 +388,9 @@ impl<O: OrderLog> Hub<O> {
             takers.push(link);
         }
         if stop && !again {
-            // A link that is down may still hold a start that was ordered before: the stop calls it off there.
+            // A link that is down may still hold a start that was ordered before: the stop cancels it there.
             for down in self.links_that_are_down(vessel) {
-                // What becomes of it there tells nothing of the stop.
+                // Its outcome there says nothing of the stop.
                 self.hand(down, packet, Tag { id: None, ..copy });
             }
         }
@@ -422,7 +421,7 @@ impl<O: OrderLog> Hub<O> {
             Urgency::Command | Urgency::Stop => {}
         }
         if stop {
-            // The newest stands for all.
+            // The newest counts for all.
             self.standing.end(vessel);
         }
         match self.wait(order) {
@@ -439,7 +438,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Calls off what waits for a vessel.
+    /// Cancels the orders that wait for a vessel.
     fn call_off(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
             self.orders.refused(now, id, CALLED_OFF);
@@ -474,11 +473,11 @@ impl<O: OrderLog> Hub<O> {
         ways.into_iter().rev().map(|((alive, ..), peer)| Way { peer, alive }).collect()
     }
 
-    /// A packet of the present came from a vessel: a way leads there.
+    /// A live packet came from a vessel: a way leads there.
     pub(crate) fn way_back(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
         if !self.waiting.is_empty() && self.waiting.has(vessel) {
-            // One that was given to a way that seemed dead did perhaps arrive.
+            // One that was given to a way that seemed dead may have arrived.
             let orders = &self.orders;
             self.waiting.retain(vessel, |one| {
                 one.tag.urgency != Urgency::Stop || one.tag.id.is_none_or(|id| orders.is_unconfirmed(id))
@@ -492,13 +491,13 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether a way leads to the vessel by which it was just heard and which takes what it is given.
+    /// Whether there is a way to the vessel by which it was just heard and whose peer reads its packets.
     fn reaches_alive(&self, now: MonoTime, vessel: Address) -> bool {
         self.standing_link(vessel).is_some() || self.other_ways(now, vessel).iter().any(|way| way.alive)
     }
 }
 
-/// Whether somebody has a vessel begin something.
+/// Whether a packet orders a vessel to start something.
 fn starts(view: &PacketView<'_>) -> bool {
     match view.id() {
         PlanControl::ID => imc::decode::<PlanControl>(view).is_ok_and(|control| {

@@ -1,12 +1,12 @@
-//! Finds packets that were here before.
+//! Finds copies of packets.
 //!
 //! Copies come from two sides: an IMCProxy sends one copy of each telemetry packet per console, differing in
 //! destination (and so in checksum), and a system that is reached by two transports is heard twice. The window is
 //! bounded in number: two halves, each a set of 64-bit digests; when the younger half is full, the older one is
 //! forgotten.
 //!
-//! A command that is said again is a command again, and never a copy, unless the vessel echoes it. [`Repeats`] tells
-//! the one from the other.
+//! A command that is sent again is a new command, never a copy, unless the vessel echoes it. [`Repeats`]
+//! distinguishes the two.
 
 #![expect(clippy::disallowed_types, reason = "the sets are asked, never gone through")]
 
@@ -20,14 +20,14 @@ use units::MonoTime;
 /// Packets of each half.
 const HALF: usize = 1 << 15;
 
-/// A copy by another way comes within this; the same bytes later are said again.
+/// A copy by another way comes within this; the same bytes later are a repetition.
 const COPY_WITHIN: Duration = Duration::from_secs(2);
-/// The same bytes may be said so often without a pause of [`COPY_WITHIN`]. What goes on goes round between relays.
+/// The same bytes may be sent so often without a pause of [`COPY_WITHIN`]. Beyond that they circulate between relays.
 const IN_A_ROW: u32 = 20;
-/// An Abort goes on for as long as it is said, but not faster than this once it was said five times.
+/// An Abort is passed on for as long as it is sent, but not faster than this once it was sent five times.
 const ABORT_EVERY: Duration = Duration::from_millis(200);
 const ABORTS_AT_ONCE: u32 = 5;
-/// Commands that are remembered. Beyond that the one said longest ago is forgotten, and passes if a copy comes.
+/// Commands that are remembered. Beyond that the oldest is forgotten, and passes if a copy comes.
 const COMMANDS: usize = 1_024;
 
 /// Remembers the last 32 768 to 65 536 packets.
@@ -61,7 +61,7 @@ impl Window {
 #[derive(Debug, Default)]
 pub(crate) struct Repeats(BTreeMap<u64, PassedOn>);
 
-/// A command that was said.
+/// A command that was sent.
 #[derive(Debug)]
 struct PassedOn {
     by: PeerId,
@@ -71,13 +71,13 @@ struct PassedOn {
 }
 
 impl Repeats {
-    /// Who said this command within the last seconds.
+    /// The peers that sent this command within the last seconds.
     pub(crate) fn speaker(&self, digest: u64) -> Option<PeerId> {
         self.0.get(&digest).map(|said| said.by)
     }
 
-    /// Whether a command goes on: it is said for the first time, or again by the one who said it. `by_another` says
-    /// that it is the copy of one that another peer, which is still there, said.
+    /// Whether a command is passed on: it came for the first time, or again from its first sender. `by_another` says
+    /// that it is the copy of one that another peer, which is still connected, sent.
     pub(crate) fn passes(
         &mut self,
         now: MonoTime,
@@ -113,7 +113,7 @@ impl Repeats {
     }
 }
 
-/// What makes two packets the same sample: source, entity, message, time and payload, whoever it is sent to.
+/// What makes two packets the same sample: source, entity, message, time and payload, whatever its destination.
 /// `None` for a packet without a time, of which two may look alike and yet be two.
 pub(crate) fn sample(view: &PacketView<'_>) -> Option<u64> {
     let timestamp = view.timestamp();

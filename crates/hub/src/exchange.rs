@@ -1,10 +1,10 @@
-//! What messages are for: which command a vessel, and which belong to an exchange that nobody repeats.
+//! The kinds of messages: which command a vessel, and which belong to an exchange that is not repeated.
 
 use imc::PacketView;
 use imc::messages::{self as m, Payload as _};
 
-/// Whether a packet makes a vessel do something: this one definition decides what is never taken for a copy when
-/// somebody says it twice, and what goes to a vessel by one way only. Answers have the same id, but are not commands.
+/// Whether a packet makes a vessel do something. This one definition decides what is never dropped as a copy when it
+/// is sent twice, and what goes to a vessel by one way only. Answers have the same id, but are not commands.
 pub(crate) fn is_command(view: &PacketView<'_>) -> bool {
     match view.id() {
         // The first field is the type; 0 is a request in all three.
@@ -41,7 +41,7 @@ pub(crate) fn is_command(view: &PacketView<'_>) -> bool {
     }
 }
 
-/// Whether a message belongs to an exchange between two systems: a request or an answer that nobody repeats.
+/// Whether a message belongs to an exchange between two systems: a request or an answer that is not repeated.
 pub(crate) fn is_exchange(id: u16) -> bool {
     matches!(
         id,

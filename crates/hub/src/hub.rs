@@ -1,7 +1,7 @@
-//! The machine that owns routing, the fleet's state and what goes to the archive.
+//! The machine that owns routing, the fleet's state and the records for the archive.
 //!
-//! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
-//! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
+//! Packets come in by [`Hub::packets`], which decides what is trusted, what is new and what is a copy;
+//! `route` chooses the receivers. Every new packet is recorded, whether it has a receiver or not.
 
 use crate::delivery::Delivery;
 use crate::downlink::{OrderLog, PendingStops, Waiting};
@@ -61,16 +61,16 @@ pub struct Record {
     pub link: Option<LinkSeq>,
 }
 
-/// What happened so far.
+/// Counters since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Packets that came.
     pub received: u64,
-    /// Bytes that were no packet.
+    /// Bytes that were not a packet.
     pub damaged: u64,
-    /// Packets of a source that their peer may not speak for.
+    /// Packets with a source address that their peer may not use.
     pub refused: u64,
-    /// Copies of packets that were here before.
+    /// Copies of packets that came before.
     pub duplicates: u64,
     /// Deliveries to peers.
     pub delivered: u64,
@@ -120,32 +120,32 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// What the fleet looks like.
+    /// The live state of the fleet.
     pub fn fleet(&self) -> &Fleet {
         &self.fleet
     }
 
-    /// What became of orders.
+    /// The log of orders.
     pub fn orders(&self) -> &O {
         &self.orders
     }
 
-    /// What became of orders, to add to it.
+    /// The log of orders, to add to it.
     pub fn orders_mut(&mut self) -> &mut O {
         &mut self.orders
     }
 
-    /// Who else speaks in the name of vessels that have a link, in the last minute.
+    /// Who else sends with the address of vessels that have a link, in the last minute.
     pub fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
         self.linked.contradictions(now)
     }
 
-    /// The transports besides the link by which vessels that have a link are believed too.
+    /// The transports besides the link by which vessels that have a link are trusted too.
     pub fn trust_transports(&mut self, transports: impl IntoIterator<Item = Transport>) {
         self.linked.trust(transports);
     }
 
-    /// The vessels that have a link with a token, all of them. They are believed there and at trusted transports only, and
+    /// The vessels that have a link with a token, all of them. They are trusted there and at trusted transports only, and
     /// get their commands there. One whose link joins is one of them from then on.
     pub fn set_linked(&mut self, vessels: BTreeSet<Address>) {
         for slot in self.peers.values_mut().filter(|slot| !self.linked.is_trusted(slot.peer.transport)) {
@@ -156,7 +156,7 @@ impl<O: OrderLog> Hub<O> {
         self.linked.set(vessels);
     }
 
-    /// What happened so far.
+    /// Counters since the start.
     pub fn counters(&self) -> Counters {
         self.counters
     }
@@ -171,7 +171,7 @@ impl<O: OrderLog> Hub<O> {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
         if let (Transport::Link, Sources::Only(vessels)) = (peer.transport, &peer.sources) {
-            // Of several connections of one link the last counts, also if the one before ended without a word.
+            // Of several connections of one link the last counts, also if the previous one ended without a close.
             for slot in self.peers.values_mut().filter(|slot| vessels.iter().any(|own| slot.is_link_of(*own)))
             {
                 slot.stands = false;
@@ -192,7 +192,7 @@ impl<O: OrderLog> Hub<O> {
         self.standing.lost(peer);
     }
 
-    /// Whether a peer takes what it is given; one that does not is no way to a vessel.
+    /// Whether a peer reads its packets; one that does not is not used as a way to a vessel.
     pub fn takes(&mut self, peer: PeerId, takes: bool) {
         if let Some(slot) = self.peers.get_mut(&peer) {
             slot.takes = takes;
@@ -237,8 +237,8 @@ impl<O: OrderLog> Hub<O> {
         // What follows the packet in its message is not passed on.
         let packet = packet.slice(..view.bytes().len());
         if link.is_some() && !slot.peer.sources.allow(view.src()) {
-            // What the vessel recorded of what others told it, a console in its own radio's reach above all.
-            // That is kept, but the vessel speaks for nobody else.
+            // What the vessel recorded from other systems, above all a console in reach of its own radio.
+            // It is recorded but not routed: a vessel sends for itself only.
             self.records.push(Record { packet, received: now.utc, transport, link });
             return;
         }
@@ -252,7 +252,7 @@ impl<O: OrderLog> Hub<O> {
         if let Some(slot) = self.peers.get_mut(&from) {
             slot.heard(view.src(), now.mono, copy);
         }
-        // The link numbers its records: they are told apart by number, and a record that was seen live is still
+        // The link numbers its records: their number identifies them, and a record that was seen live is still
         // a record.
         let mut recorded = link.is_none() && sample.is_some_and(|sample| self.samples.seen(sample));
         let mut again = copy;
@@ -282,7 +282,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Whether a peer may speak for the source of a packet; what it may not say is counted.
+    /// Whether a peer may use a packet's source address; refused packets are counted.
     fn is_believed(
         &mut self,
         now: MonoTime,
@@ -295,8 +295,8 @@ impl<O: OrderLog> Hub<O> {
         let denied = self.linked.denies(source, transport);
         let comes_back = denied && delivery.is_some_and(|digest| self.deliveries.contains(digest));
         if source == self.settings.address || comes_back {
-            // Our own packets come back from vessels that echo them, and what a vessel said by its link from whom it was
-            // passed on to.
+            // Our own packets come back from vessels that echo them, and a vessel's packets from peers to which they were
+            // passed on.
             self.counters.duplicates += 1;
             return false;
         }
@@ -311,7 +311,7 @@ impl<O: OrderLog> Hub<O> {
         true
     }
 
-    /// Whether a command is said, for the first time or again, and is no copy.
+    /// Whether a command is sent, for the first time or again, and is not a copy.
     fn is_said(&mut self, now: MonoTime, from: PeerId, view: &PacketView<'_>, digest: u64) -> bool {
         let by = self.repeats.speaker(digest);
         let by_another = by.is_some_and(|by| by != from && self.peers.contains_key(&by));
@@ -319,7 +319,7 @@ impl<O: OrderLog> Hub<O> {
     }
 
     /// A packet of this server's own: from people, programs, or the server as a console. It is recorded before it
-    /// is delivered. Whether somebody was there to hear it.
+    /// is delivered. Returns whether it had a receiver.
     pub fn send(&mut self, now: Now, packet: &Bytes) -> bool {
         let Ok(view) = PacketView::new(packet) else { return false };
         let delivered = self.counters.delivered;
@@ -349,7 +349,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Time passes: the server's own announcements, heartbeats and questions. To be called once a second.
+    /// Sends the server's own announcements, heartbeats and queries. To be called once a second.
     pub fn tick(&mut self, now: Now) {
         self.expire_waiting(now);
         if !self.settings.active {
@@ -371,7 +371,7 @@ impl<O: OrderLog> Hub<O> {
         self.node.set_services(services);
     }
 
-    /// Hands over what waits for each peer.
+    /// Passes on what waits for each peer.
     pub fn drain_deliveries(&mut self, mut take: impl FnMut(PeerId, Vec<Delivery>)) {
         for (id, slot) in &mut self.peers {
             if !slot.out.is_empty() {
@@ -380,7 +380,7 @@ impl<O: OrderLog> Hub<O> {
         }
     }
 
-    /// Hands over what must be recorded.
+    /// Passes on what must be recorded.
     pub fn drain_records(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.records)
     }

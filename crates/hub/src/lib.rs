@@ -1,16 +1,15 @@
-//! Who hears whom, and what the fleet looks like now.
+//! Routing of IMC packets between peers, and the live state of the fleet.
 //!
 //! [`Hub`] is one state machine without sockets, clock or threads. Peers join at a transport, packets come in as the
-//! bytes they were sent as, and what must go out is drained as batches: packets for each peer, records for the
-//! archive. Routing reads headers only; a value is decoded when somebody looks at it. It knows IMC and nothing of
-//! people: who may order what, and what becomes of orders, is the crate `operations`, which the one downlink asks through
-//! [`OrderLog`].
+//! bytes that were sent, and the output is drained as batches: packets for each peer, records for the archive. Routing
+//! reads headers only; a value is decoded when it is read. The hub knows IMC and nothing of people: who may give which
+//! order, and what becomes of orders, belongs to the crate `operations`, which the downlink asks through [`OrderLog`].
 //!
 //! - [`Hub`] routes, refuses and records.
 //! - [`Fleet`] holds the last packet of every series with its age and period, the names of entities and the
 //!   latest events.
-//! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
-//!   nobody else anything.
+//! - [`PeerQueue`] is the send queue between the hub and a socket: bounded, so that a peer that does not read does
+//!   not slow the others.
 
 mod delivery;
 mod downlink;

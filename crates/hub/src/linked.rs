@@ -1,8 +1,8 @@
-//! Vessels that have a link with a token, and what others say in their names.
+//! Vessels that have a link with a token, and packets that others send with their addresses.
 //!
-//! A link proves who speaks; the other transports have no passwords. So a vessel that has a link is believed there, and by
-//! the other transports that the configuration trusts. What comes in its name by another transport is refused and counted, and
-//! told for [`CLAIM_LASTS`] after the last of it.
+//! A link authenticates the sender; the other transports have no passwords. So a vessel that has a link is trusted there,
+//! and by the other transports that the configuration trusts. Packets with its address by another transport are refused and
+//! counted, and reported for [`CLAIM_LASTS`] after the last of them.
 
 use imc::Address;
 use link::Transport;
@@ -10,23 +10,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use units::MonoTime;
 
-/// How long it is told that another speaks in a vessel's name.
+/// How long a [`Contradiction`] is reported after the last such packet.
 const CLAIM_LASTS: Duration = Duration::from_mins(1);
-/// Characters of a peer's name that are told.
+/// Characters of a peer's name that are reported.
 const NAME_CHARS: usize = 100;
 
-/// Somebody else speaks in the name of a vessel that has a link, and is not believed.
+/// Another peer sends with the address of a vessel that has a link, and is not trusted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction {
     /// The vessel.
     pub vessel: Address,
     /// Where the other came in.
     pub transport: Transport,
-    /// What the other is called there: its address above all.
+    /// The other peer's name there, usually its address.
     pub peer: String,
 }
 
-/// Whom to believe where.
+/// Which senders are trusted at which transport.
 #[derive(Debug, Default)]
 pub(crate) struct Linked {
     vessels: BTreeSet<Address>,
@@ -56,17 +56,17 @@ impl Linked {
         self.vessels.iter().copied()
     }
 
-    /// Whether vessels that have a link are believed at a transport.
+    /// Whether vessels that have a link are trusted at a transport.
     pub(crate) fn is_trusted(&self, transport: Transport) -> bool {
         transport == Transport::Link || self.trusted.contains(&transport)
     }
 
-    /// Whether a vessel is not believed at a transport.
+    /// Whether a vessel is not trusted at a transport.
     pub(crate) fn denies(&self, source: Address, transport: Transport) -> bool {
         self.vessels.contains(&source) && !self.is_trusted(transport)
     }
 
-    /// Somebody spoke in a vessel's name.
+    /// A peer sent with a vessel's address.
     pub(crate) fn claimed(&mut self, now: MonoTime, vessel: Address, transport: Transport, peer: &str) {
         let empty = || Claim { peer: String::new(), last: now };
         let claim = self.claims.entry((vessel, transport)).or_insert_with(empty);
@@ -76,7 +76,7 @@ impl Linked {
         claim.last = now;
     }
 
-    /// What must be told now.
+    /// What must be reported now.
     pub(crate) fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
         self.claims.retain(|_, claim| now.since(claim.last) < CLAIM_LASTS);
         let told = self.claims.iter().map(|((vessel, transport), claim)| Contradiction {

@@ -1,7 +1,7 @@
 //! The server as a console on the network: it announces itself, keeps vessels sending and asks what their
 //! entities are called.
 //!
-//! A DUNE vessel sends to a console that announced itself and goes on saying something; its supervisors count
+//! A DUNE vessel sends to a console that announced itself and continues to send; its supervisors count
 //! heartbeats of console addresses only. So every vessel gets a Heartbeat each second, addressed to it, because an
 //! IMCProxy passes nothing on that is addressed to everyone.
 
@@ -17,13 +17,13 @@ use units::{MonoTime, Now};
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(10);
 /// How often a system whose entities are not known is asked.
 const ASK_EVERY: Duration = Duration::from_secs(10);
-/// How often it is asked when they are known: a vessel may start again without a word.
+/// How often it is asked when they are known: a vessel may restart without a message.
 const ASK_AGAIN_EVERY: Duration = Duration::from_mins(1);
 
 /// A system that was silent for longer gets no more heartbeats.
 const THERE_FOR: Duration = Duration::from_mins(1);
 
-/// What the hub is told once.
+/// The hub's settings, fixed at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// This server's own address, a console's (0x4000 to 0x5FFF), or vessels would not count its heartbeats.
@@ -61,7 +61,7 @@ impl Node {
         self.services = services.chars().take(4_096).collect();
     }
 
-    /// What a peer is told when it comes, so that a vessel behind it learns of us at once.
+    /// The announcement sent to a peer that joins, so that a vessel behind it learns of us at once.
     pub(crate) fn announce_to_newcomer(&self, now: Now) -> Option<Bytes> {
         self.active.then(|| self.announcement(now))
     }

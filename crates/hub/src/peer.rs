@@ -1,4 +1,4 @@
-//! Who is connected, by which transport, and what they may say and hear.
+//! A connected peer: its transport, and what it may send and receive.
 
 use imc::Address;
 use link::Transport;
@@ -8,17 +8,17 @@ use units::UtcTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PeerId(pub u32);
 
-/// What a peer is sent.
+/// The packets that a peer gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Everything that is for everyone, and what is for the systems behind it.
+    /// All broadcast packets, and those for the systems behind it.
     Console,
-    /// What is for the systems behind it, and what consoles say to everyone. The telemetry of other vessels
+    /// Packets for the systems behind it, and broadcasts of consoles. The telemetry of other vessels
     /// would only fill its radio link.
     Vessel,
 }
 
-/// The sources a peer may speak for.
+/// The source addresses that a peer may use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Sources {
     /// Any. For transports that are bound to loopback or the VPN.
@@ -29,7 +29,7 @@ pub enum Sources {
 }
 
 impl Sources {
-    /// Whether the peer may speak for `source`.
+    /// Whether the peer may use the source address `source`.
     pub fn allow(&self, source: Address) -> bool {
         match self {
             Self::Any => true,
@@ -43,11 +43,11 @@ impl Sources {
 pub struct Peer {
     /// How it came in.
     pub transport: Transport,
-    /// What it is sent.
+    /// The packets that it gets.
     pub role: Role,
     /// What people call it: an address and port, or the name of a token.
     pub name: String,
-    /// Whom it may speak for.
+    /// The source addresses that it may use.
     pub sources: Sources,
 }
 
@@ -56,7 +56,7 @@ pub struct Peer {
 pub struct PeerState {
     /// Its number.
     pub id: PeerId,
-    /// What it said of itself.
+    /// Its announcement.
     pub peer: Peer,
     /// When it came.
     pub since: UtcTime,

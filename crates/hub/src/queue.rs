@@ -1,8 +1,8 @@
-//! What waits for a peer that may not read.
+//! The send queue of a peer that may be slow to read.
 //!
-//! The bound is in bytes. When it is reached, the older half of the telemetry that waits is dropped, so that a
-//! peer that reads again gets what is newest; commands, answers, detections and other events stay. When these
-//! alone fill the queue, the peer is beyond help and the caller is told to let it go.
+//! The bound is in bytes. When it is reached, the older half of the waiting telemetry is dropped, so that a
+//! peer that reads again gets the newest; commands, answers, detections and other events stay. When these
+//! alone fill the queue, the caller is asked to disconnect the peer.
 
 use crate::delivery::{CommandId, Delivery, Urgency};
 use imc::messages::{Abort, Payload as _};
@@ -163,7 +163,7 @@ pub fn is_stop(delivery: &Delivery) -> bool {
 }
 
 /// Whether a newer packet of the kind makes this one worthless. What is addressed to one system and every event
-/// is no telemetry.
+/// is not telemetry.
 fn is_telemetry(delivery: &Delivery) -> bool {
     delivery.tag.is_none()
         && PacketView::unchecked(&delivery.packet)

@@ -1,4 +1,4 @@
-//! Who hears what.
+//! Which peers get which packet.
 //!
 //! | packet | goes to |
 //! |---|---|
@@ -6,14 +6,14 @@
 //! | for one system | the peers behind which that system was heard last; a command by the best way alone, an Abort by all |
 //! | for everyone, from a vessel | every console |
 //! | for everyone, from a console | every console and every vessel |
-//! | for this server | nobody: the fleet's state and the record take it |
+//! | for this server | no peer: it goes to the fleet's state and the record |
 //!
-//! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
-//! here before by another transport goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
+//! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that came
+//! before by another transport is not routed: so two relays, or a vessel that is reached twice, make no loop.
 //!
-//! A DUNE tells all its clients what each of them said. So what comes from a peer behind which its destination lives
-//! is an echo: the vessel has it, and gets it by no transport. And a vessel tells no copies apart, so that of several ways
-//! to it a command takes one: the one that is alive, TCP before UDP. An Abort does no harm twice.
+//! A DUNE forwards to all its clients what each of them sent. So what comes from a peer behind which its destination lives
+//! is an echo: the vessel has it, and gets it by no transport. And a vessel does not recognise copies, so a command takes
+//! only one of several ways: the one that is alive, TCP before UDP. An Abort does no harm twice.
 
 use crate::downlink::OrderLog;
 use crate::exchange::is_command;
@@ -55,7 +55,7 @@ impl<O: OrderLog> Hub<O> {
                 false
             } else if for_all {
                 let mut there = slot.homes(now).peekable();
-                // Everyone there heard it where it comes from.
+                // All peers there got it where it comes from.
                 let heard = there.peek().is_some() && there.all(|system| neighbours.contains(&system));
                 (slot.peer.role == Role::Console || from_console) && !heard
             } else {
@@ -74,7 +74,7 @@ impl<O: OrderLog> Hub<O> {
     }
 
     /// Whether a packet comes from where its destination lives, which therefore has it. A console is never meant:
-    /// an answer said twice does no harm, one that is not said does.
+    /// an answer sent twice does no harm, a missing one does.
     pub(crate) fn is_echo(&self, now: MonoTime, from: PeerId, to: Address) -> bool {
         !to.is_ccu()
             && !to.is_everyone()

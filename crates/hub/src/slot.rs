@@ -1,4 +1,4 @@
-//! What the hub keeps of a peer: which systems live behind it, what waits for it, and its figures.
+//! The hub's state of a peer: the systems behind it, its send queue, and its figures.
 
 use crate::delivery::Delivery;
 use crate::peer::{Peer, PeerId, PeerState, Role, Sources};
@@ -26,7 +26,7 @@ pub(crate) struct Slot {
     /// The source that spoke last, and until when its home needs no look.
     speaker: Option<(Address, MonoTime)>,
     pub(crate) out: Vec<Delivery>,
-    /// Whether it is a vessel's link that stands.
+    /// Whether it is a vessel's open link.
     pub(crate) stands: bool,
     /// Whether what it is given has room.
     pub(crate) takes: bool,
@@ -78,8 +78,8 @@ impl Slot {
             .map(|(address, _)| *address)
     }
 
-    /// How good a way it is to a system that lives behind it, the best one highest: one that is alive before one
-    /// that is not, then by transport (what tells of losses, and what is nearest, first), then the one heard last.
+    /// How good a way it is to a system behind it, the best one highest: one that is alive before one that is
+    /// not, then by transport (those that report losses, and the nearest, first), then the one heard last.
     pub(crate) fn way_to(&self, address: Address, now: MonoTime) -> Option<(bool, u8, MonoTime)> {
         let heard = *self.homes.get(&address).filter(|heard| now.since(**heard) < HOME_LASTS)?;
         let by_transport = match self.peer.transport {

@@ -157,7 +157,7 @@ impl fmt::Display for AddressKind {
     }
 }
 
-/// Why text is no address.
+/// Why text is not an address.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no registered system and no number from 0 to 65535 (0x...)")]
 pub struct AddressError(String);

@@ -1,6 +1,6 @@
-//! Packets out of a stream of bytes, however it is cut and whatever stands between them.
+//! Finds packets in a stream of bytes, however it is cut and whatever is between them.
 //!
-//! A packet is taken where sync, length and checksum agree. Everything else is damage: the search goes on
+//! A packet is taken where sync, length and checksum agree. Everything else is damage: the search continues
 //! one byte after the false start, so that no whole packet behind damage is ever lost, also when a damaged
 //! length reaches over it. Finding the next packet costs one pass however many false starts there are.
 
@@ -9,7 +9,7 @@ use crate::header::{FOOTER_BYTES, FrameError, MAX_PACKET_BYTES, PacketView, SYNC
 use crate::wire::ByteOrder;
 use std::ops::Range;
 
-/// One thing found in a stream.
+/// One finding in a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame<'a> {
     /// A whole packet with a right checksum.
@@ -19,11 +19,11 @@ pub enum Frame<'a> {
         /// The packet.
         view: PacketView<'a>,
     },
-    /// Bytes that are no packet.
+    /// Bytes that are not a packet.
     Damage(Damage),
 }
 
-/// A run of bytes that is no packet.
+/// A run of bytes that is not a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Damage {
     /// Its first byte, counted from the start of the stream.
@@ -118,7 +118,7 @@ impl Deframer {
         }
     }
 
-    /// Whether a whole packet stands behind the one that waits for its rest, which then claims too much and is damaged.
+    /// Whether a whole packet follows inside the one that waits for its rest, whose length is then damaged.
     pub fn holds_packet(&self) -> bool {
         let mut behind = Self::new();
         behind.push(self.buffer.get(self.at + 1..).unwrap_or_default());
@@ -182,7 +182,7 @@ enum Step {
     NeedMore,
 }
 
-/// Where a run of damage stands, between two calls.
+/// The position of a run of damage, between two calls.
 #[derive(Debug, Default)]
 struct Search {
     run: Option<Run>,
@@ -298,7 +298,7 @@ impl Search {
         self.wary_bytes = self.wary_bytes.saturating_sub(count);
     }
 
-    /// Goes on behind the start of the packet that waits for its rest in `bytes`.
+    /// Continues behind the start of the packet that waits for its rest in `bytes`.
     fn give_up(&mut self, bytes: &[u8]) {
         match &mut self.run {
             None => {

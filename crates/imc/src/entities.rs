@@ -1,11 +1,11 @@
 //! The entities of a system as `EntityList` gives them: `Label=number;Label=number`.
 //!
-//! Numbers are handed out at start and differ between configurations: keep series by label.
+//! Numbers are assigned at start and differ between configurations: keep series by label.
 
 use std::fmt::Write as _;
 
-/// What follows a parameter's name where its value of the next start is told beside its present one. DUNE tells what
-/// belongs to a parameter like this too (`Active - Scope`), to who asks with visibility `developer`.
+/// Suffix of a parameter's name for its value from the next start, reported beside its present one. DUNE likewise
+/// reports a parameter's properties (`Active - Scope`) to a requester with visibility `developer`.
 pub const SAVED_SUFFIX: &str = " - Saved";
 
 /// Labels and numbers, in the order of the text. Pairs without a number from 0 to 255 are passed over.

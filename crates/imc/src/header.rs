@@ -32,7 +32,7 @@ pub const MAX_PACKET_BYTES: usize = HEADER_BYTES + MAX_PAYLOAD_BYTES + FOOTER_BY
 /// The entity that means "none in particular".
 pub const ANY_ENTITY: u8 = 255;
 
-/// Who says something to whom, and when.
+/// Sender, receiver and time of a packet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
     /// Seconds since 1970-01-01 UTC by the sender's clock. Not ordered between the tasks of a sender.
@@ -48,7 +48,7 @@ pub struct Header {
 }
 
 impl Default for Header {
-    /// From nobody to everybody in 1970.
+    /// Without source, to all, in 1970.
     fn default() -> Self {
         Self {
             timestamp: 0.0,
@@ -67,19 +67,19 @@ impl Header {
     }
 }
 
-/// What is wrong with bytes that should be one packet.
+/// Why bytes are not one packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
-    /// The first two bytes are no sync number.
+    /// The first two bytes are not a sync number.
     #[error("bad sync {:02x} {:02x}, expected 54 fe or fe 54", found[0], found[1])]
     BadSync {
         /// The first two bytes.
         found: [u8; 2],
     },
-    /// The packet goes on after the last byte.
+    /// The packet continues after the last byte.
     #[error("truncated: {have} of {need} bytes")]
     Truncated {
-        /// Bytes that the packet needs, as far as can be told.
+        /// Bytes that the packet needs, as far as known.
         need: usize,
         /// Bytes there are.
         have: usize,
@@ -87,9 +87,9 @@ pub enum FrameError {
     /// The checksum does not match.
     #[error("bad CRC {stated:#06x}, the bytes give {computed:#06x}")]
     BadCrc {
-        /// What the packet says.
+        /// The checksum in the packet.
         stated: u16,
-        /// What its bytes give.
+        /// The checksum of its bytes.
         computed: u16,
     },
 }
@@ -249,7 +249,7 @@ impl<'a> PacketView<'a> {
     }
 }
 
-/// The byte order that a sync number tells.
+/// The byte order that a sync number shows.
 #[inline]
 pub(crate) fn order(sync: [u8; 2]) -> Result<ByteOrder, FrameError> {
     if sync == SYNC.to_le_bytes() {

@@ -6,15 +6,15 @@
 //! - [`reflect`] walks over the fields of any packet; [`json`] shows them as JSON and reads them back.
 //! - [`lsf`]: logs as DUNE writes and Neptus MRA opens them.
 //! - [`position`], [`plan_digest`], [`services`], [`entities`], [`tuples`]: what fields mean beyond their
-//!   type; [`names`]: who is called what from when on; [`text`]: how bytes that are no text are shown.
+//!   type; [`names`]: the names of systems and entities over time; [`text`]: how bytes that are not text are shown.
 //!
 //! Everything here is a function of its arguments: no sockets, clock, threads or randomness. Bytes from
-//! outside never panic, never make it reserve memory by a count they state, and unknown ids, unlisted
+//! outside never cause a panic and never make it reserve memory by a count they state; unknown ids, unlisted
 //! numbers, trailing bytes and either byte order survive a round trip. Messages inside messages ([`Nested`],
 //! [`MessageList`]) are checked at once and decoded when they are asked for, so that a decoded packet takes
 //! the memory it took on the wire and one struct.
 //!
-//! It knows `units` and nothing else of Lutra; what a vessel does with a message is others' business.
+//! It knows `units` and nothing else of Lutra; what a vessel does with a message is left to other crates.
 
 mod address;
 pub mod catalogue;

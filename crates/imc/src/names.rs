@@ -1,7 +1,7 @@
-//! Who is who: the names that systems and entities tell of themselves, each from when it was told.
+//! The names that systems and entities announce, each with the time from which it holds.
 //!
-//! Numbers of entities are handed out when a system starts, so after a restart the same number can be another part. A label
-//! therefore holds from when it was told until the next one is; before the first it is the first.
+//! Numbers of entities are assigned when a system starts, so after a restart the same number can be another part. A label
+//! therefore holds from its announcement until the next one; before the first announcement the first label holds.
 
 use crate::address::Address;
 use crate::entities;
@@ -16,11 +16,11 @@ use std::collections::BTreeMap;
 pub struct SystemName {
     /// The name.
     pub name: String,
-    /// What it says to be, by IMC's enumeration `SystemType`.
+    /// Its kind, by IMC's enumeration `SystemType`.
     pub kind: u8,
 }
 
-/// One name that a packet tells.
+/// One name in a packet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Told {
     /// Of its sender.
@@ -38,12 +38,12 @@ pub struct Names {
     pub entities: BTreeMap<(u16, u8), Runs<String>>,
 }
 
-/// Whether a message tells names.
+/// Whether a message carries names.
 pub fn are_in(id: u16) -> bool {
     [EntityInfo::ID, EntityList::ID, Announce::ID].contains(&id)
 }
 
-/// The names that a packet tells.
+/// The names in a packet.
 pub fn told(view: &PacketView<'_>) -> Vec<Told> {
     match view.id() {
         Announce::ID => decode::<Announce>(view).ok().flatten().map_or_else(Vec::new, |announce| {
@@ -65,7 +65,7 @@ pub fn told(view: &PacketView<'_>) -> Vec<Told> {
 }
 
 impl Names {
-    /// Hears what a packet of this time tells.
+    /// Takes the names in a packet of this time.
     pub fn hear(&mut self, view: &PacketView<'_>, time_us: i64) {
         for one in told(view) {
             match one {

@@ -2,7 +2,7 @@
 //!
 //! A message that has two bytes on the wire may have a hundred as a struct. So what comes nested stays bytes: it
 //! is checked when the packet is decoded, kept little-endian whatever it was, and becomes structs one at a time
-//! when someone asks. A decoded packet then holds its own bytes and one struct.
+//! when it is read. A decoded packet then holds its own bytes and one struct.
 
 use crate::catalogue::{self, FieldKind, Run};
 use crate::messages::{Message, Payload};
@@ -15,7 +15,7 @@ pub(crate) struct Packed {
     bytes: Vec<u8>,
     /// How deep messages are nested in here: 0 for nulls, 1 for messages that hold none.
     height: u8,
-    /// Why a message could not be packed; whoever encodes this is told.
+    /// Why a message could not be packed; reported when this is encoded.
     fault: Option<Box<Unwritable>>,
 }
 

@@ -10,9 +10,9 @@ use crate::wire::{ByteOrder, Reader, Unwritable, Writer};
 /// One packet, decoded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packet {
-    /// Who says it to whom, and when.
+    /// Sender, receiver and time.
     pub header: Header,
-    /// What is said.
+    /// The message.
     pub body: Body,
     /// The sender's byte order; [`ByteOrder::Little`] for packets of our own.
     pub order: ByteOrder,
@@ -22,7 +22,7 @@ pub struct Packet {
     pub fields_sent: Option<usize>,
 }
 
-/// What a packet says.
+/// The contents of a packet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Body {
     /// A message of the catalogue.
@@ -36,7 +36,7 @@ pub enum Body {
     },
 }
 
-/// What to make of a payload that ends before the message's last field.
+/// How to treat a payload that ends before the message's last field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ShortPayload {
     /// Accept the older layouts that the catalogue knows, such as the 21-byte TBRFishTag; anything else
@@ -50,7 +50,7 @@ pub enum ShortPayload {
 /// What is wrong with a packet.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// It is no whole, undamaged packet.
+    /// It is not a whole, undamaged packet.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// Its payload cannot be what its message id says.

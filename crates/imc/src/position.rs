@@ -26,7 +26,7 @@ pub fn displaced(state: &EstimatedState) -> Geodetic {
 /// The same as a checked place.
 ///
 /// # Errors
-/// When the message holds numbers that are no position, such as NaN.
+/// When the message holds numbers that are not a position, such as NaN.
 pub fn place(state: &EstimatedState) -> Result<LatLon, PlaceError> {
     // Sine and cosine would wrap a latitude beyond a pole into another place.
     LatLon::from_rad(state.lat, state.lon)?;

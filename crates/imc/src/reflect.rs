@@ -92,7 +92,7 @@ impl WalkError {
     }
 }
 
-/// What a walk meets, in wire order. Everything between `enter_message` and `leave_message` belongs to the
+/// The visitor of a walk, in wire order. Everything between `enter_message` and `leave_message` belongs to the
 /// nested message; elements of a list come between `enter_list` and `leave_list`.
 pub trait Visitor<'a> {
     /// A field that is not a message.
@@ -109,7 +109,7 @@ pub trait Visitor<'a> {
     fn leave_list(&mut self);
 }
 
-/// What a walk found of the outer message.
+/// The result of a walk over the outer message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Walked {
     /// Bytes of all fields; the rest of the payload is trailing.
@@ -320,7 +320,7 @@ impl<'a> Walker<'a> {
 pub struct Field<'a> {
     /// Place, such as `lat` or `maneuvers[2].data.lat`.
     pub path: String,
-    /// What the catalogue says of it: unit, labels, range.
+    /// Its catalogue entry: unit, labels, range.
     pub desc: &'static FieldDesc,
     /// The value.
     pub value: Value<'a>,

@@ -14,7 +14,7 @@ pub struct Run<T> {
     pub last_us: i64,
 }
 
-/// The names of one thing, by when each was first heard.
+/// The names of one system or entity, by when each was first heard.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Runs<T> {
     /// By when each was first heard.

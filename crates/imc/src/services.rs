@@ -9,18 +9,18 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 /// One service.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Service<'a> {
-    /// What is spoken, such as `imc+udp`.
+    /// The protocol, such as `imc+udp`.
     pub scheme: &'a str,
     /// Host name or address; `0.0.0.0` where it means nothing.
     pub host: &'a str,
     /// Port, where one is given.
     pub port: Option<u16>,
-    /// What comes after the host and port, without the first slash.
+    /// The path after host and port, without the first slash.
     pub path: &'a str,
 }
 
 impl<'a> Service<'a> {
-    /// One URI; `None` when it is not valid or its port is no port.
+    /// One URI; `None` when it is not valid or its port is not a port.
     pub fn parse(uri: &'a str) -> Option<Self> {
         let (scheme, rest) = uri.trim().split_once("://")?;
         let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));
@@ -53,7 +53,7 @@ fn port_number(text: &str) -> Option<u16> {
     text.bytes().all(|digit| digit.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
-/// All services of the text; what is no URI is passed over, as other programs do.
+/// All services of the text; what is not a URI is passed over, as other programs do.
 pub fn parse(services: &str) -> impl Iterator<Item = Service<'_>> {
     services.split(';').filter_map(Service::parse)
 }
@@ -86,7 +86,7 @@ pub fn uid(services: &str) -> Option<&str> {
     parse(services).find_map(|service| service.path.strip_prefix("uid/")).map(|uid| uid.trim_end_matches('/'))
 }
 
-/// The version of IMC that a system says it speaks. It does not identify the message layouts.
+/// The version of IMC that a system announces. It does not identify the message layouts.
 pub fn imc_version(services: &str) -> Option<&str> {
     let mut info = parse(services).filter(|service| service.scheme == "imc+info");
     info.find_map(|service| service.path.strip_prefix("version/"))

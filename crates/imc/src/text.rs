@@ -1,4 +1,4 @@
-//! Text as it travels: bytes that are nearly always UTF-8.
+//! Text on the wire: bytes that are nearly always UTF-8.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -26,7 +26,7 @@ impl Text {
         str::from_utf8(&self.0).ok()
     }
 
-    /// The text for people: bytes that are no UTF-8 become U+FFFD.
+    /// The text for people: bytes that are not UTF-8 become U+FFFD.
     pub fn to_str_lossy(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.0)
     }
@@ -42,7 +42,7 @@ impl Text {
     }
 }
 
-/// Bytes as text that [`unescape`] turns back: what is UTF-8 stays as it is, any other byte and NUL become `\xNN`.
+/// Bytes as text that [`unescape`] turns back: what is UTF-8 stays unchanged, any other byte and NUL become `\xNN`.
 ///
 /// Tables and JSON hold text only, and most readers of CSV end a cell at NUL. So that nothing is lost, a text that holds such
 /// bytes, or that itself spells `\xNN`, has its backslashes doubled; all other text, backslashes too, is unchanged. A reader
@@ -63,7 +63,7 @@ pub(crate) fn plain(bytes: &[u8]) -> Option<&str> {
     str::from_utf8(bytes).ok().filter(|text| !bytes.contains(&0) && !spells_byte(text))
 }
 
-/// Hands on the parts of an escaped text, so that nobody need hold it whole.
+/// Passes on the parts of an escaped text one by one, so that it is never in memory whole.
 pub(crate) fn escaped_parts(bytes: &[u8], mut each: impl FnMut(&str)) {
     const DIGITS: &str = "0123456789abcdef";
     for chunk in bytes.utf8_chunks() {
@@ -107,7 +107,7 @@ pub fn unescape(text: &str) -> Cow<'_, [u8]> {
     Cow::Owned(bytes)
 }
 
-/// Whether `\xNN` stands somewhere in a text.
+/// Whether a text contains `\xNN`.
 fn spells_byte(text: &str) -> bool {
     let is_byte = |four: &[u8]| matches!(four, [b'\\', b'x', high, low] if is_hex(*high) && is_hex(*low));
     text.contains("\\x") && text.as_bytes().windows(4).any(is_byte)

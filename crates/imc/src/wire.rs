@@ -212,7 +212,7 @@ pub struct Writer<'a> {
     fault: Option<Unwritable>,
 }
 
-/// What a packet has no room for.
+/// A value that a packet has no room for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unwritable {
     /// Text or raw data of so many bytes.
@@ -228,7 +228,7 @@ impl<'a> Writer<'a> {
         Self { out, order, depth: 0, deepest: 0, fault: None }
     }
 
-    /// What did not fit, if anything.
+    /// The value that did not fit, if any.
     pub(crate) fn fault(&self) -> Option<Unwritable> {
         self.fault
     }

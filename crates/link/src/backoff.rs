@@ -1,4 +1,4 @@
-//! When to try again: soon where nobody answered, later and later where somebody said no.
+//! When to try again: soon after no answer, at growing intervals after a refusal.
 //!
 //! A link that comes back must be noticed within a second, and an unanswered attempt costs a hundred bytes, so
 //! those pauses end at 1 s. A refusal will not heal in a second: those pauses end at 15 s. Every pause is between
@@ -23,12 +23,12 @@ impl Backoff {
         Self { chance: seed | 1, unanswered: 0, refused: 0 }
     }
 
-    /// The connection stands.
+    /// The connection is open.
     pub(crate) fn succeeded(&mut self) {
         (self.unanswered, self.refused) = (0, 0);
     }
 
-    /// The pause after nobody answered, or after a connection broke.
+    /// The pause after an attempt without an answer, or after a connection broke.
     pub(crate) fn unanswered(&mut self) -> Duration {
         self.unanswered = (self.unanswered + 1).min(DOUBLINGS);
         self.pause(UNANSWERED, self.unanswered)

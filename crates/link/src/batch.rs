@@ -1,6 +1,6 @@
 //! Many packets as one compressed block.
 //!
-//! Packed: for each packet the microseconds since the one before (the first: since the block's base time) as a
+//! Packed: for each packet the microseconds since the previous one (the first: since the block's base time) as a
 //! zigzag varint, its length as a varint, its bytes. Telemetry repeats itself, so that a block of a few dozen
 //! packets takes a third to a half of its raw size.
 
@@ -26,7 +26,7 @@ pub struct Record {
     pub packet: Bytes,
 }
 
-/// A block as it is sent.
+/// A block as sent.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Batch {
     /// Number of the first packet; the others follow without holes. 0 and without meaning in the live lane.

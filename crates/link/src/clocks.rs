@@ -3,7 +3,7 @@
 //! As in NTP (RFC 5905 section 8): of four times, sent here t1, received there t2, sent there t3, received here
 //! t4, the round trip is (t4 - t1) - (t3 - t2) and the other clock is ahead by ((t2 - t1) + (t3 - t4)) / 2, wrong
 //! by at most half the round trip. Of the last samples the one with the shortest round trip counts. Steady clocks
-//! are compared, so that nobody setting the time disturbs an expiry; UTC follows from the stamps.
+//! are compared, so that setting the time does not disturb an expiry; UTC follows from the stamps.
 
 use crate::frame::Stamp;
 use std::collections::VecDeque;
@@ -14,7 +14,7 @@ const SAMPLES: usize = 16;
 /// Two crystals drift apart by less than this share of the time (crystals of such computers: 50 ppm each).
 const DRIFT_PER_MILLION: u64 = 100;
 
-/// How the other side's clocks stand to ours.
+/// The offset of the other side's clocks to ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClockEstimate {
     /// The other UTC minus ours (µs).
@@ -84,10 +84,10 @@ impl Clocks {
         self.samples.iter().map(|sample| (*sample, uncertain(sample))).min_by_key(|(_, uncertain)| *uncertain)
     }
 
-    /// How the other UTC stands to ours.
+    /// The offset of the other UTC to ours.
     pub(crate) fn estimate(&self, now: Now) -> Option<ClockEstimate> {
         let (sample, uncertainty_us) = self.best(now.mono)?;
-        // The newest stamp tells where the other UTC is: it may have been set since the best sample.
+        // The newest stamp shows the other's UTC: it may have been set since the best sample.
         let latest = self.samples.back()?.utc_minus_mono_us;
         let ours = now.utc.micros().saturating_sub(now.mono.micros() as i64);
         Some(ClockEstimate {

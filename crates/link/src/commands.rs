@@ -28,7 +28,7 @@ pub(crate) struct Waiting {
     pub(crate) sent: bool,
     /// A stop followed: it is not sent again.
     pub(crate) called_off: bool,
-    /// When it was sent first, and over which connections that stand.
+    /// When it was sent first, and over which open connections.
     pub(crate) first_sent: Option<MonoTime>,
     pub(crate) over: Vec<ConnectionId>,
 }
@@ -106,7 +106,7 @@ impl Pending {
         self.waiting.values().filter_map(Waiting::elsewhere_at).filter(|at| *at > now).min()
     }
 
-    /// Those that nobody will answer any more, and whether they were ever sent.
+    /// Those that will not be answered any more, and whether they were ever sent.
     pub(crate) fn overdue(&mut self, now: MonoTime) -> Vec<(u64, bool)> {
         let over: Vec<(u64, bool)> =
             self.waiting.iter().filter(|(_, one)| now >= end(one)).map(|(id, one)| (*id, one.sent)).collect();
@@ -125,7 +125,7 @@ fn end(one: &Waiting) -> MonoTime {
     if one.sent { one.expires + GRACE } else { one.expires }
 }
 
-/// What the vessel knows of commands it has seen.
+/// The vessel's record of commands it has seen.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Seen {
     known: BTreeMap<u64, Known>,
@@ -139,7 +139,7 @@ struct Known {
     answer: Option<(MonoTime, Receipt)>,
 }
 
-/// What to do with a command that came.
+/// The decision on a received command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum First {
     /// It was never seen.

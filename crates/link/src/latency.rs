@@ -1,4 +1,4 @@
-//! How long one stage of the way takes.
+//! The latency of one stage of the way.
 
 use std::time::Duration;
 

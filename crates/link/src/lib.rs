@@ -9,7 +9,7 @@
 //! time, carries out what [`Vessel::poll_output`] gives and comes back at [`Vessel::poll_timeout`]. Neither
 //! holds the backlog: the vessel asks its driver for it. [`frame`] says what the bytes mean.
 //!
-//! # Who promises what
+//! # Guarantees
 //!
 //! - A record is sent again until the shore's driver has called it durable: none is lost between the two disks.
 //! - Within a stream the shore gives each number once and in order for as long as its driver answers
@@ -18,14 +18,14 @@
 //! - What cannot be delivered is declared: a [`Gap`] says which numbers, from when to when, and why.
 //! - A command is delivered at most once per start of the vessel's program, and never after its time to live by
 //!   the most pessimistic reading of the clocks.
-//! - Who commands the vessel ([`Lease`]) is told before the first command of every connection and while it holds;
-//!   the vessel's driver refuses the commands of everyone else.
-//! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with what the link has
-//!   to spare; it goes on where it was after any cut or restart of either end. That the whole is what the digest says
-//!   is the vessel's driver's to check.
+//! - The holder of the [`Lease`] is sent before the first command of every connection and repeated while it is held;
+//!   the vessel's driver refuses commands of all others.
+//! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with the link's spare
+//!   capacity; the transfer resumes after any cut or restart of either end. The vessel's driver checks the whole
+//!   against the digest.
 //!
 //! A vessel with several ways to the shore keeps a connection on each; what goes by which, and how nothing is lost, doubled
-//! or carried out twice on a switch, stands at the head of [`ways`].
+//! or carried out twice on a switch, is described in [`ways`].
 //!
 //! It knows IMC packets and time, and nothing of sockets, disks, plans or people. A chart is bytes with a digest to it.
 
@@ -66,9 +66,9 @@ use std::time::Duration;
 
 /// A heartbeat is sent this often, each way.
 pub const HEARTBEAT: Duration = Duration::from_secs(1);
-/// A peer that said nothing for so long is gone: its connection is closed without waiting for TCP.
+/// A peer that sent nothing for so long is gone: its connection is closed without waiting for TCP.
 pub const DEAD_AFTER: Duration = Duration::from_secs(3);
-/// A greeting that is not answered in this time is given up.
+/// A greeting that is not answered in this time is abandoned.
 pub const GREETING_WITHIN: Duration = Duration::from_secs(5);
 
 /// One attempt at a connection, by a number that its driver or session gave it.

@@ -1,7 +1,7 @@
 //! The latest packet of each kind, for a map that is current while the records are not.
 //!
 //! Bounded: [`MOST_KINDS`] kinds and [`MOST_BYTES`] bytes. When full, kinds that were never seen are left to the
-//! record lane and counted; known kinds go on.
+//! record lane and counted; known kinds continue.
 
 use crate::frame::Batch;
 use crate::ways::Thinning;
@@ -27,7 +27,7 @@ fn carries(thinning: Thinning, id: u16) -> bool {
 /// SetThrusterActuation, SetServoPosition. (The Otters' two thrusters share entity and millisecond.)
 const NUMBERED: [u16; 4] = [3, 281, 301, 302];
 
-/// What a way that is thinned carries to the last: position, alarms, states, and answers to commands.
+/// The messages that a thinned way carries to the last: position, alarms, states, and answers to commands.
 const LAST_TO_GO: [u16; 11] = [
     EntityState::ID,
     GpsFix::ID,
@@ -69,7 +69,7 @@ pub(crate) struct LiveSet {
 }
 
 impl LiveSet {
-    /// Takes a packet; answers false for what is no packet.
+    /// Takes a packet; answers false for what is not a packet.
     pub(crate) fn put(&mut self, now: Now, packet: Bytes) -> bool {
         let Ok(view) = PacketView::unchecked(&packet) else { return false };
         let id = view.id();
@@ -89,7 +89,7 @@ impl LiveSet {
         true
     }
 
-    /// Everything is to be sent again: the other side may know nothing.
+    /// All must be sent again: the other side may have none.
     pub(crate) fn refresh(&mut self) {
         for value in self.values.values_mut() {
             value.fresh = true;
@@ -106,7 +106,7 @@ impl LiveSet {
         self.values.iter().any(|(kind, value)| value.fresh && carries(thinning, kind.id))
     }
 
-    /// What was not sent since it changed, those first that waited longest, up to `most_bytes` (but one at
+    /// Messages not sent since they changed, those first that waited longest, up to `most_bytes` (but one at
     /// least).
     pub(crate) fn take(
         &mut self,
@@ -137,7 +137,7 @@ impl LiveSet {
         if taken.is_empty() {
             return None;
         }
-        // Old values first, so that the order in which they were said is kept.
+        // Old values first, so that the order in which they were sent is kept.
         taken.sort_by_key(|(at, _)| *at);
         Some(packer.pack(0, taken.iter().map(|(at, packet)| (*at, &packet[..]))))
     }

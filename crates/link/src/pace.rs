@@ -1,6 +1,6 @@
 //! How much may be sent: a byte budget, and no more under way than the link carries promptly.
 //!
-//! Kernels and modems buffer seconds of data on a slow link, and a live value would stand in line behind all of
+//! Kernels and modems buffer seconds of data on a slow link, and a live value would wait in line behind all of
 //! it. So the vessel watches how long its messages take until the shore says that it has them: while that is
 //! close to the shortest ever seen, more may be under way; when it exceeds that by a quarter of a second, half.
 //! (The idea of RFC 6817, LEDBAT, with a coarser rule.)
@@ -14,7 +14,7 @@ const LEAST_LIMIT_BYTES: u64 = 8 << 10;
 const GREATEST_LIMIT_BYTES: u64 = 2 << 20;
 /// More under way after a round trip without queueing.
 const STEP_BYTES: u64 = 4 << 10;
-/// Longer than the shortest way by this: the messages stand in a queue.
+/// Longer than the shortest way by this: the messages wait in a queue.
 const QUEUEING: Duration = Duration::from_millis(250);
 /// The budget of this time can be spent at once.
 const BURST_MS: u64 = 250;
@@ -88,7 +88,7 @@ impl Pace {
         let shortest = self.shortest.map_or(took, |shortest| shortest.min(took));
         self.shortest = Some(shortest);
         if took > shortest + QUEUEING {
-            // What was sent before the last cut says nothing about the limit after it.
+            // Messages sent before the last cut say nothing about the limit after it.
             if now.since(self.cut) > took {
                 (self.cut, self.was_cut) = (now, true);
                 self.limit = (self.limit / 2).max(LEAST_LIMIT_BYTES);

@@ -1,4 +1,4 @@
-//! Numbers and texts in frames: little-endian, bounded, never believed before their bytes are there.
+//! Numbers and texts in frames: little-endian, bounded, never trusted before their bytes are there.
 
 use bytes::Bytes;
 
@@ -112,7 +112,7 @@ impl Reader {
         Err(DecodeError::BadValue { what, value })
     }
 
-    /// A text of at most `most` bytes behind its length; what is no UTF-8 in it is replaced.
+    /// A text of at most `most` bytes behind its length; what is not UTF-8 in it is replaced.
     pub(crate) fn text(&mut self, most: usize, what: &'static str) -> Result<String, DecodeError> {
         let length = usize::from(self.u16(what)?);
         if length > most {

@@ -1,4 +1,4 @@
-//! How fast a plan is held against the chart on one core. `cargo bench -p mission` runs this on the shared
+//! How fast a plan is checked against the chart on one core. `cargo bench -p mission` runs this on the shared
 //! cell US5WA22M; without it, on a made-up sea.
 
 #![expect(missing_docs, reason = "criterion's macros make public functions without any")]

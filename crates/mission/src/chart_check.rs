@@ -1,4 +1,4 @@
-//! A plan held against the sea chart: every maneuver is laid out as what it may sweep, and [`guard::Check`] judges it.
+//! A plan checked against the sea chart: every maneuver is laid out as what it may sweep, and [`guard::Check`] judges it.
 
 use crate::maneuver::{Loiter, LoiterShape, Maneuver};
 use crate::plan::{Node, Plan};
@@ -7,10 +7,10 @@ use guard::{Check, Disc, GuardLimits, Verdict, Warning};
 use std::f64::consts::PI;
 use units::{LatLon, LocalFrame, LocalPoint, Turn};
 
-/// Holds a plan against the chart.
+/// Checks a plan against the chart.
 ///
-/// `from` is where the vessel is when the plan starts; without it the way to the first place is told to be unchecked. A
-/// plan that follows itself in a circle is checked with the way back to its beginning. Legs bear the names of their
+/// `from` is where the vessel is when the plan starts; without it the way to the first place is reported as unchecked. A
+/// plan that repeats in a circle is checked with the way back to its beginning. Legs bear the names of their
 /// maneuvers.
 pub fn check_plan(plan: &Plan, from: Option<LatLon>, index: &DepthIndex, limits: &GuardLimits) -> Verdict {
     let mut check = Check::new(from, index, limits);
@@ -65,7 +65,7 @@ fn approach(check: &mut Check<'_>, node: &Node, limits: &GuardLimits) {
     }
 }
 
-/// What a maneuver sweeps from its first place on.
+/// The area that a maneuver sweeps from its first place on.
 fn carry_out(check: &mut Check<'_>, node: &Node, limits: &GuardLimits) {
     let (id, maneuver) = (node.id(), node.maneuver());
     match maneuver {

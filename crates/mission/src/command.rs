@@ -1,16 +1,16 @@
-//! What a maneuver tells the vessel's control to do.
+//! Commands of a maneuver to the vessel's control.
 
 use units::Speed;
 use units::{LatLon, Turn};
 
-/// What control does from here on, until the next command. Commands exclude each other.
+/// A command to the control, valid until the next. Commands exclude each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {
     /// All control loops off, motors stopped: the vessel drifts and listens.
     Drift,
     /// Follow a path, from its beginning.
     Follow(Path),
-    /// Go on along the path under way with another speed.
+    /// Continue along the path under way with another speed.
     ChangeSpeed(Speed),
     /// Let an operator steer.
     Teleoperate(Operator),
@@ -19,7 +19,7 @@ pub enum Command {
 /// A path to follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Path {
-    /// Number by which its progress is told apart; it only grows.
+    /// Number that identifies its progress; it only grows.
     pub path_ref: u32,
     /// Where it starts.
     pub start: PathStart,
@@ -54,7 +54,7 @@ pub struct Circle {
 /// Who may steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
-    /// Whoever sends.
+    /// Any sender.
     Anyone,
     /// The system of this address only.
     System(u16),

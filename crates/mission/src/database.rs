@@ -1,8 +1,8 @@
 //! The plan database: named plans as opaque bytes with a digest, who changed them and when.
 //!
-//! The database holds what is safely stored. A change is first handed to the shell ([`Effect`]), becomes
+//! The database holds what is safely stored. A change is first passed to the shell ([`Effect`]), becomes
 //! visible when the shell reports it done ([`PlanDatabase::stored`]) and is only then answered with success;
-//! so what a client was told survives a power cut, provided the shell writes atomically. Effects are to be
+//! so a confirmed change survives a power cut, provided the shell writes atomically. Effects are to be
 //! carried out in their order. Reading answers at once, by what is stored.
 //!
 //! Bounds: number of plans, bytes of one plan and of all, changes under way. At a bound a change is refused;
@@ -46,18 +46,18 @@ pub struct Record {
     pub change: Change,
 }
 
-/// What the shell has found stored.
+/// The stored state that the shell has found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Kept {
     /// The plans.
     pub plans: Vec<Record>,
     /// The last time that plans were forgotten, where that is known.
     pub forgotten: Option<Change>,
-    /// What was under way when the program ended, byte for byte as it was to be kept.
+    /// The activity when the program ended, byte for byte as stored.
     pub under_way: Option<Vec<u8>>,
 }
 
-/// What is asked of the database.
+/// A request to the database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DatabaseQuery {
     /// Store a plan under its name, in place of one of that name.
@@ -71,13 +71,13 @@ pub enum DatabaseQuery {
     },
     /// Forget a plan.
     Delete,
-    /// Hand a plan out.
+    /// Send a plan.
     Get,
-    /// Tell about a plan.
+    /// Report a plan.
     GetInfo,
     /// Forget all plans.
     Clear,
-    /// Tell about all plans.
+    /// Report all plans.
     GetState,
 }
 
@@ -97,13 +97,13 @@ impl DatabaseQuery {
 /// A request to the database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DatabaseRequest {
-    /// Whom to answer.
+    /// The requester.
     pub origin: Origin,
     /// Name of the requester's system, for the record.
     pub name: String,
     /// Which plan; ignored where all are meant.
     pub plan_id: String,
-    /// What is asked.
+    /// The request.
     pub ask: DatabaseQuery,
 }
 
@@ -158,7 +158,7 @@ struct UnderWay {
     effect: Effect,
 }
 
-/// What to answer to.
+/// The request to answer.
 #[derive(Debug, Clone)]
 struct Asked {
     origin: Origin,
@@ -190,7 +190,7 @@ impl PlanDatabase {
         self.records.values()
     }
 
-    /// What to answer and to store, in order.
+    /// The answers and the changes to store, in order.
     pub fn poll_outgoing(&mut self) -> Option<Outgoing> {
         self.outgoing.pop_front()
     }

@@ -38,21 +38,21 @@ use std::time::Duration;
 use units::{MonoTime, Now};
 use vehicle::Vehicle;
 
-/// What the engine is told.
+/// The engine's input.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// Somebody asks something about plans.
+    /// A request about plans.
     Request(Request),
-    /// Something the active maneuver may care about.
+    /// An event that may concern the active maneuver.
     Event(Event),
-    /// The conditions of all monitored entities, by label; in place of what was told before.
+    /// The conditions of all monitored entities, by label; replaces the previous report.
     Entities(BTreeMap<String, EntityCondition>),
     /// Whether the vessel knows where it is. While it does not, a plan waits with its motors stopped.
     Position {
         /// It does.
         known: bool,
     },
-    /// Somebody orders everything to stop.
+    /// An abort: everything stops.
     Abort {
         /// Who.
         by: u16,
@@ -64,16 +64,16 @@ pub enum Input {
 pub struct EngineConfig {
     /// Of the maneuvers.
     pub maneuver: ManeuverConfig,
-    /// What speeds mean, for statistics and progress.
+    /// The conversion of speeds, for statistics and progress.
     pub model: VehicleModel,
     /// How long to calibrate when a start asks for it; `None` ignores the wish.
     pub calibration: Option<Duration>,
     /// Labels of the entities whose errors end even plans that ignore errors.
     pub vital: BTreeSet<String>,
-    /// Labels of the entities whose errors a running plan hears of by other ways: those of the position by
+    /// Labels of the entities whose errors a running plan gets by other ways: those of the position by
     /// [`Input::Position`], that of path control by [`Event::PathFailed`]. They only keep plans from starting.
     pub bridged: BTreeSet<String>,
-    /// Where maneuvers may go whose goals others name under way.
+    /// Where maneuvers may go whose goals other systems set under way.
     pub waters: Waters,
     /// How long a plan waits for the position before it fails; zero fails at once.
     pub position_patience: Duration,
@@ -133,13 +133,13 @@ impl Engine {
         }
     }
 
-    /// New parameters; running maneuvers take them up as they go.
+    /// New parameters; running maneuvers use them from then on.
     pub fn reconfigure(&mut self, config: EngineConfig) {
         self.vehicle.set_vital(config.vital.clone());
         self.config = config;
     }
 
-    /// The caller was held up until `now`: path control could not have been heard meanwhile.
+    /// The caller was stalled until `now`: path control could not have been heard meanwhile.
     pub fn held_up(&mut self, now: MonoTime) {
         if let Some(heard) = self.run.as_mut().and_then(|run| run.path_heard.as_mut()) {
             *heard = now;
@@ -177,7 +177,7 @@ impl Engine {
         }
     }
 
-    /// The next thing to carry out or tell.
+    /// The next output to carry out or report.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.outputs.pop_front()
     }
@@ -270,7 +270,7 @@ impl Engine {
         self.drive == Drive::Path && path_ref == self.path_ref
     }
 
-    /// A plan that waits for the position goes on where it was: path control keeps its path.
+    /// A plan that waits for the position continues where it was: path control keeps its path.
     fn position(&mut self, now: Now, known: bool) {
         if known == self.lost_since.is_none() {
             return;

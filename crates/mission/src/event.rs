@@ -1,16 +1,16 @@
-//! What maneuvers hear: where the vessel is, how its path goes, what others say.
+//! The events of maneuvers: the vessel's position, its path's progress, messages of others.
 
 use units::LatLon;
 use units::Speed;
 
-/// Something that happened, of interest to the active maneuver.
+/// An event of interest to the active maneuver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A position and motion estimate.
     Fix(Fix),
     /// How the path under way goes.
     Path(PathProgress),
-    /// The path was refused or given up by path control.
+    /// The path was refused or abandoned by path control.
     PathFailed {
         /// Its number.
         path_ref: u32,
@@ -19,15 +19,15 @@ pub enum Event {
     },
     /// A commander's wish for the maneuver FollowReference.
     Reference(Reference),
-    /// Another system told where it is.
+    /// Another system reported its position.
     Sighting(Sighting),
-    /// What the vessel is in.
+    /// The medium that the vessel is in.
     Medium(Medium),
-    /// A way that the maneuver FollowReference looked for.
+    /// A way that the maneuver FollowReference requested.
     Way(Way),
-    /// Another commands the vessel from ashore: what the one before asked for, and was not begun, is not wanted any more.
+    /// Control ashore has changed hands: requests of the previous holder that were not begun are dropped.
     CommanderChanged,
-    /// Somebody ended the teleoperation.
+    /// An operator ended the teleoperation.
     TeleoperationDone {
         /// Address of the sender.
         from: u16,
@@ -87,7 +87,7 @@ pub struct Reference {
     pub done: bool,
 }
 
-/// What became of a way that was looked for.
+/// The result of a search for a way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
     /// The place that it was to lead to.
@@ -107,7 +107,7 @@ pub struct Sighting {
     pub afloat: bool,
 }
 
-/// What the vessel is in.
+/// The medium that the vessel is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Medium {
     /// On land.

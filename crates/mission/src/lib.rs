@@ -4,7 +4,7 @@
 //! by [`guard`] only, and neither IMC nor motors; `onboard` translates both ways. SI units and radians throughout;
 //! headings and bearings turn clockwise from north.
 //!
-//! - A [`PlanDraft`] is what somebody sent, a [`Plan`] what can be sailed; [`check_plan`] holds it against the chart.
+//! - A [`PlanDraft`] is a plan as received, a [`Plan`] one that can be sailed; [`check_plan`] checks it against the chart.
 //! - The [`Engine`] carries plans out, maneuver by maneuver; the [`PlanDatabase`] keeps them.
 //! - Supervisors such as [`LostComms`], [`BatteryReserve`] and [`OperationalLimits`] say when to step in.
 

@@ -112,9 +112,9 @@ pub struct ManeuverConfig {
     pub loiter_min_radius_m: f64,
     /// Least radius of station keeping (m); smaller ones are widened.
     pub station_min_radius_m: f64,
-    /// A fix older than this is no longer where the vessel is.
+    /// A fix older than this no longer gives the vessel's place.
     pub fix_max_age: Duration,
-    /// No word about the path under way for this long fails the maneuver.
+    /// No report of the path under way for this long fails the maneuver.
     pub path_silence: Duration,
     /// For [`FollowTrajectory`].
     pub trajectory: TrajectoryConfig,

@@ -1,8 +1,8 @@
-//! Places of plans as somebody sent them, before they are checked.
+//! Places of plans as received, before they are checked.
 
 use units::{LatLon, LocalPoint};
 
-/// Latitude and longitude as somebody sent them, in radians; perhaps no place at all.
+/// Latitude and longitude as received, in radians; perhaps not a valid place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RawPlace {
     /// Latitude (rad).

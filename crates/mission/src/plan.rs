@@ -1,11 +1,11 @@
 //! Plans: drafts as they arrive, and plans as checked values.
 //!
-//! A draft names its maneuvers and what follows what. [`Plan::build`] checks everything and tells all problems
+//! A draft names its maneuvers and their order. [`Plan::build`] checks everything and reports all problems
 //! at once; what it returns can be sailed. Only the first transition out of a maneuver counts, its conditions
 //! do not ("when done" is the only one), and cycles are legal. Actions at the start and end of plans and
-//! maneuvers are not kept here: the engine tells the place ([`ActionPoint`](crate::ActionPoint)), the caller
-//! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
-//! here, cannot be followed.
+//! maneuvers are not kept here: the engine reports the place ([`ActionPoint`](crate::ActionPoint)), the caller
+//! holds the actions, and reports by [`DraftNote`]s which of them, and of other parts of a plan that are not seen
+//! here, cannot be carried out.
 
 use crate::checks::Checks;
 use crate::maneuver::{LoiterShape, Maneuver};
@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The destination of a transition that ends the plan.
 pub const PLAN_END: &str = "_done_";
 
-/// A plan as somebody sent it.
+/// A plan as received.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanDraft {
     /// Its name.
@@ -26,13 +26,13 @@ pub struct PlanDraft {
     pub start: String,
     /// The maneuvers.
     pub maneuvers: Vec<ManeuverDraft>,
-    /// What follows what.
+    /// The transitions.
     pub transitions: Vec<TransitionDraft>,
-    /// What its maker found in parts that a draft does not have.
+    /// Notes of its maker about parts that a draft does not have.
     pub notes: Vec<DraftNote>,
 }
 
-/// Something in a plan that cannot be followed, for its author.
+/// A part of a plan that cannot be carried out, for its author.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DraftNote {
     /// Name of the maneuver; `None` for the plan itself.
@@ -54,7 +54,7 @@ pub struct ManeuverDraft {
     pub body: DraftBody,
 }
 
-/// What a maneuver of a draft holds.
+/// The contents of a draft's maneuver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DraftBody {
     /// A known maneuver.
@@ -165,7 +165,7 @@ impl Plan {
         self.start
     }
 
-    /// What its author may not have meant, though it can be sailed.
+    /// Warnings for its author, though it can be sailed.
     pub fn warnings(&self) -> &[PlanWarning] {
         &self.warnings
     }
@@ -186,7 +186,7 @@ impl Plan {
         order
     }
 
-    /// Whether it never ends by itself because its maneuvers follow each other in a circle.
+    /// Whether it never ends on its own because its maneuvers follow each other in a circle.
     pub fn is_cyclic(&self) -> bool {
         self.order().last().is_some_and(|last| self.nodes[*last].next.is_some())
     }
@@ -233,7 +233,7 @@ impl Plan {
     }
 }
 
-/// Where each name stands; tells what is wrong with the names.
+/// The index of each name; reports what is wrong with the names.
 fn index<'a>(
     draft: &'a PlanDraft,
     limits: &PlanLimits,
@@ -263,7 +263,7 @@ fn index<'a>(
     index
 }
 
-/// What follows each maneuver: its first transition.
+/// The successor of each maneuver: its first transition.
 fn successors(
     draft: &PlanDraft,
     index: &BTreeMap<&str, usize>,

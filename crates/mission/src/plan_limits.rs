@@ -1,11 +1,11 @@
-//! What plans must keep.
+//! The limits of plans.
 
 use crate::kind::ManeuverKind;
 use crate::speed::SpeedLimits;
 use guard::Area;
 use std::collections::BTreeSet;
 
-/// What plans must keep.
+/// The limits of plans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanLimits {
     /// Largest speeds.

@@ -1,4 +1,4 @@
-//! What can be wrong with a plan, and what is merely odd about it.
+//! Errors of a plan, and warnings.
 
 use std::fmt;
 use thiserror::Error;
@@ -22,7 +22,7 @@ impl fmt::Display for PlanProblems {
     }
 }
 
-/// One thing that is wrong, and where.
+/// One error, and where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanProblem {
     /// Name of the maneuver; `None` for the plan itself.
@@ -64,7 +64,7 @@ pub enum ProblemKind {
     TooManyManeuvers {
         /// How many.
         count: usize,
-        /// What is allowed.
+        /// The limit.
         limit: usize,
     },
     /// A maneuver's name is empty or reserved.
@@ -94,15 +94,15 @@ pub enum ProblemKind {
     /// Deeper than the vessel can.
     #[error("a depth of {depth_m} m is wanted, {limit_m} m is possible")]
     Depth {
-        /// What is wanted (m).
+        /// The wanted value (m).
         depth_m: f64,
-        /// What is possible (m).
+        /// The possible value (m).
         limit_m: f64,
     },
-    /// Two numbers are no place.
+    /// Two numbers are not a place.
     #[error("{0}")]
     Place(#[from] units::PlaceError),
-    /// Both coordinates are exactly 0: a position that nobody filled in.
+    /// Both coordinates are exactly 0: a position that was never filled in.
     #[error("the position is 0, 0")]
     NullIsland,
     /// A place outside the area of operation.
@@ -123,7 +123,7 @@ pub enum ProblemKind {
         /// Largest value.
         max: f64,
     },
-    /// Something that a draft does not have, found by its maker.
+    /// A fault in a part that a draft does not have, found by its maker.
     #[error("{0}")]
     Refused(String),
     /// Too many points.
@@ -131,7 +131,7 @@ pub enum ProblemKind {
     TooManyPoints {
         /// How many.
         count: usize,
-        /// What is allowed.
+        /// The limit.
         limit: usize,
     },
     /// Times that do not start at 0 or do not grow.
@@ -142,7 +142,7 @@ pub enum ProblemKind {
     },
 }
 
-/// What the author of a plan may not have meant.
+/// A warning for the author of a plan.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PlanWarning {
     /// The maneuvers follow each other in a circle.
@@ -165,7 +165,7 @@ pub enum PlanWarning {
     /// A path without points is done at once.
     #[error("{0}: has no points and is done at once")]
     NoPoints(String),
-    /// Something that is left out, found by the maker of the draft.
+    /// A part that is left out, found by the maker of the draft.
     #[error("{}{text}", of(maneuver.as_deref()))]
     Unheeded {
         /// The maneuver; `None` for the plan itself.

@@ -1,4 +1,4 @@
-//! Length, duration and energy of a plan, told before it starts.
+//! Length, duration and energy of a plan, estimated before it starts.
 //!
 //! Legs are flat and straight and sailed at the planned speed; what the sea adds shows in the progress
 //! ([`Progress`]), not here. What cannot be known (an operator's way, a loiter without end) is absent and makes
@@ -18,7 +18,7 @@ use std::time::Duration;
 use units::Speed;
 use units::{LatLon, Now};
 
-/// What a plan will take, as far as that can be told before it starts.
+/// The duration, length and energy of a plan, as far as known before it starts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanStatistics {
     /// Name of the plan.
@@ -29,7 +29,7 @@ pub struct PlanStatistics {
     pub maneuvers: Vec<(String, Cost)>,
 }
 
-/// What something takes; what cannot be told is absent.
+/// The duration, length and energy of a plan or maneuver; unknown values are absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cost {
     /// Way (m).
@@ -40,7 +40,7 @@ pub struct Cost {
     pub energy_j: Option<f64>,
 }
 
-/// What a maneuver takes, its time split into making way and waiting.
+/// The needs of a maneuver, its time split into making way and waiting.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Span {
     length_m: f64,
@@ -103,7 +103,7 @@ fn sum(spans: &[(usize, Option<Span>)]) -> Option<Span> {
     spans.iter().try_fold(Span::default(), |sum, (_, span)| Some(sum.and((*span)?)))
 }
 
-/// What each maneuver takes, in the order they are sailed, by its index.
+/// The needs of each maneuver, in the order they are sailed, by its index.
 pub(crate) fn spans(
     plan: &Plan,
     from: Option<LatLon>,

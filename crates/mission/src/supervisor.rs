@@ -1,8 +1,8 @@
 //! Machines that watch the vessel and step in: lost communications, battery reserve, operational limits.
 //!
-//! Each is pure and small: it is told what it watches, answers what to do ([`Remedy`]), and can say at any
+//! Each is pure and small: it takes what it watches as input, answers what to do ([`Remedy`]), and can say at any
 //! time what it will do next and when ([`Outlook`]). The caller carries remedies out through the engine, as
-//! plans that ignore errors, and tells the machine when one could not be.
+//! plans that ignore errors, and reports to the machine when one could not be.
 
 mod alarm;
 mod battery;
@@ -16,7 +16,7 @@ pub use lost_comms::{Activity, LostComms, LostCommsConfig, LostCommsInput, LostC
 use std::fmt;
 use units::MonoTime;
 
-/// What a supervisor does about what it sees.
+/// A supervisor's remedy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Remedy {
     /// Keep station where the vessel is.
@@ -40,11 +40,11 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// What a supervisor will do next if things stay as they are.
+/// What a supervisor will do next if nothing changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outlook {
     /// The next remedy.
     pub remedy: Remedy,
-    /// When, as far as it can tell.
+    /// When, as far as known.
     pub at: Option<MonoTime>,
 }

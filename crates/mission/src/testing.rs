@@ -1,4 +1,4 @@
-//! What the tests of several modules share.
+//! Helpers for the tests of several modules.
 
 use crate::event::{Event, Fix, PathProgress};
 use crate::maneuver::{Goto, Idle, Maneuver};

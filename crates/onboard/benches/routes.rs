@@ -1,5 +1,5 @@
-//! What looking for routes takes aboard: memory and time of a process that holds nothing but the chart of all shared cells
-//! and looks for routes on it as the vessel does. `cargo bench -p onboard --bench routes`.
+//! The cost of searching for routes aboard: memory and time of a process that holds nothing but the chart of all shared
+//! cells and searches for routes on it as the vessel does. `cargo bench -p onboard --bench routes`.
 //!
 //! The chart is made by another process, so that what making it took is not counted.
 

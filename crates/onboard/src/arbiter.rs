@@ -1,4 +1,4 @@
-//! One arbiter for what the supervisors ask: who is obeyed, and until when.
+//! The arbiter of the supervisors' demands: which is carried out, and until when.
 //!
 //! Each supervisor has at most one standing demand; a newer one of the same supervisor replaces it (its own
 //! ladder knows best). Between supervisors the strongest remedy wins:
@@ -13,9 +13,9 @@
 //! communications. A
 //! weaker remedy never replaces a stronger one that runs or waits. A remedy that cannot be carried out (no
 //! position to hold, no plan of that name, the engine refuses) or that ended in a failure is tried again every
-//! two seconds until it holds; meanwhile the next weaker that is possible stands in, at last the stop.
+//! two seconds until it holds; meanwhile the next weaker that is possible replaces it, at last the stop.
 //!
-//! A demand ends when its supervisor withdraws it, when its plan has come to a good end, or when an operator
+//! A demand ends when its supervisor withdraws it, when its plan has completed, or when an operator
 //! steps in: a start, a stop or an abort from outside settles all that was asked before. No remedy but the
 //! stop acts before an operator has set the vessel in motion, nor after an abort.
 
@@ -27,7 +27,7 @@ use units::MonoTime;
 /// Time between two tries.
 const RETRY: Duration = Duration::from_secs(2);
 
-/// Who asks; of equal remedies the later in this list comes first.
+/// The source of a demand; of equal remedies the later in this list comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Source {
     Failure,
@@ -38,27 +38,27 @@ pub(crate) enum Source {
     Grounding,
 }
 
-/// What goes on, as far as it matters here.
+/// The present state, as far as it matters here.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Picture {
     /// The run of the engine.
     pub(crate) run: Option<RunId>,
-    /// Whether the last run came to a good end.
+    /// Whether the last run completed.
     pub(crate) ended_well: bool,
-    /// Whether an operator has set the vessel in motion and nobody has aborted since.
+    /// Whether an operator has set the vessel in motion, without an abort since.
     pub(crate) under_way: bool,
 }
 
-/// How a demand stands.
+/// The state of a demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Standing {
     /// Its remedy, or a stronger one, runs.
     Holds,
     /// It is tried again at this time.
     Waits(MonoTime),
-    /// Nobody has set the vessel in motion.
+    /// No operator has set the vessel in motion.
     AtRest,
-    /// Its plan ended well, or an operator stepped in.
+    /// Its plan completed, or an operator stepped in.
     Settled,
 }
 
@@ -85,13 +85,13 @@ pub(crate) struct Arbiter {
 }
 
 impl Arbiter {
-    /// A supervisor wants this.
+    /// A supervisor demands this.
     pub(crate) fn ask(&mut self, now: MonoTime, source: Source, remedy: Remedy) {
         self.demands.insert(source, Demand { remedy, settled: false });
         self.next_try = now;
     }
 
-    /// A supervisor wants nothing any more; a remedy that runs goes on until somebody steps in.
+    /// A supervisor withdraws its demand; a remedy that runs continues until an operator steps in.
     pub(crate) fn withdraw(&mut self, source: Source) {
         self.demands.remove(&source);
     }
@@ -102,12 +102,12 @@ impl Arbiter {
         self.demands.values_mut().for_each(|demand| demand.settled = true);
     }
 
-    /// What keeps a remedy from being carried out has changed: it is tried now.
+    /// The obstacle to a remedy has changed: it is tried now.
     pub(crate) fn try_now(&mut self, now: MonoTime) {
         self.next_try = now;
     }
 
-    /// What runs does not lead to its end: its remedy is asked for again, also where its supervisor had withdrawn it.
+    /// The running remedy cannot reach its end: it is demanded again, also where its supervisor had withdrawn it.
     pub(crate) fn begin_again(&mut self, now: MonoTime) -> Option<Source> {
         let Running { source, remedy, .. } = self.running.take()?;
         self.ask(now, source, remedy);
@@ -124,7 +124,7 @@ impl Arbiter {
         self.running.as_ref().map(|running| &running.remedy)
     }
 
-    /// Who asked for what runs.
+    /// The source of the remedy that runs.
     pub(crate) fn source(&self) -> Option<Source> {
         self.running.as_ref().map(|running| running.source)
     }
@@ -139,7 +139,7 @@ impl Arbiter {
         self.demands.iter().any(|(other, demand)| *other != source && !demand.settled)
     }
 
-    /// What to do now, and for whom; its outcome is to be told.
+    /// What to do now, and for whom; its outcome must be reported back.
     pub(crate) fn decide(&mut self, now: MonoTime, picture: Picture) -> Option<(Source, Remedy)> {
         self.under_way = picture.under_way;
         if let Some(ended) = self.running.take_if(|running| picture.run != Some(running.run)) {
@@ -172,7 +172,7 @@ impl Arbiter {
         self.running.as_ref().is_some_and(|running| running.remedy == *remedy)
     }
 
-    /// What a supervisor asked for and how it stands.
+    /// A supervisor's demand and its state.
     pub(crate) fn standing(&self, source: Source) -> Option<(&Remedy, Standing)> {
         let demand = self.demands.get(&source)?;
         let standing = match &self.running {

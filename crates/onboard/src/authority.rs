@@ -1,8 +1,8 @@
 //! The one owner of the thrusters.
 //!
-//! Whoever steers (the course and speed controller, a remote operator) must be granted the thrusters and must
-//! keep commanding: a command is good for half a second and never a moment longer. What is stale, not a
-//! number, or from anyone but the owner never reaches a motor. Every change of owner goes through a stop.
+//! The controller in charge (the course and speed controller, or a remote operator) must be granted the thrusters
+//! and must keep commanding: a command is valid for half a second and no longer. A command that is stale, not a
+//! number, or not from the owner never reaches a motor. Every change of owner goes through a stop.
 //!
 //! Fresh commands go out at once and again at 4 Hz, because the motor card stops a motor that is not
 //! commanded within a second; a stop is repeated at 1 Hz.
@@ -16,7 +16,7 @@ pub const COMMAND_LIFE: Duration = Duration::from_millis(500);
 const REPEAT_RUNNING: Duration = Duration::from_millis(250);
 const REPEAT_STOPPED: Duration = Duration::from_secs(1);
 
-/// Who may command the thrusters.
+/// The controllers that may command the thrusters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {
     /// The course and speed controller.
@@ -28,7 +28,7 @@ pub enum Owner {
 /// Why a command was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// Another one owns the thrusters, or nobody.
+    /// Another controller owns the thrusters, or none does.
     #[error("another controller owns the thrusters")]
     NotOwner,
     /// A value is not a number within -1 to 1; the motors are stopped.
@@ -46,13 +46,13 @@ pub struct Authority {
     inhibited: bool,
     /// The command in force and when it was given.
     command: Option<(MonoTime, MotorPair)>,
-    /// What was put out last, and when it is to be repeated.
+    /// The last output, and when it must be repeated.
     sent: Option<MotorPair>,
     repeat: MonoTime,
 }
 
 impl Authority {
-    /// Hands the thrusters over. The motors stop until the new owner commands.
+    /// Transfers the thrusters. The motors stop until the new owner commands.
     pub fn grant(&mut self, owner: Owner) {
         if self.owner != Some(owner) {
             self.owner = Some(owner);
@@ -60,7 +60,7 @@ impl Authority {
         }
     }
 
-    /// Takes the thrusters away from whoever has them.
+    /// Takes the thrusters away from their owner.
     pub fn revoke(&mut self) {
         self.owner = None;
         self.command = None;
@@ -72,12 +72,12 @@ impl Authority {
         self.command = None;
     }
 
-    /// Who owns the thrusters.
+    /// The owner of the thrusters.
     pub fn owner(&self) -> Option<Owner> {
         self.owner
     }
 
-    /// What the motors do as far as this gate knows.
+    /// The motors' commands, as far as known here.
     pub fn motors(&self) -> MotorPair {
         self.sent.unwrap_or(MotorPair::STOPPED)
     }
@@ -102,7 +102,7 @@ impl Authority {
         Ok(())
     }
 
-    /// What is to go to the motors at `now`.
+    /// The output to the motors at `now`.
     pub fn poll(&mut self, now: MonoTime) -> Option<MotorPair> {
         if self.command.is_some_and(|(given, _)| now.since(given) >= COMMAND_LIFE) {
             self.command = None;
@@ -117,7 +117,7 @@ impl Authority {
         Some(motors)
     }
 
-    /// When [`Authority::poll`] is to be asked next.
+    /// When [`Authority::poll`] must be called next.
     pub fn poll_timeout(&self) -> MonoTime {
         match self.command {
             Some((given, _)) => self.repeat.min(given + COMMAND_LIFE),

@@ -1,9 +1,8 @@
-//! The brain: one state machine that hears of everything and decides everything.
+//! The brain: the one state machine that takes all inputs and makes all decisions.
 //!
-//! [`Brain::handle`] takes what happened and the moment it happened; [`Brain::poll_output`] gives what is to
-//! be done about it until it answers `None`; [`Brain::poll_timeout`] says when to come back with
-//! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
-//! inputs give equal outputs.
+//! [`Brain::handle`] takes an input and its time; [`Brain::poll_output`] gives the outputs until it answers `None`;
+//! [`Brain::poll_timeout`] says when to come back with [`Input::Timer`] if nothing else happens before. Nothing here
+//! reads a clock, waits, or uses chance: equal inputs give equal outputs.
 
 use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
@@ -71,7 +70,7 @@ pub struct Brain {
     host: Host,
     log: Log,
     conditions: Conditions,
-    /// What the disk holds of what is under way.
+    /// The activity as stored on disk.
     keeper: Keeper,
     estimate: Option<Estimate>,
     sight: Sight,
@@ -80,9 +79,9 @@ pub struct Brain {
     next_watch: MonoTime,
     next_second: MonoTime,
     shut_down: bool,
-    /// How often it has looked where the vessel is: moves while the brain steers.
+    /// Count of position updates: advances while the brain steers.
     steps: u64,
-    /// Somebody turns the computer's power off.
+    /// The computer's power is being turned off.
     powering_off: bool,
     afloat: bool,
     /// The time of the satellites at their last position.
@@ -157,7 +156,7 @@ impl Brain {
         Ok(brain)
     }
 
-    /// Takes in what happened at `now`.
+    /// Takes an input at `now`.
     pub fn handle(&mut self, now: Now, input: Input) {
         // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
         let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
@@ -175,7 +174,7 @@ impl Brain {
         self.pilot.tick(&mut self.bus);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.bus.poll()
     }
@@ -193,7 +192,7 @@ impl Brain {
             .min()
     }
 
-    /// Where the vessel is and how it moves, as the brain believes.
+    /// The estimate of the vessel's position and motion.
     pub fn estimate(&self) -> Option<&Estimate> {
         self.estimate.as_ref()
     }
@@ -219,7 +218,7 @@ impl Brain {
         }
     }
 
-    /// Whether the part with this label is in error; one that nobody knows is not.
+    /// Whether the part with this label is in error; an unknown label is not.
     pub fn in_error(&self, label: &str) -> bool {
         let part = self.settings.labels.find(label);
         part.is_some_and(|part| self.states.condition(part) >= Condition::Error)
@@ -261,7 +260,7 @@ impl Brain {
         }
     }
 
-    /// What was read at a moment that is not to come.
+    /// Takes a reading; its moment is not in the future.
     fn read(&mut self, at: MonoTime, reading: Reading) {
         match reading {
             Reading::Gnss(reading) => {
@@ -288,12 +287,12 @@ impl Brain {
         }
     }
 
-    /// How the device behind a part is.
+    /// Takes the state of the device behind a part.
     fn device(&mut self, state: DeviceState) {
         self.sensors.device(&mut self.bus, &state);
         match state.entity {
             Entity::Hydrophone => self.hydrophone.device(&mut self.bus, &mut self.states, state),
-            // Nothing is read of these: they are as their drivers say.
+            // These give no readings: their state is as their drivers report.
             Entity::Watchdog | Entity::Light => {
                 self.states.set(&mut self.bus, state.entity, state.condition, state.text);
             }
@@ -304,7 +303,7 @@ impl Brain {
         }
     }
 
-    /// The shore says who commands.
+    /// The shore reports who commands.
     fn leased(&mut self, lease: &Lease) {
         if !self.reception.leased(&mut self.bus, lease) {
             return;
@@ -348,7 +347,7 @@ impl Brain {
         let to_us = header.dst == self.bus.address();
         let may_stop = may_stop(&self.bus, header.dst);
         let before = self.plans.plan_state().run;
-        // What an operator now decides settles a failure that nobody has looked at yet.
+        // An operator's decision settles a failure that no supervisor has handled yet.
         let earlier = self.plans.take_failed();
         if to_us || (may_stop && request.op == PlanControlOp::Stop) {
             let asker = Asker { system: header.src, entity: header.src_ent };
@@ -427,7 +426,7 @@ impl Brain {
         }
     }
 
-    /// What a change of parameters or chart reaches.
+    /// The parts that a change of parameters or chart reaches.
     fn live(&mut self) -> (&mut ParameterService, Live<'_>, Option<&Estimate>) {
         let live = Live {
             bus: &mut self.bus,
@@ -452,12 +451,12 @@ impl Brain {
     fn tick(&mut self) {
         let now = self.bus.mono();
         if now >= self.next_step {
-            // What was missed by more than a step is not made up for. A step is far shorter than 64 bits of microseconds.
+            // Steps missed by more than one are not made up for. A step is far shorter than 64 bits of microseconds.
             let earlier = MonoTime::from_micros(now.micros().saturating_sub(self.step.as_micros() as u64));
             self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();
         } else if self.estimate.is_none() && self.navigation.estimate(now).is_some() {
-            // Not a step later than the parts that are told of it: who starts something as soon as all is good is led at once.
+            // In the step in which the other parts see the position: a plan that starts at once must be steered at once.
             self.navigate();
         }
         if now >= self.next_watch {
@@ -489,7 +488,7 @@ impl Brain {
         self.states.tick(&mut self.bus, &self.settings.labels);
     }
 
-    /// What is under way is handed to the disk before the motors are commanded for it.
+    /// The present activity is written to disk before the motors are commanded for it.
     fn keep_under_way(&mut self) {
         if self.supervise.restart.is_open() && self.plans.plan_state().run.is_none() {
             return;
@@ -511,7 +510,7 @@ impl Brain {
             let fix = estimate.fix();
             self.pilot.see(estimate);
             if !self.afloat {
-                // A vessel that knows where it is and has no other sense of it is taken to be in the water.
+                // A vessel that knows its position and has no other sensor for it is assumed to be in the water.
                 self.afloat = true;
                 let medium = VehicleMedium { medium: VehicleMediumMedium::Water };
                 self.bus.send(Entity::Supervisor, &medium);
@@ -531,7 +530,7 @@ impl Brain {
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
     }
 
-    /// Acts upon the messages that a plan carries for its course.
+    /// Carries out the messages that a plan contains.
     fn act_for_plan(&mut self) {
         for _ in 0..MOST_ACTIONS {
             let Some(message) = self.plans.poll_action() else { break };
@@ -576,12 +575,12 @@ impl Brain {
         label.to_str_lossy() == self.settings.labels.of(Entity::Preflight)
     }
 
-    /// Looks what is missing before motors may be armed.
+    /// Checks what is missing before motors may be armed.
     fn preflight(&mut self) {
         let watch = &self.settings.watch;
         let mut missing = self.sensors.missing(self.bus.mono(), watch);
         missing.extend(self.clock.doubt(self.bus.mono(), watch));
-        // A first epoch is a position and a heading, but no way is led before navigation has made an estimate of them.
+        // A first epoch has a position and a heading, but no path is followed before navigation has an estimate.
         if missing.is_empty() && self.estimate.is_none() {
             missing.push("position (navigation has made no estimate of it yet)".to_owned());
         }

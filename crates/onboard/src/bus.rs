@@ -1,5 +1,5 @@
-//! The vessel's bus: every message that leaves gets its header here, goes to the log, and to whom the node
-//! says.
+//! The vessel's bus: every outgoing message gets its header here and goes to the log and to the receivers that the node
+//! chooses.
 
 use crate::entity::Entity;
 use crate::node::Node;
@@ -15,7 +15,7 @@ use units::{MonoTime, Now, UtcTime};
 /// Entries kept for consoles that ask for the log book.
 const ENTRIES_KEPT: usize = 500;
 
-/// Who asked for something, to be answered.
+/// The requester, for the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Asker {
     pub(crate) system: Address,
@@ -23,7 +23,7 @@ pub(crate) struct Asker {
 }
 
 impl Asker {
-    /// Everyone: for what nobody asked.
+    /// All systems: for messages without a requester.
     pub(crate) const EVERYONE: Self = Self { system: Address::NULL, entity: ANY_ENTITY };
 }
 
@@ -53,7 +53,7 @@ impl Bus {
         }
     }
 
-    /// Everything from here on happens at `now`.
+    /// Sets the time of all messages from here on.
     pub(crate) fn begin(&mut self, now: Now) {
         self.now = now;
     }
@@ -70,7 +70,7 @@ impl Bus {
         self.now.utc
     }
 
-    /// A moment of before by the clock as it is now.
+    /// An earlier moment by the present clock.
     pub(crate) fn utc_of(&self, at: MonoTime) -> UtcTime {
         // A gap of days fits 63 bits of microseconds.
         UtcTime::from_micros(self.now.utc.micros() - self.now.mono.since(at).as_micros() as i64)
@@ -92,7 +92,7 @@ impl Bus {
         self.out.push_back(output);
     }
 
-    /// Asks for a route, in place of the one before; answers its number.
+    /// Asks for a route, in place of the previous one; answers its number.
     pub(crate) fn ask_route(&mut self, mut request: RouteRequest) -> u32 {
         self.routes = self.routes.wrapping_add(1);
         request.number = self.routes;
@@ -107,19 +107,19 @@ impl Bus {
         }
     }
 
-    /// To everyone who listens.
+    /// To all listeners.
     pub(crate) fn send<T: Payload>(&mut self, from: Entity, message: &T) {
         self.send_to(from, Asker::EVERYONE, message);
     }
 
-    /// To whoever asked.
+    /// To the requester.
     pub(crate) fn send_to<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) {
         let Some(bytes) = self.packet(from, to, message) else { return };
         let to = self.node.recipients(self.now.mono, T::ID, from.number(), to.system);
         self.out.push_back(Output::Packet { bytes, to });
     }
 
-    /// The bytes of a packet; a message too large for one is lost, and said to be.
+    /// The bytes of a packet; a message too large for one is dropped, and that is reported.
     pub(crate) fn packet<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) -> Option<Vec<u8>> {
         let header = Header {
             timestamp: self.now.utc.seconds(),
@@ -154,7 +154,7 @@ impl Bus {
         self.entry_to(from, Asker::EVERYONE, level, text);
     }
 
-    /// The same to whoever asked for what it is about.
+    /// The same, to the requester.
     pub(crate) fn entry_to(&mut self, from: Entity, to: Asker, level: Level, text: impl Into<String>) {
         let text = text.into();
         let (context, _) = from.label_and_task();

@@ -1,14 +1,14 @@
-//! Another sea chart takes the place of the one in force, while the program runs.
+//! Replaces the sea chart in force while the program runs.
 //!
-//! It does so at once: what it knows better must count at once. Only a vessel under way for whose place the other
-//! chart has no data goes on by the one it has until it rests, as it would be stopped where it is by a chart of
-//! somewhere else; and a vessel that sails without any chart goes on so until it is where the chart has data.
+//! The new chart is used at once, because its corrections must apply at once. There are two exceptions. A vessel under
+//! way at a place where the new chart has no data keeps the old chart until it rests: a chart of another area would stop
+//! it where it is. A vessel that sails without a chart continues so until it is where the new chart has data.
 //!
-//! A plan under way is held against the new chart, all of it but the way to its first maneuver once that is over. One
-//! that is refused goes on, as its danger may be far away or passed, but that is told: in the log book, and as a fault
+//! A plan under way is checked against the new chart, all of it but the way to its first maneuver once that is over. A
+//! refused plan continues, as its danger may be far away or passed, but this is reported: in the log book, and as a fault
 //! of the grounding supervisor until the plan ends. The supervisor watches the water ahead by the new chart and acts
-//! before danger as it always does. Plans that are stored are held against the chart when they start. A way home under
-//! way, which nobody ashore may see, is given up if what lies ahead of it is refused: another is looked for meanwhile.
+//! before danger as always. Stored plans are checked against the chart when they start. A way home under way, which may
+//! not be visible ashore, is given up if the rest of it is refused, and another is searched for.
 
 use crate::entity::Entity;
 use crate::grounding::{Chart, ChartFile, GroundingAction};

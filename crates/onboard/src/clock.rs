@@ -1,11 +1,11 @@
-//! How far the computer's clock is from the satellites', and how well that is known.
+//! The offset of the computer's clock to the satellites', and its uncertainty.
 //!
 //! Two sources: the messages of the receiver, which arrive some tenths of a second after their epoch, and the pulse at each
 //! whole second, whose moment the kernel notes by the computer's clock. The messages say which second it is, the pulse
-//! where it begins. Setting the clock is chrony's business; this only judges it, since what is recorded and the
-//! hydrophone's clock go by it. The brain's own deadlines run on a steady time and do not care.
+//! where it begins. chrony sets the clock; this only judges it, since what is recorded and the
+//! hydrophone's clock go by it. The brain's own deadlines run on a steady time and are not affected.
 //!
-//! A receiver must tell an epoch before the next pulse (within a second of its own), or the second is off by one.
+//! A receiver must report an epoch before the next pulse (within a second of its own), or the second is off by one.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -67,7 +67,7 @@ impl Quality {
     }
 }
 
-/// What is known of the clock.
+/// The estimate of the clock's offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Judgement {
     pub(crate) quality: Quality,
@@ -130,9 +130,9 @@ impl Pulse {
         self.known = self.measured().or(self.known);
     }
 
-    /// The receiver tells a whole second, after the pulse that began it, at this time of the computer.
+    /// The receiver reports a whole second, after the pulse that began it, at this time of the computer.
     fn second(&mut self, arrived: UtcTime, epoch: UtcTime) {
-        // A pulse is looked for ten times a second: the message may come before its own pulse was seen.
+        // Pulses are polled ten times a second: the message may come before its own pulse was seen.
         let follows = |reading: &PulseReading| (0..SECOND_US).contains(&(arrived - reading.utc));
         let Some(reading) = self.last.map(|(_, reading)| reading).filter(follows) else { return };
         let ahead_us = reading.utc - epoch;
@@ -215,7 +215,7 @@ impl Clock {
         self.pulse.take(at, reading);
     }
 
-    /// How long before its arrival an epoch was, by its own time where the clock is good enough to tell; zero where it is not.
+    /// How long before its arrival an epoch was, by its own time where the clock is good enough; zero where it is not.
     pub(crate) fn lag(&self, bus: &Bus, at: MonoTime, reading: &GnssReading) -> Duration {
         let good = self.coarse_s.is_some_and(|offset_s| GOOD_S.contains(&offset_s));
         let lag_us = reading.utc.filter(|_| good).map_or(0, |epoch| bus.utc_of(at) - epoch);
@@ -228,7 +228,7 @@ impl Clock {
         self.latest
     }
 
-    /// What is known at this moment.
+    /// The present estimate.
     pub(crate) fn judge(&self, now: MonoTime) -> Judgement {
         let coarse = |offset_s: f64| Judgement {
             quality: Quality::Coarse,
@@ -242,14 +242,14 @@ impl Clock {
         let (Some((offset_s, jitter_s)), Some(silence)) = (self.pulse.known, self.pulse.silence(now)) else {
             return by_messages;
         };
-        // What is lost by the pulse's silence grows until the messages know better.
+        // The uncertainty without a pulse grows until that of the messages is smaller.
         let bound_s = offset_s.abs() + 3.0 * jitter_s + DRIFT * silence.as_secs_f64();
         let quality = if silence < PULSE_SILENCE { Quality::Precise } else { Quality::Holdover };
         let by_pulse = Judgement { quality, offset_s, jitter_s, bound_s };
         if bound_s <= by_messages.bound_s { by_pulse } else { by_messages }
     }
 
-    /// The time of the satellites (s), as far as they told it; else that of the computer.
+    /// The time of the satellites (s), if known; else that of the computer.
     pub(crate) fn satellite_seconds(&self, bus: &Bus) -> f64 {
         bus.seconds() - self.judge(bus.mono()).offset_s
     }

@@ -1,4 +1,4 @@
-//! What the plan engine is told of the watched parts.
+//! The conditions of the watched parts, as reported to the plan engine.
 
 use crate::entity::{Entity, Labels};
 use crate::states::{Condition, States};
@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
 
-/// It is told again after this time, changed or not.
+/// They are reported again after this time, changed or not.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// Conditions by the labels of the parts.
 type ByLabel = BTreeMap<String, EntityCondition>;
 
-/// What the engine was told last, and when it is told again.
+/// The last report to the engine, and when the next is due.
 #[derive(Debug)]
 pub(crate) struct Conditions {
     last: ByLabel,
@@ -25,13 +25,13 @@ impl Conditions {
         Self { last: ByLabel::new(), next: now }
     }
 
-    /// After an abort the vessel stays in error until the engine hears of the watched parts again: in a second,
+    /// After an abort the vessel stays in error until the engine gets the watched parts' conditions again: in a second,
     /// as with DUNE, and not whenever their next report happens to be due.
     pub(crate) fn hold(&mut self, now: MonoTime) {
         self.next = now + PERIOD;
     }
 
-    /// What to tell the engine, when that changed or it is time again.
+    /// The report to the engine, when it changed or is due again.
     pub(crate) fn due(
         &mut self,
         now: MonoTime,

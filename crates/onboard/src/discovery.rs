@@ -1,4 +1,4 @@
-//! Telling others who this is and what it consists of: Announce, Heartbeat, the list of entities, the log
+//! Discovery of this system and its parts: Announce, Heartbeat, the list of entities, the log
 //! book on request.
 
 use crate::bus::{Asker, Bus};
@@ -87,8 +87,7 @@ fn services(settings: &Settings, reachable: &Reachable) -> String {
     imc::services::build(fixed.chain(open))
 }
 
-/// The list of entities, to whoever asked.
-/// Answers questions about this system that need nothing but what is fixed.
+/// Answers questions about this system from its fixed settings.
 pub(crate) fn answer(bus: &mut Bus, settings: &Settings, asker: Asker, to_entity: u8, message: &Message) {
     match message {
         Message::EntityList(list) if list.op == EntityListOp::Query => {
@@ -111,7 +110,7 @@ pub(crate) fn answer(bus: &mut Bus, settings: &Settings, asker: Asker, to_entity
     }
 }
 
-/// What each of the parts is.
+/// The description of each part.
 pub(crate) fn all_entities(bus: &mut Bus, to: Asker, labels: &Labels) {
     for entity in Entity::ALL {
         entity_info(bus, to, labels, entity);
@@ -123,7 +122,7 @@ pub(crate) fn entity_list(bus: &mut Bus, to: Asker, labels: &Labels) {
     bus.send_to(Entity::Daemon, to, &EntityList { op: EntityListOp::Report, list: list.into() });
 }
 
-/// What one entity is.
+/// The description of one entity.
 fn entity_info(bus: &mut Bus, to: Asker, labels: &Labels, entity: Entity) {
     let info = EntityInfo {
         id: entity.number(),

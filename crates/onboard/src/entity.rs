@@ -81,7 +81,7 @@ pub enum Entity {
     Watchdog,
     /// Signal light.
     Light,
-    /// What must be good before motors are armed.
+    /// The parts that must be good before motors are armed.
     Preflight,
 }
 

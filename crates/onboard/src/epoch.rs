@@ -5,7 +5,7 @@ use imc::messages::{EulerAngles, GpsFix, GpsFixType, GpsFixValidity};
 
 const MICROS_OF_DAY: i64 = 86_400_000_000;
 
-/// The attitude, where there is a heading; what the compass does not tell of roll and pitch is level.
+/// The attitude, where there is a heading; roll and pitch that the compass does not give are taken as level.
 pub(crate) fn euler_angles(time: f64, reading: &GnssReading) -> Option<EulerAngles> {
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     Some(EulerAngles {
@@ -52,7 +52,7 @@ pub(crate) fn gps_fix(reading: &GnssReading) -> GpsFix {
     if let Some(velocity) = reading.velocity.filter(|v| v.speed_mps.is_finite()) {
         validity |= GpsFixValidity::VALID_SOG;
         fix.sog = velocity.speed_mps as f32;
-        // A vessel that stands has no course.
+        // A vessel at rest has no course.
         if velocity.course_rad.is_finite() {
             validity |= GpsFixValidity::VALID_COG;
             fix.cog = velocity.course_rad as f32;

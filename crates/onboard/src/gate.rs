@@ -2,7 +2,7 @@
 
 use control::MotorPair;
 
-/// What manual control may not do, by the sea chart.
+/// The limits of manual control by the sea chart.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Gate {
     /// Thrust ahead is blocked.

@@ -1,10 +1,10 @@
 //! What the hydrophone reads: detections of tagged fish, and the water.
 //!
-//! A detection gets the place the hydrophone was at when it was heard: at the receiver's stamp less the length of a tag's
-//! transmission, or at the arrival of its line less the same where the receiver's clock was never set or is lost. Such
-//! detections have no time of day. Each detection leaves as an Event that tells all of it, and as the TBRFishTag
-//! that every console knows, unless that would be false ([`Detection::fish_tag`]). How the receiver listens is told also while
-//! it hears nothing ([`Listening`]).
+//! A detection gets the hydrophone's position when the transmission began: at the receiver's stamp less the length of a
+//! tag's transmission, or at the arrival of its line less the same where the receiver's clock was never set or is lost.
+//! Such detections have no time of day. Each detection is sent as an Event with all its values, and as the TBRFishTag
+//! that every console knows, unless that would be false ([`Detection::fish_tag`]). How the receiver listens is reported
+//! also while it hears nothing ([`Listening`]).
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -27,12 +27,12 @@ const MOTOR_LIFE: Duration = Duration::from_secs(2);
 const LONGEST_NAME: usize = 24;
 /// Longest line of a receiver that is repeated (characters).
 const LONGEST_LINE: usize = 200;
-/// How the receiver listens is told again after this, for those that began to hear.
+/// How the receiver listens is reported again after this, for consoles that connected meanwhile.
 const TOLD_AGAIN: Duration = Duration::from_secs(30);
-/// Thrust that differs by this from what was told is another.
+/// Thrust that differs by this from the last report is reported again.
 const OTHER_THRUST: f64 = 0.15;
 
-/// What is known of the receiver and of how it can listen.
+/// The state of the receiver and of how it can listen.
 #[derive(Debug, Clone)]
 pub(crate) struct Hydrophone {
     settings: HydrophoneSettings,
@@ -49,7 +49,7 @@ pub(crate) struct Hydrophone {
     receiver: Option<ReceiverReading>,
     serial: Option<u32>,
     frequency_khz: Option<u8>,
-    /// What was told last of how it listens, and when.
+    /// The last report of how it listens, and when.
     told: Option<(MonoTime, Listening)>,
     /// Mean and peak noise as they were reported last, and when.
     noise: Option<(MonoTime, u8, u8)>,
@@ -141,9 +141,9 @@ impl Hydrophone {
         states.set(bus, Entity::Hydrophone, self.condition(), self.text());
     }
 
-    /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is believed.
+    /// Where the hydrophone was when the transmission began whose line came at `at` with this stamp, if it is trusted.
     fn pose(&self, bus: &Bus, at: MonoTime, stamp: Option<UtcTime>) -> Option<Pose> {
-        // Both clocks count microseconds in 63 bits; UTC is told by what it is now, whatever it was set from.
+        // Both clocks count microseconds in 63 bits; a UTC stamp is converted by the present offset between them.
         let micros = |at: MonoTime| at.micros() as i64;
         let heard_us = stamp.map_or(micros(at), |stamp| micros(bus.mono()) - (bus.utc() - stamp));
         let transmission_us = self.settings.transmission.as_micros() as i64;
@@ -184,8 +184,7 @@ impl Hydrophone {
         clock
     }
 
-    /// What the driver knows of the clock. That it was set by itself is no more than a stamp tells; nor is that a line of
-    /// before it was set is still to come.
+    /// What the driver knows of the clock; `None` where it knows nothing.
     fn known_clock(&self) -> Option<ClockState> {
         match self.receiver.as_ref()?.clock {
             devices::ClockState::Lost => Some(ClockState::Lost),
@@ -202,7 +201,7 @@ impl Hydrophone {
         lost.map(|receiver| receiver.clock_fault.as_str())
     }
 
-    /// Tells when it changes whether the receiver's clock is set.
+    /// Reports when it changes whether the receiver's clock is set.
     fn told_set(&mut self, bus: &mut Bus, clock: ReceiverClock) {
         let unset = clock.state == ClockState::NotSet;
         if unset != self.unset {
@@ -230,7 +229,7 @@ impl Hydrophone {
     fn condition(&self) -> Condition {
         let device = self.device.as_ref().map(|state| state.condition);
         match device {
-            // It hears: what its driver still waits for is no matter.
+            // It hears: settings that its driver still waits for do not matter.
             Some(Condition::Boot) if self.heard == 0 && self.noise.is_none() => Condition::Boot,
             Some(bad) if bad.is_bad() => bad,
             _ if self.unset || self.lost_clock().is_some() => Condition::Fault,
@@ -252,7 +251,7 @@ impl Hydrophone {
         format!("{why}{lost}{} detections{undated}, {} lines lost{clock}", self.heard, self.lost_lines)
     }
 
-    /// A line came. Its driver tells by the running numbers how many were lost before it.
+    /// A line came. Its driver counts by the running numbers how many were lost before it.
     fn line(&mut self, bus: &mut Bus, serial: u32, frequency_khz: u8, lost: Option<u16>) {
         self.serial = Some(serial);
         self.frequency_khz = Some(frequency_khz);
@@ -272,13 +271,13 @@ impl Hydrophone {
         Effort { lines_lost, noise: self.noise.map(noise), propeller_rpm: self.propeller_rpm(now) }
     }
 
-    /// Speed of the faster propeller (rpm). Of one propeller nobody knows whether the other is faster.
+    /// Speed of the faster propeller (rpm). Absent if only one is known, as the other may be faster.
     fn propeller_rpm(&self, now: MonoTime) -> Option<f64> {
         let turns = self.propellers.map(|known| known.filter(|(at, _)| now.since(*at) <= MOTOR_LIFE));
         turns.port.zip(turns.starboard).map(|((_, port), (_, starboard))| port.max(starboard))
     }
 
-    /// Tells how the receiver listens when that is another, and again after a while. Called once a second.
+    /// Reports how the receiver listens when that changed, and again after a while. Called once a second.
     pub(crate) fn tell(&mut self, bus: &mut Bus, motors: MotorPair) {
         if self.device.is_none() && self.receiver.is_none() && self.serial.is_none() {
             // The vessel has none.
@@ -312,7 +311,7 @@ impl Hydrophone {
     }
 }
 
-/// Whether a receiver listens otherwise than was told.
+/// Whether a receiver listens otherwise than last reported.
 fn is_other(told: &Listening, now: &Listening) -> bool {
     let facts = |one: &Listening| (one.on, one.receiver, one.frequency_khz, one.protocols, one.clock);
     let thrust = told.thrust.zip(now.thrust);

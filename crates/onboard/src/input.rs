@@ -1,7 +1,7 @@
-//! What the brain is told: readings of the devices, the health of its computer, packets, and the passing of time.
+//! The inputs of the brain: readings of the devices, the health of its computer, packets, and the passing of time.
 //!
-//! Readings are as the devices gave them, nonsense included. [`Navigation`](crate::Navigation) and the other parts
-//! that use them refuse it. SI units and radians.
+//! Readings are as the devices gave them, invalid ones included. [`Navigation`](crate::Navigation) and the other parts
+//! that use them refuse those. SI units and radians.
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
@@ -14,10 +14,10 @@ use mission::Ticket;
 use std::net::SocketAddrV4;
 use units::MonoTime;
 
-/// Something that happened.
+/// An input of the brain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// A device has read something, at this moment: a line of a slow port has been under way for a while, and a loop that was
     /// held up takes it later still.
@@ -32,11 +32,11 @@ pub enum Input {
     Packet(Peer, Vec<u8>),
     /// Bytes of one packet from the shore, under the lease with this epoch (0 for none).
     Order(Peer, u64, Vec<u8>),
-    /// The shore says who commands the vessel.
+    /// The shore reports who commands the vessel.
     Lease(Lease),
     /// Another sea chart came, to take the place of the one in force as soon as that is safe.
     Chart(ChartFile),
-    /// What became of a route that was looked for.
+    /// The result of a search for a route.
     Route(RouteAnswer),
     /// A peer connected by TCP.
     Connected(Peer),
@@ -51,7 +51,7 @@ pub enum Input {
     /// The parameters of the entity with this label are on the disk for the next start, or could not be brought
     /// there.
     ParametersKept(String, Result<(), String>),
-    /// What else was to be kept on disk could not be.
+    /// Another write to disk failed.
     NotKept(String),
     /// The program is about to end: motors first.
     Shutdown,
@@ -64,7 +64,7 @@ pub struct DeviceState {
     pub entity: Entity,
     /// How it is: [`Condition::Boot`] until it has answered.
     pub condition: Condition,
-    /// Why it is not well and what to do, in one sentence; empty where there is nothing to say.
+    /// Its fault and the remedy, in one sentence; empty where there is none.
     pub text: String,
 }
 

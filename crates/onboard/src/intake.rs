@@ -1,8 +1,8 @@
-//! How much of what others send goes to the log.
+//! How many packets of other systems go to the log.
 //!
-//! Whoever can send a packet could fill the disk with it, and a full disk ends the log. So each system has a
-//! budget, and all together another; what exceeds it is acted upon as ever but neither logged nor passed on,
-//! and how much that was is said in the log itself.
+//! Any system that can send packets could fill the disk, and a full disk ends the log. So each system has a
+//! budget, and all together another; packets beyond it are acted upon as usual but neither logged nor passed on,
+//! and the log states how many they were.
 
 use imc::Address;
 use std::collections::BTreeMap;
@@ -65,10 +65,10 @@ impl Intake {
         Self { all: Budget::full(now, OF_ALL), others, systems: BTreeMap::new(), left_out: 0, next: now }
     }
 
-    /// Whether a packet of a system is to be logged.
+    /// Whether a packet of a system is logged.
     pub(crate) fn admits(&mut self, now: MonoTime, system: Address, bytes: usize) -> bool {
         if !self.systems.contains_key(&system) && self.systems.len() >= SYSTEMS {
-            // Whoever has been quiet long enough to have all of its budget back needs no entry.
+            // A system that was quiet long enough to have its full budget back needs no entry.
             let quiet = Duration::from_secs_f64(BURST_S);
             self.systems.retain(|_, budget| now.since(budget.at) < quiet);
         }

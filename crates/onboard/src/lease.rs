@@ -1,26 +1,26 @@
-//! Whom the vessel obeys.
+//! Whose orders the vessel obeys.
 //!
 //! Ashore one person at a time commands a vessel, by a lease with an epoch that grows with every grant. While the
-//! vessel knows of a lease that lives, it obeys orders that carry this epoch and refuses all others, by whatever
+//! vessel knows of a valid lease, it obeys orders that carry this epoch and refuses all others, by whatever
 //! transport and from whatever console they come; so an order of a former holder is void however late it arrives. An
-//! Abort is never refused. A lease dies when the shore has not spoken of it for as long as it said: then consoles
+//! Abort is never refused. A lease expires when the shore has not renewed it within its time to live: then consoles
 //! command as if there were no shore.
 
 use imc::messages::{Message, PlanControlOp, PlanControlType, PlanDBOp, PlanDBType, VehicleCommandType};
 use std::time::Duration;
 use units::MonoTime;
 
-/// No lease lives longer than this without a word.
+/// No lease is valid longer than this without renewal.
 const LONGEST: Duration = Duration::from_mins(5);
 /// Refusals that follow each other within this are one burst.
 const BURST: Duration = Duration::from_secs(10);
 
-/// Who commands the vessel, as the shore says.
+/// Who commands the vessel, as reported by the shore.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {
     /// Grows with every grant.
     pub epoch: u64,
-    /// How long it lives unless it is said again; zero ends it.
+    /// How long it is valid unless it is repeated; zero ends it.
     pub lasts: Duration,
     /// The holder's name.
     pub holder: String,
@@ -29,7 +29,7 @@ pub struct Lease {
 /// Why an order is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotObeyed {
-    /// Somebody has the lease, and it is not the sender.
+    /// The lease is held, and not by the sender.
     #[error("refused: {0} has control of this vessel from ashore; ask there, or abort")]
     Another(String),
     /// It was given under a lease that has ended.
@@ -49,8 +49,8 @@ pub struct LeaseGate {
 }
 
 impl LeaseGate {
-    /// The shore says who commands. Answers whether that is another than before; an older lease than the newest is
-    /// not believed.
+    /// The shore reports who commands. Returns whether that is another than before; an older lease than the newest is
+    /// ignored.
     pub fn told(&mut self, now: MonoTime, lease: &Lease) -> bool {
         if lease.epoch < self.newest {
             return false;
@@ -62,7 +62,7 @@ impl LeaseGate {
         before.as_deref() != self.holder(now)
     }
 
-    /// Who commands; nobody when no lease lives.
+    /// Who commands; `None` when the lease is not held.
     pub fn holder(&self, now: MonoTime) -> Option<&str> {
         self.until.is_some_and(|until| now < until).then_some(self.holder.as_str())
     }
@@ -90,7 +90,7 @@ impl LeaseGate {
     }
 }
 
-/// Whether a message commands the vessel that it is addressed to. An Abort is no order in this sense: everybody may
+/// Whether a message commands the vessel that it is addressed to. An Abort is not an order in this sense: any user may
 /// stop a vessel.
 pub fn is_order(message: &Message) -> bool {
     match message {
@@ -175,7 +175,7 @@ mod tests {
         assert!(gate.told(at(1), &lease(8, 30)));
         assert!(!gate.told(at(2), &lease(7, 30)));
         assert_eq!(gate.admit(at(2), 7, &start()), Err(NotObeyed::Ended));
-        // Its end is told: orders that were on their way are void at once.
+        // Its end is reported: orders that were on their way are void at once.
         assert!(gate.told(at(3), &lease(8, 0)));
         assert_eq!(gate.admit(at(3), 8, &start()), Err(NotObeyed::Ended));
         assert_eq!((gate.holder(at(3)), gate.admit(at(3), 0, &start())), (None, Ok(())));

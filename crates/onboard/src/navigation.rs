@@ -3,9 +3,9 @@
 //! Positions pass gates first: they must be there, be numbers on Earth, good enough (dilution), newer than the
 //! last, and within reach of where the vessel can be. What fails says why. A position out of reach is a jump:
 //! it is refused, the vessel is reckoned onwards, and only when three in a row agree with each other is the
-//! new place believed. Between positions, and over gaps up to a limit, position follows from velocity and
+//! new place accepted. Between positions, and over gaps up to a limit, position follows from velocity and
 //! heading from the rate of turn. What is not measured is doubted: the uncertainty grows with time, and with the way
-//! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one nobody steers.
+//! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one no controller steers.
 //!
 //! Heading (where the bow points, from the compass) and course (where the vessel goes, from the receiver's
 //! velocity) are never mixed: north and east velocities are kept, surge and sway follow from them and the
@@ -18,7 +18,7 @@ use devices::{GnssFix, GnssReading, GroundVelocity};
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime, wrap_pi};
 
-/// Positions that must agree before a jump is believed.
+/// Positions that must agree before a jump is accepted.
 const JUMP_AGREE: u32 = 3;
 /// A compass gives at least one position and heading a second: what is older is reckoned.
 const MEASURED: Duration = Duration::from_millis(1500);
@@ -33,7 +33,7 @@ pub struct NavigationSettings {
     pub rate_hz: f64,
     /// Positions with a larger dilution are refused.
     pub max_hdop: f64,
-    /// The dilution that is taken where the receiver tells none.
+    /// The dilution that is assumed where the receiver gives none.
     pub assumed_hdop: f64,
     /// Without a good position, or a heading, for so long there is no estimate (s).
     pub reckoning_s: f64,
@@ -41,7 +41,7 @@ pub struct NavigationSettings {
     pub most_sigma_m: f64,
     /// Greatest speed of a path while the position is only reckoned (m/s).
     pub reckoning_mps: f64,
-    /// Positions must have been good for so long before a plan that waited for them goes on (s).
+    /// Positions must have been good for this long before a plan that waited for them continues (s).
     pub recovery_s: f64,
     /// Farther than this from the reference a new one is taken (m).
     pub origin_distance_m: f64,
@@ -87,9 +87,9 @@ pub enum Rejection {
     Invalid,
     /// The dilution is too large.
     Dilution,
-    /// The epoch is not newer than the one before.
+    /// The epoch is not newer than the previous one.
     Stale,
-    /// Out of reach of the one before.
+    /// Out of reach of the previous one.
     Jump,
 }
 
@@ -137,7 +137,7 @@ pub struct Estimate {
 pub struct Arrival {
     /// The moment.
     pub at: MonoTime,
-    /// How long after what it tells of that was.
+    /// How long after the measurement that was.
     pub lag: Duration,
 }
 
@@ -147,7 +147,7 @@ impl Estimate {
         self.age > MEASURED
     }
 
-    /// Whether the heading is only believed to be what it was: no turn would be noticed.
+    /// Whether the heading is only assumed unchanged: no turn would be noticed.
     pub fn is_heading_old(&self) -> bool {
         self.heading_age > MEASURED
     }
@@ -225,7 +225,7 @@ impl Navigation {
         self.settings = settings;
     }
 
-    /// Jumps that were believed in the end.
+    /// Jumps that were accepted in the end.
     pub fn jumps(&self) -> u64 {
         self.jumps
     }
@@ -238,8 +238,8 @@ impl Navigation {
         self.read_late(Arrival { at: now, lag: Duration::ZERO }, reading)
     }
 
-    /// Takes an epoch of the compass. What is good of it is used, whatever else is wrong; of an epoch that was
-    /// told before nothing is, or a receiver that hangs would keep an old heading alive.
+    /// Takes an epoch of the compass. Its valid values are used, even if others are not; a repeated epoch is not
+    /// used at all, or a receiver that hangs would keep an old heading alive.
     ///
     /// # Errors
     /// Why its position was not used.
@@ -397,7 +397,7 @@ impl Navigation {
         let fresh = |at: MonoTime| now.since(at).as_secs_f64() <= self.settings.reckoning_s;
         let heading_age = now.since(heading_at);
         let yaw_rate = self.yaw_rate.filter(|(at, _)| now.since(*at) <= MEASURED).map(|(_, rate)| rate);
-        // A turn that nothing measures is not believed to go on.
+        // A turn that is not measured is not assumed to continue.
         let turned_s = heading_age.min(MEASURED).as_secs_f64();
         let turned_rad = self.yaw_rate.map_or(0.0, |(_, rate)| rate) * turned_s;
         let (north_mps, east_mps) =

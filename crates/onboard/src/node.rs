@@ -1,4 +1,4 @@
-//! Who is out there, and what goes to whom.
+//! The systems in contact, and which messages each of them gets.
 //!
 //! As DUNE has it: a node gets UDP traffic once it announced an `imc+udp` address and something came from its
 //! id by one of the announced addresses within the contact timeout; a TCP client gets everything listed from
@@ -6,9 +6,9 @@
 //! its rate limits, per message and entity; packets addressed to one system go to that system only on UDP and
 //! are never limited.
 //!
-//! Anybody can announce anything, in anybody's name. So an announcement alone opens a contact for some seconds
-//! only; it lasts when something else comes from there, too. Who is in contact is neither redirected by
-//! another host's announcement nor pushed out by many new ones, and few can be in contact at once.
+//! Any host can announce any system. So an announcement alone opens a contact for some seconds only; it lasts when
+//! another message comes from there, too. A system in contact is neither redirected by another host's announcement
+//! nor pushed out by many new ones, and few can be in contact at once.
 
 use crate::entity::Entity;
 use crate::peer::Peer;
@@ -49,7 +49,7 @@ struct Link {
     heard: MonoTime,
     /// When it was opened.
     since: MonoTime,
-    /// Something but announcements came from there.
+    /// A message other than an announcement came from there.
     proven: bool,
 }
 
@@ -69,10 +69,10 @@ pub(crate) struct Node {
     next: BTreeMap<(Option<usize>, u16, u8), MonoTime>,
 }
 
-/// What a packet tells about the system that sent it.
+/// What a packet says about the system that sent it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Contact {
-    /// Nothing that was not known.
+    /// Nothing new.
     Known,
     /// A system is reachable that was not; its name.
     New(String),
@@ -130,7 +130,7 @@ impl Node {
         self.met(now, id, from, false)
     }
 
-    /// Something came from a system.
+    /// A packet came from a system.
     pub(crate) fn heard(&mut self, now: MonoTime, id: Address, from: Peer) -> Contact {
         self.met(now, id, from, true)
     }
@@ -155,7 +155,7 @@ impl Node {
         };
         let before = system.contact.filter(|link| link.at.ip() == socket.ip());
         let was = before.is_some_and(|link| link.is_live(now, timeout));
-        // Announcements go on and on: only what else comes makes a contact again that was one before.
+        // Announcements never end: only another message restores a former contact.
         let known = before.filter(|link| was || !proof || link.proven);
         let link = match known {
             Some(link) => Link { at: socket, heard: now, proven: link.proven || proof, ..link },
@@ -192,7 +192,7 @@ impl Node {
         self.tcp.iter().filter(|peer| **peer != from).filter(carries).copied().collect()
     }
 
-    /// Who gets a packet of this system.
+    /// The receivers of a packet of this system.
     pub(crate) fn recipients(&mut self, now: MonoTime, id: u16, entity: u8, to: Address) -> Vec<Peer> {
         let mut peers = Vec::new();
         let addressed = !to.is_everyone();
@@ -220,7 +220,7 @@ impl Node {
         peers
     }
 
-    /// What a server of streams carries, or UDP.
+    /// The messages that a TCP server carries, or UDP.
     fn carried(&self, server: Option<usize>) -> &TransportSettings {
         static EVERYTHING: TransportSettings = TransportSettings {
             left_out: BTreeSet::new(),
@@ -332,7 +332,7 @@ mod tests {
         node.announced(at(3.0), CONSOLE, thief, &announce);
         node.heard(at(3.0), CONSOLE, thief);
         assert_eq!(node.recipients(at(3.0), 500, 0, CONSOLE), [console]);
-        // When the console is gone from its host, another host is believed.
+        // When the console is gone from its host, another host is accepted.
         node.announced(at(40.0), CONSOLE, thief, &announce);
         assert_eq!(node.recipients(at(40.0), 500, 0, CONSOLE), [thief]);
     }

@@ -1,10 +1,10 @@
-//! Which keys of an operator may still act: only fresh ones, only from where the session was started.
+//! Which remote-operation messages still act: only fresh ones, only from the peer that started the session.
 //!
-//! Keys that waited in a stalled connection say what the operator wanted seconds ago. A packet's age is told
+//! Messages that waited in a stalled connection say what the operator wanted seconds ago. A packet's age is computed
 //! from its sender's clock, whose offset to the vessel's steady time is that of the fastest packet seen: the
-//! first message of a session sets it and faster ones mend it. The offset is kept over a silence, so that what
-//! a stall held back is late when it comes all at once. It follows a clock that was set back within a minute
-//! of messages; until then the keys are refused and the watchdog stops the motors.
+//! first message of a session sets it and faster ones correct it. The offset is kept over a silence, so that messages
+//! held back by a stall are late when they come all at once. It follows a clock that was set back within a minute
+//! of messages; until then the messages are refused and the watchdog stops the motors.
 //!
 //! A session belongs to the peer that started it. A late message still stops: its `Stop` and `Exit` count,
 //! nothing else of it does.
@@ -19,13 +19,13 @@ use units::MonoTime;
 
 /// Clocks remembered; beyond that the one not heard for longest is forgotten.
 const CLOCKS_KEPT: usize = 256;
-/// The fastest packet of this span and of the one before count.
+/// The fastest packet of this span and of the previous one count.
 const SPAN: Duration = Duration::from_secs(30);
 
 /// A sender's clock against the vessel's steady time.
 #[derive(Debug, Clone, Copy)]
 struct SenderClock {
-    /// Sender's time minus steady time (s) of the fastest packet in this span and in the one before.
+    /// Sender's time minus steady time (s) of the fastest packet in this span and in the previous one.
     fastest_s: f64,
     before_s: Option<f64>,
     since: MonoTime,
@@ -50,13 +50,13 @@ pub(crate) enum Unfit {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Operators {
     clocks: BTreeMap<Address, SenderClock>,
-    /// Who started the running plan, and from where.
+    /// The system that started the running plan, and its peer.
     starter: Option<(Address, Peer)>,
     /// Where the keys of the session come from.
     bound: Option<Peer>,
     /// Time of the newest keys that acted (s, the sender's).
     newest_s: Option<f64>,
-    /// A refusal was told; the next is told after keys have acted again.
+    /// A refusal was reported; the next is reported after keys have acted again.
     told: bool,
 }
 
@@ -110,7 +110,7 @@ impl Operators {
         if late_s.is_none_or(|late_s| late_s > longest_age.as_secs_f64()) {
             return Err(Unfit::Late(late_s.unwrap_or(f64::INFINITY)));
         }
-        // What is in time and yet much older than the newest comes from a clock that was set back.
+        // A message in time and yet much older than the newest comes from a clock that was set back.
         let longest_s = 2.0 * longest_age.as_secs_f64();
         let behind_s = self.newest_s.map_or(0.0, |newest_s| newest_s - keys.sent_s);
         if behind_s > 0.0 && behind_s < longest_s {

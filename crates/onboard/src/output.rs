@@ -1,4 +1,4 @@
-//! What the brain wants done.
+//! The outputs of the brain.
 
 use crate::peer::Peer;
 use crate::routing::RouteRequest;
@@ -6,7 +6,7 @@ use control::MotorPair;
 use mission::Effect;
 use units::UtcTime;
 
-/// Something to do, in the order in which it comes out.
+/// An output of the brain, to be carried out in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// Thrust for both motors. It holds until the next; when none comes for a second, the motors must stop.
@@ -15,7 +15,7 @@ pub enum Output {
     Packet {
         /// The packet, whole.
         bytes: Vec<u8>,
-        /// Who gets it; nobody when empty.
+        /// The receivers; may be empty.
         to: Vec<Peer>,
     },
     /// An announcement, to the discovery ports.
@@ -29,7 +29,7 @@ pub enum Output {
     },
     /// Close the log: nothing follows.
     CloseLog,
-    /// Something to keep on disk.
+    /// Data to store on disk.
     Keep(Keep),
     /// A power channel is to be switched.
     Power {
@@ -39,20 +39,20 @@ pub enum Output {
         on: bool,
     },
     /// A route to look for by [`Brain::chart`](crate::Brain::chart), in place of the one before; nothing if none is wanted any
-    /// more. What is found is to be told by [`Input::Route`](crate::Input::Route).
+    /// more. The result comes back by [`Input::Route`](crate::Input::Route).
     Route(Option<Box<RouteRequest>>),
     /// A line for the console and the log's text.
     Console(Level, String),
 }
 
-/// Something to keep on disk.
+/// Data to store on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Keep {
-    /// A change of the plans; the outcome is to be told by [`Input::Stored`](crate::Input::Stored).
+    /// A change of the plans; the outcome comes back by [`Input::Stored`](crate::Input::Stored).
     Plans(Effect),
     /// Values of parameters of an entity: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
-    /// What is under way, as a packet; nothing at rest. The next start finds it in [`mission::Kept`].
+    /// The present activity, as a packet; empty at rest. The next start finds it in [`mission::Kept`].
     UnderWay(Option<Vec<u8>>),
 }
 
@@ -63,8 +63,8 @@ pub enum Level {
     Debug,
     /// A change of state.
     Info,
-    /// Something to look at.
+    /// To be looked at.
     Warning,
-    /// Something is broken or lost.
+    /// A part is broken or lost.
     Error,
 }

@@ -5,8 +5,8 @@
 //! texts on the wire; angles are in degrees there and radians here. A value out of range, or one that a
 //! controller refuses, changes nothing.
 //!
-//! What keeps the vessel safe (speed limit, battery levels, gates of the navigation) is
-//! [file-only](Access::FileOnly): anybody who can send a packet can change a parameter, nobody can send a file.
+//! Parameters that keep the vessel safe (speed limit, battery levels, gates of the navigation) are
+//! [file-only](Access::FileOnly): any host that can send a packet can change a parameter, but none can send a file.
 
 mod saving;
 mod service;
@@ -30,11 +30,11 @@ use std::time::Duration;
 /// A parameter.
 #[derive(Clone)]
 pub struct Parameter {
-    /// Whose it is.
+    /// Its entity.
     pub entity: Entity,
     /// Its name.
     pub name: &'static str,
-    /// The sections of the files in which it can stand.
+    /// The sections of the files that may have it.
     pub homes: &'static [&'static SectionSpec],
     /// Who may change it.
     pub access: Access,
@@ -71,7 +71,7 @@ enum Place {
 /// Why a value was not taken.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// There is none of this name, or not in this setup.
+    /// There is no parameter of this name, or not in this setup.
     #[error("there is no parameter '{0}'")]
     Unknown(String),
     /// It cannot be changed while the vessel runs.
@@ -125,9 +125,9 @@ pub fn all() -> Vec<Parameter> {
     .concat()
 }
 
-/// Takes what a vessel told of a part's parameters into settings that stand for it, and answers the names of those that
-/// were taken. What is unknown here, or no value by the schema, changes nothing: a vessel of another version may have
-/// what we refuse.
+/// Takes the parameters that a vessel reported for a part into settings that represent it, and returns the names of those
+/// that were taken. A name that is unknown here, or a value that the schema refuses, changes nothing: a vessel of another
+/// version may have others.
 pub fn take_told<'a>(
     settings: &mut Settings,
     entity: Entity,
@@ -458,7 +458,7 @@ impl Parameter {
         })
     }
 
-    /// Takes a value from text, whoever may change it.
+    /// Takes a value from text, without regard to who may change it.
     ///
     /// # Errors
     /// When it is not one that this parameter may have; the settings are then as they were.
@@ -472,7 +472,7 @@ impl Parameter {
         Ok(())
     }
 
-    /// The settings with a value that somebody on the bus wants.
+    /// The settings with a value that a system requests over the bus.
     ///
     /// # Errors
     /// When the value is not one that this parameter may have, or the files alone may set it.

@@ -45,7 +45,7 @@ pub(crate) fn desired_path(command: &PathCommand, status: &PathStatus, speed: Sp
     }
 }
 
-/// How it goes on that path.
+/// The progress on that path.
 pub(crate) fn path_state(status: &PathStatus) -> PathControlState {
     let mut flags = PathControlStateFlags::empty();
     flags.set(PathControlStateFlags::NEAR, status.near);

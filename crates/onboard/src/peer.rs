@@ -1,8 +1,8 @@
-//! Whom packets come from and go to.
+//! The peers that packets come from and go to.
 
 use std::net::SocketAddrV4;
 
-/// Whom a packet came from or goes to.
+/// The peer that a packet came from or goes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Peer {
     /// A UDP socket.

@@ -31,10 +31,10 @@ use units::{MonoTime, Speed};
 
 const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
-/// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
+/// Enabled beside TELEOPERATION while an operator gives heading and speed rather than thrust.
 const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
 
-/// What happened while steering.
+/// An event of steering.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PilotEvent {
     /// How the path goes, after every estimate.
@@ -59,7 +59,7 @@ pub(crate) struct Pilot {
     scope_ref: u32,
     speed: Option<Speed>,
     following: Option<Following>,
-    /// What a remote autopilot is to hold.
+    /// The setpoint of a remote autopilot.
     held: Option<Setpoint>,
     rpm: Pair<Option<(MonoTime, f64)>>,
     estimate: Option<Estimate>,
@@ -129,7 +129,7 @@ impl Pilot {
         self.drive
     }
 
-    /// What manual control may not do, and the greatest speed of a path, from here on.
+    /// Sets the limits of manual control, and the greatest speed of a path.
     pub(crate) fn guard(&mut self, gate: Gate, most_mps: Option<f64>) {
         (self.gate, self.most_mps) = (gate, most_mps);
     }
@@ -139,12 +139,12 @@ impl Pilot {
         self.estimate.map(|estimate| estimate.place)
     }
 
-    /// What the motors are commanded.
+    /// The motors' commands.
     pub(crate) fn motors(&self) -> MotorPair {
         self.authority.motors()
     }
 
-    /// What is wrong with the path under way.
+    /// The fault of the path under way.
     pub(crate) fn fault(&self) -> Option<PathFault> {
         self.fault
     }
@@ -154,7 +154,7 @@ impl Pilot {
         self.stray.until()
     }
 
-    /// Lets the path wait, motors stopped, or go on.
+    /// Lets the path wait, motors stopped, or continue.
     pub(crate) fn wait(&mut self, waits: bool) {
         if self.waits && !waits {
             self.tracker.watch_anew();
@@ -192,7 +192,7 @@ impl Pilot {
     /// Follows a path at a speed.
     ///
     /// # Errors
-    /// When there is no position or the path is not possible; what was followed before goes on.
+    /// When there is no position or the path is not possible; the previous path stays in force.
     pub(crate) fn follow(
         &mut self,
         bus: &mut Bus,
@@ -230,7 +230,7 @@ impl Pilot {
         }
     }
 
-    /// Hands the vessel to an operator.
+    /// Gives the vessel to an operator.
     pub(crate) fn teleoperate(&mut self, bus: &mut Bus, operator: Operator) {
         self.switch(bus, Drive::Teleoperation(operator));
     }
@@ -353,7 +353,7 @@ impl Pilot {
             bus.send(Entity::Path, &DesiredHeading { value: steering.course_rad });
         }
         let (course_rad, turn_rate_rad_s) = (steering.course_rad, steering.turn_rate_rad_s);
-        // A heading that is only believed would be steered by for ever: straight on is the better guess.
+        // A heading that is only assumed would be steered by for ever: straight on is the better guess.
         let yaw = (!estimate.is_heading_old()).then_some(YawTarget::Course { course_rad, turn_rate_rad_s });
         let speed = self.limited(self.speed, estimate);
         let setpoint = Setpoint { yaw, speed };
@@ -371,7 +371,7 @@ impl Pilot {
         self.events.push_back(PilotEvent::Path(status));
     }
 
-    /// A speed under the limits of the guard and of a position that is only reckoned. What is no speed in m/s is
+    /// A speed under the limits of the guard and of a position that is only reckoned. What is not a speed in m/s is
     /// replaced while the vessel is faster.
     fn limited(&self, speed: Option<Speed>, estimate: &Estimate) -> Option<Speed> {
         let reckoning_mps = estimate.is_reckoned().then_some(self.reckoning_mps);
@@ -457,7 +457,7 @@ impl Pilot {
         }
     }
 
-    /// When [`Pilot::tick`] is to be called next.
+    /// When [`Pilot::tick`] must be called next.
     pub(crate) fn poll_timeout(&self) -> MonoTime {
         let authority = self.authority.poll_timeout();
         self.remote.poll_timeout().map_or(authority, |remote| remote.min(authority))

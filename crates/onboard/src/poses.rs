@@ -23,7 +23,7 @@ pub struct LeverArm {
     pub forward_m: f64,
     /// To starboard.
     pub starboard_m: f64,
-    /// Down; it moves no place on the chart, and is told with how the receiver listens.
+    /// Down; it moves no place on the chart, and is reported with how the receiver listens.
     pub down_m: f64,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Poses {
 struct Kept {
     at_us: i64,
     place: LatLon,
-    /// Where the bow points (rad); absent where it is only believed to be what it was.
+    /// Where the bow points (rad); absent where it is only assumed unchanged.
     heading_rad: Option<f64>,
     sigma_m: f64,
     /// When the position was measured from which this one is reckoned.

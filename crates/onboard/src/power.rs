@@ -1,4 +1,4 @@
-//! Power channels: what consoles ask of them, what the card reports, and whether it follows.
+//! Power channels: consoles' orders, the card's reports, and whether it carries the orders out.
 //!
 //! A channel is known by the name that the configuration gives it. An order goes to the card's driver; what the card
 //! reports goes to the bus, and an order that it does not follow in time is reported to its sender.
@@ -103,11 +103,11 @@ impl Power {
         }
     }
 
-    /// Tells of orders that the card has not followed in time.
+    /// Reports orders that the card has not carried out in time.
     pub(crate) fn watch(&mut self, bus: &mut Bus) {
         for Channel { config, on, asked } in &mut self.0 {
             let late = asked.take_if(|asked| bus.mono() >= asked.until);
-            // The card reports a channel that stays as it is seldom: what was turned over and back has nothing to tell.
+            // The card seldom reports an unchanged channel: one that was switched and switched back gives no report.
             if let Some(Asked { on: wanted, by, .. }) = late.filter(|late| *on != Some(late.on)) {
                 let stands = on.map_or("is not reported", |on| if on { "is on" } else { "is off" });
                 let text = format!(

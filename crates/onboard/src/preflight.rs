@@ -1,12 +1,13 @@
-//! The preflight: nobody arms the motors until position, heading, clock, CAN and chart are good, or a person says why not.
+//! The preflight check: the motors are not armed until position, heading, clock, CAN and chart are good, or a person
+//! overrides it with a reason.
 //!
-//! It is held against each start that is asked from outside: of plans, of a single maneuver such as Goto, of manual
-//! control, which are all starts of the plan engine. Once all was good the motors are armed until the program ends: what
-//! fails under way is the supervisors' business, and a vessel must be able to come home. What the vessel starts on its own
-//! account, out of need or after a restart under way, is not held against it. A vessel without a configured chart has no
-//! chart that could be bad.
+//! It applies to each start that is requested from outside: of plans, of a single maneuver such as Goto, of manual
+//! control, which are all starts of the plan engine. Once all was good the motors are armed until the program ends:
+//! failures under way are left to the supervisors, and a vessel must be able to come home. It does not apply to what the
+//! vessel starts on its own, as a remedy or after a restart under way. A vessel without a configured chart passes the
+//! check of the chart.
 //!
-//! A person overrides it by the parameter [`OVERRIDE`] of this part, whose value is the reason. It is no parameter of the
+//! A person overrides it by the parameter [`OVERRIDE`] of this part, whose value is the reason. The parameter is not in the
 //! files: it is written to the log book, holds for this run of the program, and is never saved.
 
 use crate::bus::{Asker, Bus};
@@ -21,12 +22,12 @@ pub(crate) const OVERRIDE: &str = "Override";
 /// Letters of a reason that are kept.
 const LONGEST_REASON: usize = 200;
 
-/// How the preflight stands.
+/// The state of the preflight.
 #[derive(Debug, Default)]
 pub(crate) struct Preflight {
     /// All was good at one moment of this run.
     passed: bool,
-    /// Who overrides it, and why.
+    /// The person who overrides it, and the reason.
     overridden: Option<(String, String)>,
     missing: Vec<String>,
 }
@@ -48,7 +49,7 @@ impl Preflight {
         states.set(bus, Entity::Preflight, condition, text);
     }
 
-    /// Why nothing may be started; `label` is what this part is called.
+    /// Why starts are refused; `label` is this part's name.
     pub(crate) fn refusal(&self, label: &str) -> Option<String> {
         (!self.passed && self.overridden.is_none()).then(|| {
             let list = self.missing.join(", ");
@@ -83,7 +84,7 @@ impl Preflight {
         }
     }
 
-    /// Tells the reason in force, empty for none.
+    /// Reports the reason in force, empty for none.
     pub(crate) fn answer(&self, bus: &mut Bus, asker: Asker, label: &Text) {
         let reason = self.overridden.as_ref().map_or("", |(_, reason)| reason);
         let value = EntityParameter { name: OVERRIDE.into(), value: reason.into() };

@@ -1,6 +1,6 @@
 //! Packets from others: who sent them, how many are logged, and whether they are obeyed.
 //!
-//! A packet is decoded here, once; everything after this is handed the decoded one.
+//! A packet is decoded here, once; all later steps get the decoded one.
 
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
@@ -18,7 +18,7 @@ use mission::Drive;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What is known of those who send packets.
+/// The state of the systems that send packets.
 #[derive(Debug)]
 pub(crate) struct Reception {
     operators: Operators,
@@ -54,7 +54,7 @@ impl Reception {
             bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
         }
         self.operators.heard(now, header.src, header.timestamp);
-        // What others say is logged; announcements also reach those who only listen by TCP.
+        // Messages of others are logged; announcements also go to peers that only listen by TCP.
         if self.intake.admits(now, header.src, bytes.len()) {
             let passed = match message {
                 Message::Announce(_) => bus.node.tcp_but(from, Announce::ID),
@@ -84,7 +84,7 @@ impl Reception {
         refused.is_none()
     }
 
-    /// The shore says who commands; answers whether that is another than before.
+    /// The shore reports who commands; returns whether that is another than before.
     pub(crate) fn leased(&mut self, bus: &mut Bus, lease: &Lease) -> bool {
         let now = bus.mono();
         let changed = self.lease.told(now, lease);
@@ -108,7 +108,7 @@ impl Reception {
         self.intake.declare(now)
     }
 
-    /// Answers an order of somebody who does not command.
+    /// Answers an order of a system that is not in command.
     fn refuse(&mut self, bus: &mut Bus, asker: Asker, message: &Message, why: &NotObeyed) {
         if self.lease.is_news(bus.mono()) {
             let text = format!("{} of {} is {why}", message.abbrev(), asker.system);
@@ -182,7 +182,7 @@ impl Reception {
 }
 
 /// Whether what goes to this address may stop the vessel: it names the vessel, or is broadcast on purpose.
-/// To stop too many vessels does less harm than to start too many, so what sets one in motion must name it.
+/// Stopping too many vessels does less harm than starting too many, so an order that sets one in motion must name it.
 pub(crate) fn may_stop(bus: &Bus, to: Address) -> bool {
     to == bus.address() || to == Address::BROADCAST
 }

@@ -1,7 +1,7 @@
-//! Routes that the vessel looks for by itself: what it asks for, and how that is answered.
+//! Routes that the vessel searches for on its own: its requests, and their answers.
 //!
 //! Water is prepared in up to a second, so the brain does not plan: it asks by [`Output::Route`](crate::Output::Route)
-//! and goes on, and hears of it by [`Input::Route`](crate::Input::Route). Both bear a number, so that an answer to
+//! and continues, and gets it by [`Input::Route`](crate::Input::Route). Both bear a number, so that an answer to
 //! what is not asked any more is known as such, and both are recorded. [`Routes`] answers, aboard on a thread of its own, in
 //! simulations at once. The guard judges each route from where the vessel is by then.
 
@@ -19,19 +19,19 @@ const ROOMS: usize = 1;
 const TURN_RADIUS_M: f64 = 8.0;
 /// Shorter legs are joined (m).
 const LEAST_LEG_M: f64 = 15.0;
-/// A vessel that was steered into water where it may not go by itself looks for open water so far off (m).
+/// A vessel that was steered into water where it may not sail on its own searches for open water this far off (m).
 const MOVE_UP_TO_M: f64 = 300.0;
 
 /// Routes keep so far from the border of the area of operation (m), and half as far as an end that is nearer to it than twice
 /// that.
 const AREA_MARGIN_M: f64 = 5.0;
-/// What is no farther inside than this (m) is on the border.
+/// A place no farther inside than this (m) is on the border.
 const ON_BORDER_M: f64 = 0.5;
 
-/// Routes that the vessel looks for by itself. Set in the files alone.
+/// Routes that the vessel searches for on its own. Set in the files only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RouteSettings {
-    /// Whether it looks for any.
+    /// Whether it searches for any.
     pub around: bool,
     /// How far they keep from danger where the water allows it (m); never less than the guard demands.
     pub clearance_m: f64,
@@ -62,9 +62,9 @@ pub struct RouteRequest {
     pub from: LatLon,
     /// Goal.
     pub to: LatLon,
-    /// What of the water around it.
+    /// The water around it.
     pub needs: Needs,
-    /// The area of operation, if the way is to stay inside it. It is no part of recordings, whose settings have it.
+    /// The area of operation, if the way is to stay inside it. It is not part of recordings, whose settings have it.
     pub zones: Zones,
     /// A longer one is of no use (m).
     pub longest_m: f64,
@@ -85,12 +85,12 @@ impl RouteRequest {
     }
 }
 
-/// What became of a request.
+/// The result of a request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RouteAnswer {
     /// Whose.
     pub number: u32,
-    /// The route, or what stands in the way.
+    /// The route, or the obstacle.
     pub outcome: Result<FoundRoute, String>,
 }
 

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What is known of the sensors.
+/// The state of the sensors.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sensors {
     gnss: Option<MonoTime>,
@@ -25,7 +25,7 @@ pub(crate) struct Sensors {
     position: Option<MonoTime>,
     heading: Option<MonoTime>,
     rejection: Option<Rejection>,
-    /// It was said that the compass tells no dilution.
+    /// It was reported that the compass gives no dilution.
     told_dilution: bool,
     motors: [Option<MonoTime>; 2],
     batteries: [Option<(MonoTime, BatteryReading)>; 4],
@@ -38,15 +38,15 @@ pub(crate) struct Sensors {
     /// Energy taken from the batteries since the start (Wh).
     used_wh: f64,
     navigation: Option<NavigationHealth>,
-    /// What drivers said of their devices, where these are not well, and since when they are not.
+    /// Drivers' reports of devices with a fault, and since when.
     failing: BTreeMap<Entity, (MonoTime, String)>,
-    /// What parts report to be wrong with them.
+    /// Faults that parts report.
     troubles: BTreeMap<Entity, String>,
 }
 
 impl Sensors {
-    /// Nothing could be heard for so long, as when the whole program stood still: no compass or motor was silent meanwhile.
-    /// Where the vessel is, is as old as it is.
+    /// The program was stalled this long, so that nothing could be heard: no compass or motor counts as silent for it.
+    /// The age of the position is not corrected.
     pub(crate) fn held_up(&mut self, gap: Duration) {
         for at in self.motors.iter_mut().chain([&mut self.gnss]).flatten() {
             *at = *at + gap;
@@ -104,7 +104,7 @@ impl Sensors {
         }
     }
 
-    /// Says once that the compass tells no dilution, and what is taken for it.
+    /// Reports once that the compass gives no dilution, and which value is assumed.
     fn assume_dilution(&mut self, bus: &mut Bus, navigation: &Navigation, reading: &GnssReading) {
         if !self.told_dilution && reading.fix.is_some_and(|fix| fix.hdop.is_nan()) {
             self.told_dilution = true;
@@ -116,7 +116,7 @@ impl Sensors {
         }
     }
 
-    /// What is missing of what must be good before motors are armed: each with the reason.
+    /// The parts that are not good but must be before motors are armed, each with the reason.
     pub(crate) fn missing(&self, now: MonoTime, watch: &WatchSettings) -> Vec<String> {
         let fresh = |at: Option<MonoTime>, timeout| at.is_some_and(|at| now.since(at) <= timeout);
         let of_compass = [
@@ -172,7 +172,7 @@ impl Sensors {
         bus.send(entity, &Current { value: reading.current_a as f32 });
     }
 
-    /// What a part reports to be wrong with it, for its state; its driver warns of it too.
+    /// The fault that a part reports, for its state; its driver warns of it too.
     pub(crate) fn trouble(&mut self, reading: &TroubleReading) {
         let entity = match reading.part {
             Part::Motor(side) => Some(motor_entity(side)),
@@ -237,7 +237,7 @@ impl Sensors {
         self.held_percent = if self.silent.contains(&true) { before.or(self.held_percent) } else { None };
     }
 
-    /// What its driver says of a part that is in error for it. A device that has worked is bridged for as long as its
+    /// The driver's report of a part that is in error by it. A device that has worked is bridged for as long as its
     /// silence is: a plug that is loose for a moment does not end a plan.
     fn failing(
         &self,

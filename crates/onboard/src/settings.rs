@@ -1,4 +1,4 @@
-//! How the brain is set up. The shell makes these from the configuration files.
+//! The settings of the brain. The shell makes them from the configuration files.
 
 use crate::entity::{Entity, Labels};
 use crate::grounding::GroundingSettings;
@@ -82,14 +82,14 @@ pub struct NodeSettings {
     pub dynamic_contacts: bool,
     /// Sockets that always receive.
     pub static_destinations: Vec<SocketAddrV4>,
-    /// What goes by UDP.
+    /// Messages that go by UDP.
     pub udp: TransportSettings,
-    /// What each server of streams carries, by its number ([`Peer::server`](crate::Peer::server)); one that is
+    /// The messages that each TCP server carries, by its number ([`Peer::server`](crate::Peer::server)); one that is
     /// not here carries everything.
     pub tcp: Vec<TransportSettings>,
 }
 
-/// What a transport carries.
+/// The messages that a transport carries.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TransportSettings {
     /// Messages that stay aboard.
@@ -121,13 +121,13 @@ pub struct WatchSettings {
     pub limits: LimitsConfig,
     /// Load of the processor by this program (%) that is an error when held for ten seconds.
     pub cpu_percent: f64,
-    /// Free disk (%) below which a fault is told.
+    /// Free disk (%) below which a fault is reported.
     pub disk_free_percent: f64,
     /// Free disk (%) below which it is an error.
     pub disk_error_percent: f64,
-    /// Free memory of the computer (%) below which a fault is told.
+    /// Free memory of the computer (%) below which a fault is reported.
     pub memory_free_percent: f64,
-    /// Memory of this program (MiB) above which a fault is told.
+    /// Memory of this program (MiB) above which a fault is reported.
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
     pub clock_offset_s: f64,
@@ -146,7 +146,7 @@ pub struct MissionSettings {
     pub supervisor_report_hz: f64,
     /// The engine and its maneuvers.
     pub engine: EngineConfig,
-    /// What plans must keep.
+    /// The limits of plans.
     pub limits: PlanLimits,
     /// Energy of full batteries (Wh).
     pub capacity_wh: f64,
@@ -156,7 +156,7 @@ pub struct MissionSettings {
     pub hold_speed_mps: f64,
     /// How long a vessel that is too far from its track steers back before its plan fails; zero fails at once.
     pub track_recovery: Duration,
-    /// What to do when the program starts again after it ended under way.
+    /// The action when the program starts again after it ended under way.
     pub restart: RestartSettings,
     /// Whether the vessel holds its station after a plan that failed under way, rather than drift.
     pub holds_after_failure: bool,
@@ -169,11 +169,11 @@ pub struct RestartSettings {
     pub action: AfterRestart,
     /// How long the vessel holds before a plan resumes.
     pub countdown: Duration,
-    /// What was under way longer ago is only told.
+    /// What was under way longer ago is only reported.
     pub memory: Duration,
 }
 
-/// What a vessel does that was under way when the program ended.
+/// The action of a vessel that was under way when the program ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AfterRestart {
     /// Hold its station.
@@ -288,7 +288,7 @@ impl Settings {
         self.grounding.limits.validate().map_err(|error| error.to_string())
     }
 
-    /// What plans are held against the chart by: the smallest circles that are really sailed count too.
+    /// Limits by which plans are checked against the chart: the smallest circles that are really sailed count too.
     pub fn guard_limits(&self) -> GuardLimits {
         let maneuver = &self.mission.engine.maneuver;
         GuardLimits {

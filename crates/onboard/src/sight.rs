@@ -1,4 +1,4 @@
-//! Whether the vessel knows where it is, for those who steer by that: lost at once, found after a while.
+//! Whether the position is known, for the controllers that steer by it: lost at once, regained after a while.
 
 use crate::navigation::Estimate;
 use std::time::Duration;
@@ -12,7 +12,7 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
-    /// Takes the latest estimate, `None` when there is none. Returns whether the position is known; after a loss it
+    /// Takes the latest estimate, if there is one. Returns whether the position is known; after a loss it
     /// counts as known again when positions have been measured for `recovery`.
     pub(crate) fn see(&mut self, now: MonoTime, estimate: Option<&Estimate>, recovery: Duration) -> bool {
         let is_good = estimate.is_some_and(|estimate| !estimate.is_reckoned() && !estimate.is_heading_old());

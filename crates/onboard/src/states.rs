@@ -1,4 +1,4 @@
-//! How every part of the vessel is doing: entity states, once a second and on every change.
+//! The state of every part of the vessel: entity states, once a second and on every change.
 
 use crate::bus::Bus;
 use crate::entity::{Entity, Labels};
@@ -8,7 +8,7 @@ use std::time::Duration;
 use units::MonoTime;
 
 const PERIOD: Duration = Duration::from_secs(1);
-/// What programs read of a part is said again this much later, for those that began to listen.
+/// A part's values for programs are sent again after this time, for new listeners.
 const AGAIN: Duration = Duration::from_secs(10);
 /// The topic of the Event by which a part says in names and values what its entity state says in words.
 const TOPIC: &str = "EntityStateValues";
@@ -21,7 +21,7 @@ pub enum Condition {
     Boot,
     /// Well.
     Normal,
-    /// Something to look at.
+    /// To be looked at.
     Fault,
     /// Not working.
     Error,
@@ -57,12 +57,12 @@ pub(crate) struct States {
     values: Vec<Values>,
 }
 
-/// What a part says for programs.
+/// A part's values for programs.
 #[derive(Debug)]
 struct Values {
     entity: Entity,
     list: String,
-    /// What was sent last, and when to say it again.
+    /// The last report, and when to repeat it.
     sent: Option<(String, MonoTime)>,
 }
 
@@ -112,7 +112,7 @@ impl States {
         self.all[usize::from(entity.number())].0
     }
 
-    /// Watched parts that are not well.
+    /// Watched parts with a fault.
     fn bad(&self) -> Vec<Entity> {
         self.monitored.iter().copied().filter(|entity| self.condition(*entity).is_bad()).collect()
     }
@@ -169,7 +169,7 @@ impl States {
 }
 
 impl Values {
-    /// Sends what changed, or was not said for a while.
+    /// Sends states that changed, or were not sent for a while.
     fn tell(&mut self, bus: &mut Bus) {
         let known = self.sent.as_ref().is_some_and(|(list, again)| *list == self.list && bus.mono() < *again);
         if !known {

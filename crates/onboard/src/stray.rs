@@ -52,7 +52,7 @@ impl Stray {
         self.back.as_ref().map(|back| back.at + back.left)
     }
 
-    /// What is wrong with the path, as far as the plan is concerned.
+    /// The fault of the path, as far as it concerns the plan.
     pub(crate) fn judge(&mut self, bus: &mut Bus, status: &PathStatus) -> Option<PathFault> {
         let now = bus.mono();
         let is_off = status.fault == Some(PathFault::OffTrack);

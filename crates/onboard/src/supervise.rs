@@ -1,8 +1,8 @@
-//! The supervisors that step in by themselves: lost communications, battery reserve, operational limits,
+//! The supervisors that step in automatically: lost communications, battery reserve, operational limits,
 //! grounding.
 //!
-//! The mission's machines decide; here they are told what happens, the [arbiter](crate::arbiter) weighs what
-//! they ask, and remedies become plans that the engine runs. Each says in its entity's state what it does,
+//! The mission's machines decide; here they get their inputs, the [arbiter](crate::arbiter) weighs their demands,
+//! and remedies become plans that the engine runs. Each supervisor reports in its entity's state what it does,
 //! what it will do next, and when.
 
 mod battery;
@@ -38,9 +38,9 @@ use std::time::Duration;
 use units::MonoTime;
 use way_home::WayHome;
 
-/// A console that was heard so lately is in contact: heartbeats come once a second.
+/// A console heard within this time is in contact: heartbeats come once a second.
 const QUIET: Duration = Duration::from_secs(10);
-/// A remedy that is not possible is told of again after this time.
+/// A remedy that is not possible is reported again after this time.
 const OBSTACLE_TOLD: Duration = Duration::from_mins(1);
 
 /// The supervisors.
@@ -52,12 +52,12 @@ pub(crate) struct Supervise {
     pub(crate) grounding: Grounding,
     arbiter: Arbiter,
     config: WatchSettings,
-    /// An operator has set the vessel in motion and nobody has aborted since. Until then no supervisor starts
+    /// An operator has set the vessel in motion, without an abort since. Until then no supervisor starts
     /// the motors: the vessel may lie on its trailer or at the quay.
     under_way: bool,
-    /// It is told that nobody is heard.
+    /// The silence has been reported.
     silence_told: bool,
-    /// What stands in the way of a remedy, as told last.
+    /// What stands in the way of a remedy, as last reported.
     obstacle: Option<String>,
     /// How the remedy of a run is carried out, where there is more to say than its name.
     how: Option<(RunId, String)>,
@@ -100,7 +100,7 @@ impl Supervise {
         self.config = settings.watch.clone();
     }
 
-    /// Somebody aborted: the motors stay still until an operator starts something again.
+    /// An abort came: the motors stay still until an operator starts something again.
     pub(crate) fn aborted(&mut self) {
         self.under_way = false;
         self.stepped_in();
@@ -117,7 +117,7 @@ impl Supervise {
         self.restart.forget();
     }
 
-    /// Somebody else commands from ashore; whether an exemption of the one before ends by that.
+    /// Control ashore has changed hands; returns whether that ends an exemption of the previous holder.
     pub(crate) fn commander_changed(&mut self, now: MonoTime) -> bool {
         self.grounding.exemption.request(now, 0.0) == Exempted::Ended
     }
@@ -127,7 +127,7 @@ impl Supervise {
         self.lost_comms.handle_input(now, LostCommsInput::Contact);
     }
 
-    /// Whether an operator has set the vessel in motion and nobody has aborted since.
+    /// Whether an operator has set the vessel in motion, without an abort since.
     fn is_under_way(&self) -> bool {
         self.under_way
     }
@@ -141,7 +141,7 @@ impl Supervise {
         }
     }
 
-    /// What is under way, as a restart would want to know it; nothing at rest.
+    /// The present activity, as needed after a restart; `None` at rest.
     pub(crate) fn under_way(
         &self,
         plans: &Plans,
@@ -296,7 +296,7 @@ impl Supervise {
         let picture = Picture { run: state.run, ended_well, under_way: self.under_way };
         let Some((source, wanted)) = self.arbiter.decide(context.bus.mono(), picture) else { return };
         let mut obstacle = None;
-        // The next weaker stands in for what is not possible, at last the stop.
+        // The next weaker one replaces a remedy that is not possible, at last the stop.
         for remedy in stand_ins(&wanted) {
             if remedy != wanted && self.arbiter.carries(&remedy) {
                 break;
@@ -345,7 +345,7 @@ impl Supervise {
         self.obstacle = obstacle;
     }
 
-    /// What became of what a supervisor asked for.
+    /// The outcome of a supervisor's demand.
     fn standing(&self, bus: &Bus, source: Source) -> Option<String> {
         let (remedy, standing) = self.arbiter.standing(source)?;
         Some(match (standing, &self.obstacle) {
@@ -377,7 +377,7 @@ impl Supervise {
         })
     }
 
-    /// What each does, will do next, and when.
+    /// Each supervisor's action, its next one, and when.
     fn tell(&self, context: &mut Context<'_>) {
         let outlook = self.lost_comms.outlook().map(|outlook| outlook_text(context.bus, &outlook));
         let next = outlook.clone().unwrap_or_else(|| "carry on".to_owned());
@@ -439,7 +439,7 @@ impl Supervise {
     }
 }
 
-/// A remedy and what stands in for it where it is not possible, in this order.
+/// A remedy and its substitutes where it is not possible, in this order.
 fn stand_ins(remedy: &Remedy) -> Vec<Remedy> {
     match remedy {
         Remedy::Run { .. } => vec![remedy.clone(), Remedy::Hold, Remedy::Stop],

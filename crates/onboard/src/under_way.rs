@@ -1,4 +1,4 @@
-//! What the vessel has under way, as it is kept on the disk: the next start of the program is to know of it.
+//! The vessel's present activity, as stored on disk for the next start of the program.
 //!
 //! It is kept as one IMC packet that any tool opens: the PlanControl that would start what runs, with the satellites'
 //! time in its header (a computer without a network may keep a wrong time for ever), what the vessel does and the maneuver in `info`, and the plan in `arg`.
@@ -13,13 +13,13 @@ use imc::{Header, Packet};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
-/// What lasts is kept again after this time: its age tells how long the program was away.
+/// An unchanged state is stored again after this time: its age shows how long the program was away.
 const REFRESH: Duration = Duration::from_secs(30);
 
-/// What a vessel that is not at rest does.
+/// The activity of a vessel that is not at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doing {
-    /// A plan of somebody's.
+    /// An operator's plan.
     Plan,
     /// An operator steers.
     Teleoperation,
@@ -36,7 +36,7 @@ const WORDS: [(Doing, &str); 4] = [
     (Doing::Drift, "drift"),
 ];
 
-/// What is under way.
+/// The activity.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnderWay {
     pub(crate) doing: Doing,
@@ -64,7 +64,7 @@ impl UnderWay {
         Some((packet.header.time()?, under_way))
     }
 
-    /// The packet; of a plan too large to be told within another message only its name.
+    /// The packet; of a plan too large to fit into another message only its name.
     fn packet(&self, bus: &Bus, timestamp_s: f64) -> Option<Vec<u8>> {
         let whole = self.packet_with(bus, timestamp_s, self.plan.as_ref());
         whole.or_else(|| self.packet_with(bus, timestamp_s, None))
@@ -146,7 +146,7 @@ impl Keeper {
         Self { kept, next: MonoTime::default() }
     }
 
-    /// What is under way now; nothing at rest. The time is that of the satellites (s).
+    /// The present activity; `None` at rest. The time is that of the satellites (s).
     pub(crate) fn keep(&mut self, bus: &mut Bus, under_way: Option<UnderWay>, timestamp_s: f64) {
         let refresh = under_way.is_some() && bus.mono() >= self.next;
         if under_way == self.kept && !refresh {

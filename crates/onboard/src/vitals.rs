@@ -1,4 +1,4 @@
-//! Signs of life: what the watchdog of the computer's board and the signal light look at.
+//! Signs of life, for the watchdog of the computer's board and for the signal light.
 
 use imc::messages::PowerOperationOp;
 use mission::Mode;
@@ -10,23 +10,23 @@ pub struct Vitals {
     /// How often it has looked where the vessel is. A brain that steers moves on, several times a second; one that hangs,
     /// or whose loop does, stands still.
     pub steps: u64,
-    /// What the vessel does.
+    /// The vessel's mode.
     pub mode: Mode,
     /// The batteries are below their warning level.
     pub fuel_low: bool,
-    /// Somebody turns the computer's power off.
+    /// The computer's power is being turned off.
     pub powering_off: bool,
-    /// The last time that the satellites' receiver told: the computer's clock when it came, and the satellites' minus that
-    /// (µs), which is late by the time that the message took.
+    /// The last time from the GNSS receiver: the computer's clock when it came, and the satellites' minus that (µs), which
+    /// is late by the time that the message took.
     pub satellite_time: Option<(UtcTime, i64)>,
 }
 
-/// Whether the power goes off after this was said of it; `before` is whether it did.
+/// Whether the power goes off after this report; `before` is whether it did.
 pub(crate) fn powers_off(said: PowerOperationOp, before: bool) -> bool {
     match said {
         PowerOperationOp::PwrDownIp => true,
         PowerOperationOp::PwrDownAborted | PowerOperationOp::PwrUp | PowerOperationOp::PwrUpIp => false,
-        // What is asked for or planned does not happen yet.
+        // A requested or planned activity has not begun yet.
         _ => before,
     }
 }

@@ -1,4 +1,4 @@
-//! Warnings of the devices' drivers in the log book: each once in a while, and no more than a person reads.
+//! Warnings of the devices' drivers in the log book: each once in a while, and no more than a person can read.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -12,7 +12,7 @@ const AGAIN: Duration = Duration::from_mins(10);
 /// Warnings of one part within that time.
 const MOST: usize = 6;
 
-/// What was entered of each part lately.
+/// Recent entries of each part.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Warnings(BTreeMap<Entity, Lately>);
 

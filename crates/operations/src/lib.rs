@@ -1,11 +1,11 @@
-//! What people do with a fleet: who commands which vessel, what became of each order, steering by hand, and what is wrong.
+//! Operating a fleet: who commands which vessel, the outcome of each order, manual steering, and alarms.
 //!
 //! Pure machines by one clock: time comes in as [`units::Now`], decisions come out. They know the hub's live state and IMC,
 //! and nothing of sockets, accounts or pages.
 //!
 //! - [`Operations`] owns the hub and the machines beside it; the shore holds exactly one.
-//! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
-//! - [`alarms::Alarms`] says what is wrong, and who knows of it.
+//! - [`Leases`] says who commands which vessel, [`Commands`] the outcome of each order.
+//! - [`alarms::Alarms`] says what is wrong, and who has acknowledged it.
 //! - [`Teleop`] turns stick positions into thrust, and stops the motors when they are no longer fresh.
 
 pub mod alarms;

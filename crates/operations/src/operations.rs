@@ -1,4 +1,4 @@
-//! The hub and what people do with it, as one machine.
+//! The hub and its operators' services, as one machine.
 
 use crate::alarms::{Alarms, ShoreState};
 use crate::commands::{Commands, Order, OrderedBy};
@@ -9,7 +9,7 @@ use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
 use imc::{Address, PacketView};
 use units::Now;
 
-/// The hub, and who commands, what was ordered and what is wrong.
+/// The hub, the leases, the commands and the alarms.
 #[derive(Debug)]
 pub struct Operations {
     hub: Hub<Commands>,
@@ -20,7 +20,7 @@ pub struct Operations {
 /// Why an order is not taken.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotOrdered {
-    /// Somebody else commands the vessel.
+    /// Another person commands the vessel.
     #[error(transparent)]
     NoControl(#[from] LeaseRefused),
     /// A stop came in between.
@@ -43,12 +43,12 @@ impl Operations {
         &self.hub
     }
 
-    /// Routing, to hand it packets and to drain it.
+    /// Routing, to pass packets to it and to drain it.
     pub fn hub_mut(&mut self) -> &mut Hub<Commands> {
         &mut self.hub
     }
 
-    /// What the fleet looks like.
+    /// The live state of the fleet.
     pub fn fleet(&self) -> &Fleet {
         self.hub.fleet()
     }
@@ -63,44 +63,44 @@ impl Operations {
         &mut self.leases
     }
 
-    /// What people ordered, and what became of it.
+    /// Orders, and their outcome.
     pub fn commands(&self) -> &Commands {
         self.hub.orders()
     }
 
-    /// What people ordered, to add to it.
+    /// Orders, to add to them.
     pub fn commands_mut(&mut self) -> &mut Commands {
         self.hub.orders_mut()
     }
 
-    /// What is wrong, and who knows of it.
+    /// The alarms.
     pub fn alarms(&self) -> &Alarms {
         &self.alarms
     }
 
-    /// What is wrong, to say something to it.
+    /// The alarms, to acknowledge or shelve them.
     pub fn alarms_mut(&mut self) -> &mut Alarms {
         &mut self.alarms
     }
 
-    /// Time passes. Call it once a second.
+    /// Advances the time. Call it once a second.
     pub fn tick(&mut self, now: Now) {
         self.leases.tick(now);
         self.hub.tick(now);
         self.hub.orders_mut().tick(now);
     }
 
-    /// Derives what is wrong from the fleet and from what the shore says of itself. Call it once a second.
+    /// Derives the alarms from the state of the fleet and of the shore. Call it once a second.
     pub fn watch(&mut self, now: Now, shore: &ShoreState) {
         let contradictions = self.hub.contradictions(now.mono);
         self.alarms.watch(now, self.hub.fleet(), &ShoreState { contradictions, ..shore.clone() });
     }
 
-    /// Takes an order under the lease of whoever gives it, before it is written into the audit log. `stops` is what
-    /// [`Commands::stops`] was when the order began to be prepared: one that a stop came in between of is not given.
+    /// Takes an order under the lease of the person who gives it, before it is written into the audit log. `stops` is what
+    /// [`Commands::stops`] was when the order began to be prepared: if a stop came since, the order is not given.
     ///
     /// # Errors
-    /// Somebody else commands the vessel, a stop came in between, or the order is not valid.
+    /// Another person commands the vessel, a stop came in between, or the order is not valid.
     pub fn begin(
         &mut self,
         now: Now,
@@ -117,7 +117,7 @@ impl Operations {
     }
 
     /// Sends an order that is in the audit log, if the lease that it was given under still holds; `holder` is `None` for
-    /// what takes none. `None` if it is not sent.
+    /// an order that needs none. `None` if it is not sent.
     pub fn dispatch(&mut self, now: Now, id: CommandId, holder: Option<&Holder>) -> Option<Dispatched> {
         let command = self.commands().get(id)?;
         let (vessel, epoch) = (command.vessel, command.epoch);
@@ -132,7 +132,7 @@ impl Operations {
         Some(dispatched)
     }
 
-    /// Stops a vessel. It takes no lease and waits for nothing.
+    /// Stops a vessel. It needs no lease and does not wait.
     ///
     /// # Errors
     /// Never for a stop of a vessel's own address; what [`Commands::begin`] refuses.
@@ -146,13 +146,13 @@ impl Operations {
         Ok((id, self.dispatch(now, id, None)))
     }
 
-    /// The plan that a vessel said it executes.
+    /// The plan that a vessel reports as executed.
     pub fn running(&self, vessel: Address) -> Option<String> {
         let state = self.plan_state(vessel)?;
         Some(state.plan_id.to_str_lossy().into_owned())
     }
 
-    /// What a vessel said last of the plan that it executes; `None` while it executes none.
+    /// A vessel's last report of the plan that it executes; `None` while it executes none.
     pub fn plan_state(&self, vessel: Address) -> Option<PlanControlState> {
         let (_, series) = self.fleet().system(vessel)?.latest(PlanControlState::ID)?;
         let state: PlanControlState = imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()??;

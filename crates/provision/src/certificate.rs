@@ -1,7 +1,7 @@
 //! How long a certificate lasts, read from its PEM text.
 //!
-//! Only the validity of RFC 5280 (section 4.1.2.5) is looked at, so that a boat can say "expired" or "my clock is wrong" before
-//! it tries to connect; whether the certificate is good for anything is rustls' business. A parser of all of X.509 would weigh
+//! Only the validity of RFC 5280 (section 4.1.2.5) is read, so that a boat can say "expired" or "my clock is wrong" before
+//! it tries to connect; whether the certificate is valid is decided by rustls. A parser of all of X.509 would weigh
 //! more than the rest of provisioning.
 
 use base64ct::{Base64, Encoding as _};
@@ -18,7 +18,7 @@ pub struct Validity {
 
 const BEGIN: &str = "-----BEGIN CERTIFICATE-----";
 const END: &str = "-----END CERTIFICATE-----";
-/// Certificates of a file that are looked at.
+/// Certificates of a file that are read.
 const MOST: usize = 50;
 
 const SEQUENCE: u8 = 0x30;

@@ -4,12 +4,13 @@
 //! come in, texts and bytes go out. Files, databases and the network belong to the two programs. It knows no IMC, no link and
 //! none of the agent's parameters but the few that [`overlay`] writes.
 //!
-//! [`Fleet`] is what a fleet file says, read strictly: every [`Problem`] at once. [`overlay`] is what a vessel's agent is told of
-//! it. [`VpnKey`], [`wireguard`] and [`nftables`] are the VPN. [`Bundle`] is what is carried aboard, [`Bundle::seal`] and
-//! [`Bundle::open`] the way in and out of its sealed form. [`authority_validity`] says how long a certificate lasts.
+//! [`Fleet`] is the contents of a fleet file, read strictly, with every [`Problem`] at once. [`overlay`] makes a vessel's
+//! agent settings from it. [`VpnKey`], [`wireguard`] and [`nftables`] are the VPN. [`Bundle`] holds the files for a
+//! vessel; [`Bundle::seal`] and [`Bundle::open`] encrypt and decrypt it. [`authority_validity`] says how long a
+//! certificate lasts.
 //!
-//! Invariants: nothing secret shows itself in `Debug` or in an error. A bundle names what its files are for, never where they go,
-//! and holds nothing but plain bytes, so that no bundle can write elsewhere or grow while it is unpacked.
+//! Invariants: no secret appears in `Debug` or in an error. A bundle names the purpose of its files, never their paths, and
+//! holds only plain bytes, so that no bundle can write elsewhere or grow while it is unpacked.
 
 mod bundle;
 mod certificate;

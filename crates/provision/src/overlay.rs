@@ -1,4 +1,4 @@
-//! What a vessel's agent is told of the fleet file: an .ini file that requires the packaged one and says what differs.
+//! A vessel's agent settings from the fleet file: an .ini file that requires the packaged one and states the differences.
 
 use crate::fleet::{Device, Fleet, Limits, VESSEL_ADDRESSES, Vessel, Way};
 use std::collections::BTreeMap;
@@ -83,7 +83,7 @@ const fn limit_parameters(limits: &Limits) -> [(&'static str, &'static str, Opti
     ]
 }
 
-/// What a way's section says; what is left open is as the agent has it.
+/// The section of a way; values left open are the agent's own.
 fn way_parameters(way: &Way) -> impl Iterator<Item = (&'static str, String)> {
     let all = [
         ("Enabled", Some("Always".to_owned())),

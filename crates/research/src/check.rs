@@ -1,4 +1,4 @@
-//! What is wrong with entries: each by itself, and all of them together.
+//! Errors of entries: each alone, and all of them together.
 
 use crate::column::{NAME_LETTERS, Rule, Slot, shown};
 use crate::fields::{columns, kind_of, kind_word, name_of, slots};
@@ -19,7 +19,7 @@ pub struct Fault {
     pub other: Option<usize>,
 }
 
-/// Faults up to which similar names are looked for, which takes long.
+/// Faults up to which similar names are searched for, which takes long.
 const SUGGESTIONS: usize = 20;
 
 /// Trims the texts of an entry and gives it a name where it may have none; then all that is wrong with it by itself, as field

@@ -1,9 +1,9 @@
-//! A field of an entry: its name in files, what it may say, and how it stands in a cell.
+//! A field of an entry: its name in files, its valid values, and its form in a cell.
 
 use api::RegisterKind;
 use units::UtcTime;
 
-/// What a field may say.
+/// The valid values of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
     /// A text in one line of so many letters at most.
@@ -31,15 +31,15 @@ pub enum Rule {
 pub struct Column {
     /// Its name in files and in the API.
     pub name: &'static str,
-    /// What it tells.
+    /// Its meaning.
     pub about: &'static str,
-    /// What it may say.
+    /// Its valid values.
     pub rule: Rule,
     /// Whether it must say something.
     pub needed: bool,
 }
 
-/// Where the value of a field stands in an entry.
+/// The place of a field's value in an entry.
 #[derive(Debug, PartialEq)]
 pub enum Slot<'r> {
     /// A text; empty where it is not known.
@@ -80,7 +80,7 @@ impl Slot<'_> {
 }
 
 impl Rule {
-    /// What is wrong with a value, and what to do; `None` where it is as it should be. References are looked at elsewhere.
+    /// The fault of a value, and the remedy; `None` where it is valid. References are checked elsewhere.
     pub(crate) fn wrong(self, slot: &Slot<'_>) -> Option<String> {
         match (self, slot) {
             (Self::Line(most) | Self::Text(most), Slot::Text(text)) => {
@@ -124,7 +124,7 @@ fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<String> {
         .then(|| "has control characters in it: write it without them".to_owned())
 }
 
-/// Not more of what somebody wrote than helps to find it.
+/// The beginning of a user's text, enough to find it by.
 pub(crate) fn shown(text: &str) -> String {
     text.chars().take(60).collect()
 }

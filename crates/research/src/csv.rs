@@ -1,8 +1,8 @@
 //! Entries as CSV: a header of names of fields, and a line for each entry.
 //!
 //! Written by the rules of `tables`. Read more leniently, as people's spreadsheets write it: with or without a byte order mark,
-//! with commas, semicolons or tabs, and with decimal commas where cells are told apart by semicolons. Nothing is guessed that
-//! could be something else, and every problem of a file is told at once.
+//! with commas, semicolons or tabs, and with decimal commas where semicolons separate the cells. Nothing ambiguous is
+//! guessed, and every problem of a file is reported at once.
 
 use crate::check::{check, folded};
 use crate::column::{Slot, shown};
@@ -17,13 +17,13 @@ use units::UtcTime;
 pub const ROWS: usize = 10_000;
 /// Cells that a header may have: more than twice as many as any kind has columns.
 const CELLS: usize = 64;
-/// Problems that are told; more of them help nobody.
+/// Problems that are reported; more of them are of no use.
 const PROBLEMS: usize = 1_000;
 
-/// What R writes for what is not there.
+/// What R writes for a missing value.
 const ABSENT: &str = "NA";
 
-/// How vessels are called.
+/// The names of vessels.
 pub struct Names<'n> {
     /// The address of a vessel by its name or address.
     pub address: &'n dyn Fn(&str) -> Result<u16, String>,
@@ -49,7 +49,7 @@ pub struct ReadRow {
     pub line: u32,
     /// The entry that it changes, by its place among the known ones; `None` for a new one.
     pub known: Option<usize>,
-    /// What the entry says then.
+    /// The entry's new contents.
     pub record: RegisterRecord,
 }
 
@@ -67,13 +67,13 @@ pub struct Read {
 pub struct Difference {
     /// Its column.
     pub column: &'static str,
-    /// What it said.
+    /// The old value.
     pub before: String,
-    /// What it says.
+    /// The new value.
     pub after: String,
 }
 
-/// What two entries of one kind say differently.
+/// The differences between two entries of one kind.
 pub fn differences(before: &RegisterRecord, after: &RegisterRecord, names: &Names<'_>) -> Vec<Difference> {
     let (before, after) = (cells(before, names), cells(after, names));
     let fields = before.into_iter().zip(after).filter(|((_, before), (_, after))| before != after);
@@ -121,7 +121,7 @@ pub(crate) fn header(kind: RegisterKind) -> String {
 }
 
 /// Reads a table of entries of one kind, beside those that are known: a line with the name of a known one changes it. Columns
-/// that a table does not have stay as they are.
+/// that a table does not have stay unchanged.
 pub fn read_csv(kind: RegisterKind, bytes: &[u8], known: &[&RegisterRecord], names: &Names<'_>) -> Read {
     let mut read = Read::default();
     match Table::of(bytes) {
@@ -192,7 +192,7 @@ impl Rows<'_> {
         }
     }
 
-    /// What a line says by itself.
+    /// The contents of a line alone.
     fn row(&self, cells: &[String], wrong: &mut Vec<(&'static str, String)>) -> RegisterRecord {
         let mut record = blank(self.kind);
         let fields = columns(self.kind);

@@ -180,7 +180,7 @@ pub const fn columns(kind: RegisterKind) -> &'static [Column] {
     }
 }
 
-/// Where the values of an entry stand, in the order of [`columns`].
+/// The places of an entry's values, in the order of [`columns`].
 pub fn slots(record: &mut RegisterRecord) -> Vec<Slot<'_>> {
     match record {
         RegisterRecord::Project(one) => project(one),
@@ -283,7 +283,7 @@ mod tests {
         for kind in KINDS {
             let mut record = blank(kind);
             let json = serde_json::to_value(&record).unwrap();
-            // `kind` itself is no field; times are called `_us` in the API, and `_time` in files.
+            // `kind` itself is not a field; times are called `_us` in the API, and `_time` in files.
             let fields: Vec<String> =
                 json.as_object().unwrap().keys().filter(|key| *key != "kind").cloned().collect();
             let mut of_files: Vec<String> =

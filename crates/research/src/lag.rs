@@ -1,7 +1,7 @@
 //! How far the nearest other detection of the same tag by the same receiver is (`min_lag` of the format of GLATOS), found while
 //! detections go by.
 //!
-//! A detection that nothing else confirms is perhaps none: two trains of pulses that overlap can look like a third tag. The
+//! A detection that nothing else confirms may be false: two trains of pulses that overlap can look like a third tag. The
 //! usual rule (Pincock 2012) doubts one whose nearest neighbour is more than 30 ping intervals away. To know the next one, a
 //! detection waits until that comes, or until it is known to be more than a day away, which is beyond the rule for any interval
 //! up to 48 minutes. What waits is bounded.
@@ -9,7 +9,7 @@
 use detections::{Detection, Protocol};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A neighbour is looked for within this time (s).
+/// A neighbour is searched for within this time (s).
 pub const HORIZON_S: i64 = 86_400;
 /// Detections that may wait; with more, the oldest goes without knowing.
 const WAITING: usize = 50_000;
@@ -23,7 +23,7 @@ pub enum Lag {
     Seconds(f64),
     /// No other detection within [`HORIZON_S`].
     Nothing,
-    /// Nobody looked, or too many waited to know it.
+    /// Not computed, or too many waited to know it.
     Unknown,
 }
 
@@ -38,7 +38,7 @@ impl Lag {
 type Key = (u32, Protocol, u32, u8);
 
 /// Detections on their way. They come in order of report, by which it is known what still can come; how far two are apart is
-/// told by the receiver's clock, which may be days off.
+/// given by the receiver's clock, which may be days off.
 #[derive(Debug, Default)]
 pub struct Lags {
     waiting: VecDeque<Waiting>,

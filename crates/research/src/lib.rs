@@ -1,13 +1,13 @@
-//! Data as researchers need them: the register of a study, and detections in the formats that portals and R packages take.
+//! Data for researchers: the register of a study, and detections in the formats that portals and R packages take.
 //!
-//! - The register: what an entry may say ([`columns`], [`slots`], [`check`], [`check_all`]), and entries as CSV
+//! - The register: the fields of an entry ([`columns`], [`slots`], [`check`], [`check_all`]), and entries as CSV
 //!   ([`write_csv`], [`read_csv`], [`template`]).
-//! - [`Study`] is a register by which detections are looked up: [`Study::heard`] tells whose tag it was, where the receiver
+//! - [`Study`] is a register by which detections are looked up: [`Study::heard`] says whose tag it was, where the receiver
 //!   belonged, and what its sensor count means.
 //! - [`summary()`] counts a million of them for plots; [`Narrowed`] are those of an area and of projects, and
-//!   [`Heard::flags`] tells why to look twice at one.
-//! - Datasets: [`check_draft`], [`citation`], what describes one to others ([`datacite`], [`json_ld`], [`datapackage`]), and what a
-//!   link gives of one ([`Limits`], [`Grid`]).
+//!   [`Heard::flags`] says why one is doubtful.
+//! - Datasets: [`check_draft`], [`citation`], metadata ([`datacite`], [`json_ld`], [`datapackage`]), and the limits of a
+//!   link to one ([`Limits`], [`Grid`]).
 //! - [`Format`] is one file format: its header, and a row for a [`Heard`]. [`FORMATS`] lists them all.
 //!
 //! It is pure: entries and detections in, bytes out. It knows what a detection is and what the API calls an entry; it knows

@@ -4,7 +4,7 @@ use crate::study::{Heard, Study};
 use api::RegisterProject;
 use detections::Area;
 
-/// What is wanted of detections beyond time, vessels and tags; all of them by default.
+/// Filters of detections beyond time, vessels and tags; all of them by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Narrowed {
     /// Names of projects as the register has them; all where empty.
@@ -17,13 +17,13 @@ impl Narrowed {
     /// From projects by name, separated by `;`, and the corners of an area; nothing is narrowed by what is absent or empty.
     ///
     /// # Errors
-    /// There is no such project in the register, or the area is none; the text names the parameter and says what to do.
+    /// There is no such project in the register, or the area is invalid; the text names the parameter and says what to do.
     pub fn new(projects: Option<&str>, area: Option<&str>, study: &Study) -> Result<Self, String> {
         let names = projects.unwrap_or_default().split(';').map(str::trim).filter(|name| !name.is_empty());
         Self::of(names, area.map(str::trim).filter(|text| !text.is_empty()), study)
     }
 
-    /// From projects by name, and the corners of an area. What is empty is refused: nobody is to get everything by an empty text.
+    /// From projects by name, and the corners of an area. Empty text is refused, as it would select everything.
     ///
     /// # Errors
     /// Likewise.

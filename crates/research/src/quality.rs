@@ -1,4 +1,4 @@
-//! Why somebody should look twice at a detection. Nothing is left out for it.
+//! Why a detection is doubtful. Doubtful detections are flagged, never left out.
 
 use crate::study::{Heard, confirming_s};
 use api::{DetectionFlag, FlagCode};
@@ -9,7 +9,7 @@ const CLOCK_OFF_US: i64 = 3_600_000_000;
 /// A place that was measured further away in time is old (s): a boat of 2 m/s is 20 m away by then.
 const OLD_PLACE_S: f64 = 10.0;
 
-/// All flags that a detection has by itself, as bits: 1 shifted by the place in this list.
+/// All flags that follow from a detection alone, as bits: 1 shifted by the place in this list.
 pub(crate) const MARKS: [FlagCode; 6] = [
     FlagCode::ClockNotSet,
     FlagCode::ClockLost,
@@ -24,7 +24,7 @@ pub(crate) const CLOCK_OFF: u8 = 1 << 2;
 /// The bits of [`FlagCode::ClockNotSet`], [`FlagCode::ClockLost`] and [`FlagCode::ClockOff`].
 pub(crate) const CLOCK_WRONG: u8 = 1 | 1 << 1 | CLOCK_OFF;
 
-/// Whether a detection has a flag by itself. What takes its neighbours is [`Heard::doubt`].
+/// Whether a flag follows from a detection alone. The one that needs its neighbours is [`Heard::doubt`].
 fn has(one: &Detection, code: FlagCode) -> bool {
     match code {
         FlagCode::Unconfirmed => false,
@@ -43,7 +43,7 @@ fn clock_off_us(one: &Detection) -> Option<i64> {
     Some(heard_us.saturating_sub(one.origin.reported.micros()).saturating_abs())
 }
 
-/// The flags that a detection has by itself, one bit each, as in [`MARKS`].
+/// The flags that follow from a detection alone, one bit each, as in [`MARKS`].
 pub(crate) fn marks(one: &Detection) -> u8 {
     MARKS.iter().enumerate().filter(|(_, code)| has(one, **code)).fold(0, |marks, (at, _)| marks | 1 << at)
 }

@@ -8,7 +8,7 @@ use api::{
 use detections::Detection;
 use std::collections::BTreeMap;
 
-/// Carrier for which the code spaces of [`CODESPACES`] stand (kHz).
+/// Carrier of the code spaces of [`CODESPACES`] (kHz).
 const CODED_KHZ: u8 = 69;
 /// Ping intervals within which something must confirm a detection.
 const PINGS: f64 = 30.0;
@@ -35,9 +35,9 @@ pub struct Study {
 /// A detection with what the register knows of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Heard<'s> {
-    /// What was heard.
+    /// The detection.
     pub detection: &'s Detection,
-    /// What people call the vessel.
+    /// The vessel's name.
     pub vessel: &'s str,
     /// When: by the receiver's clock where that was set, else when the line came to the vessel (µs since 1970 UTC).
     pub time_us: i64,
@@ -63,14 +63,14 @@ pub struct Heard<'s> {
     pub cell_m: Option<u32>,
 }
 
-/// What a tag's count means.
+/// The meaning of a tag's count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor<'s> {
     /// The value.
     pub value: f64,
     /// Its unit; empty where the register has none.
     pub unit: &'s str,
-    /// What it measures, likewise.
+    /// The measured quantity, likewise.
     pub kind: &'s str,
 }
 
@@ -113,13 +113,13 @@ impl Study {
         }
         for deployment in self.deployments.values_mut().flatten() {
             deployment.depth_m = None;
-            // What people call it may be the place.
+            // Its name may be the place.
             deployment.name = String::new();
         }
         self
     }
 
-    /// What is known of a detection; the vessel is called as it is given.
+    /// Looks a detection up; the vessel has the given name.
     pub fn heard<'s>(&'s self, detection: &'s Detection, vessel: &'s str, lag: Lag) -> Heard<'s> {
         let by_receiver = detection.clock.utc();
         let time_us = by_receiver.unwrap_or(detection.origin.reported).micros();
@@ -151,7 +151,7 @@ impl Study {
             .find(|tag| is_of_time(tag, time_us))
     }
 
-    /// Tags of a code, one after another in time; whether one is the tag of a moment [`is_of_time`] tells.
+    /// Tags of a code, one after another in time; [`is_of_time`] says which is the tag of a moment.
     pub(crate) fn tags_of(&self, protocol: &str, id: u32, khz: u8) -> impl Iterator<Item = &RegisterTag> {
         let is_heard =
             move |tag: &&RegisterTag| tag.frequency_khz.is_none_or(|wanted| wanted == i64::from(khz));
@@ -215,7 +215,7 @@ impl Study {
 }
 
 impl Heard<'_> {
-    /// What the tag's count means; `None` where it sent none or the register does not say.
+    /// The meaning of the tag's count; `None` where it sent none or the register does not say.
     pub fn sensor(&self) -> Option<Sensor<'_>> {
         let (count, tag) = (self.detection.data?, self.tag?);
         let value = f64::from(count) * tag.sensor_slope? + tag.sensor_intercept.unwrap_or(0.0);
@@ -224,7 +224,7 @@ impl Heard<'_> {
 
     /// Why this is perhaps no detection of the tag: nothing else confirms it within 30 of its ping intervals (the rule of Pincock
     /// 2012, by which GLATOS filters). `None` where something does, or where the register does not say how often the tag
-    /// pings, or so seldom that a day's neighbours do not tell, or nobody knows its neighbours.
+    /// pings, or it pings so seldom that a day's neighbours do not suffice, or its neighbours are unknown.
     pub fn doubt(&self) -> Option<String> {
         let within_s = confirming_s(self.tag?)?;
         is_doubted(within_s, self.lag).then(|| {
@@ -235,8 +235,8 @@ impl Heard<'_> {
         })
     }
 
-    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, which stays as it is
-    /// where nobody gave it a number.
+    /// Frequency and code space as Innovasea writes them, `A69-1303`: of the register, else by the protocol, unchanged
+    /// where it has no number there.
     pub fn codespace(&self) -> String {
         let detection = self.detection;
         codespace(self.tag, &detection.protocol.to_string(), detection.frequency_khz)
@@ -258,7 +258,7 @@ pub(crate) fn is_doubted(within_s: f64, lag: Lag) -> bool {
 }
 
 /// Within how many seconds something must confirm a detection of a tag; `None` where the register does not say how often it pings,
-/// or so seldom that a day's neighbours do not tell.
+/// or so seldom that a day's neighbours do not suffice.
 pub(crate) fn confirming_s(tag: &RegisterTag) -> Option<f64> {
     let interval_s = match (tag.interval_min_s, tag.interval_max_s) {
         (Some(least_s), Some(most_s)) => f64::midpoint(least_s, most_s),

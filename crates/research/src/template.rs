@@ -1,10 +1,10 @@
-//! What a file of entries looks like, with an example: for people who make one.
+//! A template of a file of entries, with an example, for people who make one.
 
 use crate::csv::header;
 use crate::fields::columns;
 use api::RegisterKind;
 
-/// The header of a file, and its columns with what they tell.
+/// The header of a file, and its columns with what they mean.
 pub fn template(kind: RegisterKind) -> (String, Vec<(&'static str, &'static str)>) {
     (header(kind), columns(kind).iter().map(|column| (column.name, column.about)).collect())
 }

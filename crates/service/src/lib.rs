@@ -1,8 +1,8 @@
-//! What a program tells the service manager (systemd, by the protocol of `sd_notify(3)`): that it is ready, that it lives,
-//! that it ends. Where no service manager started it nothing is said.
+//! Notifications of a program to the service manager (systemd, by the protocol of `sd_notify(3)`): that it is ready, alive,
+//! ending. Without a service manager nothing is sent.
 //!
-//! [`ready`] and [`ending`] are said once; a [`Lifeline`] says that the program lives for as long as its owner beats. [`report`]
-//! is what its doctor tells monitoring.
+//! [`ready`] and [`ending`] are sent once; a [`Lifeline`] reports that the program is alive for as long as its owner calls
+//! [`Lifeline::beat`]. [`report`] is what its doctor reports to monitoring.
 
 pub mod report;
 
@@ -17,7 +17,7 @@ pub fn ready() {
     tell(NotifyState::Ready);
 }
 
-/// The service ends by itself or was told to.
+/// The service ends, on its own or by request.
 pub fn ending() {
     tell(NotifyState::Stopping);
 }
@@ -28,7 +28,7 @@ fn tell(state: NotifyState<'_>) {
     }
 }
 
-/// How often [`Lifeline::beat`] is wanted at least; `None` where nobody watches (`WatchdogSec` of the unit).
+/// How often [`Lifeline::beat`] must be called at least; `None` without a watchdog (`WatchdogSec` of the unit).
 pub fn watched_every() -> Option<Duration> {
     // Half of what is allowed, as sd_watchdog_enabled(3) advises.
     sd_notify::watchdog_enabled().map(|limit| limit / 2)
@@ -57,7 +57,7 @@ impl Lifeline {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Tells in a thread of its own, each `every`, if the owner has beaten since.
+    /// Reports in a thread of its own, each `every`, if the owner has called [`Lifeline::beat`] since.
     fn watch(self, every: Duration, lives: impl Fn() + Send + 'static) -> std::io::Result<()> {
         let look = move || {
             let mut known = 0;

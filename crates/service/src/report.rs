@@ -1,8 +1,8 @@
-//! What the doctors of the programs found, for people and for what watches (Nagios, Icinga, Zabbix, a script).
+//! Findings of the programs' doctors, for people and for monitoring (Nagios, Icinga, Zabbix, a script).
 //!
-//! A code is a stable word for what was looked at; texts are for people and may change. Several findings may have one code:
-//! what watches takes the worst. Values that somebody wrote into a configuration are left out of what machines get, which
-//! often travels by mail: [`masked`].
+//! A code is a stable word for what was checked; texts are for people and may change. Several findings may have one code:
+//! monitoring takes the worst. Values from a configuration are left out of the output for machines, which is often sent
+//! by mail: [`masked`].
 
 use serde_json::{Value, json};
 
@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 pub enum Status {
     /// As it should be.
     Ok,
-    /// It works, and somebody should look at it.
+    /// It works, but an operator should look at it.
     Warn,
-    /// To be mended.
+    /// It must be repaired.
     Fail,
 }
 
@@ -27,7 +27,7 @@ impl Status {
         }
     }
 
-    /// What the program ends with where machines look, as programs for monitoring have it: 0, 1, 2.
+    /// The exit code for monitoring, by its convention: 0, 1, 2.
     pub const fn exit_code(self) -> u8 {
         match self {
             Self::Ok => 0,
@@ -37,37 +37,37 @@ impl Status {
     }
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// What: words without figures, like `data folder`; machines get it with `_` for blanks.
     pub part: &'static str,
     /// How good it is.
     pub status: Status,
-    /// What was seen.
+    /// The finding.
     pub text: String,
-    /// What to do; empty where nothing is to be done, or the text says it.
+    /// The remedy; empty where none is needed, or the text has it.
     pub remedy: String,
 }
 
 impl Finding {
-    /// Nothing is to be done.
+    /// A finding that needs no action.
     pub fn ok(part: &'static str, text: impl Into<String>) -> Self {
         Self { part, status: Status::Ok, text: text.into(), remedy: String::new() }
     }
 
-    /// Somebody should look at it.
+    /// An operator should look at it.
     pub fn warn(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, status: Status::Warn, text: text.into(), remedy: remedy.into() }
     }
 
-    /// It must be mended.
+    /// It must be repaired.
     pub fn fail(part: &'static str, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { part, status: Status::Fail, text: text.into(), remedy: remedy.into() }
     }
 }
 
-/// The worst of all; good where nothing was looked at.
+/// The worst of all; good where nothing was checked.
 pub fn worst(findings: &[Finding]) -> Status {
     findings.iter().map(|finding| finding.status).max().unwrap_or(Status::Ok)
 }
@@ -94,7 +94,7 @@ pub fn to_json(program: &str, version: &str, time: &str, findings: &[Finding]) -
     format!("{all:#}")
 }
 
-/// Of what a configuration cannot say, the values are left out: a password may stand in the wrong place.
+/// Of invalid settings the values are left out: a password may be in the wrong place.
 fn masked_where_written(finding: &Finding) -> String {
     match (finding.part, finding.status) {
         ("configuration", Status::Warn | Status::Fail) => masked(&finding.text),

@@ -62,7 +62,7 @@ impl BatteryBank {
         let mut rng = Rng::new(seed, Stream::Battery);
         let stored_j = std::array::from_fn(|_| {
             let off_percent = rng.between(-IMBALANCE_PERCENT, IMBALANCE_PERCENT);
-            // No imbalance at either end, where there is none in a charger or an empty battery.
+            // No imbalance at either end: a full or an empty battery has none.
             let room = (charge_percent.min(100.0 - charge_percent) / 10.0).min(1.0);
             capacity_j * (charge_percent + off_percent * room) / 100.0
         });
@@ -121,7 +121,7 @@ impl BatteryBank {
         self.voltage_v.iter().sum::<f64>() / PACKS as f64
     }
 
-    /// What each battery reports.
+    /// The report of each battery.
     pub fn readings(&self) -> [BatteryReading; PACKS] {
         std::array::from_fn(|pack| BatteryReading {
             // Four batteries.

@@ -80,7 +80,7 @@ impl Card {
         }
     }
 
-    /// Switches an output; one that the card does not have stays as it is.
+    /// Switches an output; one that the card does not have stays unchanged.
     fn switch(&mut self, rail: u8, channel: u8, on: bool) {
         let rail = usize::from(rail);
         let (Some(outputs), Some(known)) = (self.outputs.get_mut(rail), RAIL_OUTPUTS.get(rail)) else {
@@ -118,7 +118,7 @@ impl Card {
         self.motors.port.reading().power_w + self.motors.starboard.reading().power_w
     }
 
-    /// What a motor would report.
+    /// The report of a motor.
     pub(crate) fn motor(&self, side: Side) -> MotorReading {
         self.motors.of(side).reading()
     }

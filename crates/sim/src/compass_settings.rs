@@ -24,7 +24,7 @@ const RATES: [(&str, i64); 7] = [
     (".2", 5_000_000),
 ];
 
-/// What a receiver sends before anybody tells it.
+/// The output of a receiver before any command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AtFirst {
     /// The sentences of the boats at each epoch, as a receiver that was set up and saved it.
@@ -34,12 +34,12 @@ pub enum AtFirst {
     Nothing,
 }
 
-/// What the receiver is set to.
+/// The receiver's settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Settings {
     /// Time between two of a sentence (µs).
     periods_us: BTreeMap<Sentence, i64>,
-    /// Who speaks in the heading's sentences.
+    /// The talker of the heading's sentences.
     talker: Talker,
     /// Speed of the line (bit/s).
     baud: u32,
@@ -71,7 +71,7 @@ impl CompassSettings {
         self.used.baud
     }
 
-    /// Who speaks in the heading's sentences.
+    /// The talker of the heading's sentences.
     pub(crate) const fn talker(&self) -> Talker {
         self.used.talker
     }
@@ -108,7 +108,7 @@ impl CompassSettings {
         answers
     }
 
-    /// Carries a command out; its answer, or `None` where it is none that the receiver obeys.
+    /// Carries a command out and returns the answer; `None` for a command that the receiver does not have.
     fn obey(&mut self, command: &str) -> Option<&'static str> {
         const DONE: &str = "$>\r\n";
         let fields: Vec<&str> = command.split(',').collect();

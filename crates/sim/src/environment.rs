@@ -47,7 +47,7 @@ impl Environment {
         self.wind.step();
     }
 
-    /// What acts on a hull in this state, `t_s` after the start of the simulation.
+    /// The load on a hull in this state, `t_s` after the start of the simulation.
     pub fn load(&self, t_s: f64, otter: &Otter, state: &OtterState) -> Load {
         let (north_mps, east_mps) = self.current.velocity_mps();
         let wind = self.wind.force(state);

@@ -3,7 +3,7 @@
 use devices::Pair;
 use units::LocalPoint;
 
-/// What is broken at the moment; by default nothing is.
+/// The present faults; by default none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "faults are independent of each other")]
 pub struct Faults {

@@ -8,8 +8,8 @@
 //! recordings; they add up to 1 m and about 1°.
 //!
 //! Epochs fall on whole multiples of the period in UTC. Sentences leave after a latency and need their time
-//! on the serial line; an epoch that finds the line still busy is left out. Which sentences are sent, and how often, the
-//! receiver is told by commands (`compass_settings`).
+//! on the serial line; an epoch that finds the line still busy is left out. Commands set which
+//! sentences are sent, and how often (`compass_settings`).
 
 use crate::compass_settings::{AtFirst, CompassSettings};
 use crate::faults::Faults;
@@ -31,7 +31,7 @@ pub struct GnssConfig {
     pub rate_hz: u32,
     /// Speed of the serial line at first (bit/s); 0 sends without delay.
     pub baud: u32,
-    /// What is sent before anybody orders it.
+    /// The output before any command.
     pub at_first: AtFirst,
     /// Time from the epoch to the first byte (s).
     pub latency_s: f64,
@@ -181,7 +181,7 @@ impl Gnss {
         Ok(gnss)
     }
 
-    /// What the receiver is told to do, for its commands.
+    /// The receiver's settings, for its commands.
     pub(crate) fn settings(&self) -> &CompassSettings {
         &self.settings
     }

@@ -164,7 +164,7 @@ impl Hydrophone {
         }
     }
 
-    /// Goes on to `now`, at which the vessel is in the given state; lines that are due are added to `out`.
+    /// Advances to `now`, at which the vessel is in the given state; lines that are due are added to `out`.
     pub(crate) fn step(
         &mut self,
         now: UtcTime,

@@ -63,7 +63,7 @@ fn measured_rpm(throttle: f64) -> f64 {
     TABLE[below] + (TABLE[below + 1] - TABLE[below]) * (place - below as f64)
 }
 
-/// What a motor is asked to do.
+/// The command to a motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// A share of full thrust speed, -1 to 1.
@@ -107,7 +107,7 @@ impl Motor {
         self.reading = MotorReading { propeller_rpm: rpm(shaft_radps), power_w, temperature_c };
     }
 
-    /// What the motor reports after the last step.
+    /// The motor's report after the last step.
     pub fn reading(&self) -> MotorReading {
         self.reading
     }

@@ -71,7 +71,7 @@ pub struct BodyForce {
     pub yaw_nm: f64,
 }
 
-/// What the surroundings do to the hull during one step.
+/// The loads of the surroundings on the hull during one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
     /// Velocity of the water to the north (m/s).

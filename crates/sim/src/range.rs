@@ -1,4 +1,4 @@
-//! Refusal of settings and commands that are no number or outside what a model holds for.
+//! Refusal of settings and commands that are not a number or outside what a model holds for.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{what} is {value}, which is not within {low} to {high}")]
 pub struct OutOfRange {
-    /// What the value was meant to be, with its unit.
+    /// The quantity, with its unit.
     pub what: &'static str,
     /// The value found.
     pub value: f64,

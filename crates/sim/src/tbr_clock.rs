@@ -6,7 +6,7 @@
 //! then, and acknowledges no sooner. Lauvås (2020) words that as rounding "to the nearest 10.5 s" and as "10 s segments with an
 //! added 500 ms delay"; no receiver was at hand to measure it.
 //!
-//! Outside command mode a character that comes sooner than a millisecond after the one before is lost.
+//! Outside command mode a character that comes sooner than a millisecond after the previous one is lost.
 
 use crate::range::{OutOfRange, within};
 use devices::tbr_clock::ClockCommand;
@@ -80,7 +80,7 @@ impl ReceiverClock {
         })
     }
 
-    /// What the clock shows at a true time (µs).
+    /// The clock's reading at a true time (µs).
     pub fn reading_us(&self, utc: UtcTime) -> i64 {
         let elapsed_us = utc.micros() - self.since_us;
         self.reading_us + elapsed_us + (elapsed_us as f64 * self.drift).round() as i64
@@ -200,7 +200,7 @@ mod tests {
             let now = at(start.micros() + 9_000_000);
             assert_eq!(clock.reading_us(now) - now.micros(), -late_us, "{text}");
         }
-        // Who adds the half second of its own has it twice.
+        // A sender that adds the half second itself has it twice.
         let mut clock = ReceiverClock::new(&ClockConfig::default(), start).unwrap();
         ask(&mut clock, at(start.micros() + 500_000), "(+)").unwrap();
         assert_eq!(clock.reading_us(start) - start.micros(), -500_000);

@@ -5,7 +5,7 @@
 //! at which its last byte reaches the computer, which may lie up to one step before the call that makes it
 //! available, and comes out in that order.
 //!
-//! Outputs that nobody polls are kept up to 100 000; beyond that the oldest is lost and counted.
+//! Up to 100 000 outputs wait to be polled; beyond that the oldest is lost and counted.
 
 use crate::battery::{BatteryBank, BatteryConfig};
 use crate::card::{Card, CardConfig};
@@ -33,7 +33,7 @@ const LAST_START_S: f64 = 253_402_300_799.0;
 /// A fish may have swum so long before the start (s); every second of it is worked out.
 const LONGEST_SWIM_S: f64 = 366.0 * 86_400.0;
 
-/// What a vessel sends: bytes as the devices do, the values behind them, or both.
+/// The form of a vessel's output: bytes as from the devices, the values behind them, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OutputForm {
     /// Bytes and CAN frames.
@@ -64,14 +64,14 @@ pub enum Port {
     Hydrophone,
 }
 
-/// Something a device sends.
+/// An output of a device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// A sentence or line on a serial line.
     Serial(Port, Vec<u8>),
     /// A frame on the CAN bus.
     Can(CanFrame),
-    /// What the bytes say.
+    /// The values of the bytes.
     Reading(Reading),
 }
 
@@ -82,7 +82,7 @@ pub struct Timed {
     pub at: MonoTime,
     /// The same moment in UTC.
     pub utc: UtcTime,
-    /// What is there.
+    /// The output.
     pub output: Output,
 }
 
@@ -113,7 +113,7 @@ pub struct VesselConfig {
     pub hydrophone: HydrophoneConfig,
     /// The tagged fish around.
     pub fish: Vec<FishConfig>,
-    /// What comes out.
+    /// The form of the output.
     pub form: OutputForm,
 }
 
@@ -139,7 +139,7 @@ impl VesselConfig {
     }
 }
 
-/// What is really the case; for tests and displays, never for the vessel's own computer.
+/// The true state; for tests and displays, never for the vessel's own computer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// UTC of this state: that of the last whole step.
@@ -188,7 +188,7 @@ pub struct Vessel {
     lost: u64,
     reports: Vec<(MonoTime, CardReport)>,
     heard: Vec<(UtcTime, Reading)>,
-    /// Lines lost since the last that came as a value; nobody knows before the first.
+    /// Lines lost since the last that came as a value; unknown before the first.
     lines_lost: Option<u16>,
 }
 
@@ -245,7 +245,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a throttle is not a number within -1 to 1; the command before goes on.
+    /// When a throttle is not a number within -1 to 1; the previous command stays in force.
     pub fn command(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port throttle", port, -1.0, 1.0)?;
         within("starboard throttle", starboard, -1.0, 1.0)?;
@@ -257,7 +257,7 @@ impl Vessel {
     /// card's time-out.
     ///
     /// # Errors
-    /// When a speed is not a number within -3000 to 3000; the command before goes on.
+    /// When a speed is not a number within -3000 to 3000; the previous command stays in force.
     pub fn command_rpm(&mut self, port: f64, starboard: f64) -> Result<(), OutOfRange> {
         within("port speed (rpm)", port, -3000.0, 3000.0)?;
         within("starboard speed (rpm)", starboard, -3000.0, 3000.0)?;
@@ -310,12 +310,12 @@ impl Vessel {
         self.hydrophone.hear(ping);
     }
 
-    /// What is broken.
+    /// The faults.
     pub fn faults(&self) -> &Faults {
         &self.faults
     }
 
-    /// What is broken, to change.
+    /// The faults, to change.
     pub fn faults_mut(&mut self) -> &mut Faults {
         &mut self.faults
     }
@@ -325,7 +325,7 @@ impl Vessel {
         self.battery.drain_to(percent);
     }
 
-    /// What a motor would report at this moment, broken feedback or not.
+    /// A motor's report at this moment, also where its feedback is broken.
     pub fn motor(&self, side: Side) -> MotorReading {
         self.card.motor(side)
     }
@@ -335,12 +335,12 @@ impl Vessel {
         &self.battery
     }
 
-    /// Outputs lost because nobody polled.
+    /// Outputs lost because they were not polled.
     pub fn outputs_lost(&self) -> u64 {
         self.lost
     }
 
-    /// What is really the case.
+    /// The true state.
     pub fn truth(&self) -> Truth {
         let (north_mps, east_mps) = self.state.ground_velocity_mps();
         Truth {
@@ -511,7 +511,7 @@ impl Vessel {
     }
 }
 
-/// A fish that has swum until `start`; what its tag sent before, nobody heard.
+/// A fish that has swum until `start`; earlier transmissions of its tag were not heard.
 fn swimming(config: &FishConfig, start: UtcTime) -> Result<Fish, OutOfRange> {
     within("beginning of the fish (s since 1970)", config.since.seconds(), 0.0, LAST_START_S)?;
     let swum_s = start.seconds() - config.since.seconds();

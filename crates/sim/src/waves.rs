@@ -9,7 +9,7 @@
 //! in Newman) and the velocity joins the current, so that the hull rides with the water; the change of
 //! the acceleration along the hull gives the yaw moment m k a_w sin χ cos χ L²/12. Drift forces, roll and
 //! pitch are left out. The vessel's own movement gives the frequency of encounter. By the second order of
-//! these terms a hull that nobody steers turns slowly, within minutes, towards the waves.
+//! these terms a hull that is not steered turns slowly, within minutes, towards the waves.
 
 use crate::otter::{Load, Otter, OtterState};
 use crate::range::{OutOfRange, within};

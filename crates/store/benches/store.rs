@@ -273,7 +273,7 @@ impl Write for Counter {
     }
 }
 
-/// A number of kilobytes that the system tells of this process.
+/// A figure of this process in `/proc/self/status` (KiB).
 fn memory_kib(name: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = status.lines().find(|line| line.starts_with(name)).unwrap();

@@ -27,10 +27,10 @@ pub(crate) fn all(data: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Moves a database there, with what SQLite keeps beside it; where it lies now. It must not be open.
+/// Moves a database there, with SQLite's files beside it; returns its new path. It must not be open.
 ///
 /// # Errors
-/// It cannot be moved, or as much lies there as may.
+/// It cannot be moved, or the folder holds as many as allowed.
 pub(crate) fn put(data: &Path, file: &Path) -> Result<PathBuf> {
     let folder = data.join(ASIDE);
     if all(data)?.len() >= MOST {
@@ -50,7 +50,7 @@ pub(crate) fn put(data: &Path, file: &Path) -> Result<PathBuf> {
         })
         .find(|path| !path.exists())
         .ok_or_else(|| StoreError::Query(format!("there is no free name for {name} in {ASIDE}")))?;
-    // Its log goes first: on its own it harms nobody, while a database without its log would lack what it holds.
+    // Its log goes first: a log on its own does no harm, while a database without its log would lack what that holds.
     for end in ["-wal", "-shm", ""] {
         let (from, to) = (beside(file, end), beside(&to, end));
         match fs::rename(&from, &to) {

@@ -1,8 +1,8 @@
-//! What of a data folder a backup holds, how each part of it changes, and what time it covers.
+//! The files of a data folder that a backup holds, how each of them changes, and the time that it covers.
 //!
-//! The files come in the order in which a backup must copy them while the writer runs. Databases stand before the archive,
+//! The files come in the order in which a backup must copy them while the writer runs. Databases come before the archive,
 //! and the catalogue before the months, so that the copy's history is never ahead of what it says it has read; opening
-//! the copy reads the difference. Of a day packets stand before their records: a record without its packet is cut off when
+//! the copy reads the difference. Of a day packets come before their records: a record without its packet is cut off when
 //! the copy is opened, while a packet without its record would have lost its number.
 
 use crate::archive::{self, ARRIVAL_BYTES, ARRIVALS, DATA, DayKey, Record};
@@ -17,7 +17,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Pages that are copied between two looks at whether to go on.
+/// Pages that are copied between two checks for cancellation.
 const PAGES: i32 = 1_000;
 /// Files of the archive beside its days.
 const BESIDE_DAYS: [&str; 4] =
@@ -78,7 +78,7 @@ pub fn backup_files(data: &Path) -> Result<Vec<BackupFile>> {
     Ok(found)
 }
 
-/// Copies a database as it is at one moment, however much is written meanwhile. `progress` may stop it by returning false.
+/// Copies one consistent state of a database, however much is written meanwhile. `progress` may stop it by returning false.
 ///
 /// # Errors
 /// When it cannot be read or the copy not be written, and [`StoreError::Cancelled`].
@@ -113,7 +113,7 @@ pub struct Covered {
     pub days: u32,
 }
 
-/// What time the archive of a data folder covers, by system.
+/// The time that the archive of a data folder covers, by system.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -135,7 +135,7 @@ fn whole_day(key: DayKey) -> Option<(UtcTime, UtcTime)> {
     key.start().map(|start| (start, start))
 }
 
-/// When the first and the last packet of a day came: records stand in the order in which packets came.
+/// When the first and the last packet of a day came: records are in the order in which packets came.
 fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
     let Ok(mut file) = File::open(path) else { return Ok(None) };
     let records = file.metadata().named(path)?.len() / ARRIVAL_BYTES as u64;
@@ -148,7 +148,7 @@ fn arrivals(path: &Path) -> Result<Option<(UtcTime, UtcTime)>> {
             Some(Record::Jump { .. }) | None => None,
         })
     };
-    // Jumps have no time; a packet stands after each.
+    // Jumps have no time; a packet follows each.
     let (mut first, mut last) = (None, None);
     for number in 0..records.min(1_000) {
         first = at(number)?;

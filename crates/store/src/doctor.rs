@@ -1,4 +1,4 @@
-//! Is the store well, and if not, what is to be done?
+//! Checks of the store, with remedies.
 
 use crate::archive::{self, ARRIVALS, DATA, DayReader, shortened};
 use crate::aside;
@@ -28,20 +28,20 @@ pub enum Health {
     Good,
     /// To be looked at.
     Warning,
-    /// To be mended.
+    /// To be repaired.
     Problem,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
-    /// What was looked at: a stable word.
+    /// The subject of the check: a stable word.
     pub name: &'static str,
     /// How it is.
     pub health: Health,
-    /// What was found.
+    /// The finding.
     pub found: String,
-    /// What to do about it; empty when there is nothing to do.
+    /// The remedy; empty when none is needed.
     pub remedy: String,
 }
 
@@ -55,8 +55,8 @@ impl Check {
     }
 }
 
-/// Looks at a data folder. `thorough` reads the whole archive and every page of the history; `progress` is told
-/// what is looked at next and may stop by returning false.
+/// Checks a data folder. `thorough` reads the whole archive and every page of the history; `progress` gets the name
+/// of the next check and may stop by returning false.
 ///
 /// # Errors
 /// When the folder cannot be read at all, and [`StoreError::Cancelled`]. Anything else that is wrong is a check.
@@ -180,10 +180,10 @@ fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
     }
 }
 
-/// What mends a damaged file of the history.
+/// The remedy for a damaged file of the history.
 const MAKE_AGAIN: &str = "restart the server: it keeps the file in history.aside and makes it again from the archive \
                           while it records; or stop it and run `lutra-server reindex`, which does so at once";
-/// What to do about one of a later version.
+/// The remedy for one of a later version.
 const USE_LATER: &str = "run the later version, which reads what is missing; or stop the server and run `lutra-server \
                          reindex`: the history is made again from the archive, and the file kept in history.aside";
 

@@ -1,4 +1,4 @@
-//! What can go wrong with a store, by what its caller can do about it.
+//! Errors of a store, grouped by remedy.
 
 use imc::FrameError;
 use std::io;
@@ -53,7 +53,7 @@ pub enum StoreError {
     Locked {
         /// The folder.
         path: PathBuf,
-        /// The process that holds it, as it said itself; empty when it did not.
+        /// The process that holds it, as it noted itself; empty when it did not.
         pid: String,
     },
     /// A file that says how far the archive was carried says something else.
@@ -62,7 +62,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// The bytes are no packet.
+    /// The bytes are not a packet.
     #[error("no IMC packet: {0}")]
     Packet(#[from] FrameError),
     /// More bytes came than the packet has.
@@ -85,7 +85,7 @@ pub enum StoreError {
     Cancelled,
 }
 
-/// What the functions of this crate return.
+/// Result of this crate's functions.
 pub type Result<T, E = StoreError> = std::result::Result<T, E>;
 
 fn holder(pid: &str) -> String {
@@ -115,7 +115,7 @@ impl StoreError {
     }
 }
 
-/// Whether an error says that the file itself is damaged, which time does not mend.
+/// Whether an error says that the file itself is damaged, so that a retry does not help.
 pub(crate) fn is_damage(error: &rusqlite::Error) -> bool {
     matches!(
         error.sqlite_error_code(),

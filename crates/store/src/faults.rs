@@ -1,4 +1,4 @@
-//! What disks and power do to a store: every byte at which a write can stop, every byte at which a file can end.
+//! Faults of disks and power: every byte at which a write can stop, every byte at which a file can end.
 
 use crate::archive::Disk;
 use crate::{Accepted, LinkSeq, Outcome, Reader, Store, TimeRange, Transport};
@@ -112,7 +112,7 @@ fn a_disk_that_is_full_at_any_byte_loses_nothing_and_acknowledges_nothing() {
     let folder = scratch();
     let state = Arc::new(Mutex::new(State { room: usize::MAX, syncs: true }));
     let mut store = open_on(folder.path(), &state);
-    // What a commit writes: packets and records.
+    // A commit writes packets and records.
     let needed = BATCH as usize * (packet(0).len() + 32);
     let numbers = |last: u64, odd: u64| (1..=last).filter(|seq| seq % 2 == odd).collect::<Vec<_>>();
     for room in 0..needed as u64 {
@@ -338,7 +338,7 @@ fn a_history_of_a_later_version_is_left_alone() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig { cases: 48, ..Default::default() })]
 
-    /// Whatever a disk made of a day's files, it opens, keeps the packets that are whole and goes on.
+    /// Whatever a disk made of a day's files, it opens, keeps the packets that are whole and continues.
     #[test]
     fn scrambled_files_open(
         at in 0_usize..300,

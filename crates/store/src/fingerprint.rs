@@ -1,4 +1,4 @@
-//! Numbers by which the same message is known again.
+//! Fingerprints by which the same message is recognised.
 
 use imc::PacketView;
 use siphasher::sip::SipHasher13;
@@ -11,15 +11,15 @@ const SETS: usize = 1 << 13;
 /// Fingerprints that a set holds.
 const WAYS: usize = 8;
 
-/// The last part of a row's key: tells apart what one entity says of one thing in one microsecond.
+/// The last part of a row's key: distinguishes messages of one entity and kind in one microsecond.
 ///
-/// SipHash-1-3 with a zero key (Aumasson and Bernstein 2012), the low 48 bits. It is part of what lies on
-/// disk and must stay.
+/// SipHash-1-3 with a zero key (Aumasson and Bernstein 2012), the low 48 bits. It is stored on disk and must not
+/// change.
 pub(crate) fn of_payload(payload: &[u8]) -> i64 {
     (SipHasher13::new().hash(payload) & ((1 << PAYLOAD_BITS) - 1)) as i64
 }
 
-/// What copies of one message for several receivers have in common: all but the destination.
+/// The fields that copies of one message for several receivers have in common: all but the destination.
 fn of_message(view: &PacketView<'_>) -> u64 {
     let mut hasher = SipHasher13::new();
     hasher.write_u16(view.id());

@@ -1,4 +1,4 @@
-//! How the history follows the archive: what was just written goes into it at once, and what it lacks is read from
+//! How the history follows the archive: new packets go into it at once, and missing ones are read from
 //! the archive in slices, the newest day first, while packets keep coming in.
 //!
 //! The history is derived, so nothing that is wrong with it stops the archive. A damaged file goes aside and its
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Packets of the archive that are read into the history at once when nobody waits.
+/// Packets of the archive that are read into the history at once when no client is waiting.
 pub(crate) const REPLAY_PACKETS: usize = 20_000;
 /// The same between two commits, which wait meanwhile.
 const SLICE_PACKETS: usize = 8_000;
@@ -32,7 +32,7 @@ const IDLE_COMMITS: u32 = 20;
 const TRY_EVERY: u32 = 10;
 /// Bytes on a disk that reading what is missing leaves to the archive; of a small disk a twentieth.
 const RESERVED_BYTES: u64 = 512 << 20;
-/// Causes that are told; more of them are counted.
+/// Causes that are reported; more of them are counted.
 const CAUSES: usize = 4;
 
 /// The history, or why there is not one that can be written.
@@ -68,7 +68,7 @@ pub(crate) struct Follower {
     saved_at: UtcTime,
 }
 
-/// What was read of the archive.
+/// The progress of reading the archive.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Chunk {
     pub(crate) packets: u64,
@@ -140,7 +140,7 @@ impl Follower {
         }
     }
 
-    /// Whether there is none to be written, or it knows nothing of what was read.
+    /// Whether there is no history to write to, or it is new and holds nothing that was read.
     pub(crate) fn knows_nothing(&self) -> bool {
         match &self.kept {
             Kept::Open(history) => history.is_new(),
@@ -219,7 +219,7 @@ impl Follower {
         Some(text)
     }
 
-    /// What opening it found, in words.
+    /// The findings of opening it, in words.
     pub(crate) fn causes(&self) -> Vec<String> {
         match &self.kept {
             Kept::Newer(path) => vec![StoreError::Newer { path: path.clone() }.to_string()],
@@ -307,7 +307,7 @@ impl Follower {
         true
     }
 
-    /// Reads so many packets that it lacks, the newest day first: that is what people look at.
+    /// Reads so many missing packets, the newest day first: people look at that one.
     pub(crate) fn catch_up(&mut self, archive: &Archive, packets: usize) -> Result<Chunk> {
         self.history()?;
         let mut done = Chunk::default();

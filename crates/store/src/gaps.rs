@@ -1,9 +1,8 @@
-//! What vessels say is missing: `archive/gaps.jsonl`, a line of JSON for each declaration.
+//! The gaps that vessels declare: `archive/gaps.jsonl`, a line of JSON for each declaration.
 //!
-//! It lies with the archive because it is as much the truth as the packets are. But it is a statement, and whoever
-//! has a vessel's token can make it. So it is bounded: neighbours are one, of a system and a day no more than
-//! [`MOST_A_DAY`] are kept, no time is later than a day from now. And it is revoked, as far as that goes, by the
-//! first record that comes for one of its numbers.
+//! It is stored beside the archive because it is primary data, as the packets are. But any client with a vessel's token
+//! can make such a statement. So it is bounded: adjacent gaps are merged, at most [`MOST_A_DAY`] are kept for a system
+//! and a day, no time is later than a day from now. A record that comes for one of its numbers revokes that part of it.
 
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::MonthKey;
@@ -19,7 +18,7 @@ use units::UtcTime;
 /// Declarations of one system and one UTC day that are kept apart. One more becomes part of the nearest of them.
 const MOST_A_DAY: usize = 100;
 const DAY_US: i64 = 86_400_000_000;
-/// What stands for declarations that were too many.
+/// The substitute for declarations beyond the limit.
 const TOO_MANY: &str = "several declarations of one day, more than are kept apart";
 
 /// Why something is not there.
@@ -128,7 +127,7 @@ impl Gap {
     }
 
     /// The same with times that can be: neither before 2000 nor later than a day after it was declared. Where both
-    /// are impossible, the vessel did not know, and it stands at its declaration.
+    /// are impossible, the vessel did not know, and the time of its declaration is used.
     fn believable(mut self) -> Self {
         let first = UtcTime::from_micros(MonthKey::DATED.from_us);
         let last = UtcTime::from_micros(self.declared.micros().saturating_add(DAY_US));
@@ -174,7 +173,7 @@ impl Gap {
     }
 }
 
-/// What is declared missing.
+/// The declared gaps.
 #[derive(Debug)]
 pub(crate) struct Gaps {
     archive: PathBuf,

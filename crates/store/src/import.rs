@@ -37,7 +37,7 @@ pub struct ImportProgress<'a> {
     pub added: u64,
 }
 
-/// What an import did.
+/// The result of an import.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Imported {
     /// Logs read.
@@ -46,9 +46,9 @@ pub struct Imported {
     pub packets: u64,
     /// Packets that were new to the archive.
     pub added: u64,
-    /// Bytes that are no packets.
+    /// Bytes that are not packets.
     pub damaged_bytes: u64,
-    /// What is wrong with which log, and what to do about it.
+    /// Problems of logs, and remedies.
     pub problems: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ impl Store {
     ///
     /// # Errors
     /// When a file cannot be read or the archive not written, and [`StoreError::Cancelled`]. A file that holds
-    /// no packets is no error but a problem that is told.
+    /// no packets is not an error but a problem that is reported.
     pub fn import(
         &mut self,
         paths: &[PathBuf],
@@ -79,7 +79,7 @@ impl Store {
             }
         }
         self.make_ready()?;
-        // Each log has an arrival of its own, by which its packets are told from those that came before.
+        // Each log has an arrival time of its own, which distinguishes its packets from earlier ones.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
             let received = UtcTime::from_micros(start_us + at as i64);
@@ -126,12 +126,12 @@ impl Store {
     }
 }
 
-/// One log on its way in, some packets at a time, so that whoever owns the store can take other packets in between.
+/// The import of one log, some packets at a time, so that the owner of the store can take other packets in between.
 #[derive(Debug)]
 pub struct LogImport {
     file: PathBuf,
     log: LogReader<Chain<Cursor<Vec<u8>>, File>>,
-    /// By which its packets are told from those that came before.
+    /// Arrival time, which distinguishes its packets from earlier ones.
     received: UtcTime,
     imported: Imported,
     /// Packets of all logs before this one.
@@ -156,7 +156,7 @@ impl LogImport {
         Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None })
     }
 
-    /// What was read so far.
+    /// The result so far.
     pub fn imported(&self) -> &Imported {
         &self.imported
     }
@@ -169,13 +169,13 @@ impl LogImport {
     /// Reads some more, about as many packets or unpacked bytes as said, and commits them with all that waits in
     /// the store. Whether there is more.
     ///
-    /// What was read before an error stays; importing the log again adds only the rest.
+    /// Packets read before an error stay; importing the log again adds only the rest.
     ///
     /// # Errors
     /// When the file or history cannot be read or the archive not be written; [`StoreError::Behind`] while the
     /// history lacks something: nothing was read then, and trying again brings it closer.
     pub fn read_some(&mut self, store: &mut Store, packets: u64, bytes: u64) -> Result<bool> {
-        // What came meanwhile must be known, or it would be taken twice.
+        // Packets that came meanwhile must be known, or they would be taken twice.
         store.commit_all()?;
         let (enough_packets, enough_bytes) =
             (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));
@@ -228,7 +228,7 @@ impl LogImport {
 }
 
 /// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
-/// end is looked at as far as it goes.
+/// end is read as far as it goes.
 ///
 /// # Errors
 /// When it cannot be read.

@@ -1,4 +1,4 @@
-//! What lies where in a data folder, and what room its disk has.
+//! The layout of a data folder, and the free space of its disk.
 
 use crate::error::{Named as _, Result};
 use std::fs;

@@ -1,14 +1,14 @@
-//! Every packet on disk, and everything that is asked of them.
+//! Storage of all packets on disk, and queries to them.
 //!
 //! - [`Store`] is the one writer of a data folder. It [accepts](Store::accept) packets, and a
 //!   [commit](Store::commit) puts them into the *archive*: a log per system and UTC day of arrival, byte for byte,
 //!   synced before anything is acknowledged. The *history* follows: SQLite, a file per month of the samples' own
 //!   time, one wide table per message, with roll-ups. It can be made again from the archive at any time.
-//! - [`Reader`] answers questions to the history, with or without a writer beside it: systems, series, samples,
+//! - [`Reader`] answers queries to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
-//! - [`export_csv`] and [`export_lsf`] take things out; [`Store::import`] brings logs in.
-//! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`backup_files`] and [`doctor()`] keep it well. What is wrong with the history stops
-//!   nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
+//! - [`export_csv`] and [`export_lsf`] export data; [`Store::import`] imports logs.
+//! - [`reindex`], [`Store::retain`], [`plan_unattended`], [`backup_files`] and [`doctor()`] maintain it. A fault of the
+//!   history stops nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
 //! use store::{Accepted, Transport, Reader, Source, Store, TimeRange};
@@ -33,11 +33,11 @@
 //! ```text
 //! DATA/lock                               held by the writer
 //! DATA/archive/0x2810/20261121/Data.lsf   packets as they came; opens in Neptus MRA
-//!                              IMC.xml.gz by which definitions
+//!                              IMC.xml.gz the message definitions
 //!                              Arrivals.idx when and how each came, and its number in a record lane
-//! DATA/archive/format.json                the form of these files
-//! DATA/archive/gaps.jsonl                 what vessels say is missing
-//!              shortened.jsonl            days that held more once; told until somebody removes it
+//! DATA/archive/format.json                the format of these files
+//! DATA/archive/gaps.jsonl                 gaps that vessels declared
+//!              shortened.jsonl            days that held more once; reported until removed
 //! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
 //!              undated.sqlite             samples whose stated time is before 2000 or after 2099, or none
 //!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress, months
@@ -45,7 +45,7 @@
 //! ```
 //!
 //! # Invariants
-//! 1. What a commit has told to be durable survives `kill -9` and power loss.
+//! 1. What a commit has reported as durable survives `kill -9` and power loss.
 //! 2. A message is in the history once, however often and through whichever transports it came: the key is message,
 //!    system, entity, stated time and a fingerprint of the payload. The earliest arrival
 //!    counts, in whatever order the archive is read.

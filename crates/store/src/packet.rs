@@ -1,4 +1,4 @@
-//! What comes into a store and what it answers.
+//! Input of a store, and its results.
 
 use imc::PacketView;
 use link::{LinkSeq, Transport};
@@ -24,7 +24,7 @@ pub(crate) struct Arrived<'a> {
     pub(crate) received_us: i64,
 }
 
-/// What became of a packet.
+/// The result of accepting a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// It will be on disk after the next commit.
@@ -33,7 +33,7 @@ pub enum Outcome {
     Duplicate,
 }
 
-/// What a commit put on disk.
+/// The result of a commit.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Committed {
     /// Packets that the archive gained.
@@ -49,10 +49,10 @@ pub struct Committed {
     pub history_behind: Option<String>,
 }
 
-/// What opening a store found and mended.
+/// Findings and repairs when a store is opened.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Repairs {
-    /// Each thing in words.
+    /// Each finding in words.
     pub notes: Vec<String>,
     /// Packets that were in the archive and not yet surely in the history.
     pub replayed: u64,

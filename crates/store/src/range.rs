@@ -1,4 +1,4 @@
-//! Stretches of time that are asked for.
+//! Ranges of time for queries.
 
 use units::UtcTime;
 
@@ -40,7 +40,7 @@ impl TimeRange {
         self.from_us >= self.to_us
     }
 
-    /// What both have in common.
+    /// The intersection.
     #[must_use]
     pub fn within(&self, other: Self) -> Self {
         Self { from_us: self.from_us.max(other.from_us), to_us: self.to_us.min(other.to_us) }

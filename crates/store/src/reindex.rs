@@ -1,7 +1,7 @@
 //! The history made again from the archive.
 //!
-//! It grows in `history.new` beside the one that is asked meanwhile, and takes its place when it is whole. A
-//! rebuild that was broken off goes on where it stopped.
+//! It grows in `history.new` beside the one in use, and takes its place when it is whole. An
+//! interrupted rebuild continues where it stopped.
 
 use crate::archive::{self, shortened};
 use crate::aside;
@@ -18,13 +18,13 @@ use std::{fs, io};
 /// In the one that grows: why it did not take its place.
 const REFUSED: &str = "refused";
 
-/// What to do after a refusal.
+/// The action after a refusal.
 pub(crate) const ACCEPT: &str = "copy what is missing from a backup into the archive, or import the vessel's own log, \
                                  and run `lutra-server reindex` again; or give up what only the history holds by \
                                  `lutra-server reindex --accept-loss`, which goes on with history.new; or remove \
                                  history.new and keep the history";
 
-/// What making it again did.
+/// The result of the rebuild.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reindexed {
     /// Packets read from the archive by this run.
@@ -35,8 +35,8 @@ pub struct Reindexed {
     pub before: u64,
 }
 
-/// Makes the history again from the archive. No other process may write to the folder; `progress` is told how
-/// many packets were read and may stop by returning false.
+/// Makes the history again from the archive. No other process may write to the folder; `progress` gets the number
+/// of packets read and may stop by returning false.
 ///
 /// # Errors
 /// When files cannot be read or written, and [`StoreError::Cancelled`]. Also when the archive holds fewer samples
@@ -103,7 +103,7 @@ fn shortened_days(data: &Path) -> Result<BTreeMap<String, shortened::Bytes>> {
     shortened::seen(&data.join(ARCHIVE), read.iter().map(|(key, progress)| (*key, progress.lengths)))
 }
 
-/// What would be lost, and why, in words.
+/// The data that would be lost, and why, in words.
 fn why_less(
     data: &Path,
     grown: u64,

@@ -1,4 +1,4 @@
-//! Giving up what is old.
+//! Removal of old data.
 
 use crate::archive::{self, DATA};
 use crate::error::{Named as _, Result};
@@ -19,7 +19,7 @@ pub struct Retention {
     pub archive_before: Option<UtcTime>,
 }
 
-/// Something that goes.
+/// A part that is removed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Removal {
     /// A month's file or a day's folder.
@@ -28,7 +28,7 @@ pub struct Removal {
     pub bytes: u64,
 }
 
-/// What a retention would remove.
+/// The parts that a retention would remove.
 ///
 /// # Errors
 /// When folders cannot be read.
@@ -63,9 +63,9 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
 }
 
 impl Store {
-    /// Removes what a retention gives up; what that was.
+    /// Removes the parts of a retention; returns them.
     ///
-    /// Everything that waits is committed and saved first, so that nothing goes that the history has not read.
+    /// Waiting packets are committed and saved first, so that nothing is removed that the history has not read.
     ///
     /// # Errors
     /// When something could not be written or removed.
@@ -95,12 +95,12 @@ impl Store {
         if removals.iter().any(|removal| removal.path.is_dir()) {
             archive::mark_trimmed(&root)?;
         }
-        // Nothing must miss what was given up with a purpose.
+        // Data removed on purpose must not count as missing.
         self.give_up(&days, &months)?;
         for removal in removals {
             let path = &removal.path;
             if path.is_dir() {
-                // The data goes first: a folder without it is no day, so a power cut here leaves only litter.
+                // The data goes first: a folder without it is not a day, so a power cut here leaves only litter.
                 match fs::remove_file(path.join(DATA)) {
                     Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                         return Err(error).named(path);

@@ -1,4 +1,4 @@
-//! The store, open for writing: what is accepted, when it is safe, and how the history follows.
+//! The store, open for writing: it accepts packets, commits them, and updates the history.
 
 use crate::archive::{self, ARRIVALS, DATA, shortened};
 use crate::archive::{Archive, DayKey, Disk, Lengths, RealDisk, Recovered};
@@ -17,14 +17,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Packets of the archive that are read into the history before a server goes on: what a crash leaves unread.
+/// Packets of the archive that are read into the history before a server starts up: what a crash leaves unread.
 const AT_ONCE_PACKETS: u64 = 20_000;
 
 /// The store of one data folder.
 ///
 /// There is one writer for each folder; readers of the history ([`crate::Reader`]) need no writer and do not
 /// disturb it. Nothing is on disk before a commit says so. At most 64 MiB wait for a commit: then
-/// [`Store::accept`] refuses, and whoever brings packets must hold them back.
+/// [`Store::accept`] refuses, and the caller must hold packets back.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -32,7 +32,7 @@ pub struct Store {
     follower: Follower,
     gaps: Gaps,
     repeats: RepeatWindow,
-    /// What became durable and was not reported yet.
+    /// Durable records that were not reported yet.
     untold: Vec<LinkSeq>,
     now: UtcTime,
     repairs: Repairs,
@@ -40,8 +40,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the store in a folder, making it if need be, mends what a crash left and reads into the history
-    /// what is not there yet. A history that cannot be written is no error: it is [behind](Self::behind).
+    /// Opens the store in a folder, making it if need be, repairs the effects of a crash and reads into the history
+    /// what is not there yet. A history that cannot be written is not an error: it is [behind](Self::behind).
     ///
     /// # Errors
     /// When another process has it open, or files of the archive cannot be read or written.
@@ -49,7 +49,7 @@ impl Store {
         Self::open_with(folder, &mut |_| true)
     }
 
-    /// As [`Self::open`], but reads into the history what a crash leaves unread only. What it lacks beyond that,
+    /// As [`Self::open`], but reads into the history only what a crash leaves unread. What it lacks beyond that,
     /// such as a month that was damaged, is read with each [`Self::index`].
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Store {
         Ok(store)
     }
 
-    /// As [`Self::open`]; `progress` is told how many packets were read into the history and may stop that by
+    /// As [`Self::open`]; `progress` gets the number of packets read into the history and may stop that by
     /// returning false.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Store {
         Self::open_on(folder, Box::new(RealDisk), progress)
     }
 
-    /// Opens the archive with a history that grows beside the one that is asked, and is whole then.
+    /// Opens the archive with a history that is built, whole, beside the one in use.
     pub(crate) fn open_growing(folder: &Path, progress: &mut dyn FnMut(u64) -> bool) -> Result<Self> {
         let mut store = Self::open_in(folder, GROWING, Box::new(RealDisk), progress)?;
         while store.is_behind() {
@@ -99,7 +99,7 @@ impl Store {
     ) -> Result<Self> {
         let mut store = Self::open_archive(folder, history, disk)?;
         store.replay(progress)?;
-        // What cannot be saved is read again next time.
+        // Progress that cannot be saved is read again next time.
         store.save().ok();
         Ok(store)
     }
@@ -130,7 +130,7 @@ impl Store {
         Ok(store)
     }
 
-    /// What opening it found and mended.
+    /// Findings and repairs of opening it.
     pub fn repairs(&self) -> &Repairs {
         &self.repairs
     }
@@ -173,7 +173,7 @@ impl Store {
         }
         let appended = self.archive.append(view, accepted.received, accepted.transport, accepted.link)?;
         if appended && !accepted.transport.brings_copies() && accepted.transport != Transport::Import {
-            // What comes directly may come once more through a relay.
+            // A direct packet may come once more through a relay.
             self.repeats.repeats(view);
         }
         if let Some(link) = accepted.link.filter(|_| appended) {
@@ -202,7 +202,7 @@ impl Store {
     /// Puts everything accepted on disk and into the history.
     ///
     /// The archive comes first. When it cannot be written nothing of what waits is on disk, nothing is lost
-    /// and a later commit can succeed. When the history cannot be written, that is told in
+    /// and a later commit can succeed. When the history cannot be written, that is reported in
     /// [`Committed::history_behind`]: the packets are safe, and later commits bring the history up to date.
     ///
     /// # Errors
@@ -237,14 +237,14 @@ impl Store {
         Ok(committed)
     }
 
-    /// As [`Self::sync`], for work in between: what becomes durable by it is told by the next one.
+    /// As [`Self::sync`], for work in between: what becomes durable by it is reported by the next one.
     pub(crate) fn sync_quietly(&mut self) -> Result<()> {
         self.untold = self.sync()?.durable;
         Ok(())
     }
 
-    /// The second half: the history follows; how many rows it gained. Of what it [lacks](Self::behind) it reads a
-    /// slice, so that whoever records packets in between is not held up.
+    /// The second half: updates the history; returns the rows it gained. Of what it [lacks](Self::behind) it reads a
+    /// slice, so that the recording of packets in between is not delayed.
     ///
     /// # Errors
     /// When the history cannot be written. Later calls read from the archive what is missing.
@@ -262,7 +262,7 @@ impl Store {
         self.follower.is_behind()
     }
 
-    /// Up to where the archive is durable, for those who [follow](crate::Tail) it.
+    /// Up to where the archive is durable, for [followers](crate::Tail).
     pub fn marks(&self) -> Marks {
         Marks(self.archive.marks().collect())
     }
@@ -277,8 +277,8 @@ impl Store {
         self.archive.waiting_bytes()
     }
 
-    /// Records, durably, that something is missing. Neighbours become one; of a system and a day so many are kept
-    /// apart, and more become part of the nearest. Records that come for its numbers revoke it.
+    /// Records, durably, that something is missing. Adjacent gaps are merged; for a system and a day so many are kept
+    /// apart, and more are merged into the nearest. Records that come for its numbers revoke it.
     ///
     /// # Errors
     /// When it cannot be written, or ends before it begins.
@@ -297,7 +297,7 @@ impl Store {
         }
         self.follower.history()?.roll_up_all()?;
         self.save()?;
-        // What an import filled the caches with is not needed any more.
+        // The caches as filled by an import are not needed any more.
         self.close_months()
     }
 
@@ -317,13 +317,13 @@ impl Store {
         self.save()
     }
 
-    /// Saves the progress and closes all files, but goes on keeping other writers away.
+    /// Saves the progress and closes all files, but keeps the writer's lock.
     pub(crate) fn close_keeping_lock(mut self) -> Result<FolderLock> {
         self.save()?;
         Ok(self.lock)
     }
 
-    /// Gives up days and months, before their files are removed.
+    /// Drops days and months, before their files are removed.
     pub(crate) fn give_up(&mut self, days: &[DayKey], months: &[MonthKey]) -> Result<()> {
         self.follower.unread(days)?;
         self.save()?;
@@ -343,7 +343,7 @@ impl Store {
         Ok(())
     }
 
-    /// Mends the days whose files are not as the history last saw them, and learns all their lengths.
+    /// Repairs the days whose files differ from what the history last saw, and reads all their lengths.
     fn mend_archive(&mut self) -> Result<()> {
         for key in archive::days(self.archive.root())? {
             let folder = key.folder(self.archive.root());
@@ -367,7 +367,7 @@ impl Store {
         Ok(())
     }
 
-    /// Learns which numbers are surely on disk: from what was known when the progress was saved, and the records
+    /// Finds which numbers are durable: from what was known when the progress was saved, and the records
     /// of arrival since; or, `from_scratch`, from all records. It comes before the replay, which saves what it
     /// has done as it goes on.
     fn recover_streams(&mut self, from_scratch: bool) -> Result<()> {
@@ -387,7 +387,7 @@ impl Store {
         Ok(())
     }
 
-    /// Reads into the history what of the archive is not there yet. One that cannot be written is left behind.
+    /// Reads into the history the part of the archive that it lacks. One that cannot be written stays behind.
     fn replay(&mut self, progress: &mut dyn FnMut(u64) -> bool) -> Result<()> {
         while self.is_behind() {
             match self.follower.replay_some(&self.archive, self.now) {

@@ -1,8 +1,8 @@
-//! Reading along the archive as it grows: what carries it into another store.
+//! Reads the archive as it grows, to carry it into another store.
 //!
 //! A [`Tail`] remembers, in a small file of its own, how far each day was carried. It reads up to what the writer
 //! says is durable ([`crate::Store::marks`]), so that it never carries what a crash could take back, and moves on
-//! only when told that a batch arrived: everything is carried at least once, in the order of arrival within a day.
+//! only when notified that a batch arrived: everything is carried at least once, in the order of arrival within a day.
 
 use crate::archive::{Archived, DayKey, DayReader, Lengths};
 use crate::error::{Named as _, Result, StoreError};
@@ -65,7 +65,7 @@ impl Tail {
         Ok(tail)
     }
 
-    /// What was noted for this target; empty where nothing was.
+    /// The noted position for this target; empty where there is none.
     pub fn note(&self) -> &str {
         &self.note
     }
@@ -129,14 +129,14 @@ impl Tail {
                     return Ok(end.map(|end| Place { key: *key, end }));
                 }
             }
-            // What follows the last packet is not a packet; it is not looked at again.
+            // The bytes after the last packet are not a packet; they are not read again.
             let end = Lengths { data: durable.data, ..end.unwrap_or(at) };
             return Ok(Some(Place { key: *key, end }));
         }
         Ok(None)
     }
 
-    /// What was read up to `place` has arrived.
+    /// Everything up to `place` has arrived.
     ///
     /// # Errors
     /// When that cannot be written down; then it is carried again after a restart.
@@ -163,7 +163,7 @@ impl Tail {
     }
 }
 
-/// A day as it is written in the file.
+/// A day as written in the file.
 fn day((name, lengths): (&String, &Value)) -> Option<(DayKey, Lengths)> {
     let (src, day) = name.split_once('/')?;
     let src = u16::from_str_radix(src.strip_prefix("0x")?, 16).ok()?;

@@ -1,10 +1,10 @@
-//! What of a store may go with nobody looking.
+//! Which days of a store may be removed unattended.
 //!
-//! A wrong clock must not take a season, neither the one that names the days nor the one of today. So nothing is measured from a
-//! time: the newest days *with recordings* stay, so many of them, however far apart they lie. A day with a date that is wrong by years
-//! pushes one day out, not all of them. What cannot be dated (before [`Keeping::earliest`], or after [`Keeping::now`]) is neither
-//! counted nor removed; leaving it out can only keep more. Winters without a boat do not matter, where a rule about gaps would stop
-//! each spring.
+//! A wrong clock must not delete a season, neither the clock that named the days nor today's. So no age is computed: a
+//! number of the newest days *with recordings* stay, however far apart they are. A day whose date is wrong by years
+//! displaces one day, not all of them. Undated data (before [`Keeping::earliest`], or after [`Keeping::now`]) is neither
+//! counted nor removed; leaving it out can only keep more. Winters without a boat do not matter, where a rule about gaps
+//! would stop each spring.
 
 use crate::archive::{self, ARRIVALS, DATA, DEFINITIONS};
 use crate::error::{Named as _, Result};
@@ -22,7 +22,7 @@ const MOST_DAYS: usize = 62;
 /// As many months of the history, at most.
 const MOST_MONTHS: usize = 2;
 
-/// What is to stay.
+/// The data to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Keeping {
     /// The newest so many days with recordings, from which whole months are made, in the history; 0: all.
@@ -35,7 +35,7 @@ pub struct Keeping {
     pub now: UtcTime,
 }
 
-/// What would go.
+/// The data that would be removed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Unattended {
     /// Months of the history, then days of the archive.
@@ -68,7 +68,7 @@ impl Share {
     }
 }
 
-/// What would go by that.
+/// The data that would be removed by that.
 ///
 /// # Errors
 /// When folders cannot be read.
@@ -83,7 +83,7 @@ fn months(data: &Path, keeping: &Keeping, plan: &mut Unattended) -> Result<()> {
     let folder = data.join("history");
     let mut dated = Vec::new();
     for key in history::months(&folder)? {
-        // What is undated lies apart, and stays.
+        // Undated data is stored separately, and stays.
         let Some((start_us, end_us)) = key.range_us() else { continue };
         let path = folder.join(key.file_name());
         // These are times by vessels' clocks: logs of earlier years were brought in. They are few, and stay.
@@ -122,7 +122,7 @@ fn days(data: &Path, keeping: &Keeping, plan: &mut Unattended) -> Result<()> {
     Ok(())
 }
 
-/// What goes where the newest `keep` of these stay; 0 keeps all.
+/// The items to remove when the newest `keep` of these stay; 0 keeps all.
 fn share(starts: &BTreeSet<UtcTime>, keep: u16, most: usize) -> Share {
     let there = starts.len();
     let going = if keep == 0 { 0 } else { there.saturating_sub(keep.into()) };

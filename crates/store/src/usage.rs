@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use units::UtcTime;
 
-/// What a data folder holds.
+/// The contents of a data folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Usage {
     /// The archive, by system.
@@ -18,7 +18,7 @@ pub struct Usage {
     pub history: Vec<(String, u64)>,
 }
 
-/// What the archive has of a system.
+/// The archive's data of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Archives {
     /// Bytes of packets and of how they came.

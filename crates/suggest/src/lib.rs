@@ -2,7 +2,7 @@
 //!
 //! Case, blanks, `_` and `-` do not count. It knows words only.
 
-/// The longest name compared; longer ones are no slips of the pen.
+/// The longest name compared; longer ones are not slips of the pen.
 const MAX_CHARS: usize = 80;
 /// Most words that [`alike`] offers.
 const OFFERED: usize = 3;

@@ -7,10 +7,10 @@
 
 use crate::dialect::Format;
 
-/// What some spreadsheets take for `=`, `+`, `-` and `@`.
+/// Characters that some spreadsheets take for `=`, `+`, `-` and `@`.
 const WIDE: [&str; 4] = ["＝", "＋", "－", "＠"];
 
-/// Appends text as one cell, [escaped](imc::text::escape) where it is no text.
+/// Appends text as one cell, [escaped](imc::text::escape) where it is not text.
 pub fn text(out: &mut Vec<u8>, bytes: &[u8], format: Format) {
     quoted(out, &imc::text::escape(bytes), format);
 }

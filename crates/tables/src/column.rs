@@ -1,10 +1,10 @@
-//! The columns of a message's table: its fields and what is computed of them.
+//! The columns of a message's table: its fields and computed ones.
 
 use detections::SET_AFTER_S;
 use imc::catalogue::{FieldDesc, FieldKind, Meaning, MessageDesc};
 use imc::messages::{EstimatedState, Payload as _, TBRFishTag};
 
-/// The columns that every row begins with: name, what stands there, unit.
+/// The columns that every row begins with: name, contents, unit.
 pub const FIXED: [(&str, &str, Option<&str>); 8] = [
     (
         "time",
@@ -36,12 +36,12 @@ pub fn heading(message: &str, field: &Field, mixed: bool) -> String {
     field.unit.as_ref().map_or_else(|| name.clone(), |unit| format!("{name} [{unit}]"))
 }
 
-/// What a column holds.
+/// The type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// An integer.
     Integer,
-    /// A single: nine digits tell it.
+    /// A single: nine digits identify it.
     Single,
     /// A double.
     Double,
@@ -58,11 +58,11 @@ pub enum ColumnKind {
 pub struct Column {
     /// Its name.
     pub name: &'static str,
-    /// What it holds.
+    /// Its type.
     pub kind: ColumnKind,
     /// The unit, where there is one.
     pub unit: Option<&'static str>,
-    /// What the catalogue says of it; `None` for what is computed.
+    /// Its catalogue entry; `None` for a computed column.
     pub desc: Option<&'static FieldDesc>,
 }
 
@@ -128,7 +128,7 @@ fn own_column(field: &'static FieldDesc) -> Column {
 }
 
 /// Where the vessel of an `EstimatedState` is: latitude and longitude (deg) of its reference point (lat, lon in radians, height
-/// in metres) displaced by x, y and z (m), which are its first six fields; `None` where they are no place.
+/// in metres) displaced by x, y and z (m), which are its first six fields; `None` where they are not a place.
 pub fn computed_place([lat, lon, height, x, y, z]: [f64; 6]) -> Option<(f64, f64)> {
     let state = EstimatedState {
         lat,
@@ -143,7 +143,7 @@ pub fn computed_place([lat, lon, height, x, y, z]: [f64; 6]) -> Option<(f64, f64
     Some((place.lat_deg(), place.lon_deg()))
 }
 
-/// What a table computes from a message.
+/// A column that is computed from a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Computed {
     /// When the receiver heard a tag, by its own clock, as text; absent where that was never set.
@@ -177,7 +177,7 @@ pub struct Style {
 pub struct Field {
     /// Its name.
     pub name: &'static str,
-    /// What it holds.
+    /// Its type.
     pub kind: ColumnKind,
     /// The unit it is written in.
     pub unit: Option<String>,
@@ -185,11 +185,11 @@ pub struct Field {
     pub factor: Option<f64>,
     /// To name numbers by.
     pub names: Option<&'static FieldDesc>,
-    /// What stands in the column.
+    /// The contents of the column.
     pub meaning: &'static str,
     /// Its place among the message's fields; `None` for what is computed.
     pub at: Option<usize>,
-    /// What is computed.
+    /// The computed value.
     pub computed: Option<Computed>,
 }
 

@@ -1,9 +1,9 @@
-//! For whom a table is written.
+//! The dialects of CSV.
 
 /// The byte order mark, by which spreadsheets know UTF-8.
 const MARK: &[u8] = "\u{FEFF}".as_bytes();
 
-/// How the cells of a table are told apart, and its numbers written.
+/// How the cells of a table are separated, and its numbers written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dialect {
     /// RFC 4180: commas, decimal points, no mark. What programs read.
@@ -16,17 +16,17 @@ pub enum Dialect {
 }
 
 impl Dialect {
-    /// What stands between cells.
+    /// The separator of cells.
     pub fn separator(self) -> u8 {
         if self == Self::SpreadsheetComma { b';' } else { b',' }
     }
 
-    /// What stands before decimals.
+    /// The decimal mark.
     pub fn decimal(self) -> u8 {
         if self == Self::SpreadsheetComma { b',' } else { b'.' }
     }
 
-    /// What a file begins with.
+    /// The start of a file.
     pub fn mark(self) -> &'static [u8] {
         if self == Self::Plain { b"" } else { MARK }
     }
@@ -35,7 +35,7 @@ impl Dialect {
 /// How cells are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
-    /// For whom.
+    /// The reader of the table.
     pub dialect: Dialect,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it.
     pub guard: bool,

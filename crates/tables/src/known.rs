@@ -1,9 +1,9 @@
-//! Messages by what people type.
+//! Looks up messages by what people type.
 
 use imc::catalogue::{self, MESSAGES, MessageDesc};
 use std::fmt;
 
-/// Letters of what was typed that are said again.
+/// Letters of the input that are repeated.
 const SHOWN: usize = 60;
 
 /// There is no such message.
@@ -25,7 +25,7 @@ impl fmt::Display for NoMessage {
 
 impl std::error::Error for NoMessage {}
 
-/// The message that a text stands for: its name in any case, or its number, decimal or hexadecimal after `0x`.
+/// The message that a text names: its name in any case, or its number, decimal or hexadecimal after `0x`.
 ///
 /// # Errors
 /// The catalogue has no such message; the error names similar ones.

@@ -3,9 +3,9 @@
 //! One dialect for all that writes tables: exports of the store, `imc lsf csv`, the log book. [`Field`] is a column,
 //! [`Format`] how cells are written, [`PacketRow`] a packet as a line; [`message`] finds a message by what people type.
 //!
-//! - A real is written with as many digits as tell it from all others and always as one (`8.0`), so that readers that guess
-//!   types take a column of whole numbers for reals. `NaN`, `inf` and `-inf` are those; an empty cell is a value that is
-//!   absent. Python (pandas, polars), R and DuckDB read all of these as numbers.
+//! - A real has as many digits as distinguish it from all others and always a decimal point (`8.0`), so that readers that
+//!   guess types take a column of whole numbers for reals. `NaN`, `inf` and `-inf` are written so; an empty cell is an
+//!   absent value. Python (pandas, polars), R and DuckDB read all of these as numbers.
 //! - Text that is not UTF-8 is escaped by [`imc::text::escape`], quoted by RFC 4180 and harmless in spreadsheets.
 //! - A time is ISO 8601 in UTC and beside it seconds since 1970; a stamp that is not a time gives two empty cells.
 //!

@@ -42,7 +42,7 @@ pub fn real(out: &mut Vec<u8>, text: &str, dialect: Dialect) {
     }
 }
 
-/// Appends the two cells of a time, ISO 8601 and seconds; both empty for what is no time.
+/// Appends the two cells of a time, ISO 8601 and seconds; both empty for what is not a time.
 pub fn stamp(out: &mut Vec<u8>, iso: &mut IsoTime, time_us: Option<i64>, dialect: Dialect) {
     if let Some(time_us) = time_us {
         iso.write(out, time_us);
@@ -72,7 +72,7 @@ impl IsoTime {
         Self { day: i64::MIN, date: *b"0000-00-00T" }
     }
 
-    /// As [`IsoTime::write`] with milliseconds, which is what receivers of tags tell.
+    /// As [`IsoTime::write`] with milliseconds, which is the resolution of tag receivers.
     pub fn write_ms(&mut self, out: &mut Vec<u8>, time_us: i64) {
         self.write(out, time_us);
         out.truncate(out.len() - "000Z".len());

@@ -67,7 +67,7 @@ impl PacketRow {
         Ok(())
     }
 
-    /// What every line begins with.
+    /// The cells at the start of every line.
     fn start(&mut self, out: &mut Vec<u8>, view: &PacketView<'_>, names: &Names) {
         let (header, format) = (view.header(), self.format);
         let time_us = header.time().map(UtcTime::micros);

@@ -1,11 +1,11 @@
-//! What the tests of several crates share. Only ever a dev-dependency.
+//! Helpers for the tests of several crates. Only ever a dev-dependency.
 //!
 //! Recordings and golden vectors that Lutra may read but not ship live in a folder `shared` beside the
 //! checkout. A test that needs one asks [`shared`] for it and returns early, with the reason printed, where
 //! the folder is absent.
 //!
 //! It may read files and start programs, and decides nothing: [`shared`] gives recordings, [`browser`] runs Chromium,
-//! [`ServiceManager`] stands in for systemd, [`Need`] and [`absent`] say what a test lacks.
+//! [`ServiceManager`] replaces systemd, [`Need`] and [`absent`] say what a test lacks.
 
 pub mod browser;
 mod needs;

@@ -1,12 +1,12 @@
-//! What some tests need of the computer, and how long they may take.
+//! Requirements of some tests on the computer, and how long they may take.
 //!
 //! A test that misses something passes and says why by [`absent`]. `LUTRA_REQUIRED` lists, with commas, what must be there:
-//! a test that misses one of these fails. `LUTRA_SKIPPED` names a file that gathers what was said, for nextest shows
+//! a test that misses one of these fails. `LUTRA_SKIPPED` names a file that gathers the reasons, for nextest shows
 //! nothing of tests that pass; `make test` prints it at its end.
 
 use std::io::Write as _;
 
-/// Something that not every computer has.
+/// A requirement that not every computer meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
     /// The agent's program, beside the server's.

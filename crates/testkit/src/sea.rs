@@ -6,7 +6,7 @@ use charts::depth_index::{DepthIndex, IndexBuilder};
 use charts::s57::{Area, Attribute, AttributeCode, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path};
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// What lies at a place of a [`Sea`].
+/// An object or area of a [`Sea`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ground {
     /// Land.
@@ -35,7 +35,7 @@ impl Ground {
 /// A convex polygon in the sea.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
-    /// What it is.
+    /// Its kind.
     pub ground: Ground,
     /// Corners, in order, north and east of the middle (m).
     pub corners: Vec<LocalPoint>,
@@ -61,7 +61,7 @@ impl Sea {
         self.frame
     }
 
-    /// What was put into the water.
+    /// The objects in the water.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
     }

@@ -1,14 +1,14 @@
-//! A service manager as a program under test sees systemd: a socket that it tells how it is.
+//! A service manager as a program under test sees systemd: a socket to which it reports its state.
 
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Nothing that is waited for takes longer.
+/// No wait takes longer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Hears what a program tells of itself.
+/// Receives the notifications of a program.
 #[derive(Debug)]
 pub struct ServiceManager {
     folder: TempDir,
@@ -27,27 +27,27 @@ impl ServiceManager {
         Self { folder, socket }
     }
 
-    /// Has a program tell it, at least once in `watchdog` while it lives.
+    /// Has a program notify it, at least once in `watchdog` while it lives.
     pub fn watches(&self, command: &mut Command, watchdog: Duration) {
         command
             .env("NOTIFY_SOCKET", self.folder.path().join("notify"))
             .env("WATCHDOG_USEC", watchdog.as_micros().to_string());
     }
 
-    /// The next thing that is told.
+    /// The next notification.
     ///
     /// # Panics
-    /// Nothing is told for half a minute.
+    /// None comes for half a minute.
     pub fn told(&self) -> String {
         let mut bytes = [0; 256];
         let length = self.socket.recv(&mut bytes).expect("the program tells how it is");
         String::from_utf8_lossy(&bytes[..length]).trim().to_owned()
     }
 
-    /// Passes over what is told until `wanted`.
+    /// Skips notifications until `wanted`.
     ///
     /// # Panics
-    /// Nothing is told for half a minute.
+    /// None comes for half a minute.
     pub fn waits_for(&self, wanted: &str) {
         while self.told() != wanted {}
     }

@@ -1,8 +1,8 @@
-//! What a chart says of one of its objects.
+//! A chart's data of one of its objects.
 
 use charts::s57::{Attribute, AttributeCode, ObjectClass};
 
-/// What is known of an object; its number in the sheet is its `id` in tiles.
+/// The data of an object; its number in the sheet is its `id` in tiles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// Class.

@@ -1,4 +1,4 @@
-//! What was read of charts, bounded by bytes: what was asked for longest ago goes first.
+//! A cache of chart data, bounded by bytes: the least recently used goes first.
 
 use crate::cut::Cover;
 use crate::piece::Piece;

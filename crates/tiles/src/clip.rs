@@ -68,7 +68,7 @@ impl Frame {
             return None;
         }
         let at = |share: f64| Point::new((ax + share * dx).round() as i32, (ay + share * dy).round() as i32);
-        // The ends stay what they are, so that lines go on.
+        // The ends stay unchanged, so that lines continue.
         let end = |share: f64, whole: f64, point: Point| {
             if (share - whole).abs() < f64::EPSILON { point } else { at(share) }
         };
@@ -103,7 +103,7 @@ fn at_y(a: Point, b: Point, y: i32) -> Point {
     Point::new(x.round() as i32, y)
 }
 
-/// Vertices that are looked at together: bounds the work of [`simplified`], which is quadratic at worst.
+/// Vertices that are simplified together: bounds the work of [`simplified`], which is quadratic at worst.
 const TOGETHER: usize = 4096;
 
 /// A line with fewer vertices, none of the left-out ones farther than `within` from it (D. H. Douglas and

@@ -1,4 +1,4 @@
-//! What better charts cover is cut out of others.
+//! Cuts the coverage of better charts out of others.
 
 use crate::shape::{Polygon, Shape, contains, edges};
 use crate::world::{Bounds, Point, point};
@@ -7,7 +7,7 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay::Overlay;
 use i_overlay::core::overlay_rule::OverlayRule;
 
-/// What the charts so far cover.
+/// The coverage of the charts so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cover {
     areas: Vec<(Bounds, Polygon)>,
@@ -46,7 +46,7 @@ impl Cover {
         self.areas.iter().flat_map(|(_, area)| area).map(Vec::len).sum()
     }
 
-    /// What is left of a shape; `None` where that is nothing.
+    /// The rest of a shape; `None` where nothing is left.
     pub(crate) fn cut(&self, shape: Shape) -> Option<Shape> {
         let bounds = shape.bounds();
         let met: Vec<&Polygon> =

@@ -17,7 +17,7 @@ pub const MOST_ZOOM: u8 = 18;
 /// dangers the shallowest, unknown depths first of all.
 pub const ALL_DANGERS: u8 = 11;
 
-/// Units around a tile that are drawn too, so that lines and symbols go on.
+/// Units around a tile that are drawn too, so that lines and symbols continue across its edge.
 const BUFFER: i32 = 64;
 /// How far simplified geometry may be off (units): half a pixel where a tile has 512.
 const WITHIN: f64 = 4.0;
@@ -111,7 +111,7 @@ impl Place {
     }
 }
 
-/// What one tile looks at.
+/// The input of one tile.
 struct View<'a> {
     scene: Scene<'a>,
     place: Place,

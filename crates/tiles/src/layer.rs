@@ -19,7 +19,7 @@ pub(crate) enum Layer {
     Name,
 }
 
-/// What a geometry is.
+/// The kind of a geometry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Point,
@@ -68,7 +68,7 @@ impl Layer {
         }
     }
 
-    /// Where a class is drawn by itself; names come on top of that.
+    /// Where a class is drawn; names come on top of that.
     pub(crate) fn of(class: Class, kind: Kind) -> Option<Self> {
         Some(match (class.acronym()?, kind) {
             ("M_COVR", Kind::Area) => Self::Cover,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// Units of a tile's side.
 pub(crate) const EXTENT: i32 = 4096;
 
-/// What a feature says of itself.
+/// The properties of a feature.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Value<'a> {
     Text(&'a str),

@@ -1,4 +1,4 @@
-//! What is near a place.
+//! Objects near a place.
 
 use crate::layer::{Kind, Layer};
 use crate::shape::{Shape, contains, edges};
@@ -7,7 +7,7 @@ use crate::world::{Bounds, Point, metres_per_unit, point};
 use charts::s57::GeoPoint;
 use units::LatLon;
 
-/// Something near a place.
+/// An object near a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Near {
     /// The object, for [`Sheet::about`].

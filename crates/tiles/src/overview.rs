@@ -3,7 +3,7 @@
 //! through the first steps of drawing already; as bytes it is kept from one start of a server to the next.
 //!
 //! Layout, little-endian: [`MAGIC`], then lists of objects and items, each a count (u32) and its rows. Lines are steps from
-//! one vertex to the next, most of which take two bytes. Bytes that are no overview answer `None`, and it is made again
+//! one vertex to the next, most of which take two bytes. Bytes that are not an overview answer `None`, and it is made again
 //! of the chart.
 
 use crate::about::About;
@@ -16,10 +16,10 @@ use charts::s57::{Attribute, AttributeCode, ObjectClass};
 /// Another one whenever the layout or the way of drawing changes.
 const MAGIC: &[u8; 8] = b"LUTRAOV2";
 
-/// What tiles of these zooms say of their objects.
+/// The properties in tiles of these zooms.
 const KEPT: [AttributeCode; 3] = [AttributeCode::DRVAL1, AttributeCode::DRVAL2, AttributeCode::VALDCO];
 
-/// What is seen of a chart at a zoom up to [`LAST_ZOOM`](crate::world::LAST_ZOOM).
+/// The visible part of a chart at a zoom up to [`LAST_ZOOM`](crate::world::LAST_ZOOM).
 pub(crate) fn overview(chart: &Piece, zoom: u8) -> Piece {
     let bits = BITS - u32::from(zoom) - TILE_BITS;
     let seen = |item: &&Item| {
@@ -134,7 +134,7 @@ pub(crate) fn from_bytes(source: u32, bytes: &[u8]) -> Option<Piece> {
     (reader.0.is_empty() && sorted).then(|| Piece::of(objects, items))
 }
 
-/// How far it is to a coordinate: the sign in the lowest bit, seven bits a byte, the lowest first.
+/// The step to a coordinate: the sign in the lowest bit, seven bits a byte, the lowest first.
 fn step(out: &mut Vec<u8>, to: i32, from: i32) {
     let step = i64::from(to) - i64::from(from);
     let mut left = (step << 1 ^ step >> 63) as u64;

@@ -1,4 +1,4 @@
-//! What is drawn of one chart, in the world's square: its objects where no better chart hides them.
+//! The drawn part of one chart, in the world's square: its objects where no better chart hides them.
 
 use crate::about::About;
 use crate::cut::Cover;
@@ -8,7 +8,7 @@ use crate::world::Bounds;
 use charts::coverage::is_coverage;
 use charts::s57::{AttributeCode, Feature, ObjectClass};
 
-/// Something that is drawn, or only told of where it has no layer.
+/// An object that is drawn, or only listed where it has no layer.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Item {
     pub(crate) layer: Option<Layer>,
@@ -19,7 +19,7 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    /// What items of a layer are sorted by: near places get near numbers.
+    /// The sort key of items of a layer: near places get near numbers.
     pub(crate) fn place(&self) -> u64 {
         let middle = |min: i32, max: i32| (i64::from(min) + i64::from(max)) as u64 / 2;
         let Bounds { min, max } = self.bounds;
@@ -27,7 +27,7 @@ impl Item {
     }
 }
 
-/// Items that stand together, in one box.
+/// Neighbouring items, in one box.
 #[derive(Debug, Clone, PartialEq)]
 struct Block {
     bounds: Bounds,
@@ -38,7 +38,7 @@ struct Block {
 /// Items of a block.
 const BLOCK: usize = 32;
 
-/// One chart as it is drawn.
+/// One chart as drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Piece {
     /// By their number in the chart.
@@ -100,7 +100,7 @@ impl Piece {
             .filter(move |item| item.bounds.meets(&bounds))
     }
 
-    /// What is known of an object.
+    /// The data of an object.
     pub(crate) fn about(&self, object: u32) -> Option<&About> {
         let at = self.objects.binary_search_by_key(&object, |(number, _)| *number).ok()?;
         Some(&self.objects[at].1)

@@ -32,13 +32,13 @@ pub trait SheetReader: fmt::Debug + Send + Sync {
     /// Why they cannot be had.
     fn features(&self, chart: usize) -> Result<Vec<Feature>, Unread>;
 
-    /// What a chart covers, whatever others do.
+    /// The coverage of a chart, without regard to others.
     ///
     /// # Errors
     /// Why that cannot be had.
     fn coverage(&self, chart: usize) -> Result<Vec<coverage::Polygon>, Unread>;
 
-    /// What was kept of a chart for a zoom, made of it and of the better ones that it meets.
+    /// The stored overview of a chart for a zoom, made of it and of the better ones that it meets.
     fn kept(&self, chart: usize, better: &[usize], zoom: u8) -> Option<Vec<u8>>;
 
     /// Keeps what was made of a chart, for zoom 0 and those that follow.
@@ -59,12 +59,12 @@ pub enum Unread {
     Damaged(String),
 }
 
-/// The charts of a sheet changed while it was asked; the one who keeps it is about to take the new ones.
+/// The charts of a sheet changed during a query; its owner is about to take the new ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the chart set changed a moment ago; ask again")]
 pub struct Changed;
 
-/// A chart set as it is drawn.
+/// A chart set as drawn.
 #[derive(Debug)]
 pub struct Sheet {
     charts: Vec<SheetChart>,
@@ -125,7 +125,7 @@ impl Sheet {
         self.meeting(self.boxes[chart]).take_while(|other| *other < chart).collect()
     }
 
-    /// A chart as it is drawn at a zoom.
+    /// A chart as drawn at a zoom.
     pub(crate) fn piece(&self, chart: usize, zoom: u8) -> Result<Arc<Piece>, Changed> {
         let detail = if zoom <= LAST_ZOOM { Some(zoom) } else { None };
         if let Some(piece) = self.cache.get((chart, detail)) {
@@ -174,7 +174,7 @@ impl Sheet {
         }
     }
 
-    /// What a chart covers; all of its box where that cannot be read, for a coarser chart must not pass for it.
+    /// The coverage of a chart; all of its box where that cannot be read, for a coarser chart must not replace it.
     fn cover(&self, chart: usize) -> Result<Arc<Cover>, Changed> {
         if let Some(cover) = self.cache.cover(chart) {
             return Ok(cover);
@@ -198,7 +198,7 @@ impl Sheet {
         self.first_objects[chart].saturating_add(object)
     }
 
-    /// What is known of an object.
+    /// The data of an object.
     ///
     /// # Errors
     /// When the charts are others by now.

@@ -11,7 +11,7 @@ pub(crate) type Point = IntPoint<i32>;
 pub(crate) const LAST_ZOOM: u8 = 8;
 /// A tile is 2^12 units wide.
 pub(crate) const TILE_BITS: u32 = 12;
-/// What is smaller is not drawn (units), but dangers are, as points.
+/// Smaller areas are not drawn (units), but dangers are, as points.
 pub(crate) const SMALLEST: i64 = 2;
 /// The world is so many bits wide.
 pub(crate) const BITS: u32 = 30;

@@ -5,7 +5,7 @@ use crate::geodesy::{WGS84_ECCENTRICITY_SQUARED, WGS84_SEMI_MAJOR_M};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
-/// Why two numbers are no place.
+/// Why two numbers are not a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlaceError {
     /// The latitude (rad) is not a number within ±π/2.

@@ -90,7 +90,7 @@ impl UtcTime {
         }
     }
 
-    /// From a civil date and time; `None` when the parts are no date, no time of day or out of range.
+    /// From a civil date and time; `None` when the parts are not a date or time of day, or out of range.
     pub fn from_civil(civil: Civil) -> Option<Self> {
         let Civil { year, month, day, hour, minute, second, microsecond } = civil;
         if !(1..=12).contains(&month)
@@ -142,7 +142,7 @@ impl std::str::FromStr for UtcTime {
 
     /// ISO 8601: a date (`2026-11-21`, its beginning), or a date and time to the minute, second or fraction of one
     /// (`2026-11-21T07:43`, `2026-11-21 07:43:27.5Z`). Without an offset it is UTC; with one (`+02:00`, `-0330`, `+02`) it is
-    /// turned into UTC. A blank before an offset stands for its `+`, which addresses of pages turn into one.
+    /// turned into UTC. A blank before an offset counts as its `+`, which addresses of pages turn into one.
     fn from_str(text: &str) -> Result<Self, NoTime> {
         let (date, time) = text.split_once(['T', 't', ' ']).unwrap_or((text, "00:00"));
         let mut date = date.strip_suffix(['Z', 'z']).unwrap_or(date).splitn(3, '-').map(digits);

@@ -294,7 +294,7 @@ fn a_killed_import_leaves_the_old_set_whole() {
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(seen, "{wanted}");
-        // Killed at the index, the new set may stand already, and whole.
+        // Killed at the index, the new set may be there already, and whole.
         if kill_at < 5 {
             assert!(set_of(&db) == before, "killed at {kill_at}");
         }

@@ -1,5 +1,5 @@
 //! A cell through its life in a chart set: updates, a re-issue, a newer edition, its cancellation; and cells
-//! that nobody may sail by.
+//! that must not be used for navigation.
 
 #[path = "../../../charts/tests/integration/writer/mod.rs"]
 mod writer;
@@ -157,7 +157,7 @@ fn updates_a_re_issue_and_a_newer_edition_replace_what_was_there() {
     assert_eq!(db.features(&db.charts().unwrap()[0]).unwrap().len(), 2);
     shelf.put(0, square(1, "5").0.to_bytes().unwrap());
     assert!(shelf.refused().contains("older than what the chart set holds (edition 2, update 0)"));
-    // An update of the edition before is none of this one.
+    // An update of the previous edition does not belong to this one.
     shelf.put(0, square(2, "9").0.to_bytes().unwrap());
     shelf.put(1, updates[0].to_bytes().unwrap());
     let text = shelf.refused();
@@ -189,7 +189,7 @@ fn a_gap_is_told_though_an_overlap_is_as_large() {
     assert_eq!(chart.skin_holds, Some(false));
     let told = db.log(&chart).unwrap();
     assert!(told.iter().any(|entry| entry.text.contains("gaps or overlaps, most at 63.")), "{told:?}");
-    // And nobody is led through the gap.
+    // And no route leads through the gap.
     let index = load_index(&shelf.db).unwrap().sealed.index;
     let place = |lon_deg: f64| LatLon::from_deg(63.01, lon_deg).unwrap();
     let leg = Leg { from: place(10.005), to: place(10.025) };
@@ -261,7 +261,7 @@ fn a_file_that_is_not_what_its_catalogue_says_changes_nothing() {
     catalogue(right);
     let report = shelf.import();
     assert!(report.applied && report.charts[0].outcome == Outcome::Added, "{}", told(&report));
-    // What is listed and missing is told.
+    // Files that are listed but missing are reported.
     assert!(report.notices[0].contains("NO5X0001.TXT is listed, but it is not there"), "{report:?}");
     std::fs::write(shelf.cells.join("CATALOG.031"), "no catalogue").unwrap();
     assert!(shelf.refused().contains("CATALOG.031"));

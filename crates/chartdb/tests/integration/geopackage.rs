@@ -55,7 +55,7 @@ fn extents_and_extensions_are_what_they_say() {
     assert_eq!(number::<i64>(&db, dated), 0);
 }
 
-/// What GDAL tells of a layer, within a box where one is given; `None` without GDAL.
+/// What GDAL's `ogrinfo` says of a layer, within a box where one is given; `None` without GDAL.
 fn ogrinfo(db: &Path, layer: &str, within: Option<[f64; 4]>) -> Option<String> {
     let mut command = Command::new("ogrinfo");
     command.args(["-ro", "-so"]);

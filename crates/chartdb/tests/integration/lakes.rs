@@ -110,7 +110,7 @@ fn a_shapefile_in_degrees_and_one_in_metres_say_the_same() {
         assert_eq!(report.charts[0].kind, "lakes");
         shores(&db);
     }
-    // Metres that are taken for degrees are told as what they are.
+    // Metres that are taken for degrees are reported as metres.
     let db = folder.path().join("wrong/chart.gpkg");
     let report = bring(&db, &metres, &ImportOptions { epsg: Some(4326), ..holding("depth") });
     assert!(

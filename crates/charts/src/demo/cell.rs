@@ -1,4 +1,4 @@
-//! Lays one cell: samples the sea, weaves the net of areas, and draws what is in it.
+//! Makes one cell: samples the sea, builds the areas, and adds the objects.
 
 use super::contour::Grid;
 use super::faces::{BorderNode, Content, Net, Part, Run};

@@ -31,7 +31,7 @@ const METRES_PER_DEG: [f64; 2] = [111_463.0, 49_905.0];
 /// A file of the archipelago.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DemoFile {
-    /// Its name, such as `XX5LUTRA.000`; XX is no country.
+    /// Its name, such as `XX5LUTRA.000`; XX is not a country.
     pub name: &'static str,
     /// The cell.
     pub bytes: Vec<u8>,

@@ -27,7 +27,7 @@ fn smooth([x, y]: [f64; 2], size_m: f64, salt: u64) -> f64 {
     mix(mix(at(0, 0), at(1, 0), s), mix(at(0, 1), at(1, 1), s), t)
 }
 
-/// Noise of several sizes, each half as large and half as high as the one before; from -2 to 2.
+/// Noise of several sizes, each half as large and half as high as the previous one; from -2 to 2.
 pub(super) fn rough(at: [f64; 2], size_m: f64, octaves: u32, salt: u64) -> f64 {
     let (mut sum, mut size_m, mut weight) = (0.0, size_m, 1.0);
     for octave in 0..octaves {

@@ -1,10 +1,10 @@
-//! What stands, floats, lies and is called something in the fictitious sea. Places are metres east and north of
+//! Structures, buoys, wrecks and named places of the fictitious sea. Places are metres east and north of
 //! the demonstration's first Otter.
 
 /// Attributes by acronym.
 pub(super) type Attributes = &'static [(&'static str, &'static str)];
 
-/// Something at a point, with a light on it where it has one.
+/// An object at a point, with its light if it has one.
 pub(super) struct Mark {
     pub(super) class: &'static str,
     pub(super) at: [f64; 2],
@@ -63,7 +63,7 @@ macro_rules! sector {
 
 /// All marks, dangers and names.
 pub(super) const MARKS: &[Mark] = &[
-    // The way into the harbour; who enters, southward, has red on the left.
+    // The fairway into the harbour; entering, southward, red is on the left.
     Mark { lights: &[RED], ..mark("BOYLAT", [522.0, -690.0], PORT) },
     Mark { lights: &[GREEN], ..mark("BOYLAT", [420.0, -690.0], STARBOARD) },
     mark("BOYLAT", [515.0, -800.0], PORT),

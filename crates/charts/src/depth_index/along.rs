@@ -23,7 +23,7 @@ pub struct Leg {
 /// The answer to a question about depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthAnswer {
-    /// What decides: the worst there is.
+    /// The deciding object: the worst there.
     pub water: Water,
     /// The object that decides, for [`DepthIndex::object`]; `None` where there is no data.
     pub object: Option<u32>,
@@ -34,11 +34,11 @@ pub struct DepthAnswer {
     /// How far from the leg that is (m).
     pub off_m: f64,
     /// Zone of confidence (CATZOC 1 to 6): where errors of the chart are allowed for, the worst near the
-    /// corridor; else the one at the place. `None` where the chart does not tell.
+    /// corridor; else the one at the place. `None` where it is not charted.
     pub zone: Option<u8>,
-    /// What was taken off the charted depth for errors of the chart (m).
+    /// The reduction of the charted depth for errors of the chart (m).
     pub depth_error_m: f64,
-    /// What is left of the depth (m): negative = too shallow; `None` where it is no water of known depth.
+    /// Margin of the depth (m): negative = too shallow; `None` where it is not water of known depth.
     pub margin_m: Option<f64>,
     /// Whether the vessel may be there. False for everything that is not known to be deep enough, and in an area that it
     /// may not enter.
@@ -46,7 +46,7 @@ pub struct DepthAnswer {
     /// Of the areas whose entry is prohibited or restricted the one that counts most; `None` of those that the demand
     /// ignores.
     pub area: Option<Restricted>,
-    /// The half width that was looked at, with all allowances (m).
+    /// The half width that was checked, with all allowances (m).
     pub half_width_m: f64,
 }
 
@@ -59,7 +59,7 @@ impl DepthAnswer {
     }
 }
 
-/// Something found in one piece of a leg.
+/// A finding in one piece of a leg.
 #[derive(Debug, Clone, Copy)]
 struct Hit {
     stored: Stored,
@@ -69,7 +69,7 @@ struct Hit {
     off_m: f64,
 }
 
-/// What a run stands for: its object's number in answers, its meaning, its zone of confidence and its restriction.
+/// The data of a run: its object's number in answers, its meaning, its zone of confidence and its restriction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunMeaning {
     pub(super) object: Option<u32>,
@@ -81,17 +81,17 @@ pub(super) struct RunMeaning {
 /// A piece of a leg and what the chart's errors are there.
 pub(super) struct Piece {
     pub(super) from: Spot,
-    /// What there is where it begins.
+    /// The water at its beginning.
     pub(super) state: State,
     pub(super) strip: Strip,
     zone: Option<u8>,
     error: Option<ZoneError>,
-    /// What lies before it of the leg (m).
+    /// Distance from the leg's start (m).
     pub(super) before_m: f64,
 }
 
 impl DepthIndex {
-    /// What the chart says at a point: the area that holds it, on a border the shallower of those that meet there, and
+    /// The charted state at a point: the area that holds it, on a border the shallower of those that meet there, and
     /// dangers with an extent. Single dangers have none; ask [`Self::shallowest_within`] for a vessel that has a size or
     /// an uncertain position.
     pub fn depth_at(&self, place: LatLon, demand: &Demand) -> DepthAnswer {
@@ -160,7 +160,7 @@ impl DepthIndex {
         DepthAnswer { zone: answer.zone.or_else(|| self.state_at(at).zone), ..answer }
     }
 
-    /// What there is where an area is entered.
+    /// The water where an area is entered.
     fn hit_in(&self, piece: &Piece, area: &Restricted) -> Hit {
         let (at, along_m) = (Spot::of(area.at), area.along_m - piece.before_m);
         let state = self.state_at(at);
@@ -225,7 +225,7 @@ impl DepthIndex {
             &strip,
             |_| true,
             |strip, told, a, b| {
-                // Beyond the border of what is charted as assessed nobody knows.
+                // Beyond the border of the assessed area the zone of confidence is unknown: 6.
                 let found = told.zone.unwrap_or(6);
                 let near = |nearest: super::plane::Nearest| {
                     nearest.distance_m <= strip.reach_m - widest_m + widening(found)
@@ -360,7 +360,7 @@ impl DepthIndex {
     }
 }
 
-/// Less is worse: what is no depth, then the margin.
+/// Less is worse: what is not a depth, then the margin.
 fn order(answer: &DepthAnswer) -> (bool, f64, f64) {
     let rank = match answer.water {
         Water::Land => 0.0,

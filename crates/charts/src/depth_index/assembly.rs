@@ -124,7 +124,7 @@ fn join<E: From<BuildError>>(
     Ok(spans.iter().map(|span| u64::from(span.length)).sum())
 }
 
-/// What the index before has of the charts.
+/// The previous index's pieces of the charts.
 struct Kept<'a> {
     before: Option<&'a DepthIndex>,
     /// The number there of charts that are the same.

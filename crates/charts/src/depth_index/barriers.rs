@@ -9,7 +9,7 @@ use super::seams;
 use super::tree::Run;
 use crate::grid::{Bounds, PER_DEGREE, Vertex};
 
-/// Lines and points that corridors are held against.
+/// Lines and points that corridors are checked against.
 ///
 /// [`DepthIndex::shallowest_along`] calls a corridor navigable if none of these comes within its half width and its
 /// start lies in navigable water. So a connected piece of water that keeps this distance from all of them is navigable
@@ -34,7 +34,7 @@ pub enum Closes {
     DeeperThan(f64),
 }
 
-/// A line that corridors are held against, and from when on.
+/// A line that corridors are checked against, and from when on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosingLine {
     /// A polyline; a single vertex is a point.
@@ -73,7 +73,7 @@ impl GeoBox {
     }
 }
 
-/// What one question for barriers looks at.
+/// The input of one query for barriers.
 struct Wanted<'a> {
     demand: &'a Demand,
     error: Option<ZoneError>,
@@ -134,7 +134,7 @@ impl DepthIndex {
     }
 
     /// All that [`Self::barriers`] is about, each with the depth from which on it is in the way, and with the borders
-    /// between areas that are both closed: for who asks what a smaller demand would open. The second is
+    /// between areas that are both closed: for a caller that asks what a smaller demand would open. The second is
     /// [`Barriers::wider_m`].
     pub fn closing_lines(&self, demand: &Demand, within: &GeoBox) -> (Vec<ClosingLine>, f64) {
         let (error, wider_m) = self.worst_error(demand);

@@ -34,7 +34,7 @@ pub enum BuildError {
         /// The source.
         String,
     ),
-    /// A chart reaches beyond what was said of it.
+    /// A chart reaches beyond its declared coverage.
     #[error("{0} has positions outside the box that the chart set notes for it; import it again")]
     Bounds(
         /// The source.
@@ -134,8 +134,8 @@ impl IndexBuilder {
         self.add_features(source, [&feature])
     }
 
-    /// Adds areas of land. They are land whatever cell has data there: who gives them wants them kept clear of.
-    /// Around them nothing is said.
+    /// Adds areas of land. They are land whatever cell has data there: their provider wants them kept clear of.
+    /// They say nothing of the water around them.
     ///
     /// # Errors
     /// When a position is outside the globe.
@@ -168,14 +168,14 @@ impl IndexBuilder {
         Ok(DepthIndex::held(charts?))
     }
 
-    /// The one chart that was added, by itself.
+    /// The one chart that was added, alone.
     pub(super) fn own_part(mut self) -> Result<Piece, BuildError> {
         self.sources.pop().map_or_else(|| Ok(Piece::default()), PendingSource::own_part)
     }
 }
 
 impl PendingSource {
-    /// The chart by itself, without the seams to others.
+    /// The chart alone, without the seams to others.
     fn own_part(self) -> Result<Piece, BuildError> {
         let source = &self.coverage.source;
         let mut piece =

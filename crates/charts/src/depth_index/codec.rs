@@ -20,7 +20,7 @@ const MAGIC: &[u8; 8] = b"LUTRADIX";
 /// safe what is not, so it is made again.
 const VERSION: u32 = 5;
 const HEAD_BYTES: usize = 12;
-/// What follows the directory.
+/// The end after the directory.
 const END_BYTES: usize = 8;
 /// A directory longer than this is refused: a chart takes some 200 bytes.
 const MOST_DIRECTORY: usize = 64 << 20;
@@ -40,7 +40,7 @@ pub(super) fn file_order(boxes: &[Bounds]) -> Vec<usize> {
     order
 }
 
-/// What an index begins with.
+/// The magic of an index.
 pub(super) fn head() -> Vec<u8> {
     [MAGIC.as_slice(), &VERSION.to_le_bytes()].concat()
 }
@@ -52,7 +52,7 @@ pub(super) fn piece_bytes(piece: &Piece) -> Vec<u8> {
     out.0
 }
 
-/// What an index ends with.
+/// The trailer of an index.
 pub(super) fn end(sources: &[Source], entries: &[Entry], spans: &[Span]) -> Vec<u8> {
     let mut out = Writer(Vec::new());
     let rows: Vec<_> = sources.iter().zip(entries).zip(spans).collect();
@@ -94,7 +94,7 @@ fn checked_piece(bytes: &[u8], directory: &Directory, at: usize) -> Option<Piece
     placed.then_some(piece)
 }
 
-/// Why bytes are no index.
+/// Why bytes are not an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum IndexError {
     /// Something else.
@@ -131,7 +131,7 @@ impl DepthIndex {
     /// The index of some bytes, all of it in memory.
     ///
     /// # Errors
-    /// When they are no index, of another version, or damaged.
+    /// When they are not an index, of another version, or damaged.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, IndexError> {
         let (directory, spans) = read_directory(&bytes, 0)?;
         let mut order: Vec<usize> = (0..spans.len()).collect();

@@ -9,7 +9,7 @@ use units::{LatLon, WGS84_ECCENTRICITY_SQUARED, WGS84_SEMI_MAJOR_M};
 
 /// Units around the Earth.
 pub(super) const TURN: f64 = 3.6e9;
-/// Rounding of coordinates (0.6 cm) and the step across a border by which its other side is told (3 units of
+/// Rounding of coordinates (0.6 cm) and the step across a border by which its other side is found (3 units of
 /// 1.1 cm), rounded up (m).
 pub(super) const ROUNDING_M: f64 = 0.05;
 

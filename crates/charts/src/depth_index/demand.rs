@@ -1,4 +1,4 @@
-//! What a vessel needs of the water, and how far the chart is believed.
+//! The depth that a vessel demands, and how far the chart is trusted.
 //!
 //! Depth available = charted depth + water level - error of the chart; depth needed = draught + squat + reserve
 //! under the keel. The margin is their difference. None of this is baked into an index.
@@ -18,10 +18,10 @@ pub struct ZoneError {
     pub share: f64,
 }
 
-/// How far the chart is believed.
+/// How far the chart is trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum ChartTrust {
-    /// As it is drawn; its quality is told with every answer.
+    /// As it is drawn; its quality is reported with every answer.
     #[default]
     AsCharted,
     /// Depths are reduced by the error of the worst zone of confidence that the corridor comes near.
@@ -56,7 +56,7 @@ impl ChartTrust {
     }
 }
 
-/// What a vessel needs of the water.
+/// The depth that a vessel demands.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Demand {
     /// Height of the water above chart datum (m); 0 where it is not known.
@@ -71,9 +71,9 @@ pub struct Demand {
     pub air_draught_m: Option<f64>,
     /// How far the vessel may be from where it believes to be (m); every width grows by it.
     pub position_m: f64,
-    /// How far the chart is believed.
+    /// How far the chart is trusted.
     pub trust: ChartTrust,
-    /// What it makes of areas whose entry is prohibited or restricted.
+    /// How it treats areas whose entry is prohibited or restricted.
     pub entry: EntryRules,
 }
 
@@ -93,7 +93,7 @@ impl Demand {
         error.map_or(0.0, |error| error.fixed_m + error.share * depth_m.max(0.0))
     }
 
-    /// What is left of a charted depth (m); negative = too shallow.
+    /// Margin of a charted depth (m); negative = too shallow.
     pub(super) fn margin_m(&self, error: Option<ZoneError>, depth_m: f64) -> f64 {
         depth_m + self.water_level_m - Self::depth_error_m(error, depth_m) - self.needed_m()
     }

@@ -33,13 +33,13 @@ pub(super) struct Directory {
 /// What is known of a chart without its piece.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
-    /// What names the contents of the chart, for who makes the index.
+    /// Digest of the chart's contents, for the maker of the index.
     pub(super) mark: [u8; 32],
     /// Holds all that is its own.
     pub(super) bounds: Bounds,
     /// Its tree of dangers.
     pub(super) danger: Bounds,
-    /// Its waters, if nobody says how well they are surveyed.
+    /// Its waters, if their survey quality is not stated.
     pub(super) unassessed: Option<Bounds>,
     pub(super) worst_zone: Option<u8>,
     pub(super) objects: u32,
@@ -133,7 +133,7 @@ impl DepthIndex {
         }
     }
 
-    /// Which chart covers what, for who needs regions rather than depths. Reads all charts.
+    /// Which chart covers what, for callers that need regions rather than depths. Reads all charts.
     pub fn coverage(&self) -> Coverage {
         let chart = |(at, source): (usize, &Source)| {
             let piece = self.piece(at);
@@ -242,7 +242,7 @@ impl DepthIndex {
         }
     }
 
-    /// What decides at a point and, where a border may run through it, just beside it.
+    /// The deciding state at a point and, where a border may run through it, just beside it.
     ///
     /// Vertices are whole units, so only places with a whole number of units can lie on a border other than by chance of
     /// the last bit; half a unit (6 mm) to each side is on both sides of any border through them.
@@ -260,7 +260,7 @@ impl DepthIndex {
         state
     }
 
-    /// What decides at a point, with its object, and the worst zone of confidence there.
+    /// The deciding state at a point, with its object, and the worst zone of confidence there.
     pub(super) fn state_at(&self, at: Spot) -> State {
         let mut state =
             State { stored: Stored::NoData, object: None, zone: None, overhead: None, areas: [None; 2] };

@@ -1,10 +1,10 @@
-//! What a chart object means for a small vessel.
+//! The meaning of a chart object for a small vessel.
 //!
 //! S-57 appendix A, chapters 1 and 2; what is not known to be deep is not
 //! deep. A danger without a depth blocks, unless the chart says that its depth lies within
 //! that of the area around it (EXPSOU 1). What contradicts itself, is there twice or can be no depth counts as the worst
 //! that it may mean, as does [`unsafe_to_use`] with what has no whole shape. Piles, buoys, beacons, platforms, structures and fish farms block
-//! always. Areas that may not be entered are no danger and stand beside the depth.
+//! always. Areas that may not be entered are not dangers and are reported beside the depth.
 
 use super::object::{Role, Stored, millimetres};
 use super::restricted::{Restriction, restriction};
@@ -52,7 +52,7 @@ fn entry(feature: &Feature) -> Option<(Role, Stored)> {
     Some((role, Stored::NoData))
 }
 
-/// What stands or floats in the way.
+/// Classes that stand or float in the way.
 const OBSTACLES: [Class; 28] = [
     Class::BCNCAR,
     Class::BCNISD,
@@ -84,7 +84,7 @@ const OBSTACLES: [Class; 28] = [
     Class::WATFAL,
 ];
 
-/// What stands on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
+/// Classes that stand on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
 const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Class::CRANES, Class::FORSTC];
 
 /// Whether a vessel may have to keep off such a feature.
@@ -93,7 +93,7 @@ pub fn is_in_the_way(feature: &Feature) -> bool {
 }
 
 /// Why a cell must not be used, if it must not: it does not say how deep it is or where it has data, or it has an
-/// object that vessels must keep clear of, and nobody knows where that is or how far it reaches.
+/// object that vessels must keep clear of, but whose position or extent is unknown.
 pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
     if let Some(feature) = lies_nowhere(&cell.features) {
         return Some(S57Problem::Nowhere { class: feature.class, record: feature.record });
@@ -103,7 +103,7 @@ pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
         // Where a depth area is missing there are no data, which is never safe.
         let counts =
             is_in_the_way(feature) && !water(feature.class) && cell.incomplete.contains(&feature.record);
-        // What a chart covers without telling, a coarser one answers for.
+        // Where a chart's coverage cannot be read, a coarser chart would answer.
         let unreadable = matches!(feature.geometry, Geometry::Unreadable { .. });
         counts || unreadable && is_coverage(feature)
     };
@@ -113,7 +113,7 @@ pub fn unsafe_to_use(cell: &Cell, skin: &SkinCheck) -> Option<S57Problem> {
     (skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0).then_some(S57Problem::NoWater)
 }
 
-/// An object that vessels must keep clear of and that lies nowhere: neither a place that can be read nor one that it had.
+/// An object that vessels must keep clear of and that has no place, neither a readable one nor an earlier one.
 fn lies_nowhere(features: &[Feature]) -> Option<&Feature> {
     let nowhere = |feature: &&Feature| {
         let must = meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Danger | Role::Overhead));
@@ -160,7 +160,7 @@ fn is_depth_unknown(feature: &Feature) -> bool {
     feature.list(Attr::QUASOU).any(|code| code == DEPTH_UNKNOWN)
 }
 
-/// A missing DRVAL1 is unknown, not 0. Where it is beyond DRVAL2 nobody knows which of them is right: the lesser counts.
+/// A missing DRVAL1 is unknown, not 0. Where it is beyond DRVAL2 either may be wrong: the lesser counts.
 fn depth_area(feature: &Feature) -> Stored {
     let [first_m, second_m] = [Attr::DRVAL1, Attr::DRVAL2].map(|code| depth_m(feature, code));
     let Some(first_m) = first_m.filter(|_| !is_depth_unknown(feature)) else { return Stored::Unknown };

@@ -4,8 +4,8 @@
 //! from cells ([`IndexBuilder`], or [`assemble`] chart by chart), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
-//! [`DepthIndex::points_of_interest`]. Who plans ways takes [`DepthIndex::barriers`], the lines that corridors are
-//! held against.
+//! [`DepthIndex::points_of_interest`]. Route planners take [`DepthIndex::barriers`], the lines that corridors are
+//! checked against.
 //!
 //! An index is a directory of charts and one piece for each (`piece`), with its seams to the charts that it meets
 //! (`seams`). Pieces are in memory ([`DepthIndex::from_bytes`]) or read when a question touches their box
@@ -17,7 +17,7 @@
 //! - What no cell covers, or a cell covers without a depth area, is [`Water::NoData`] and never navigable.
 //! - A corridor touches an area if its start lies within it or its border comes within the half width. No
 //!   samples are taken, so nothing fits between them.
-//! - A leg is the geodesic between its ends. It is looked at in pieces of at most 2 km, straight in a local
+//! - A leg is the geodesic between its ends. It is checked in pieces of at most 2 km, straight in a local
 //!   frame; every width grows by the bound of what that neglects (some centimetres). So a corridor may be
 //!   called dangerous for something just outside, never safe for something inside.
 //! - A line of the chart is straight in longitude and latitude between its vertices, as all S-57 readers draw

@@ -1,4 +1,4 @@
-//! What is nearest: water too shallow, and points of interest.
+//! Nearest-neighbour queries: water too shallow, and points of interest.
 //!
 //! Best-first search by the distance to boxes (G. R. Hjaltason and H. Samet, "Distance browsing in spatial
 //! databases", ACM TODS 24, 1999).
@@ -13,7 +13,7 @@ use crate::grid::Bounds;
 use std::collections::BinaryHeap;
 use units::LatLon;
 
-/// Something near a place.
+/// An object near a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearby {
     /// Distance (m).
@@ -56,7 +56,7 @@ impl What {
 impl Eq for Waiting {}
 
 impl Ord for Waiting {
-    /// The nearest is the greatest; found things come before boxes at the same distance.
+    /// The nearest is the greatest; found objects come before boxes at the same distance.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         let by_distance = other.distance_m.total_cmp(&self.distance_m);
         let key = |one: &Self| (one.what.order(), one.chart);
@@ -71,10 +71,10 @@ impl PartialOrd for Waiting {
 }
 
 impl DepthIndex {
-    /// The nearest place where it is charted shallower than `depth_m`, or is no water of known depth; `None`
-    /// if there is none within `within_m`. 0 where the place itself is.
+    /// The nearest place that is charted shallower than `depth_m`, or is not water of known depth; `None`
+    /// if there is none within `within_m`. The distance is 0 where `place` itself is such a place.
     ///
-    /// Distances are exact to 1 mm at 1 km; which of two things is the nearer is judged in one flat frame, so
+    /// Distances are exact to 1 mm at 1 km; which of two objects is the nearer is judged in one flat frame, so
     /// at 10 km the answer may be 0.3 % farther than the nearest (at 63°N).
     pub fn distance_to_shallower(&self, place: LatLon, depth_m: f64, within_m: f64) -> Option<Nearby> {
         let from = Spot::of(place);
@@ -128,7 +128,7 @@ impl DepthIndex {
         found
     }
 
-    /// Gives what is in the trees of a kind by growing distance until told to stop.
+    /// Gives what is in the trees of a kind by growing distance until `give` asks to stop.
     fn nearest_in(
         &self,
         kind: Kind,

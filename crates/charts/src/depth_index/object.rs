@@ -1,21 +1,21 @@
-//! What an index knows of a chart object, and of the chart that it is from.
+//! The data that an index has of a chart object, and of its chart.
 
 use super::places::Hold;
 use super::restricted::Restriction;
 use crate::s57::{ObjectClass, ObjectId};
 
-/// What there is at a place, or on the way, in the order in which it decides: the first is the worst.
+/// What is charted at a place, or on the way, in order of precedence: the first is the worst.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Water {
     /// Land, or a construction that stands on the ground.
     Land,
-    /// Something that stands or floats in the way whatever the depth: a pile, a buoy, a fish farm.
+    /// An obstacle whatever the depth: a pile, a buoy, a fish farm.
     Obstacle,
-    /// A danger whose depth the chart does not tell, or an unsurveyed area.
+    /// A danger of uncharted depth, or an unsurveyed area.
     UnknownDepth,
     /// Not charted. Never navigable.
     NoData,
-    /// Something overhead that the vessel does not fit under; `None` where the chart does not tell how high.
+    /// An overhead obstacle that is too low for the vessel; `None` where its height is not charted.
     TooLow {
         /// Clearance above high water (m).
         clearance_m: Option<f64>,
@@ -55,7 +55,7 @@ pub(super) enum Stored {
 }
 
 impl Stored {
-    /// What decides between two: less is worse. No depth is below any depth.
+    /// The order of precedence: less is worse. No depth is below any depth.
     pub(super) fn least_mm(self) -> i32 {
         match self {
             Self::Land => i32::MIN,
@@ -81,26 +81,26 @@ impl Stored {
         }
     }
 
-    /// Clearance of something overhead (m); `None` where the chart does not tell.
+    /// Clearance of an overhead obstacle (m); `None` where it is not charted.
     pub(super) fn clearance_m(self) -> Option<f64> {
         if let Water::TooLow { clearance_m } = self.water() { clearance_m } else { None }
     }
 }
 
-/// What there is at a point.
+/// What is charted at a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     pub(super) stored: Stored,
     pub(super) object: Option<u32>,
     pub(super) zone: Option<u8>,
-    /// The lowest thing above, and its number.
+    /// The lowest overhead obstacle, and its number.
     pub(super) overhead: Option<(Stored, u32)>,
     /// An area of each [`Restriction`] that holds the point.
     pub(super) areas: [Option<u32>; 2],
 }
 
 impl State {
-    /// Takes in something above. One whose height nobody knows is the lowest.
+    /// Takes in an overhead obstacle. One of unknown height counts as the lowest.
     pub(super) fn pass_under(&mut self, stored: Stored, object: u32) {
         let lower = |(held, _): (Stored, u32)| stored.clearance_m() < held.clearance_m();
         if self.overhead.is_none_or(lower) {
@@ -108,12 +108,12 @@ impl State {
         }
     }
 
-    /// Takes in an area that holds the point; the first of a restriction is told.
+    /// Takes in an area that holds the point; the first of each restriction is reported.
     pub(super) fn enter(&mut self, restriction: Restriction, object: u32) {
         self.areas[restriction as usize].get_or_insert(object);
     }
 
-    /// Takes in what there is beside: the worse counts, and the end of the chart is no worse than the chart.
+    /// Takes in the state beside it: the worse counts, and the end of the chart is no worse than the chart.
     pub(super) fn meet(&mut self, beside: &Self) {
         if beside.stored != Stored::NoData && beside.stored.least_mm() < self.stored.least_mm() {
             (self.stored, self.object) = (beside.stored, beside.object);
@@ -130,11 +130,11 @@ impl State {
 
 /// Depths are kept in millimetres, rounded to the shallower side and within ±2000 km.
 pub(super) fn millimetres(depth_m: f64) -> i32 {
-    // 2.3 m is 2299.9999999999995 mm in floating point; a nanometre is no depth.
+    // 2.3 m is 2299.9999999999995 mm in floating point; a nanometre is not a depth.
     (depth_m * 1000.0 + 1e-6).floor().clamp(-2e9, 2e9) as i32
 }
 
-/// What a chart object does in an index.
+/// The role of a chart object in an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
     /// Says where its cell has data.
@@ -143,7 +143,7 @@ pub(super) enum Role {
     Skin,
     /// A danger within the skin.
     Danger,
-    /// Says how well the sea is surveyed.
+    /// Gives the quality of the survey.
     Quality,
     /// Above the water.
     Overhead,
@@ -156,7 +156,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// What it says about entry, if it does.
+    /// Its restriction of entry, if it has one.
     pub(super) fn restriction(self) -> Option<Restriction> {
         match self {
             Self::Prohibited => Some(Restriction::EntryProhibited),
@@ -194,7 +194,7 @@ impl ChartObject {
         self.stored.water()
     }
 
-    /// What it says about entry, if it does.
+    /// Its restriction of entry, if it has one.
     pub fn restriction(&self) -> Option<Restriction> {
         self.role.restriction()
     }

@@ -1,5 +1,5 @@
 //! The bytes that an index has when it is built from its charts, whatever lies between its pieces in the file it is read from.
-//! Who has the same charts has the same bytes, and so the same checksum of them.
+//! The same charts give the same bytes, and so the same checksum.
 
 use super::codec::{self, Span};
 use super::index::{DepthIndex, Pieces};

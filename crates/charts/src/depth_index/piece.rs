@@ -1,4 +1,4 @@
-//! What one chart contributes to an index: its own part, made of it alone, and its seams to the charts around it.
+//! One chart's contribution to an index: its own part, made of it alone, and its seams to the charts around it.
 //!
 //! The own part is objects, areas and lines, and the quadtree over the areas. The seams are what is left of its lines
 //! and borders where better charts hide them, and what lies just beyond its coverage: they change when a chart that
@@ -25,7 +25,7 @@ pub(super) enum Kind {
     Danger,
     /// Borders of quality areas.
     Quality,
-    /// What is above the water.
+    /// Overhead obstacles.
     Overhead,
     /// Points of interest.
     Interest,
@@ -72,7 +72,7 @@ impl Piece {
         self.objects.get(object as usize)
     }
 
-    /// What a run means for a vessel.
+    /// The meaning of a run for a vessel.
     pub(super) fn stored(&self, object: u32) -> Stored {
         self.object(object).map_or(Stored::NoData, |one| one.stored)
     }
@@ -119,7 +119,7 @@ impl Piece {
         answers
     }
 
-    /// The box of its waters, if nobody says how well they are surveyed.
+    /// The box of its waters, if their survey quality is not stated.
     pub(super) fn unassessed(&self) -> Option<Bounds> {
         let mut bounds = Bounds::EMPTY;
         for area in &self.areas.list {

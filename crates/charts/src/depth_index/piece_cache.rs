@@ -1,7 +1,7 @@
 //! Pieces that lie in a file and are read when they are asked for; the last ones used are kept in memory, so many
 //! bytes of them.
 //!
-//! A piece that cannot be read must not pass for water: in its place stands one that makes all of its box a danger of
+//! A piece that cannot be read must not count as water: it is replaced by one that makes all of its box a danger of
 //! unknown depth.
 
 use super::codec::{self, IndexError, Span};
@@ -128,7 +128,7 @@ impl Kept {
     }
 }
 
-/// What stands for a chart that cannot be read.
+/// The substitute for a chart that cannot be read.
 fn closed(name: &str, bounds: Bounds) -> Piece {
     let object = ChartObject {
         class: ObjectClass::OBSTRN,

@@ -1,4 +1,4 @@
-//! A quadtree that tells which areas hold a point.
+//! A quadtree that finds the areas that hold a point.
 //!
 //! A leaf lists the areas that hold all of it, and those whose border runs through it, which are asked one by
 //! one. Leaves are split until few border segments are left.
@@ -28,8 +28,8 @@ pub(super) struct AreaEntry {
     pub(super) rings: u32,
 }
 
-/// When an area holds a point. Of an area whose rings cross neither themselves nor each other both say the same; of a
-/// damaged one nobody knows where it is, and each says what errs towards the danger.
+/// When an area holds a point. For an area whose rings cross neither themselves nor each other both rules agree; where
+/// a damaged one lies is unknown, and each rule errs on the side of danger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Hold {
     /// Where it lies round the point once, as an exterior does: for water that is deep.

@@ -1,7 +1,7 @@
 //! Areas that a vessel may not enter, or should not: what the chart says, what a vessel makes of it, and where a way
 //! first comes into one.
 //!
-//! S-57 appendix A, attributes RESTRN and CATREA. Such an area says nothing about the depth, so it stands beside the
+//! S-57 appendix A, attributes RESTRN and CATREA. Such an area says nothing about the depth, so it is given beside the
 //! water in every answer, never in its place.
 
 use super::along::{Piece, RunMeaning};
@@ -28,7 +28,7 @@ impl Restriction {
     /// Both, the stricter first.
     pub const ALL: [Self; 2] = [Self::EntryProhibited, Self::EntryRestricted];
 
-    /// A word for machines.
+    /// A stable word for programs.
     pub fn code(self) -> &'static str {
         match self {
             Self::EntryProhibited => "entry-prohibited",
@@ -45,7 +45,7 @@ impl Restriction {
     }
 }
 
-/// What a vessel makes of such areas; the later is the stricter.
+/// How a vessel treats such areas; the later is the stricter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EntryRule {
     /// They do not count.
@@ -103,7 +103,7 @@ impl EntryRules {
 pub struct Restricted {
     /// How strictly it is closed.
     pub restriction: Restriction,
-    /// What the vessel makes of it.
+    /// How the vessel treats it.
     pub rule: EntryRule,
     /// The area, for [`DepthIndex::object`].
     pub object: u32,
@@ -134,10 +134,10 @@ impl Restricted {
     }
 }
 
-/// What a feature says about entry, if it is closed in some way.
+/// A feature's restriction of entry, if it has one.
 ///
 /// RESTRN counts on every class. An area whose restriction the chart does not give is restricted by its category:
-/// offshore safety zone, military area and minefield are no places to be by chance.
+/// offshore safety zone, military area and minefield are not to be entered by chance.
 pub(super) fn restriction(feature: &Feature) -> Option<Restriction> {
     /// RESTRN.
     const ENTRY_PROHIBITED: u32 = 7;

@@ -3,7 +3,7 @@
 //!
 //! A ray towards growing longitude counts crossings under the half-open rule (a segment is crossed where
 //! exactly one end lies above), upward ones as 1 and downward ones as -1: how often the ring runs round the point. Every
-//! segment is looked at from its lower end, so that both areas of a shared border decide alike: a point belongs to
+//! segment is tested from its lower end, so that both areas of a shared border decide alike: a point belongs to
 //! exactly one of them. Boxes over runs of segments, and boxes over boxes, answer for everything that lies wholly to one
 //! side: to the right of the point a run counts as the straight line between its two ends.
 

@@ -1,7 +1,7 @@
 //! An index as a file: its bytes under the digest of the charts it was made of.
 //!
 //! Layout: the magic `LUTRACHI`, the digest (32 bytes), then the bytes of [`DepthIndex::to_bytes`]. So a file
-//! tells without the charts which set it holds, ashore and aboard.
+//! shows without the charts which set it holds, ashore and aboard.
 
 use super::codec::IndexError;
 use super::index::DepthIndex;
@@ -29,13 +29,13 @@ impl SealedIndex {
         bytes
     }
 
-    /// The digest that a file begins with, without reading the rest; `None` if it is no such file.
+    /// The digest that a file begins with, without reading the rest; `None` if it is not such a file.
     pub fn digest_of(bytes: &[u8]) -> Option<[u8; 32]> {
         let head = bytes.get(..HEAD_BYTES)?;
         if head.starts_with(MAGIC) { head[MAGIC.len()..].try_into().ok() } else { None }
     }
 
-    /// What a file of an index over these charts begins with.
+    /// The head of a file of an index over these charts.
     pub fn head(digest: [u8; 32]) -> Vec<u8> {
         [MAGIC.as_slice(), &digest].concat()
     }
@@ -43,7 +43,7 @@ impl SealedIndex {
     /// The index of a file, read as it is asked for; at most so many bytes of pieces are kept in memory.
     ///
     /// # Errors
-    /// When the bytes are no such file, of another version, or their directory is damaged.
+    /// When the bytes are not such a file, of another version, or their directory is damaged.
     pub fn open(bytes: Arc<dyn IndexBytes>, most_bytes: usize) -> Result<Self, IndexError> {
         let head = bytes.read(0, HEAD_BYTES).map_err(|_| IndexError::Magic)?;
         let digest = Self::digest_of(&head).ok_or(IndexError::Magic)?;
@@ -76,7 +76,7 @@ impl SealedIndex {
     /// The index of a file, all of it in memory.
     ///
     /// # Errors
-    /// When the bytes are no such file, of another version, or damaged.
+    /// When the bytes are not such a file, of another version, or damaged.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, IndexError> {
         let digest = Self::digest_of(bytes).ok_or(IndexError::Magic)?;
         let index = DepthIndex::from_bytes(&bytes[HEAD_BYTES..])?;

@@ -1,4 +1,4 @@
-//! What lies where charts end or meet.
+//! The borders at which charts end or meet.
 //!
 //! Borders are found once, when an index is built: of coarser objects only what no finer source covers is
 //! kept, and along every border of coverage the objects that begin just beyond it, or the absence of any, are
@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// How far beyond a border its other side is told (units, about 3 cm).
+/// How far beyond a border its other side is sampled (units, about 3 cm).
 const STEP: f64 = 3.0;
 
 /// Runs by the tree that they go to.
@@ -273,7 +273,7 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         let mut found: BTreeSet<(Vertex, Vertex, (usize, u32))> = BTreeSet::new();
         let mut foreign: BTreeMap<(usize, u32), ChartObject> = BTreeMap::new();
         for (a, b) in border_segments(piece, single) {
-            // Where its own skin has gaps, a segment may lie by a gap in part only: its middle does not tell.
+            // Where its own skin has gaps, only a part of a segment may border a gap: its middle is not enough.
             let cuts = self.crossings(a, b, |chart, object| {
                 (object.role <= Role::Danger || object.restriction().is_some())
                     && (chart != self.at || doubtful && object.role == Role::Skin)
@@ -321,7 +321,7 @@ impl<E, F: Fn(usize) -> Result<Arc<Piece>, E>> Seam<'_, F, E> {
         numbers
     }
 
-    /// Runs along the borders of zones of confidence beyond which there is water that nobody assessed.
+    /// Runs along the borders of zones of confidence beyond which there is unassessed water.
     fn unassessed(&self, piece: &mut Piece) -> Vec<Run> {
         let mut borders: Vec<(Vertex, Vertex)> = Vec::new();
         for area in &piece.areas.list {
@@ -380,7 +380,7 @@ fn border_segments(piece: &Piece, single: Vec<Segment>) -> Vec<Segment> {
 
 /// Whether a skin may not tile what its chart covers, and then the sides of it that have no other area on the other
 /// side. A skin tiles the coverage exactly where every side is there once in each direction, or is one of the
-/// coverage's: sums of areas would not tell a gap from an overlap as large. Where borders are divided otherwise than
+/// coverage's: sums of areas would not distinguish a gap from an overlap as large. Where borders are divided otherwise than
 /// their neighbours', the skin counts as doubtful, which costs time at building and nothing else.
 fn doubtful_skin(piece: &Piece) -> (bool, Vec<Segment>) {
     let mut all: Vec<(Vertex, Vertex, Role, i32)> = Vec::new();

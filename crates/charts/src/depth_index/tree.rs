@@ -37,7 +37,7 @@ pub(super) const NO_DATA: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Node {
     pub(super) bounds: Bounds,
-    /// Least depth below (mm); `i32::MIN` for anything that is no depth.
+    /// Least depth below (mm); `i32::MIN` for anything that is not a depth.
     pub(super) least_mm: i32,
 }
 

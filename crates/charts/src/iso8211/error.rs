@@ -20,10 +20,10 @@ pub enum Iso8211Problem {
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
-    /// The first record is no data descriptive record.
+    /// The first record is not a data descriptive record.
     #[error("this is no ISO 8211 file: the leader identifier is {0:?}, not 'L'")]
     NotADescription(char),
-    /// A later record is no data record.
+    /// A later record is not a data record.
     #[error("the leader identifier is {0:?}, not 'D'")]
     NotData(char),
     /// A number of a leader or directory is not written in digits.
@@ -86,7 +86,7 @@ pub enum Iso8211Problem {
     Description {
         /// The field.
         tag: Tag,
-        /// Its formats as they stand.
+        /// Its formats as written.
         formats: String,
     },
     /// A field is used that the data descriptive record does not describe.

@@ -44,7 +44,7 @@ impl Leader {
         let number = |from: usize, to: usize, what| {
             decimal(&bytes[from..to]).ok_or_else(|| fail(from, Iso8211Problem::Number(what)))
         };
-        // The identifier is looked at first, so that a picture or a zip file is called what it is.
+        // The identifier is checked first, so that a picture or a zip file is recognised as such.
         let identifier = bytes[6];
         if record == 0 && identifier != b'L' {
             return Err(fail(6, Iso8211Problem::NotADescription(char::from(identifier))));

@@ -21,7 +21,7 @@ impl<'a> Reader<'a> {
     /// Reads the data descriptive record.
     ///
     /// # Errors
-    /// When the bytes do not begin with one, or it describes a field in a way that is no format.
+    /// When the bytes do not begin with one, or it describes a field in a way that is not a format.
     pub fn new(file: &'a [u8]) -> Result<Self, Iso8211Error> {
         if file.is_empty() {
             return Err(Iso8211Error { record: 0, offset: 0, problem: Iso8211Problem::Empty });

@@ -92,7 +92,7 @@ impl<'a, 'd> Rows<'a, 'd> {
         Self { definition, body, at: 0, level, record, offset, done }
     }
 
-    /// Fills `row` with the next row's values; false when there is none.
+    /// Fills `row` with the next row's values; false after the last row.
     ///
     /// # Errors
     /// When the field ends inside the row or a number is not one.

@@ -42,7 +42,7 @@ impl<'a> Assembler<'a> {
         Self { store, budget: limit, limit }
     }
 
-    /// The geometry of a feature. What cannot be resolved is told, not left out.
+    /// The geometry of a feature. What cannot be resolved is reported, not left out.
     pub(super) fn geometry(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
         if feature.pointers.is_empty() && feature.last_pointers.is_empty() {
             return Ok(Geometry::None);
@@ -81,8 +81,8 @@ impl<'a> Assembler<'a> {
         Ok(Some(Path { points, edges: Vec::new() }))
     }
 
-    /// Whether all that an object without readable geometry consists of is known, as it is or as it was last: then it
-    /// lies within what there is of it.
+    /// Whether all parts of an object without readable geometry are known, in their present or last state: then it lies
+    /// within these.
     pub(super) fn is_whole(&self, feature: &StoredFeature) -> bool {
         let has_position = |name: Name| self.known(name).any(|one| !one.coordinates.is_empty());
         let end = |edge: Name, topology: u8| {
@@ -176,8 +176,8 @@ impl<'a> Assembler<'a> {
         Ok(Geometry::Lines(paths))
     }
 
-    /// The area of what says that it is a line, but whose edges are told to bound something and do. Not of the skin of
-    /// the Earth: nothing becomes water by a guess.
+    /// The area of a feature that is coded as a line, but whose edges are coded as boundaries and form one. Not of the
+    /// skin of the Earth: nothing becomes water by a guess.
     fn area_of_line(&mut self, feature: &StoredFeature) -> Result<Option<Geometry>, S57Problem> {
         let bounds = |one: &Pointer| matches!(one.usage, EXTERIOR | INTERIOR | DATA_LIMIT);
         let skin = SKIN_CLASSES.contains(&ObjectClass(feature.class));
@@ -194,7 +194,7 @@ impl<'a> Assembler<'a> {
             feature.pointers.iter().map(|pointer| self.edge(pointer)).partition(Result::is_ok);
         let all = used.into_iter().flatten();
         if let Some(Err(reason)) = missing.into_iter().next() {
-            // What there is of the boundary still tells where the danger is.
+            // The part of the boundary that is there still shows where the danger is.
             let mut paths = Vec::new();
             for used in all {
                 let mut path = Path::default();

@@ -34,7 +34,7 @@ impl Catalogue {
     /// Reads a catalogue file.
     ///
     /// # Errors
-    /// When the bytes are no ISO 8211 file or a record is damaged.
+    /// When the bytes are not an ISO 8211 file or a record is damaged.
     pub fn read(file: &str, bytes: &[u8]) -> Result<Self, S57Error> {
         Self::read_container(bytes).map_err(|error| container(file, error))
     }

@@ -21,10 +21,9 @@ pub struct Cell {
     pub parameters: DatasetParameters,
     /// Features by record number.
     pub features: Vec<Feature>,
-    /// What was read but is not as it should be: to be shown at import.
+    /// Irregularities that were read: to be shown at import.
     pub notices: Vec<Notice>,
-    /// Record numbers of features without readable geometry of which a part is in no file: nobody knows how far they
-    /// reach.
+    /// Record numbers of features without readable geometry of which a part is in no file: their extent is unknown.
     pub incomplete: BTreeSet<u32>,
 }
 
@@ -91,8 +90,8 @@ impl Cell {
     }
 }
 
-/// Whether a line leads from one position to the next over more than 180° of longitude: nobody can say which way round
-/// the globe it goes, and the wrong way turns land into water.
+/// Whether a line leads from one position to the next over more than 180° of longitude: which way round the globe it
+/// runs is ambiguous, and the wrong way turns land into water.
 fn spans_half_the_globe(geometry: &Geometry) -> bool {
     let spans =
         |path: &Path| path.points.windows(2).any(|pair| (pair[1].lon_deg - pair[0].lon_deg).abs() > 180.0);

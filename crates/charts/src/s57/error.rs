@@ -153,7 +153,7 @@ pub enum S57Problem {
         /// Its record number.
         record: u32,
     },
-    /// Something that vessels must keep off has no position, and none is known that it had.
+    /// A hazard has no position, and no earlier one is known.
     #[error("{class} {record} has no position that can be read, and what it is must be kept clear of")]
     Nowhere {
         /// The object's class.
@@ -161,7 +161,7 @@ pub enum S57Problem {
         /// Its record number.
         record: u32,
     },
-    /// Something that vessels must keep off, or the coverage, has a place of which a part is in no file.
+    /// A hazard, or the coverage, has a geometry of which a part is in no file.
     #[error(
         "{class} {record} has a boundary or line of which a part is missing, so that nobody knows how far it reaches"
     )]
@@ -174,7 +174,7 @@ pub enum S57Problem {
     /// A cell without what makes it a chart of the sea.
     #[error("the cell has no depth areas or does not say where it has data (M_COVR)")]
     NoWater,
-    /// What a file has once is there again.
+    /// A record that must be unique is there twice.
     #[error("the {what} is there twice")]
     Twice {
         /// What, and its field.

@@ -30,7 +30,7 @@ pub struct ExchangeSet {
     pub cancelled: Vec<String>,
     /// Cells that could not be read.
     pub failures: Vec<CellFailure>,
-    /// What else is not as it should be.
+    /// Other irregularities.
     pub notices: Vec<Notice>,
 }
 

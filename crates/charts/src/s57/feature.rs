@@ -24,7 +24,7 @@ pub struct Attribute {
     pub value: String,
 }
 
-/// What a linked feature is to the one that links to it.
+/// The relation of a linked feature to the one that links to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinkRole {
     /// It is the master, such as the buoy of a light.
@@ -53,7 +53,7 @@ impl LinkRole {
 pub struct FeatureLink {
     /// The other.
     pub to: ObjectId,
-    /// What it is to this one.
+    /// Its relation to this one.
     pub role: LinkRole,
 }
 

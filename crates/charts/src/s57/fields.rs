@@ -217,7 +217,7 @@ impl<'a> FileReader<'a> {
                 _ => {}
             }
         }
-        // A control whose list does not come must not pass for no change.
+        // A control whose list is missing must not count as no change.
         feature.links.extend(link_control.map(|control| (Some(control), Vec::new())));
         feature.pointers.extend(pointer_control.map(|control| (Some(control), Vec::new())));
         Ok(feature)
@@ -277,7 +277,7 @@ impl<'a> FileReader<'a> {
             let (id, what) = (vector.name.id, "given positions with and without depths");
             return Err(self.fail(field, record, S57Problem::Record { kind: "vector record", id, what }));
         }
-        // A control whose list does not come must not pass for no change.
+        // A control whose list is missing must not count as no change.
         vector.pointers.extend(pointer_control.map(|control| (Some(control), Vec::new())));
         vector.coordinates.extend(coordinate_control.map(|control| (Some(control), Vec::new())));
         Ok(vector)

@@ -1,4 +1,4 @@
-//! What a feature looks like on the Earth.
+//! The geometry of a feature.
 
 /// A position as the chart gives it: degrees of longitude and latitude on WGS 84. A chart is a file, so its
 /// positions stay in the file's unit; [`GeoPoint::place`] leaves it.
@@ -105,9 +105,9 @@ pub enum Geometry {
     Area(Area),
     /// A surface whose boundary does not close. It must count as dangerous.
     Unreadable {
-        /// What there is of the boundary.
+        /// The part of the boundary that could be read.
         paths: Vec<Path>,
-        /// Why it is no surface.
+        /// Why it is not a surface.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Files as readers get them: who reads the folder or archive gives each as a path with bytes.
+//! Files as readers get them: the caller reads the folder or archive and gives each as a path with bytes.
 
 /// A file by its path in the tree.
 #[derive(Debug, Clone, Copy)]

@@ -1,4 +1,4 @@
-//! What the records of a file say, base cell or update, field by field.
+//! The contents of a file's records, base cell or update, field by field.
 
 use super::feature::{Attribute, LinkRole, ObjectId};
 use crate::iso8211::LexicalLevel;

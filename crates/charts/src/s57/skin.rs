@@ -3,7 +3,7 @@
 //! S-57 appendix B.1, 3.8.1: the areas of group 1 tile the covered area without gap or overlap. So their
 //! areas add up to that of M_COVR with CATCOV 1, and every side of their boundaries is there once in each
 //! direction, but for the sides that bound the covered area. What is left then goes around gaps and overlaps:
-//! sums alone would not tell a gap from an overlap as large. A cell that fails this was read wrongly or is damaged.
+//! sums alone would not distinguish a gap from an overlap as large. A cell that fails this was read wrongly or is damaged.
 
 use super::cell::Cell;
 use super::codes::{AttributeCode, ObjectClass, SKIN_CLASSES};

@@ -9,7 +9,7 @@ use super::records::{
 };
 use std::collections::BTreeMap;
 
-/// Something that was read but is not as it should be.
+/// An irregularity that was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Notice {
     /// The file.
@@ -52,10 +52,10 @@ pub(super) struct Store {
     pub(super) parameters: DatasetParameters,
     pub(super) features: BTreeMap<u32, StoredFeature>,
     pub(super) vectors: BTreeMap<Name, StoredVector>,
-    /// What updates deleted or emptied, as it was last: an object that still points there lay there.
+    /// Records that updates deleted or emptied, in their last state: an object that still points there lay there.
     pub(super) lost: BTreeMap<Name, StoredVector>,
     pub(super) notices: Vec<Notice>,
-    /// Bytes of the base and its updates: what bounds the geometry that is believed.
+    /// Bytes of the base and its updates: they bound the geometry that is accepted.
     pub(super) bytes: usize,
     /// The update that the base contained when it came: 0 unless it is a re-issue.
     pub(super) reissue: u32,
@@ -145,8 +145,9 @@ impl Tally {
         *count += 1;
     }
 
-    /// A file cut between two records is whole records all through: only its head tells, and what is lost may be a
-    /// danger. More records than announced take nothing away: the texts tell of them.
+    /// Compares the record counts in the file's head with those found. A file cut between two records has whole records
+    /// only, so nothing else reveals it, and a lost record may be a danger. More records than announced lose nothing: the
+    /// returned texts name them.
     pub(super) fn compare(&self, said: &DatasetStructure) -> Result<Vec<String>, S57Problem> {
         let features = said.meta_features.saturating_add(said.geo_features).saturating_add(said.collections);
         let counts = [

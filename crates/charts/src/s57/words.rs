@@ -19,8 +19,8 @@ pub fn attribute_words(code: AttributeCode) -> String {
     found.map_or_else(|| code.to_string(), |(_, words, _)| (*words).to_owned())
 }
 
-/// A value in words, with its unit: codes of enumerations and lists of them are told by their meaning; a value
-/// that has none stays as it is, and an empty one is told to be unknown.
+/// A value in words, with its unit: codes of enumerations and lists of them become their meaning; a value
+/// without one is left unchanged, and an empty one is "unknown".
 pub fn value_words(code: AttributeCode, value: &str) -> String {
     let value = value.trim();
     if value.is_empty() {

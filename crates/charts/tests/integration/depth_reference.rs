@@ -224,7 +224,7 @@ impl Charts {
                     worst = *severity;
                 }
             }
-            // The state changes only where a border is crossed, which the pieces tell.
+            // The state changes only where a border is crossed, which the pieces show.
             if at == 0 {
                 let point = GeoPoint { lon_deg: sample.lon_deg(), lat_deg: sample.lat_deg() };
                 worst = worst.min(self.state(point));

@@ -417,7 +417,7 @@ fn structures_in_the_water_are_obstacles() {
         assert_eq!(water(63.01, 10.01), Water::Obstacle, "{class}");
         assert_eq!(water(63.0115, 10.0305), Water::Obstacle, "{class}");
         assert_eq!(water(63.01, 10.02).least_m(), Some(5.0), "{class}");
-        // Nobody asks for the buildings of a town by name.
+        // The buildings of a town are not listed by name.
         assert!(index.points_of_interest(place(63.01, 10.01), 9, 5_000.0, |_| true).is_empty());
     }
 }
@@ -453,7 +453,7 @@ fn exchange_sets_are_read_whole_and_tell_what_is_wrong() {
         vec![("CATD", bytes.0)]
     };
     let (cell, first, text) = (base(), update("1", &[]), b"Beware".to_vec());
-    // CRC-32 of "Beware" is not 1: a text with a wrong checksum is told, and spoils nothing.
+    // CRC-32 of "Beware" is not 1: a text with a wrong checksum is reported, and does not stop the reading.
     let catalogue = file(&[entry(1, "NO5X0001\\NO5X0001.TXT", 1), entry(2, "NO5X0009\\NO5X0009.000", 0)]);
     let gap = update("3", &[]);
     let files = [

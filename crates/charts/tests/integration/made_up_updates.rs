@@ -99,7 +99,7 @@ fn a_re_issue_is_the_base_with_its_updates_and_takes_the_next_one() {
     assert_eq!(text.id.update, "3");
     assert_eq!(only(&text, ObjectClass::DEPARE).text(AttributeCode::DRVAL1), Some("2"));
     assert_eq!(only(&updated, ObjectClass::DEPARE).text(AttributeCode::DRVAL1), Some("2"));
-    // 1 and 2 are passed over; version 1 -> 4 is told.
+    // 1 and 2 are skipped; version 1 -> 4 is reported.
     assert_eq!(text.notices.len(), 3, "{:?}", text.notices);
     let gap = [all[0], all[2]];
     assert_eq!(read(&reissue.cell, &gap).unwrap().id.update, "3", "update 2 is in the re-issue");

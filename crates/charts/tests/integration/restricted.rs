@@ -137,7 +137,7 @@ fn the_index_finds_what_a_search_of_all_polygons_finds() {
             let half_width_m = numbers.within(0.0, 60.0);
             let leg = Leg { from: sea.frame().to_place(from), to: sea.frame().to_place(to) };
             let answer = index.shallowest_along(leg, half_width_m, &Demand::default());
-            // What lies within a hand's breadth of the corridor's edge may be told either way.
+            // What lies close to the corridor's edge may count either way.
             let (tight, wide) = (half_width_m - 0.3, answer.half_width_m + 0.3);
             let found = answer.area.map(|area| (area.restriction, area.along_m));
             let (least, most) = (searched(&sea, (from, to), tight), searched(&sea, (from, to), wide));

@@ -40,7 +40,7 @@ fn level() -> impl Strategy<Value = LexicalLevel> {
     prop::sample::select(vec![LexicalLevel::Ascii, LexicalLevel::Latin1, LexicalLevel::Ucs2])
 }
 
-/// Characters that a level has; the delete marker alone is no value, so it stands in none.
+/// Characters that a level has; the delete marker alone is not a value, so it stands in none.
 fn text(level: LexicalLevel) -> BoxedStrategy<String> {
     let pattern = match level {
         LexicalLevel::Ascii => "[ -~]{0,12}",
@@ -253,7 +253,7 @@ proptest! {
             VectorChange::of(nodes[1]).vertices(ListEdit::Replace { index: 1, items: vec![moved] }),
         );
         let read = read(&cell, &updates);
-        // A sounding feature may lose all its soundings; that is told and nothing else is.
+        // A sounding feature may lose all its soundings; that is the only notice.
         let told = usize::from(depths.is_empty());
         prop_assert_eq!(read.notices.len(), told, "{:?}", read.notices);
         let found = only(&read, ObjectClass::DEPCNT);

@@ -1,4 +1,4 @@
-//! What every task has.
+//! The parameters of every task.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

@@ -103,7 +103,7 @@ pub fn reason_left_out(name: &str) -> Option<&'static str> {
     LEFT_OUT.iter().find(|(known, _)| *known == task).map(|(_, reason)| *reason)
 }
 
-/// The part of a section's name that tells the task: what stands before the first `/`.
+/// The part of a section's name that names the task: the text before the first `/`.
 pub(crate) fn task_of(name: &str) -> &str {
     name.split_once('/').map_or(name, |(task, _)| task)
 }

@@ -1,12 +1,12 @@
-//! Settings that are read and checked, because DUNE's files have them, and that nothing in Lutra obeys.
+//! Settings that are read and checked, because DUNE's files have them, but that have no effect in Lutra.
 //!
-//! A setting stands here with the value as which Lutra acts, where it has one. A file that says otherwise is
-//! told so: a note where it makes little difference, a warning where the vessel behaves otherwise than the file
-//! says. What would make the vessel less safe than the file says must not stand here but be obeyed.
+//! A setting is listed with the value that Lutra acts by, where it has one. A file with another value gets
+//! a note where it makes little difference, a warning where the vessel behaves otherwise than the file
+//! says. A setting whose neglect would make the vessel less safe must not be listed here but be implemented.
 
 use crate::problem::Severity;
 
-/// A setting that nothing obeys.
+/// A setting without effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotHonoured {
     /// The first name of its section; [`ANY_TASK`] for an option that every task has.
@@ -17,7 +17,7 @@ pub struct NotHonoured {
     pub acts_as: Option<&'static str>,
     /// What Lutra does instead.
     pub instead: &'static str,
-    /// What another value is worth.
+    /// The severity of another value.
     pub severity: Severity,
 }
 
@@ -195,7 +195,7 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, HOST, "Execution Frequency", Some("1"), "the computer is looked at once a second"),
 ];
 
-/// Whether nothing obeys this setting, and what is done instead.
+/// Whether this setting has no effect, and what is done instead.
 pub fn not_honoured(section: &str, key: &str) -> Option<&'static NotHonoured> {
     let is_of = |one: &&NotHonoured| one.section == section || one.section == ANY_TASK;
     NOT_HONOURED.iter().filter(is_of).find(|one| one.key == key)

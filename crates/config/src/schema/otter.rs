@@ -36,7 +36,7 @@ pub static OTTER_VALUES: &[(&str, &str, &str)] = &[
     ("Maneuver.FollowReference.ASV", "Horizontal Tolerance", "30"),
     ("Supervisors.ASV.LostComms", "Plan Name", "lost_comms"),
     ("Sensors.GPS", "Serial Port - Baud Rate", "115200"),
-    // A Hemisphere V104s sends what it is told to: all that the vessel needs, five times a second.
+    // A Hemisphere V104s sends only the sentences it is set to: all that the vessel needs, five times a second.
     ("Sensors.GPS", "Initialization String 0 - Command", r"$JASC,GPGGA,5\r\n"),
     ("Sensors.GPS", "Initialization String 1 - Command", r"$JASC,GPVTG,5\r\n"),
     ("Sensors.GPS", "Initialization String 2 - Command", r"$JASC,GPZDA,5\r\n"),

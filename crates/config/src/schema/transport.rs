@@ -20,7 +20,7 @@ pub const FILTERS: Param<Vec<(String, String)>> =
 
 const OF_EVERY_TRANSPORT: &[ParamSpec] = &[ANNOUNCE_SERVICE.spec, MESSAGES.spec, RATES.spec, FILTERS.spec];
 
-/// What goes to consoles unless a file says otherwise.
+/// Messages that go to consoles by default.
 const TO_CONSOLES: &[&str] = &[
     "Abort",
     "ControlLoops",

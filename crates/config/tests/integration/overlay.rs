@@ -1,4 +1,4 @@
-//! `<vehicle>-saved.ini` beside the main file has the last word.
+//! `<vehicle>-saved.ini` beside the main file overrides all others.
 
 use std::path::Path;
 

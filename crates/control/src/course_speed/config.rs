@@ -16,9 +16,9 @@ pub struct CourseSpeedConfig {
     pub yaw: YawConfig,
     /// Speed.
     pub speed: SpeedConfig,
-    /// What the loops act through.
+    /// The actuation of the loops.
     pub drive: Drive,
-    /// What leaves for the motors.
+    /// The output to the motors.
     pub output: OutputConfig,
 }
 
@@ -81,14 +81,14 @@ pub enum FeedForward {
     Table(SpeedTable),
 }
 
-/// What the loops act through.
+/// The actuation of the loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
     /// Demand is rpm, effort is actuation (DUNE HeadingAndSpeed).
     Rpm {
         /// Rpm at actuation 1, 100 to 1e4, "RPMs at Maximum Thrust".
         rpm_at_max_thrust: f64,
-        /// Who holds the rpm.
+        /// Where the rpm loop runs.
         governor: Governor,
     },
     /// Demand and effort are newtons of the pair (NTNU HeadingAndSpeedForce).
@@ -100,7 +100,7 @@ pub enum Drive {
     },
 }
 
-/// Who holds the rpm.
+/// Where the rpm loop runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Governor {
     /// The motors themselves: actuation = rpm / rpm at maximum thrust, "Hardware RPMs Control".
@@ -114,17 +114,17 @@ pub enum Governor {
     },
 }
 
-/// What leaves for the motors.
+/// The output to the motors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputConfig {
     /// Largest magnitude of actuation, 0.01 to 1, "Maximum Thrust Actuation".
     pub max_actuation: f64,
-    /// Who gives way at a limit, "Share Saturation".
+    /// Which effort yields at a limit, "Share Saturation".
     pub sharing: Sharing,
     /// Largest growth of an actuation's magnitude per second, 0.01 to 100; `None` = free,
     /// "Ramp Actuation Limit".
     pub ramp_per_s: Option<f64>,
-    /// Time over which the motors move from where they are at enabling to what the loops want (s), 0 to 10.
+    /// Time over which the motors move from where they are at enabling to the loops' output (s), 0 to 10.
     pub fade_s: f64,
     /// A longer pause between two updates starts the loops again from stopped motors (s), 0.1 to 10.
     pub max_gap_s: f64,
@@ -321,7 +321,7 @@ impl CourseSpeedConfig {
         check.within("drive", |check| self.drive.check(check));
         check.within("output", |check| self.output.check(check));
         if let (FeedForward::Table(table), Drive::Force { .. }) = (&self.speed.feed_forward, &self.drive) {
-            // A table answers rpm, which is no force.
+            // A table answers rpm, which is not a force.
             check.within("speed", |check| {
                 check.number("feed_forward_table", "rpm", table.rpm_for_percent(100.0), 0.0..=0.0);
             });

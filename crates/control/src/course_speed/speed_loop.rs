@@ -14,7 +14,7 @@ pub(super) struct SpeedLoop {
     demand: f64,
 }
 
-/// What the loop knows in one step.
+/// The loop's input in one step.
 pub(super) struct SpeedInput {
     pub(super) target: Speed,
     pub(super) surge_mps: f64,
@@ -23,7 +23,7 @@ pub(super) struct SpeedInput {
     pub(super) dt_s: f64,
 }
 
-/// What it asks for in one step.
+/// The loop's output in one step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SpeedStep {
     pub(super) effort: f64,
@@ -62,7 +62,7 @@ impl SpeedLoop {
         self.demand = 0.0;
     }
 
-    /// Tells that the motors could not do all that was asked.
+    /// Reports that the motors were saturated.
     pub(super) fn saturated(&mut self, saturation: Saturation) {
         self.pid.saturated(saturation);
         if let Some(governor) = &mut self.governor {

@@ -6,7 +6,7 @@ use crate::motion::Motion;
 use crate::pid::{Pid, PidTerms, Saturation};
 use units::wrap_pi;
 
-/// What the yaw loop is to hold.
+/// The setpoint of the yaw loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum YawTarget {
     /// Where the bow points (rad).
@@ -39,7 +39,7 @@ pub(super) struct YawLoop {
     may_go_ahead: bool,
 }
 
-/// What it asks for in one step.
+/// The loop's output in one step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct YawStep {
     pub(super) differential: f64,
@@ -64,7 +64,7 @@ impl YawLoop {
         self.may_go_ahead = false;
     }
 
-    /// Tells that the motors could not do all that was asked.
+    /// Reports that the motors were saturated.
     pub(super) fn saturated(&mut self, saturation: Saturation) {
         self.pid.saturated(saturation);
     }

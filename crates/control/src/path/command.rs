@@ -1,4 +1,4 @@
-//! What a path tracker is told: fixes and paths, and why it may refuse them.
+//! The inputs of a path tracker: fixes and paths, and why it may refuse them.
 
 use crate::motion::Motion;
 use thiserror::Error;
@@ -50,7 +50,7 @@ pub enum PathEnd {
 /// A path to follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathCommand {
-    /// Number by which its status is told apart.
+    /// Number that identifies its status.
     pub path_ref: u32,
     /// Where it starts.
     pub start: PathStart,
@@ -74,7 +74,7 @@ pub enum PathError {
     TooLong {
         /// Its length (m).
         length_m: f64,
-        /// What is allowed (m).
+        /// The limit (m).
         limit_m: f64,
     },
     /// The loiter radius is not a number above 0 and up to 5 km.

@@ -1,4 +1,4 @@
-//! Watching a path: does the vessel get on, is it near the track, did its position jump?
+//! Monitors of a path: does the vessel make progress, is it near the track, did its position jump?
 //!
 //! After DUNE's path controller. All are pure: times and distances come in, a verdict goes out.
 
@@ -136,7 +136,7 @@ impl CrossTrackMonitor {
     }
 }
 
-/// How long the monitors rest after a jump of `distance_m`; `None` where it was no jump. `explained_m` is the
+/// How long the monitors rest after a jump of `distance_m`; `None` where it was not a jump. `explained_m` is the
 /// distance that speed and time explain.
 pub(super) fn silence_after(config: &JumpConfig, distance_m: f64, explained_m: f64) -> Option<Duration> {
     (distance_m > config.threshold_m + explained_m).then(|| {

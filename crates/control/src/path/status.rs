@@ -1,11 +1,11 @@
-//! What a path tracker answers: where the vessel is on its path, what changed, what is wrong.
+//! The status of a path tracker: the vessel's place on its path, changes, faults.
 
 use super::command::Loiter;
 use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
 use units::{LatLon, wrap_pi};
 
-/// What is wrong with the path under way. It stays until the next path or
+/// A fault of the path under way. It stays until the next path or
 /// [`PathTracker::stop`](super::PathTracker::stop).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PathFault {
@@ -20,7 +20,7 @@ pub enum PathFault {
     OffTrack,
 }
 
-/// What changed with this update; to be reported at once.
+/// The changes by this update; to be reported at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathEvent {
     /// The end came near.

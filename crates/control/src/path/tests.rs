@@ -106,7 +106,7 @@ fn a_reached_end_is_where_the_next_leg_starts() {
     let got = path.start(at(1.0), &go(100.0, 50.0), &fix(20.0, 3.0, 0.0, 2.0)).unwrap();
     assert!(range_and_bearing(got.start, spot(20.0, 3.0)).0 < 1e-3);
     path.update(at(2.0), &fix(95.0, 45.0, 0.0, 2.0), false).unwrap();
-    // Reached: from its end, cut corner or not, unless told to go direct.
+    // Reached: from its end, cut corner or not, unless the command is to go direct.
     let mut direct = path.clone();
     let got = path.start(at(3.0), &go(100.0, 200.0), &fix(95.0, 45.0, 0.0, 2.0)).unwrap();
     assert!(range_and_bearing(got.start, spot(100.0, 50.0)).0 < 1e-3);

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-/// Names and kinds as told to a console that asks (RemoteActionsRequest).
+/// Names and kinds as sent to a console on request (RemoteActionsRequest).
 pub const REMOTE_ACTIONS: &str = "Exit=Button;Port Motor=Axis;Starboard Motor=Axis;Accelerate=Button;\
     Decelerate=Button;Heading=Axis;Throttle=Axis;Left=Button;Right=Button;Stop=Button;Ranges=Range127";
 
@@ -38,14 +38,14 @@ pub struct RemoteActions {
     /// Throttle; holds as long as no other is given. Absent = the held one.
     pub throttle: Option<f64>,
     /// How long the message is good for, from the time it was sent, "Life" in ms: then the motors stop if none came
-    /// since, although the connection timeout be longer. Lutra's shore says it with every message; it is no key, so
-    /// consoles are not told of it.
+    /// since, even if the connection timeout is longer. Lutra's shore sends it with every message; it is not a key, so
+    /// it is not announced to consoles.
     pub life: Option<Duration>,
 }
 
 impl RemoteActions {
-    /// Reads a message. Pairs with unknown names, or values that are no integers, have no effect and are
-    /// returned, so that a console that sends them can be told. Of equal names the last counts.
+    /// Reads a message. Pairs with unknown names, or values that are not integers, have no effect and are
+    /// returned, so that the console that sent them can be informed. Of equal names the last counts.
     pub fn parse(text: &str) -> (Self, Vec<&str>) {
         let mut actions = Self::default();
         let pairs = text.split(';').map(str::trim).filter(|pair| !pair.is_empty());

@@ -155,7 +155,7 @@ fn a_late_poll_never_lets_old_thrust_through() {
     let mut remote = remote(Mixing::Additive);
     remote.handle(at(100), &keys("Throttle=100"), 0.0, true);
     assert_eq!(remote.poll(at(5000)), Some(STOP));
-    // Nor does a message after unnoticed silence go on with the old throttle.
+    // Nor does a message after unnoticed silence continue with the old throttle.
     remote.handle(at(6000), &keys("Throttle=100"), 0.0, true);
     remote.handle(at(9000), &keys("Heading=0"), 0.0, true);
     assert_eq!(remote.poll(at(9000)), Some(STOP));
@@ -267,7 +267,7 @@ fn sticks_whose_life_ran_out_pass_neutral_before_they_move_anything() {
             assert!(motors(Some(command)).port > 0.4);
         }
     }
-    // Rest that ran out is no interruption, and consoles that say no life go on as ever.
+    // A life that ends at rest is not an interruption, and consoles that send no life continue as usual.
     remote.handle(at(3_100), &neutral, 0.0, true);
     assert_eq!(remote.poll(at(3_500)), Some(STOP));
     remote.handle(at(3_600), &ahead, 0.0, true);

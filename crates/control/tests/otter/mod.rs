@@ -28,7 +28,7 @@ const SHAFT_LAG_S: f64 = 0.1;
 const CROSS_FLOW: f64 = 0.5 * 1025.0 * 0.195_122 * 1.004_21;
 const STEP_S: f64 = 0.02;
 
-/// What the water and wind do.
+/// The loads of water and wind.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sea {
     /// Speed of the current (m/s).

@@ -1,4 +1,4 @@
-//! What can be wrong with a sentence.
+//! Damage of a sentence.
 
 /// Why a sentence is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -6,7 +6,7 @@ pub enum DamagedSentence {
     /// It does not begin with `$`.
     #[error("no NMEA sentence: it does not begin with $")]
     NoStart,
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// Another sentence begins, or the stream ends, before its line end.
@@ -21,9 +21,9 @@ pub enum DamagedSentence {
     /// Its checksum is another.
     #[error("checksum {stands}, computed {computed:02X}")]
     Checksum {
-        /// What stands after `*`.
+        /// The checksum after `*`.
         stands: String,
-        /// What the bytes make.
+        /// The checksum of the bytes.
         computed: u8,
     },
     /// It has too few fields.
@@ -43,7 +43,7 @@ pub enum DamagedSentence {
         address: String,
         /// The field's number, the address being 0.
         index: usize,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
 }

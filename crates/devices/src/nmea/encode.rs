@@ -10,7 +10,7 @@ use units::{Civil, UtcTime, wrap_two_pi};
 const KNOTS_PER_MPS: f64 = 3600.0 / 1852.0;
 const KMPH_PER_MPS: f64 = 3.6;
 
-/// What the receiver takes from its models of the earth for where it is.
+/// Values that the receiver takes from its models of the Earth at its position.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EarthModel {
     /// Magnetic declination, east positive: leads from magnetic to true directions (rad).
@@ -19,10 +19,10 @@ pub struct EarthModel {
     pub separation_m: f64,
 }
 
-/// Who speaks in the sentences of heading and turn, as the compass is told; in all others it is the satellites' receiver.
+/// The talker of heading and rate-of-turn sentences, as the compass is configured; all others have the GNSS receiver's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Talker {
-    /// `GP`, a satellites' receiver.
+    /// `GP`, a GPS receiver.
     #[default]
     Gp,
     /// `HE`, a gyro that seeks north.

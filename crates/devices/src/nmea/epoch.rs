@@ -11,15 +11,15 @@ use crate::reading::{GnssFix, GnssReading, GroundVelocity, Quality};
 use units::UtcTime;
 
 const DAY_US: i64 = 86_400_000_000;
-/// Epochs that must keep an order before it is believed.
+/// Epochs that must keep an order before it is accepted.
 const STEADY: u8 = 2;
 
-/// All that a receiver reported of one moment. What no sentence told is `None`.
+/// All that a receiver reported of one moment. A value that no sentence had is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Epoch {
     /// Time of day.
     pub time: Option<TimeOfDay>,
-    /// Date and time, where the epoch itself tells both.
+    /// Date and time, where the epoch itself has both.
     pub utc: Option<UtcTime>,
     /// Date and time, the date carried on from an earlier epoch where this one has none.
     pub carried_utc: Option<UtcTime>,

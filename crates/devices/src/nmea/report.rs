@@ -8,10 +8,10 @@ const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
 const MPS_PER_KMPH: f64 = 1.0 / 3.6;
 /// No vessel and no receiver on one is faster (m/s).
 const FASTEST_MPS: f64 = 1_000.0;
-/// The years that a date is believed in: GPS began in 1980.
+/// The years of a valid date: GPS began in 1980.
 const YEARS: std::ops::RangeInclusive<u32> = 1980..=2999;
 
-/// What a sentence reports. What it leaves empty is `None`.
+/// The contents of a sentence. Empty fields are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Report {
     /// Position, its quality, satellites.

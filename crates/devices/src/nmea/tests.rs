@@ -13,7 +13,7 @@ fn one(body: &str) -> Result<Report, DamagedSentence> {
     read(sentence(body).as_bytes())
 }
 
-/// What comes of a stream: epochs, and damaged sentences with their offset.
+/// The result of reading a stream: epochs, and damaged sentences with their offset.
 fn gathered(stream: &[u8], chunk: usize) -> (Vec<Epoch>, Vec<(u64, DamagedSentence)>) {
     let (mut framer, mut epochs) = (Framer::default(), Epochs::default());
     let (mut found, mut damaged) = (Vec::new(), Vec::new());
@@ -299,7 +299,7 @@ fn a_receiver_that_stands_leaves_its_course_empty_and_has_a_velocity_all_the_sam
     let standing = velocity("GPVTG,,T,,M,0.00,N,0.00,K,A").unwrap();
     assert!(standing.stands() && standing.speed_mps == 0.0);
     assert!(velocity("GPVTG,,T,,M,0.10,N,0.18,K,A").unwrap().stands());
-    // Faster than that nobody knows where to.
+    // At a higher speed without a course, the velocity is unknown.
     assert_eq!(velocity("GPVTG,,T,,M,0.50,N,0.93,K,A"), None);
     assert_eq!(velocity("GPVTG,,T,,M,,N,,K,N"), None);
     let slow = velocity("GPVTG,90.0,T,,M,0.00,N,0.00,K,A").unwrap();

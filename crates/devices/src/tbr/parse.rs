@@ -1,6 +1,6 @@
 //! One line of the receiver read.
 //!
-//! A line has no checksum: the number of fields and the range of each are all that tells a damaged one. Lines of 8 and 7
+//! A line has no checksum: the number of fields and the range of each are all that reveals a damaged one. Lines of 8 and 7
 //! fields (TB Live without a running number) and of 9 and 8 (with one) are read, each with or without the two fields that
 //! recording software appends, latitude and longitude in degrees; these are checked and left out, the vessel knows its
 //! own position. An identity that cannot carry data has none, also where recording software filled the empty field with 0.
@@ -14,7 +14,7 @@ const SENSOR: &str = "TBR Sensor";
 /// Protocol names are at most five letters in the manual; unknown ones are kept up to this.
 const LONGEST_PROTOCOL: usize = 16;
 
-/// What a line of the receiver is.
+/// The kinds of the receiver's lines.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Line {
     /// A detection of a tag.
@@ -57,7 +57,7 @@ impl Ack {
 /// Why a line is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedLine {
-    /// A byte is no printable character.
+    /// A byte is not a printable character.
     #[error("bytes that are no text: the baud rate may be wrong")]
     NotText,
     /// Another line begins before this one's end.
@@ -77,7 +77,7 @@ pub enum DamagedLine {
     Field {
         /// What the field is.
         name: &'static str,
-        /// What stands there.
+        /// The text found.
         text: String,
     },
 }
@@ -95,7 +95,7 @@ pub struct Heard {
 /// Reads one line, without its end.
 ///
 /// # Errors
-/// When it is no text, has another number of fields than any line, or a field is not valid.
+/// When it is not text, has another number of fields than any line, or a field is not valid.
 pub fn parse(line: &[u8]) -> Result<Heard, DamagedLine> {
     let line = line.trim_ascii();
     if !line.iter().all(|byte| (b' '..=b'~').contains(byte)) {

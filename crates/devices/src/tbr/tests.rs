@@ -47,7 +47,7 @@ fn lines_are_those_of_a_real_receiver() {
     }
 }
 
-/// What comes of a stream that arrives in chunks.
+/// The result of reading a stream that arrives in chunks.
 fn heard(stream: &[u8], chunk: usize) -> (Vec<Heard>, Vec<(u64, DamagedLine)>) {
     let mut framer = Framer::default();
     let (mut found, mut damaged) = (Vec::new(), Vec::new());

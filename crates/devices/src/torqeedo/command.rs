@@ -1,11 +1,11 @@
-//! What the vessel's computer asks of the card: throttles and power channels, both ways.
+//! Commands of the vessel's computer to the card: throttles and power channels, encoded and decoded.
 
 use super::{CARD, COMPUTER, FULL_THROTTLE, MessageId, identifier};
 use crate::can::{CanFrame, MOST_DATA};
 use crate::pair::Pair;
 use thiserror::Error;
 
-/// What the computer asks of the card.
+/// A command of the computer to the card.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CardCommand {
     /// Throttle of motor 0 (as port) and motor 1 (as starboard) in per mille, -1000 to 1000.

@@ -1,4 +1,4 @@
-//! What any frame of the bus says.
+//! The meaning of any frame of the bus.
 //!
 //! Bytes are unsigned but where a field is known to go below zero: the DUNE task takes them for C's `char`, whose sign
 //! differs between processors. Frames may be longer than their fields, as a later card's would be; shorter ones are
@@ -19,11 +19,11 @@ pub struct Received {
     pub source: u8,
     /// Address it is meant for.
     pub destination: u8,
-    /// What it says.
+    /// Its contents.
     pub message: Message,
 }
 
-/// What a frame says.
+/// The contents of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Message {
     /// Up to eight characters for a person who looks for faults.

@@ -41,7 +41,7 @@ impl CardReport {
         }
     }
 
-    /// What the brain is given of it; nothing of channels, whose names the configuration alone knows.
+    /// The reading for the brain; none for channels, whose names only the configuration knows.
     pub fn reading(&self) -> Option<Reading> {
         match *self {
             Self::Motor(side, reading) => Some(Reading::Motor(side, reading)),

@@ -2,15 +2,15 @@
 //!
 //! An epoch ends when all kinds of sentences have come that the last epochs had, when the line is quiet, or when the next
 //! begins, whichever is first: so a reading does not wait for the next second, and a lost sentence mixes no two epochs. A
-//! remnant without position or heading, as a sentence behind a pause, is no reading where epochs have positions.
+//! remnant without position or heading, such as a sentence after a pause, gives no reading where epochs have positions.
 //!
-//! The compass fails when nothing of use came for a while, and says what did come: nothing, bytes that make no sentence (the
-//! baud rate), or sentences of no use (its settings). While it fails its settings are sent again, after waits that double, for
-//! a receiver that lost its power forgets them; what writes them into its flash memory goes once a day at most. One epoch and
-//! one sentence are kept.
+//! The compass fails when no usable sentence came for a while, and reports what did come: nothing, bytes that form no
+//! sentence (wrong baud rate), or unusable sentences (wrong settings). While it fails its settings are sent again, after
+//! waits that double, for a receiver that lost its power loses them; the command that saves them to flash is sent once a
+//! day at most. One epoch and one sentence are kept.
 //!
-//! A Hemisphere that talks at another speed than its line (as delivered, 4800 bit/s) is told to change: `$JBAUD` goes to it at
-//! each speed that it can have, and then the line is what it was.
+//! A Hemisphere whose speed differs from the line's (as delivered, 4800 bit/s) is switched over: `$JBAUD` is sent at each
+//! speed that it can have, then the line returns to its own speed.
 
 use crate::outbox::Outbox;
 use crate::{Driver, Input, Output, State};
@@ -33,21 +33,21 @@ const SPEEDS: [u32; 6] = [4_800, 9_600, 19_200, 38_400, 57_600, 115_200];
 const BITS_PER_BYTE: u32 = 10;
 /// How long the line keeps a speed after the last byte has left, and the receiver has to change its own.
 const SETTLING: Duration = Duration::from_millis(50);
-/// What commands of a Hemisphere begin with.
+/// The start of a Hemisphere's commands.
 const HEMISPHERE: &str = "$J";
 /// Epochs that must agree before their kinds of sentences are waited for, or a position is missed.
 const LEARNED: usize = 3;
 
-/// What a compass is set to.
+/// The settings of a compass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompassSettings {
     /// Sent one after another when the port opens, each with CR LF behind it.
     pub init: Vec<String>,
-    /// Speed of the serial line (bit/s), which a Hemisphere is told to go over to; `None` for what has no speed.
+    /// Speed of the serial line (bit/s), to which a Hemisphere is switched; `None` for a line without a speed.
     pub baud: Option<u32>,
     /// Added to the true heading for how the antennas are mounted (rad, clockwise).
     pub heading_offset_rad: f64,
-    /// Added to a magnetic heading to stand in while the compass gives no true one (rad, east positive); `None` leaves it out.
+    /// Added to a magnetic heading, used while the compass gives no true one (rad, east positive); `None` leaves it out.
     pub variation_rad: Option<f64>,
     /// Without anything of use for so long the compass fails.
     pub input_timeout: Duration,
@@ -72,7 +72,7 @@ impl Default for CompassSettings {
     }
 }
 
-/// What came since the port opened.
+/// Counts since the port opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Bytes.
@@ -120,14 +120,14 @@ struct Gathering {
     usual: Vec<(Vec<Kind>, bool)>,
 }
 
-/// What is watched while the port is open.
+/// The state while the port is open.
 #[derive(Debug, Clone, Copy)]
 struct Watch {
     /// When the compass fails unless something of use comes.
     deadline: MonoTime,
     /// Bytes since the last valid sentence.
     babble: u64,
-    /// Valid sentences of no use since the last of use.
+    /// Valid but unusable sentences since the last usable one.
     useless: u64,
 }
 
@@ -148,7 +148,7 @@ impl Compass {
         }
     }
 
-    /// What came since the port opened.
+    /// Counts since the port opened.
     pub const fn counts(&self) -> Counts {
         self.counts
     }
@@ -178,7 +178,7 @@ impl Compass {
         }
     }
 
-    /// Tells a Hemisphere at each other speed to go over to that of the line; answers when the line has its own again.
+    /// Commands a Hemisphere at each other speed to switch to the line's; returns when the line has its own again.
     fn change_speed(&mut self, now: Now) -> MonoTime {
         let told = self.settings.init.iter().any(|line| line.starts_with(HEMISPHERE));
         let Some(baud) = self.settings.baud.filter(|baud| told && SPEEDS.contains(baud)) else {
@@ -277,7 +277,7 @@ impl Compass {
             *heading_rad = turned(*heading_rad);
             self.true_heading = Some(begun);
         } else if self.true_heading.is_none_or(|at| begun.since(at) >= input_timeout) {
-            // A sentence that was lost is no reason to go over to another kind of heading.
+            // A sentence that was lost is not a reason to go over to another kind of heading.
             let magnetic = reading.magnetic_heading_rad.zip(variation_rad);
             reading.heading_rad = magnetic.map(|(magnetic, variation)| wrap_two_pi(magnetic + variation));
         }
@@ -285,7 +285,7 @@ impl Compass {
         self.outbox.push(Output::Reading { at: self.gathering.begun, reading: Reading::Gnss(reading) });
     }
 
-    /// Nothing of use came in time: says what did come, and sends the settings again.
+    /// No usable sentence came in time: reports what did come, and sends the settings again.
     fn fail(&mut self, now: Now) {
         let Some(watch) = &mut self.watch else { return };
         let seconds = self.settings.input_timeout.as_secs_f64();

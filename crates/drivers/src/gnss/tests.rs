@@ -35,7 +35,7 @@ fn states(outputs: &[Output]) -> Vec<State> {
     outputs.iter().filter_map(state).collect()
 }
 
-/// What the compass says at a second of its clock; the heading in degrees is the second.
+/// The compass's sentences at a second of its clock; the heading in degrees is the second.
 fn says(second: u64, kinds: &[Sentence]) -> Vec<u8> {
     let reading = GnssReading {
         utc: Some(UtcTime::from_micros(START_US + second as i64 * 1_000_000)),
@@ -294,7 +294,7 @@ struct Line {
 }
 
 impl Line {
-    /// What leaves by `ms`: outputs in their order, none before its time.
+    /// Outputs up to `ms`, in their order, none before its time.
     fn carry(&mut self, outputs: Vec<Output>) {
         let mut last = MonoTime::default();
         for output in outputs {

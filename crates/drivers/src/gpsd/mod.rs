@@ -1,7 +1,7 @@
 //! A GNSS receiver behind gpsd, over TCP.
 //!
 //! gpsd is asked for the receiver's own sentences ([`Watch::Nmea`]), which [`Compass`] reads as from a port: nothing is lost
-//! on the way, and epochs are the receiver's. Where a receiver speaks no NMEA, gpsd's own reports serve ([`Watch::Json`]):
+//! on the way, and epochs are the receiver's. For a receiver without NMEA, gpsd's own reports are used ([`Watch::Json`]):
 //! each TPV is a reading, with the last SKY and ATT where they are fresh. The protocol is that of gpsd 3.20 and later
 //! (gpsd_json(5)): commands and reports are lines; of an answer the longest line is kept.
 
@@ -23,7 +23,7 @@ const SKY_FRESH: Duration = Duration::from_secs(10);
 /// A heading is good for so long.
 const HEADING_FRESH: Duration = Duration::from_millis(1500);
 
-/// What gpsd is asked for.
+/// The reports requested from gpsd.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Watch {
     /// The receiver's sentences.
@@ -145,7 +145,7 @@ impl Gpsd {
         }
     }
 
-    /// Takes over what the compass within has; what it says of cables is said of gpsd.
+    /// Takes over the outputs of the inner compass; its remarks on cables are made about gpsd instead.
     fn relay(&mut self, now: Now) {
         while let Some(output) = self.compass.poll_output() {
             match output {
@@ -169,7 +169,7 @@ impl Gpsd {
     fn lost(&mut self, now: Now) {
         self.deadline = None;
         self.compass.handle(now, Input::Lost);
-        // Its own word for that is of a cable.
+        // Its own text for that is about a cable.
         while let Some(output) = self.compass.poll_output() {
             if matches!(output, Output::Reading { .. }) {
                 self.outbox.push(output);

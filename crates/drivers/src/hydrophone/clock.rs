@@ -16,7 +16,7 @@ use units::{MonoTime, Now};
 
 const TEN_SECONDS_US: i64 = 10_000_000;
 const SECOND_US: i64 = 1_000_000;
-/// A command is handed over this long before its mark: the port waits for the mark, not this driver (µs).
+/// A command is passed on this long before its mark: the port waits for the mark, not this driver (µs).
 const AHEAD_US: i64 = 200_000;
 /// After a command by pulse that was not acknowledged the next one follows.
 const RETRY: Duration = Duration::from_secs(10);
@@ -45,14 +45,14 @@ pub enum Sync {
         /// One in so many commands carries the full time.
         full_every: u32,
     },
-    /// By a pulse per second at the receiver; the time is told so often.
+    /// By a pulse per second at the receiver; the time is sent once a period.
     Pulse {
         /// From one command to the next.
         period: Duration,
     },
 }
 
-/// What the clock's keeping has to say.
+/// The outputs of the clock's keeper.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Said {
     /// Send this at that time.
@@ -70,9 +70,9 @@ pub(super) struct Keeper {
     /// From the end of a command to its acknowledgement at most.
     ack_timeout: Duration,
     state: ClockState,
-    /// Why it was lost, and what becomes of it.
+    /// Why it was lost, and the remedy.
     why: String,
-    /// Whether it obeyed a command with the full time since: a stamp alone does not tell that rounding hits the right ten
+    /// Whether it obeyed a command with the full time since: a stamp alone does not show that rounding hits the right ten
     /// seconds.
     was_set: bool,
     /// When the computer's two clocks were compared last.
@@ -188,7 +188,7 @@ impl Keeper {
         self.awaited.map(|awaited| awaited.until).into_iter().chain(self.next).chain(settled).min()
     }
 
-    /// What is due.
+    /// The output that is due.
     pub(super) fn time(&mut self, now: Now, said: &mut Vec<Said>) {
         self.settle(now);
         if let Some(Awaited { ack, until, .. }) = self.awaited
@@ -295,7 +295,7 @@ impl Keeper {
                 self.awaited = None;
                 self.misses = 0;
                 if !self.is_near() {
-                    // Stamps of before say nothing of the clock as it is set now.
+                    // Earlier stamps say nothing of the clock as it is set now.
                     self.differences_s.clear();
                     self.delays.clear();
                     self.settling_until = Some(now.mono + SETTLING);
@@ -378,7 +378,7 @@ impl Keeper {
         self.was_set = false;
     }
 
-    /// A stamp can be. One that nobody sets is found again by its stamps alone.
+    /// A stamp is plausible. A clock that we do not set counts as set again by its stamps alone.
     const fn believe(&mut self) {
         let found = matches!(self.state, ClockState::Unknown | ClockState::Unset);
         if found || (matches!(self.state, ClockState::Lost) && matches!(self.sync, Sync::Off)) {
@@ -394,7 +394,7 @@ impl Keeper {
         }
     }
 
-    /// The clock may be anything, as when the receiver restarted: `why` says it to people, with what becomes of it.
+    /// The clock may be anything, as when the receiver restarted: `why` says it to people, with the remedy.
     pub(super) fn lose(&mut self, now: Now, why: String) {
         self.state = ClockState::Lost;
         self.why = why;

@@ -4,10 +4,10 @@ use units::MonoTime;
 
 /// Lines that a receiver can write in a second at most: the shortest train of pulses lasts about half of one.
 const LINES_PER_S: u64 = 4;
-/// Lines beyond that which are believed, as clocks and buffers wait.
+/// Lines beyond that which are accepted, as clocks and buffers wait.
 const SLACK_LINES: u64 = 10;
 
-/// What a running number says.
+/// The verdict on a running number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     /// The first.

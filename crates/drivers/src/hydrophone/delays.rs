@@ -1,13 +1,12 @@
-//! How long after its stamp a line comes, kept for each sort of line by itself.
+//! How long after its stamp a line comes, kept for each kind of line separately.
 //!
 //! The same tag sends the same train of pulses each time, and a command is acknowledged after the same wait: where such a
-//! delay jumps and stays, a clock jumped. How much it scatters by itself is learned, so that a receiver that takes its time
-//! raises no alarm.
+//! delay jumps and stays, a clock jumped. Its normal scatter is learned, so that a slow receiver raises no alarm.
 
 use std::collections::{BTreeMap, VecDeque};
 use units::MonoTime;
 
-/// Delays before anything is said of one.
+/// Delays before one is judged.
 const LEARNED: usize = 4;
 /// Delays that the usual ones are taken from.
 const KEPT: usize = 8;

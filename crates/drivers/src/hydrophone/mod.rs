@@ -5,7 +5,7 @@
 //! that refused a setting stays in error meanwhile. How it listens and its clock is kept is a reading of its own, given before
 //! the line that it matters to. Running numbers
 //! reveal lost lines and restarts. With a sensor interval set, silence fails the receiver; bytes without a valid line tell
-//! of a wrong baud rate. Detections are given from the first line on, whatever else fails.
+//! of a wrong baud rate. Detections are given from the first line on, even if something else fails.
 
 mod clock;
 mod continuity;
@@ -30,17 +30,17 @@ use units::{MonoTime, Now};
 const PACE: Duration = Duration::from_millis(1);
 /// After a start that failed it is tried again.
 const START_AGAIN: Duration = Duration::from_secs(5);
-/// Starts that fail before the receiver is listened to as it is.
+/// Starts that fail before the receiver is used with its present settings.
 const STARTS: u32 = 3;
 /// A pause ends a command: the answer to one and the next are at least so far apart.
 const BETWEEN: Duration = Duration::from_millis(50);
 /// So many bytes without a valid line are babble.
 const BABBLE_BYTES: u64 = 512;
 
-/// What a receiver is set to.
+/// The settings of a receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverSettings {
-    /// Sent in command mode when the port opens; empty leaves the receiver as it is.
+    /// Sent in command mode when the port opens; empty leaves the receiver's settings unchanged.
     pub settings: Vec<Setting>,
     /// For an answer in command mode.
     pub reply_timeout: Duration,
@@ -54,7 +54,7 @@ pub struct ReceiverSettings {
 }
 
 impl Default for ReceiverSettings {
-    /// Nothing sent but the clock's commands, each sixth in full; answers within 4 s; silence says nothing.
+    /// Only the clock's commands are sent, each sixth in full; answers within 4 s; silence is not a fault.
     fn default() -> Self {
         Self {
             settings: Vec::new(),
@@ -66,7 +66,7 @@ impl Default for ReceiverSettings {
     }
 }
 
-/// What came since the port opened.
+/// Counts since the port opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Detections.
@@ -79,7 +79,7 @@ pub struct Counts {
     pub lost: u64,
 }
 
-/// Where the start stands.
+/// The stage of the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Closed,
@@ -90,7 +90,7 @@ enum Phase {
     /// The end of command mode was asked for.
     Leaving(MonoTime),
     Listening,
-    /// A setting was not obeyed.
+    /// A setting was not accepted.
     Refused(MonoTime),
 }
 
@@ -115,9 +115,9 @@ pub struct Receiver {
     refusal: Option<Refusal>,
     keeper: Keeper,
     continuity: Continuity,
-    /// The frequency that its lines tell (kHz).
+    /// The frequency in its lines (kHz).
     frequency_khz: Option<u8>,
-    /// What was told last of how it listens.
+    /// The last report of how it listens.
     told: ReceiverReading,
     /// When silence is too long.
     silent_at: Option<MonoTime>,
@@ -169,7 +169,7 @@ impl Receiver {
         self.keeper.offset_s()
     }
 
-    /// What came since the port opened.
+    /// Counts since the port opened.
     pub const fn counts(&self) -> Counts {
         self.counts
     }
@@ -305,7 +305,7 @@ impl Receiver {
         }
     }
 
-    /// Something valid came. An acknowledgement does not end the silence of a receiver that owes sensor lines.
+    /// A valid line came. An acknowledgement does not end the silence of a receiver that owes sensor lines.
     fn alive(&mut self, now: Now) {
         self.babble = 0;
         if self.phase != Phase::Listening || self.is_silent() {
@@ -341,7 +341,7 @@ impl Receiver {
         }
     }
 
-    /// What the receiver is set to, if it took its settings.
+    /// The receiver's settings, if it accepted them.
     fn number_of(&self, name: &str) -> Option<u8> {
         let of = |setting: &Setting| setting.text().strip_prefix(name)?.strip_prefix('=')?.parse().ok();
         self.settings.settings.iter().rev().find_map(of).filter(|_| self.refusal.is_none())

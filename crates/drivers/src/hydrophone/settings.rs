@@ -16,7 +16,7 @@ enum Answer {
     Begins(String),
 }
 
-/// The text is no command that a driver may send.
+/// The text is not a command that a driver may send.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "'{0}' is no setting of the hydrophone: FC=69, LM=08, LI=01 and FV? are; commands that restart or erase it are never sent"

@@ -27,7 +27,7 @@ struct Bench {
     states: Vec<State>,
     notes: Vec<Note>,
     readings: Vec<Reading>,
-    /// How it listens, as told.
+    /// How it listens, as reported.
     told: Vec<ReceiverReading>,
     /// How far the computer's clock was set (µs).
     set_us: i64,
@@ -219,7 +219,7 @@ fn a_receiver_that_refuses_a_setting_is_listened_to_in_the_end_and_its_clock_is_
     assert_eq!(bench.states.len(), 2, "{:?}", bench.states);
     let told = bench.told.last().unwrap();
     assert!(told.listening && told.clock == ClockState::Disciplined, "{told:?}");
-    // Which frequency it took nobody knows but its lines.
+    // The frequency that it uses is known from its lines only.
     assert_eq!(told.frequency_khz, Some(69));
     // The port opened again is another beginning.
     bench.give(Input::Lost);
@@ -297,7 +297,7 @@ fn lines_are_readings_and_gaps_in_their_numbers_are_told() {
         Reading::Tag(tag) => tag.lines_lost,
         _ => None,
     };
-    // Nobody knows what came before the first; two were lost before the fourth, which came again.
+    // What came before the first is unknown; two were lost before the fourth, which came again.
     let lost: Vec<Option<u16>> = bench.readings.iter().take(5).map(lost).collect();
     assert_eq!(lost, [None, Some(0), Some(0), Some(2), Some(0)]);
     assert!(matches!(&bench.readings[0], Reading::Tag(tag) if tag.raw.is_some() && tag.counter == 65_534));
@@ -323,7 +323,7 @@ fn silence_beyond_the_sensor_interval_fails_and_a_line_recovers() {
     bench.run(440);
     assert_eq!(bench.states, [State::Starting, State::Working]);
     bench.run(60);
-    // Acknowledgements go on, sensor lines do not.
+    // Acknowledgements continue, sensor lines do not.
     assert!(matches!(&bench.states[2..], [State::Failing(why)] if why.contains("sensor interval")));
     bench.line(&tag(START_US / 1_000_000 + 498, 9));
     assert_eq!(bench.states.last(), Some(&State::Working));

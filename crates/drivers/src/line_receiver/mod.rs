@@ -1,8 +1,8 @@
 //! Receivers of fish tags that only talk: Innovasea's VR2C and Rx-LIVE, and any whose lines a pattern declares.
 //!
-//! They write a line for each detection and take no clock. What they are told when the port opens, if anything, is sent as it
-//! stands, a character a millisecond. Silence says nothing, as no fish is near most of the time, unless the receiver is known
-//! to report itself now and then; bytes without a valid line tell of a wrong baud rate or pattern.
+//! They write a line for each detection and their clock cannot be set. Configured commands, if any, are sent unchanged when
+//! the port opens, one character per millisecond. Silence is not a fault, as no fish is near most of the time, unless the
+//! receiver is known to report now and then; bytes without a valid line indicate a wrong baud rate or pattern.
 
 use crate::outbox::Outbox;
 use crate::{Driver, Input, Output, State};
@@ -27,7 +27,7 @@ pub enum Language {
     Pattern(Pattern),
 }
 
-/// What is known of a receiver.
+/// The settings of a receiver.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineReceiverSettings {
     /// How its lines read.
@@ -50,7 +50,7 @@ pub struct LineReceiver {
     outbox: Outbox,
 }
 
-/// What a line was.
+/// The kind of a line.
 enum Heard {
     Tag(TagReading),
     Status(String),

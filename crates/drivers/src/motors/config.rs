@@ -1,4 +1,4 @@
-//! What of the card differs between vessels: which motor is where, how often it is commanded, which channels have names.
+//! The card's settings, which differ between vessels: the motors' sides, the rate of commands, the channels' names.
 
 use devices::torqeedo::{MOTORS, RAILS};
 use devices::{Pair, Side};
@@ -19,7 +19,7 @@ const MOST_CHANNELS: usize = 32;
 pub struct MotorAssignment {
     /// Its number on the bus, 0 or 1.
     pub motor: u8,
-    /// Whether it turns astern where it is told ahead, as a motor mounted or wired the other way round does.
+    /// Whether it turns astern when commanded ahead, as a motor mounted or wired the other way round does.
     pub reversed: bool,
 }
 
@@ -30,7 +30,7 @@ impl MotorAssignment {
     }
 }
 
-/// What of the card differs between vessels.
+/// The card's settings, which differ between vessels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorsConfig {
     /// Time between two commands to the motors; see [`write_period`].

@@ -67,7 +67,7 @@ impl Motors {
         })
     }
 
-    /// The same, but it only listens: it sends no frame, whatever it is asked. What somebody else commands is let be.
+    /// The same, but it only listens: it sends no frame, so that another controller's commands stand.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -131,7 +131,7 @@ impl Motors {
     pub fn handle(&mut self, now: Now, frame: &CanFrame) {
         match Received::decode(frame) {
             Ok(received) => self.receive(now, &received),
-            // Frames of other protocols are other devices' on the same bus, which is no fault.
+            // Frames of other protocols are other devices' on the same bus, which is not a fault.
             Err(DecodeError::Foreign(_)) => {}
             Err(error) => self.watch.unread(now.mono, &error, &mut self.out),
         }
@@ -149,7 +149,7 @@ impl Motors {
         self.watch.tick(now.mono, self.open, self.config.sides, &mut self.out);
     }
 
-    /// What is to be done next; `None` when there is no more.
+    /// The next output; `None` when there is no more.
     pub fn poll_output(&mut self) -> Option<MotorsOutput> {
         self.out.poll()
     }
@@ -190,7 +190,7 @@ impl Motors {
         let Some((side, assignment)) = self.config.side_of(drive.motor) else { return };
         let mut reading = drive.reading();
         if !motor_is_plausible(&reading) {
-            // No feedback: of one that goes on so nothing is known.
+            // Not counted as feedback: the state of a motor that continues so is unknown.
             return self.nonsense(now, motor_name(side));
         }
         self.watch.feedback(now.mono, side);

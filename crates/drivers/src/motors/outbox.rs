@@ -1,4 +1,4 @@
-//! What waits to be polled, with a bound on each kind and a rule for what happens there.
+//! Outputs that wait to be polled, with a bound on each kind and a rule for what happens at the bound.
 
 use super::throttle::Throttle;
 use crate::{Note, State};
@@ -15,7 +15,7 @@ const MOST_NOTES: usize = 32;
 /// that its channel did not follow, and it is asked again.
 const MOST_POWER: usize = 96;
 
-/// What the driver of the card wants, or has learned.
+/// An output of the card's driver: a frame to send, or a result.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MotorsOutput {
     /// A command to the motors: it goes ahead of all frames that wait, and in place of an earlier one.
@@ -36,11 +36,11 @@ pub enum MotorsOutput {
     },
     /// The state of card and motors is another.
     State(State),
-    /// Something for the log.
+    /// An entry for the log.
     Note(Note),
 }
 
-/// What waits. Throttles go first and only the last one counts.
+/// The waiting outputs. Throttles go first and only the last one counts.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outbox {
     throttle: Option<Throttle>,

@@ -59,20 +59,20 @@ pub struct UnknownChannel {
     known: String,
 }
 
-/// One channel and how it stands.
+/// One channel and its state.
 #[derive(Debug, Clone)]
 struct Channel {
     config: ChannelConfig,
-    /// What was asked last.
+    /// The last order.
     asked: bool,
-    /// It is to be asked.
+    /// It must be sent.
     due: bool,
     /// How often it was asked since it last followed, and when.
     times: u8,
     at: MonoTime,
     /// It has been noted that the card does not follow.
     refused: bool,
-    /// What was passed on last, and when.
+    /// The last order passed on, and when.
     passed_on: Option<(MonoTime, bool)>,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Throttle {
     pub(super) until: Option<MonoTime>,
 }
 
-/// What the motors are commanded.
+/// The commanded throttles.
 #[derive(Debug, Clone)]
 pub(super) struct Throttles {
     sides: Pair<MotorAssignment>,

@@ -1,4 +1,4 @@
-//! What motors and batteries report to be wrong with them, in sentences; and reports that cannot be true.
+//! Faults that motors and batteries report, in sentences; and implausible reports.
 
 use super::outbox::Outbox;
 use crate::Note;
@@ -7,17 +7,17 @@ use devices::{BatteryReading, MotorReading, Part, RailReading, Reading, Side, Tr
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// What is wrong still is said again after this time, for a part of the program that missed it.
+/// A lasting fault is reported again after this time, for a part of the program that missed it.
 const AGAIN: Duration = Duration::from_secs(10);
 
-/// What was reported last of each part.
+/// The last report of each part.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Troubles {
     batteries: [Told; BATTERIES as usize],
     motors: [Told; MOTORS as usize],
 }
 
-/// A part's error, and when it was told.
+/// A part's error, and when it was reported.
 #[derive(Debug, Clone, Copy, Default)]
 struct Told {
     error: u16,
@@ -25,7 +25,7 @@ struct Told {
 }
 
 impl Told {
-    /// Whether the error is another than before; `None` when it need not be told now.
+    /// Whether the error is another than before; `None` when it need not be reported now.
     fn take(&mut self, now: MonoTime, error: u16) -> Option<bool> {
         let changed = self.error != error;
         if !changed && (error == 0 || now.since(self.at) < AGAIN) {

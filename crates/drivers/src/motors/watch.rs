@@ -12,7 +12,7 @@ use units::MonoTime;
 /// Frames that cannot be read are noted at most this often.
 const NOTE_INTERVAL: Duration = Duration::from_mins(1);
 
-/// What has been heard, and when.
+/// The parts that were heard, and when.
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     silence: Duration,
@@ -60,7 +60,7 @@ impl Watch {
         *self.motors.of_mut(side) = Some(now);
     }
 
-    /// A frame could not be read, or not believed.
+    /// A frame could not be read, or was implausible.
     pub(super) fn unread(&mut self, now: MonoTime, error: &dyn Display, out: &mut Outbox) {
         self.unread += 1;
         if self.noted.is_some_and(|at| now.since(at) < NOTE_INTERVAL) {

@@ -1,9 +1,9 @@
-//! What the fleet looks like now: the last packet of every series, how old it is and how often it comes, the
+//! The live state of the fleet: the last packet of every series, how old it is and how often it comes, the
 //! names of entities, and the latest events.
 //!
-//! A series is a message of an entity of a system; messages that tell several things of one entity apart by an
-//! `id` (as `SetThrusterActuation` does port and starboard) make a series of each. Packets are kept as they came
-//! and decoded by whoever looks.
+//! A series is a message of an entity of a system; where an `id` distinguishes several parts of one entity (as
+//! `SetThrusterActuation` does port and starboard), each is a series. Packets are kept as received and decoded by
+//! the reader.
 //!
 //! Every change has a revision, so that a reader that comes back asks only for what is new since then and sees
 //! the latest of each series; how many were skipped follows from the counts. Events are kept one by one in a ring
@@ -34,7 +34,7 @@ const EVENT_BYTES_KEPT: usize = 4 << 20;
 const LATE_KEPT: usize = 1_024;
 const LATE_BYTES_KEPT: usize = 1 << 20;
 
-/// A message that stands for itself and is not replaced by the next of its kind.
+/// A message that is an event and is not replaced by the next of its kind.
 #[derive(Debug, Clone)]
 pub struct Event {
     /// The revision that it made.
@@ -43,11 +43,11 @@ pub struct Event {
     pub packet: Bytes,
     /// When it came.
     pub received: UtcTime,
-    /// Whether it is of the past, told late.
+    /// Whether it is of the past, delivered late.
     pub late: bool,
 }
 
-/// What is new to a reader.
+/// Changes that are new to a reader.
 #[derive(Debug)]
 pub struct Changes<'a> {
     /// To ask with next time.
@@ -64,10 +64,10 @@ pub struct Changes<'a> {
 #[derive(Debug)]
 pub struct Fleet {
     systems: BTreeMap<Address, System>,
-    /// What their series take.
+    /// The size of their series.
     bytes: usize,
     revision: u64,
-    /// What changed at which revision; a series stands here once, at its latest.
+    /// The changed series by revision; each is here once, at its latest.
     changed: BTreeMap<u64, (Address, SeriesKey)>,
     events: Ring,
     late: Ring,
@@ -189,7 +189,7 @@ impl Fleet {
     }
 
     /// What changed after `revision` in series that `wanted` admits, at most `most` series: the oldest changes
-    /// come first, and [`Changes::revision`] tells where to go on. Events are given to every reader that admits
+    /// come first, and [`Changes::revision`] says where to continue. Events are given to every reader that admits
     /// their series.
     pub fn changes(
         &self,

@@ -14,11 +14,11 @@ use units::{MonoTime, Now, UtcTime};
 const SERIES_KEPT: usize = 8_192;
 /// Bytes that the last packets of a system may have together.
 const BYTES_KEPT: usize = 4 << 20;
-/// What a series costs beside its packet.
+/// The memory of a series beside its packet.
 const SERIES_BYTES: usize = size_of::<SeriesKey>() + size_of::<Series>() + 64;
 /// Letters of a name or label that are kept.
 const NAME_CHARS: usize = 100;
-/// A held value is given up for an older one when it has stood for this long: the sender's clock was set back.
+/// A value is replaced by an older one when it has been kept for this long: the sender's clock was set back.
 const CLOCK_SET_BACK_AFTER: Duration = Duration::from_secs(10);
 /// How much a new interval counts in the mean period.
 const PERIOD_GAIN: f32 = 0.1;
@@ -59,7 +59,7 @@ impl Liveness {
     }
 }
 
-/// What tells a system's series apart.
+/// The key of a series within a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SeriesKey {
     /// Message id.
@@ -251,12 +251,12 @@ impl System {
         self.not_kept
     }
 
-    /// What its series take, bytes.
+    /// The size of its series, bytes.
     pub(crate) fn size(&self) -> usize {
         self.bytes + self.series.len() * SERIES_BYTES
     }
 
-    /// Something came from the system.
+    /// A packet came from the system.
     pub(crate) fn heard(&mut self, now: Now, view: &PacketView<'_>, transport: Transport) {
         self.last_heard = now.mono;
         self.last_heard_utc = now.utc;
@@ -266,7 +266,7 @@ impl System {
                 let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return };
                 let services = announce.services.to_str_lossy();
                 if uid(&services) != uid(&self.services) && uid(&services).is_some() {
-                    // It started again: numbers of entities are handed out at start.
+                    // It started again: numbers of entities are assigned at start.
                     self.entities.clear();
                     self.restarted = uid(&self.services).map(|_| now.mono).or(self.restarted);
                 }

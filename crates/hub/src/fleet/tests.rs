@@ -184,7 +184,7 @@ fn what_is_kept_is_bounded() {
     assert!(fleet.system(Address(0)).is_none(), "the longest silent one went");
 }
 
-/// Packets as long as may be, from as many systems and entities as somebody makes up.
+/// Packets of the greatest length, from any number of invented systems and entities.
 #[test]
 fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
     let mut fleet = Fleet::default();
@@ -198,7 +198,7 @@ fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
             let entry = messages::DevDataText { value: text.as_str().into() };
             let bytes = Packet::new(header, entry).encode().unwrap();
             fleet.update(at(clock), &PacketView::new(&bytes).unwrap(), Transport::Udp);
-            // The operator's boat goes on speaking.
+            // The operator's boat continues to send.
             give(&mut fleet, at(clock), 1, clock, messages::Voltage { value: 12.0 });
             assert!(fleet.bytes <= BYTES_KEPT);
         }

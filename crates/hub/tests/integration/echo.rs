@@ -1,4 +1,4 @@
-//! What DUNE echoes to its clients, and what people say twice.
+//! DUNE's echoes to its clients, and orders that people send twice.
 
 use crate::support::{CONSOLE, Hub, OTTER, at, hub, join, packet, pass, voltage};
 use bytes::Bytes;
@@ -30,14 +30,14 @@ fn dune() -> (Hub, PeerId, PeerId, PeerId) {
 #[test]
 fn what_a_vessel_echoes_never_goes_to_it_by_any_transport() {
     let (mut hub, tcp, udp, console) = dune();
-    // A console that speaks with DUNE itself: DUNE tells all its clients, and so us by both transports.
+    // A console that is connected to DUNE itself: DUNE forwards to all its clients, so to us by both transports.
     for (transport, time) in [(tcp, 2.0), (udp, 3.0)] {
         let said = start(NEAR, time);
         assert_eq!(pass(&mut hub, at(1.0), transport, &said), [], "a command that DUNE had already");
         let other = if transport == tcp { udp } else { tcp };
         assert_eq!(pass(&mut hub, at(1.0), other, &said), [], "and its copy");
     }
-    // Nor what is for everyone, which other consoles hear.
+    // Nor broadcasts, which other consoles get.
     let announced = packet(NEAR, Address::ANNOUNCE, 4.0, Announce::default());
     assert_eq!(pass(&mut hub, at(1.0), tcp, &announced), [console]);
     let sticks = packet(NEAR, OTTER, 0.0, RemoteActions::default());

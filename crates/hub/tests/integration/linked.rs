@@ -1,4 +1,4 @@
-//! Who is believed when several speak in one vessel's name.
+//! Who is trusted when several peers send with one vessel's address.
 
 use crate::support::{CONSOLE, Hub, OTTER, at, drain, hub, join, packet, pass, voltage};
 use hub::{Contradiction, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources, Transport};
@@ -45,7 +45,7 @@ fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_told()
         );
         let peer = "192.0.2.66:40000".to_owned();
         assert_eq!(hub.contradictions(at(1.5).mono), [Contradiction { vessel: OTTER, transport, peer }]);
-        // What the vessel itself said and somebody gives back contradicts nothing.
+        // The vessel's own packet, sent back by another peer, contradicts nothing.
         pass(&mut hub, at(70.0), link, &voltage(OTTER, Address::NULL, 70.0));
         pass(&mut hub, at(70.0), forger, &voltage(OTTER, Address::NULL, 70.0));
         assert_eq!(hub.contradictions(at(70.0).mono), []);

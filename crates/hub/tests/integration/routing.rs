@@ -1,4 +1,4 @@
-//! Who hears what, by every transport.
+//! Which peer gets which packet, by every transport.
 
 use crate::support::{CONSOLE, OTTER, SERVER, at, drain, hub, join, packet, pass, voltage};
 use bytes::Bytes;
@@ -29,7 +29,7 @@ fn a_command_goes_to_where_its_vessel_lives() {
     assert_eq!(pass(&mut hub, at(0.2), console, &packet(CONSOLE, OTTER, 2.0, messages::Abort)), [vessel]);
     assert_eq!(pass(&mut hub, at(0.3), console, &packet(CONSOLE, Address(0x2999), 3.0, messages::Abort)), []);
     assert_eq!(hub.counters().unroutable, 1);
-    // What consoles say to everyone reaches the vessels; what vessels say to everyone does not fill their radios.
+    // Broadcasts of consoles reach the vessels; broadcasts of vessels do not fill other vessels' radios.
     assert_eq!(
         pass(&mut hub, at(0.4), console, &packet(CONSOLE, Address::NULL, 4.0, Heartbeat)),
         [vessel, other]
@@ -55,7 +55,7 @@ fn a_vessel_heard_by_two_transports_is_relayed_once_and_never_to_itself() {
     assert_eq!(pass(&mut hub, at(0.2), tcp, &voltage(OTTER, Address::NULL, 2.0)), [console]);
     assert_eq!(hub.drain_records().len(), 2);
     assert_eq!(hub.counters().duplicates, 1);
-    // A command takes both ways; the vessel tells copies apart by request id.
+    // A command takes both ways; the vessel recognises copies by request id.
     assert_eq!(pass(&mut hub, at(0.3), console, &packet(CONSOLE, OTTER, 3.0, messages::Abort)), [proxy, tcp]);
 }
 
@@ -81,7 +81,7 @@ fn a_token_speaks_for_its_own_vessel_only() {
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address::NULL, 1.0)), [listener]);
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(CONSOLE, Address::NULL, 1.0)), []);
     assert_eq!((hub.counters().refused, hub.drain_records().len()), (1, 1));
-    // What it recorded of what others told it is kept all the same, and goes nowhere.
+    // What it recorded from others is kept all the same, but not routed.
     let heard = packet(CONSOLE, OTTER, 2.0, messages::Abort);
     let link = Some(LinkSeq { stream: 7, seq: 1 });
     hub.packets(at(0.0), vessel, [Incoming { packet: heard, link, lane: Lane::Present }]);
@@ -153,7 +153,7 @@ fn a_detection_of_the_past_is_told_once_and_changes_nothing_of_the_present() {
         "no console takes it for the present"
     );
     assert_eq!(give(&live, Some(2), Lane::Backlog), (false, vec![false, true]), "it was told live");
-    // Other things of the past are in the history only.
+    // Other late messages are in the history only.
     give(&voltage(OTTER, Address::NULL, 50.0), Some(3), Lane::Backlog);
     assert_eq!(hub.fleet().changes(0, 100, |_, _| true).events.len(), 2);
     let (_, series) = hub.fleet().system(OTTER).unwrap().latest(2_007).unwrap();

@@ -1,4 +1,4 @@
-//! What IMC's definition says of every message and field: names, types, units, values, ranges.
+//! IMC's definition of every message and field: names, types, units, values, ranges.
 //!
 //! The tables are generated from `catalogue/messages.json`, which holds LSTS IMC 5.4.31 and the Otters' two
 //! additions TBRFishTag (2007) and TBRSensor (2008). Code that meets messages it was not written for
@@ -198,8 +198,8 @@ pub fn by_id(id: u16) -> Option<&'static MessageDesc> {
 /// The message with this id, if a payload of so many bytes may be one.
 ///
 /// LSTS' definitions leave the ids of TBRFishTag (2007) and TBRSensor (2008) free, and newer DUNE says ValidatePlan by 2007.
-/// Which is meant no header tells, but the Otters' messages have fixed sizes: what has another is somebody else's, and
-/// reading it by these fields would make fish of a plan.
+/// The header does not say which is meant, but the Otters' messages have fixed sizes: another size is another message,
+/// and reading it by these fields would turn a plan into a fish detection.
 #[inline]
 pub fn by_id_and_size(id: u16, payload_bytes: usize) -> Option<&'static MessageDesc> {
     let desc = by_id(id)?;

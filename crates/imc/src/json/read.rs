@@ -10,7 +10,7 @@ use crate::text::unescape;
 use crate::wire::{ByteOrder, MAX_DEPTH, NULL_ID, Reader};
 use serde_json::{Map, Value};
 
-/// What to take where the JSON does not say.
+/// Defaults where the JSON has no value.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadDefaults {
     /// Parts of the header that are missing.
@@ -19,7 +19,7 @@ pub struct ReadDefaults {
     pub order: Option<ByteOrder>,
 }
 
-/// Why JSON is no packet.
+/// Why JSON is not a packet.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
     /// A part of it is wrong.
@@ -301,7 +301,7 @@ impl Payload {
             (FieldKind::Text, Some(value)) => {
                 let text = match value {
                     Value::String(text) => unescape(text).into_owned(),
-                    // As earlier versions wrote bytes that are no UTF-8.
+                    // As earlier versions wrote bytes that are not UTF-8.
                     Value::Object(object) if object.len() == 1 && object.contains_key("bytes") => {
                         bytes(&object["bytes"], &place())?
                     }

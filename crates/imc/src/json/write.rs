@@ -109,7 +109,7 @@ pub fn write_header(out: &mut Vec<u8>, header: &Header) {
     .ok();
 }
 
-/// Appends text as a JSON string, [escaped](crate::text::escape) where it is no text.
+/// Appends text as a JSON string, [escaped](crate::text::escape) where it is not text.
 pub fn write_text(out: &mut Vec<u8>, text: &[u8]) {
     // Writing to a vector cannot fail, and every string has a JSON form.
     if let Some(text) = plain(text) {
@@ -181,7 +181,7 @@ struct Open {
 }
 
 impl Fields<'_> {
-    /// The comma before, and the name of, the next thing in the innermost object or list.
+    /// The comma before, and the name of, the next item in the innermost object or list.
     fn next(&mut self, field: &FieldDesc) {
         if let Some(open) = self.open.last_mut() {
             if !open.first {

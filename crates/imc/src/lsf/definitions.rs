@@ -1,4 +1,4 @@
-//! The catalogue as XML, as it lies beside each log so that other programs can read it.
+//! The catalogue as XML, as stored beside each log so that other programs can read it.
 
 use crate::catalogue::{
     BITFIELDS, ENUMERATIONS, EnumDesc, FieldDesc, FieldKind, GROUPS, MESSAGES, Meaning, MessageDesc, UNITS,
@@ -82,7 +82,7 @@ pub fn definitions_xml() -> String {
     xml
 }
 
-/// Some readers tell integers and reals by these words.
+/// Some readers distinguish integers and reals by these words.
 fn type_description(kind: FieldKind) -> &'static str {
     match kind {
         FieldKind::I8 | FieldKind::I16 | FieldKind::I32 | FieldKind::I64 => "signed integer",

@@ -1,8 +1,8 @@
-//! Unpacking gzip (RFC 1952) without losing what stands before, between or behind damage.
+//! Unpacking gzip (RFC 1952) without losing data before, between or behind damage.
 //!
 //! A vehicle that loses its power leaves a log whose last block is cut, or followed by zeros. General readers
 //! throw away what they unpacked in the same call as they met the error; this one hands out every byte first,
-//! says what is wrong and goes on at the next member.
+//! reports the damage and continues at the next member.
 
 use flate2::{Crc, Decompress, FlushDecompress, Status};
 use std::io::{self, Read};
@@ -16,14 +16,14 @@ const MAX_HEADER_BYTES: usize = 1 << 16;
 /// Bytes of a member's checksum and size.
 const TRAILER_BYTES: usize = 8;
 
-/// What a read gave.
+/// The result of a read.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Unpacked {
     /// So many bytes.
     Bytes(usize),
-    /// Something is missing here.
+    /// Data is missing here.
     Damage(&'static str),
-    /// Nothing more.
+    /// The end.
     End,
 }
 

@@ -1,4 +1,4 @@
-//! Where in a log a time stands, without reading all of it again.
+//! Finds a time in a log, without reading all of it again.
 
 use crate::deframe::Frame;
 use std::ops::Range;
@@ -36,7 +36,7 @@ impl Index {
         Self { stretches: Vec::new(), stretch_bytes: stretch_bytes.max(1), end: 0 }
     }
 
-    /// Takes note of the next thing in the log. Damage and packets without a time only move the end.
+    /// Takes note of the next item in the log. Damage and packets without a time only move the end.
     pub fn add(&mut self, frame: &Frame<'_>) {
         let (offset, bytes, time_s) = match frame {
             Frame::Packet { offset, view } => (*offset, view.bytes().len() as u64, view.timestamp()),

@@ -2,7 +2,7 @@
 //!
 //! A log is a folder `<base>/<YYYYMMDD>/<HHMMSS>[_<label>]/` in UTC that holds `Data.lsf` or `Data.lsf.gz`,
 //! the definitions it was written by (`IMC.xml.gz`), the configuration and the console's text. Neptus MRA
-//! opens a folder with the first two. Packets stand in order of arrival; their times step back a little,
+//! opens a folder with the first two. Packets are in order of arrival; their times step back a little,
 //! and a log may begin with older, remembered messages.
 
 mod definitions;

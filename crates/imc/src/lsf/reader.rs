@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Bytes that are read or unpacked at once.
 const CHUNK_BYTES: usize = 1 << 18;
 
-/// One thing found in a log.
+/// One finding in a log.
 #[derive(Debug, PartialEq)]
 pub enum LogItem<'a> {
     /// A whole packet with a right checksum.
@@ -20,10 +20,10 @@ pub enum LogItem<'a> {
         /// The packet.
         view: PacketView<'a>,
     },
-    /// Bytes that are no packet, such as the cut last packet of a vehicle that lost its power.
+    /// Bytes that are not a packet, such as the cut last packet of a vehicle that lost its power.
     Damage(Damage),
     /// The compressed log is cut or damaged here and some of it is missing. Every byte that could be unpacked
-    /// was; if another member of the file follows, the log goes on with it.
+    /// was; if another member of the file follows, the log continues with it.
     Cut {
         /// Bytes unpacked before.
         offset: u64,
@@ -69,7 +69,7 @@ impl LogReader<io::Chain<io::Cursor<Vec<u8>>, File>> {
 
 impl LogReader<File> {
     /// A log file from byte `offset` on, as [`super::Index::bytes_between`] gives it. Offsets of what is found
-    /// go on counting from the start of the file.
+    /// continue to count from the start of the file.
     ///
     /// # Errors
     /// When the file cannot be opened or read, or is compressed: there is no way into the middle of that. This
@@ -135,7 +135,7 @@ impl<R: Read> LogReader<R> {
     /// The next packet or damage; `None` at the end.
     ///
     /// # Errors
-    /// When the source cannot be read. Damage in the log is no error.
+    /// When the source cannot be read. Damage in the log is not an error.
     pub fn next_item(&mut self) -> io::Result<Option<LogItem<'_>>> {
         loop {
             if let Some(found) = self.deframer.find() {

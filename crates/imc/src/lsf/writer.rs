@@ -14,7 +14,7 @@ use units::UtcTime;
 /// Longest label in a folder name, in bytes.
 const MAX_LABEL_BYTES: usize = 100;
 
-/// What a log is written for.
+/// The options of a log.
 #[derive(Debug, Clone)]
 pub struct LogOptions {
     /// The system that logs; the source of the first and last packet.
@@ -23,7 +23,7 @@ pub struct LogOptions {
     pub entity: u8,
     /// Whether to write `Data.lsf.gz` rather than `Data.lsf`.
     pub compress: bool,
-    /// The configuration to lay beside the data as `Config.ini`; none when empty.
+    /// The configuration to write beside the data as `Config.ini`; none when empty.
     pub config: String,
 }
 
@@ -109,7 +109,7 @@ impl LogWriter {
         &self.folder
     }
 
-    /// Appends one packet as it is.
+    /// Appends one packet unchanged.
     ///
     /// Log in one byte order, little-endian: the indexer of Neptus MRA gives up where both stand in one log.
     ///

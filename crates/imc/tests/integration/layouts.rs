@@ -261,7 +261,7 @@ fn what_cannot_be_packed_is_not_lost_in_silence() {
     let mut msgs = MessageList::from_iter([PlanControl::default()]);
     msgs.push(long.clone());
     msgs.push(PlanControl::default());
-    // Left out, and told.
+    // Left out, and reported.
     assert_eq!((msgs.len(), msgs.iter().flatten().count()), (2, 2));
     assert!(format!("{msgs:?}").contains("65536"));
     let list = MsgList { msgs };

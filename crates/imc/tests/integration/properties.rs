@@ -1,4 +1,4 @@
-//! What holds for all messages, all streams and all bytes.
+//! Properties of all messages, all streams and all bytes.
 
 use crate::support::Entropy;
 use imc::catalogue::{MESSAGES, Meaning};

@@ -18,12 +18,12 @@ pub struct ChartOffer {
     pub digest: ChartDigest,
     /// Bytes of the file; 0 where the shore has no chart.
     pub bytes: u64,
-    /// What it holds, for people.
+    /// Its contents, for people.
     pub edition: String,
 }
 
 impl ChartOffer {
-    /// What a shore without a chart says.
+    /// The frame of a shore without a chart.
     pub fn none() -> Self {
         Self { digest: [0; 32], bytes: 0, edition: String::new() }
     }
@@ -65,7 +65,7 @@ impl ChartPart {
         Self { digest: ask.digest, offset: ask.offset, raw_bytes, compressed, data }
     }
 
-    /// What says that there is no such chart ashore any more.
+    /// The frame for a chart that no longer exists ashore.
     pub fn gone(ask: &ChartRequest) -> Self {
         Self::pack(ask, Bytes::new(), false)
     }
@@ -90,7 +90,7 @@ impl ChartPart {
     }
 }
 
-/// What a vessel does about the shore's chart.
+/// The stage of the chart's transfer to a vessel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ChartStage {
     /// Nothing: it holds the shore's, or the shore offers none.
@@ -120,20 +120,20 @@ impl ChartStage {
         Self::NAMED.iter().find(|(named, _)| *named == self).map_or(0, |(_, code)| *code)
     }
 
-    /// What a number stands for.
+    /// From its number.
     pub(super) fn from_code(code: u8) -> Self {
         Self::NAMED.iter().find(|named| named.1 == code).map_or(Self::Other(code), |named| named.0)
     }
 }
 
-/// What the vessel says of its chart.
+/// The vessel's report of its chart.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ChartReport {
     /// Digest of the file that is in force aboard; zeros for none.
     pub held: ChartDigest,
-    /// What that holds, for people.
+    /// Its contents, for people.
     pub edition: String,
-    /// What it does about the shore's.
+    /// The stage of the transfer of the shore's.
     pub stage: ChartStage,
     /// Bytes of the shore's chart that are aboard.
     pub have: u64,

@@ -1,4 +1,4 @@
-//! What the bytes of a message mean.
+//! The wire format of the link's messages.
 //!
 //! A message (one of a WebSocket) is a row of frames. All numbers are little-endian.
 //!
@@ -9,7 +9,7 @@
 //! | length | body |
 //!
 //! A frame of an unknown type is skipped by its length, and bytes behind the fields that a version knows are
-//! ignored: both is how later versions add things. Bodies:
+//! ignored: so later versions can add frames and fields. Bodies:
 //!
 //! | type | frame | from | body |
 //! |---|---|---|---|
@@ -54,7 +54,7 @@ use units::{MonoTime, UtcTime};
 
 /// The version of this description.
 pub const VERSION: u16 = 2;
-/// The oldest version that can still be spoken. Version 1 knew no leases: whoever cannot tell two commanders apart
+/// The oldest version that is still accepted. Version 1 knew no leases: a vessel that cannot distinguish two holders
 /// must not be commanded.
 pub const OLDEST_VERSION: u16 = 2;
 /// Most bytes of a message. A transport should refuse larger ones before they are in memory.
@@ -65,7 +65,7 @@ pub const MAX_TEXT_BYTES: usize = 200;
 /// Stands for no way where a place of one is expected.
 const NO_WAY: u8 = u8::MAX;
 
-/// What a peer can do beyond the least.
+/// Optional capabilities of a peer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities(pub u32);
 
@@ -76,16 +76,16 @@ impl Capabilities {
     pub const LIVE: Self = Self(2);
     /// Knows commands.
     pub const COMMANDS: Self = Self(4);
-    /// Knows the chart's frames: a vessel tells what it holds and asks, a shore offers and gives.
+    /// Knows the chart's frames: a vessel reports what it holds and requests, a shore offers and sends.
     pub const CHARTS: Self = Self(8);
-    /// Keeps several connections beside each other, one for each way.
+    /// Keeps several connections in parallel, one for each way.
     pub const WAYS: Self = Self(16);
-    /// Everything that this version can do.
+    /// All capabilities of this version.
     pub const ALL: Self = Self(31);
-    /// What a vessel with one way asks for.
+    /// The capabilities that a vessel with one way asks for.
     pub const OF_ONE_WAY: Self = Self(15);
 
-    /// What both can do.
+    /// The capabilities of both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
@@ -114,7 +114,7 @@ pub enum Frame {
     Ack(Ack),
     /// A packet to deliver in time.
     Command(Command),
-    /// What became of a command.
+    /// The outcome of a command.
     Receipt(Receipt),
     /// The sender lives.
     Heartbeat(Heartbeat),
@@ -128,7 +128,7 @@ pub enum Frame {
     ChartRequest(ChartRequest),
     /// A part of it.
     ChartPart(ChartPart),
-    /// What the vessel holds.
+    /// The chart that the vessel holds.
     ChartReport(ChartReport),
     /// How the vessel's ways are, and which carries what.
     Ways(WaysReport),
@@ -147,14 +147,14 @@ pub struct Stamp {
     pub echo_received: MonoTime,
 }
 
-/// Who connects and what it has.
+/// The vessel that connects and its records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hello {
     /// The version wished for, the sender's newest.
     pub version: u16,
-    /// The oldest version that the sender speaks.
+    /// The oldest version that the sender supports.
     pub oldest_version: u16,
-    /// What the sender can do.
+    /// The sender's capabilities.
     pub capabilities: Capabilities,
     /// IMC address of the vessel.
     pub address: u16,
@@ -183,9 +183,9 @@ pub struct Hello {
 pub struct Welcome {
     /// The version that is spoken from here on.
     pub version: u16,
-    /// What both can do.
+    /// The capabilities of both.
     pub capabilities: Capabilities,
-    /// The number to go on with: everything below is durable ashore.
+    /// The number to continue with: everything below is durable ashore.
     pub resume: u64,
     /// Bytes of records that the shore takes before they are durable.
     pub window_bytes: u32,
@@ -202,9 +202,9 @@ pub struct Gap {
     pub from: u64,
     /// The one after the last.
     pub to: u64,
-    /// Not before this time by the vessel's clock, as far as it is known.
+    /// Not before this time by the vessel's clock, as far as known.
     pub since: UtcTime,
-    /// Not after this time by the vessel's clock, as far as it is known.
+    /// Not after this time by the vessel's clock, as far as known.
     pub until: UtcTime,
     /// Why.
     pub reason: GapReason,
@@ -303,26 +303,26 @@ pub struct Commander {
 pub struct Lease {
     /// Grows with every grant.
     pub epoch: u64,
-    /// How long it holds from when it is received unless it is said again (ms); 0 ends it.
+    /// How long it is valid from its receipt unless it is repeated (ms); 0 ends it.
     pub ttl_ms: u32,
-    /// Who has it, for people.
+    /// Its holder, for people.
     pub holder: String,
     /// Rises with each that the shore sends, where both know ways; 0 where not.
     pub number: u64,
 }
 
-/// What became of a command.
+/// The outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Receipt {
     /// The command.
     pub id: u64,
-    /// What became of it.
+    /// The outcome.
     pub verdict: Verdict,
     /// Why, where it was refused.
     pub text: String,
 }
 
-/// What a vessel did with a command.
+/// A vessel's outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// It was handed on.

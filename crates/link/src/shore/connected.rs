@@ -1,4 +1,4 @@
-//! A connection that stands, and what came of a vessel's stream by all of them.
+//! An open connection, and what was received of a vessel's stream over all of them.
 
 use super::{PeerBacklog, ShoreOutput};
 use crate::clocks::Clocks;
@@ -11,7 +11,7 @@ use units::{MonoTime, Now};
 /// Latencies beyond this are backlog, not transit, and would drown it in the mean.
 const LONGEST_TRANSIT: Duration = Duration::from_mins(1);
 
-/// What was received of a stream, over all connections of one start of the vessel's program.
+/// The records received of a stream, over all connections of one start of the vessel's program.
 #[derive(Debug)]
 pub(crate) struct Joined {
     pub(crate) stream: u64,
@@ -75,7 +75,7 @@ impl Joined {
         Ok(Some(ShoreOutput::Gap { stream: self.stream, gap }))
     }
 
-    /// What waits aboard; how old it is says the connection that carries records.
+    /// The records that wait aboard; the connection that carries records reports their age.
     pub(crate) fn heartbeat(&mut self, beat: &Heartbeat, carries_records: bool) {
         self.backlog.records = beat.next.saturating_sub(self.received);
         if carries_records {
@@ -84,7 +84,7 @@ impl Joined {
         }
     }
 
-    /// Everything below this number is durable; answers whether that is news. What was never received is not believed.
+    /// Everything below this number is durable; returns whether that is new. A number never received is ignored.
     pub(crate) fn kept(&mut self, next: u64) -> bool {
         let next = next.min(self.received);
         let news = next > self.durable;
@@ -93,7 +93,7 @@ impl Joined {
     }
 }
 
-/// A connection that stands.
+/// An open connection.
 #[derive(Debug)]
 pub(crate) struct Connected {
     pub(crate) id: ConnectionId,
@@ -104,7 +104,7 @@ pub(crate) struct Connected {
     pub(crate) clocks: Clocks,
     /// Bytes of messages received.
     pub(crate) bytes: u64,
-    /// Something came that the vessel waits to hear of.
+    /// A message came that the vessel expects to be acknowledged.
     pub(crate) ack_due: bool,
 }
 

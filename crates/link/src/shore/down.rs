@@ -1,4 +1,4 @@
-//! What goes down: commands, who commands, the chart.
+//! Output to the vessel: commands, the lease, the chart.
 
 use super::connected::Connected;
 use super::machine::Shore;
@@ -10,7 +10,7 @@ use bytes::Bytes;
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// A lease is told again this often, and dies aboard when it was not for so long.
+/// A lease is sent again this often, and expires aboard after [`LEASE_LASTS`] without that.
 const LEASE_EVERY: Duration = Duration::from_secs(10);
 const LEASE_LASTS: Duration = Duration::from_secs(30);
 
@@ -40,7 +40,7 @@ impl Shore {
         }
     }
 
-    /// Has a part read, if it is of the chart that is offered; one at a time, whatever a vessel asks.
+    /// Has a part read, if it is of the offered chart; one at a time, however many a vessel requests.
     pub(super) fn chart_ask(&mut self, id: ConnectionId, ask: ChartRequest) {
         let offered = self.chart.as_ref().filter(|chart| chart.digest == ask.digest);
         let Some(left) =
@@ -99,13 +99,13 @@ impl Shore {
         }
     }
 
-    /// When the lease is to be told again: while somebody has it and the link stands.
+    /// When the lease is to be sent again: while it is held and the link is open.
     pub(super) fn lease_due(&self) -> Option<MonoTime> {
         let held = matches!(self.lease, Some(Commander { holder: Some(_), .. }));
         (held && !self.sessions.is_empty()).then_some(self.next_lease)
     }
 
-    /// Tells over all connections who commands: before any command goes over one of them.
+    /// Sends over all connections who commands, before any command goes over one of them.
     pub(super) fn tell_lease(&mut self, now: Now) {
         self.next_lease = now.mono + LEASE_EVERY;
         let Some(Commander { epoch, holder }) = self.lease.clone() else { return };

@@ -26,9 +26,9 @@ pub struct Shore {
     settings: ShoreSettings,
     pub(super) outputs: VecDeque<ShoreOutput>,
     greeting: BTreeMap<ConnectionId, Greeting>,
-    /// Those that stand: one, or one for each way of a vessel that has several.
+    /// The open ones: one, or one for each way of a vessel that has several.
     pub(super) sessions: BTreeMap<ConnectionId, Connected>,
-    /// What they brought together; there while one of them stands.
+    /// The records received over all of them; present while one is open.
     joined: Option<Joined>,
     /// The connection that commands go by, and the choice of the vessel's that it follows from.
     bearer: Option<ConnectionId>,
@@ -41,13 +41,13 @@ pub struct Shore {
     last_live: u64,
     pub(super) commands: Pending,
     pub(super) lease: Option<Commander>,
-    /// What vessels are to have, once that is known.
+    /// The chart that vessels are to have, once that is known.
     pub(super) chart: Option<ChartOffer>,
     /// The part that the driver reads, over which connection it goes.
     pub(super) reading: Option<(ConnectionId, ChartRequest)>,
-    /// When the lease is told again.
+    /// When the lease is sent again.
     pub(super) next_lease: MonoTime,
-    /// Leases told to vessels with several ways.
+    /// Leases sent to vessels with several ways.
     pub(super) leases: u64,
     transit: Latency,
     received_bytes: u64,
@@ -80,7 +80,7 @@ impl Which {
     }
 }
 
-/// A connection that does not stand yet.
+/// A connection that is not open yet.
 #[derive(Debug)]
 struct Greeting {
     since: MonoTime,
@@ -123,7 +123,7 @@ impl Shore {
         }
     }
 
-    /// Something happened.
+    /// Takes an input.
     pub fn handle(&mut self, now: Now, input: ShoreInput) {
         match input {
             ShoreInput::Timer => {}
@@ -165,7 +165,7 @@ impl Shore {
         self.step(now);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<ShoreOutput> {
         self.outputs.pop_front()
     }
@@ -178,18 +178,18 @@ impl Shore {
         greeting.chain(connected).chain(self.commands.next_end()).chain(self.lease_due()).chain(late).min()
     }
 
-    /// How the vessel's clocks stand to ours.
+    /// The offset of the vessel's clocks to ours.
     pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
         self.carrier().and_then(|one| one.clocks.estimate(now))
     }
 
-    /// Whether a greeting adds a connection to those that are open. Records, commands and leases then go on as they are.
+    /// Whether a greeting adds a connection to those that are open. Records, commands and leases then continue unchanged.
     pub fn joins(&self, id: ConnectionId) -> bool {
         let hello = self.greeting.get(&id).and_then(|greeting| greeting.hello.as_ref());
         hello.is_some_and(|hello| self.is_joining(hello))
     }
 
-    /// Connections that stand.
+    /// Open connections.
     pub fn standing(&self) -> usize {
         self.sessions.len()
     }
@@ -216,7 +216,8 @@ impl Shore {
         chosen.or_else(|| self.sessions.values().max_by_key(|one| one.heard))
     }
 
-    /// Whether a connection by this greeting stands beside others: of the same start of the vessel's program, by other ways.
+    /// Whether a connection by this greeting is kept beside others of the same start of the vessel's program, by other
+    /// ways.
     fn is_joining(&self, hello: &Hello) -> bool {
         let Some(way) = &hello.way else { return false };
         let which = Which::of(hello);
@@ -228,7 +229,7 @@ impl Shore {
     fn kept(&mut self, stream: u64, seq: u64) {
         let Some(joined) = self.joined.as_mut().filter(|joined| joined.stream == stream) else { return };
         if joined.kept(seq.saturating_add(1)) {
-            // Who sent the records waits for it; over the other ways it goes with their next beat.
+            // The way that carried the records waits for it; over the other ways it goes with their next heartbeat.
             let sender = self.records_by.filter(|id| self.sessions.contains_key(id));
             let sender = sender.or_else(|| self.carrier().map(|one| one.id));
             if let Some(one) = sender.and_then(|id| self.sessions.get_mut(&id)) {
@@ -247,7 +248,7 @@ impl Shore {
         self.greeting.insert(id, greeting);
     }
 
-    /// Drops what is known of a connection.
+    /// Drops the state of a connection.
     fn forget(&mut self, id: ConnectionId) {
         self.greeting.remove(&id);
         if self.sessions.remove(&id).is_none() {
@@ -260,7 +261,7 @@ impl Shore {
         }
     }
 
-    /// Closes a connection that is known.
+    /// Closes a known connection.
     fn end(&mut self, id: ConnectionId, (code, text): End) {
         if !self.greeting.contains_key(&id) && !self.sessions.contains_key(&id) {
             return;
@@ -351,7 +352,7 @@ impl Shore {
         self.send(id, &Frame::Welcome(welcome));
         self.sessions.insert(id, Connected::new(now.mono, id, hello.way, (capabilities, clocks, bytes)));
         self.outputs.push_back(ShoreOutput::Up(id));
-        // Before the commands, which are obeyed by it.
+        // Before the commands, which are obeyed under it.
         self.tell_lease(now);
         self.commands(now);
         self.offer_chart(Some(id));
@@ -391,7 +392,7 @@ impl Shore {
 
     fn frame(&mut self, now: Now, id: ConnectionId, frame: Frame) -> Result<(), End> {
         let (Some(one), Some(joined)) = (self.sessions.get_mut(&id), &mut self.joined) else { return Ok(()) };
-        // By how soon each message is answered the vessel knows how its way is: one that waits for the next beat makes it suspect.
+        // The vessel measures its way by the delay of each answer: one that waits for the next heartbeat makes it suspect.
         one.ack_due |= one.way.is_some();
         match frame {
             Frame::Records(batch) => {

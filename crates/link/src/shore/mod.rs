@@ -13,12 +13,12 @@ use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
 
-/// What a shore's end is made with.
+/// The settings of a shore's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShoreSettings {
     /// Bytes of records that the vessel may send before they are durable.
     pub window_bytes: u32,
-    /// Another number at each start of the program, so that a vessel with several ways tells its commands apart.
+    /// Another number at each start of the program, so that a vessel with several ways can distinguish its commands.
     pub run: u64,
 }
 
@@ -28,10 +28,10 @@ impl Default for ShoreSettings {
     }
 }
 
-/// Something that happened ashore.
+/// An input of the shore's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ShoreInput {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// A connection was made, by a peer with this vessel's token. The number is the driver's, used once.
     Opened(ConnectionId),
@@ -66,8 +66,8 @@ pub enum ShoreInput {
         /// The packet.
         packet: Bytes,
     },
-    /// Who commands the vessel from now on. Sent to the vessel now, on every connection, and again and again while
-    /// somebody does.
+    /// Who commands the vessel from now on. Sent to the vessel now and on every connection, and repeated while the
+    /// lease is held.
     Lease(Commander),
     /// The chart that vessels are to have; `None` for none. Offered to the vessel now and on every connection.
     Chart(Option<ChartOffer>),
@@ -77,7 +77,7 @@ pub enum ShoreInput {
     Shutdown,
 }
 
-/// Something to do ashore, in this order.
+/// An output of the shore's end, to be carried out in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ShoreOutput {
     /// Send a message.
@@ -87,18 +87,18 @@ pub enum ShoreOutput {
     /// A vessel greets: look up what is durable and answer by [`ShoreInput::Resume`] or
     /// [`ShoreInput::Refuse`].
     Hello(ConnectionId, Box<Hello>),
-    /// The link stands, over this connection; it may stand over others already.
+    /// The link is open over this connection; it may be open over others already.
     Up(ConnectionId),
-    /// The link does not stand any more, over no connection.
+    /// The link is closed: no connection is open any more.
     Down,
-    /// Packets to keep, with consecutive numbers that follow those before; tell when they are durable.
+    /// Packets to keep, with consecutive numbers that follow the previous ones; report when they are durable.
     Records {
         /// Their stream.
         stream: u64,
         /// The packets.
         records: Vec<Record>,
     },
-    /// Numbers that will never come, following those before; tell when that is durable.
+    /// Numbers that will never come, following the previous ones; report when that is durable.
     Gap {
         /// Their stream.
         stream: u64,
@@ -107,17 +107,17 @@ pub enum ShoreOutput {
     },
     /// Packets that are the latest of their kind. They come as records too; they are not to be kept.
     Live(Vec<Record>),
-    /// What became of a command; given once for each.
+    /// The outcome of a command; given once for each.
     Outcome(u64, Outcome),
     /// The vessel wants a part of the chart that was offered: answer by [`ShoreInput::ChartPart`]. One at a time.
     ChartPart(ConnectionId, ChartRequest),
-    /// What the vessel says of its chart.
+    /// The vessel's report of its chart.
     ChartReport(ChartReport),
-    /// What the vessel says of its ways.
+    /// The vessel's report of its ways.
     Ways(WaysReport),
 }
 
-/// What became of a command.
+/// The outcome of a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The vessel's program has it.
@@ -126,11 +126,11 @@ pub enum Outcome {
     Expired,
     /// It was refused, and why: by the vessel, or here because too many wait or its identity is taken.
     Refused(String),
-    /// It was sent and the vessel did not say what became of it.
+    /// It was sent and the vessel did not report its outcome.
     Unanswered,
 }
 
-/// What the vessel says of its own side, and what is not delivered yet.
+/// The vessel's report of its own side, and of what is not delivered yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PeerBacklog {
     /// Records that are spooled aboard and were not received yet.
@@ -144,7 +144,7 @@ pub struct PeerBacklog {
 /// How the link is, for people and series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ShoreStatus {
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// The vessel's clocks against ours.
     pub clocks: Option<ClockEstimate>,
@@ -158,8 +158,8 @@ pub struct ShoreStatus {
     pub received_bytes: u64,
     /// Records that came again after they were received.
     pub repeated: u64,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     pub connections: u64,
-    /// Connections that stand.
+    /// Open connections.
     pub standing: u32,
 }

@@ -1,8 +1,8 @@
-//! The shore's chart on its way aboard: what is asked for when, and what the shore is told of it.
+//! The transfer of the shore's chart aboard: what is requested when, and what is reported to the shore.
 //!
-//! One part is under way at a time, and none while the one before is being kept. A part is so small that the link
-//! carries it in [`CARRIED_WITHIN`], and three times as long as it took nothing is asked for: what comes down
-//! besides, commands and acknowledgements, waits for one part at most and finds three quarters of the link free.
+//! One part is under way at a time, and none while the previous one is being stored. A part is so small that the link
+//! carries it in [`CARRIED_WITHIN`], and for three times as long as it took no part is requested: commands and
+//! acknowledgements wait for one part at most and find three quarters of the link free.
 
 use crate::frame::{
     ChartDigest, ChartOffer, ChartPart, ChartReport, ChartRequest, ChartStage, Frame, MAX_PART_BYTES,
@@ -17,7 +17,7 @@ const CARRIED_WITHIN: Duration = Duration::from_millis(60);
 const LEAST_PART_BYTES: u32 = 2 << 10;
 const FIRST_PART_BYTES: u32 = 4 << 10;
 const GREATEST_PART_BYTES: u32 = MAX_PART_BYTES as u32;
-/// Nothing is asked for so many times as long as the link needed for a part, within these bounds.
+/// The pause between parts, as a multiple of the time that a part took, within these bounds.
 const PAUSE_TIMES: u32 = 3;
 const LEAST_PAUSE: Duration = Duration::from_millis(5);
 const GREATEST_PAUSE: Duration = Duration::from_secs(2);
@@ -26,7 +26,7 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(15);
 /// A chart that could not be taken is tried again after this, then after twice as long, up to the greatest.
 const FIRST_RETRY: Duration = Duration::from_secs(5);
 const GREATEST_RETRY: Duration = Duration::from_mins(10);
-/// How far it has come is told this often.
+/// The progress is reported this often.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 /// The chart aboard.
@@ -34,7 +34,7 @@ const REPORT_EVERY: Duration = Duration::from_secs(1);
 pub struct ChartAboard {
     /// Digest of the file in force; zeros for none.
     pub held: ChartDigest,
-    /// What it holds, for people.
+    /// Its contents, for people.
     pub edition: String,
     /// Whether the vessel takes the shore's.
     pub takes: bool,
@@ -42,7 +42,7 @@ pub struct ChartAboard {
     pub waits: String,
 }
 
-/// Something to do about the chart.
+/// An output about the chart.
 #[derive(Debug)]
 pub(crate) enum Want {
     /// Send this.
@@ -53,7 +53,7 @@ pub(crate) enum Want {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    /// Nothing is wanted.
+    /// No chart is wanted.
     Still,
     /// The driver prepares, or keeps a part.
     Driver,
@@ -71,11 +71,11 @@ enum Stage {
 #[derive(Debug)]
 pub(crate) struct Pull {
     aboard: ChartAboard,
-    /// Whether a link stands over which the shore speaks of charts.
+    /// Whether a link is open over which the shore offers charts.
     linked: bool,
-    /// What the shore offers over this connection.
+    /// The shore's offer over this connection.
     offer: Option<ChartOffer>,
-    /// What is wanted.
+    /// The wanted part.
     goal: Option<ChartOffer>,
     stage: Stage,
     have: u64,
@@ -105,7 +105,7 @@ impl Pull {
         }
     }
 
-    /// The link stands; `speaks` tells whether the shore speaks of charts.
+    /// The link is open; `speaks`: whether the shore knows the chart's frames.
     pub(crate) fn linked(&mut self, speaks: bool) {
         self.linked = speaks;
     }
@@ -119,7 +119,7 @@ impl Pull {
         self.part_bytes = FIRST_PART_BYTES;
     }
 
-    /// What is aboard, or whether the shore's is wanted, changed.
+    /// The chart aboard changed, or whether the shore's is wanted.
     pub(crate) fn aboard(&mut self, aboard: ChartAboard) -> Option<Want> {
         self.aboard = aboard;
         self.choose()
@@ -219,7 +219,7 @@ impl Pull {
         Ok(Some((offset, raw)))
     }
 
-    /// What falls due.
+    /// The outputs that are due.
     pub(crate) fn step(&mut self, now: MonoTime) -> Vec<Want> {
         let mut wants = Vec::new();
         if !self.linked {
@@ -245,7 +245,7 @@ impl Pull {
         wants
     }
 
-    /// What is to be told: at once what is new, from time to time how far it has come.
+    /// The report that is due: at once when there is news, from time to time for the progress.
     fn report(&mut self, now: MonoTime) -> Option<ChartReport> {
         let report = self.as_told();
         let news =
@@ -278,7 +278,7 @@ impl Pull {
         }
     }
 
-    /// When to look again, while the link stands.
+    /// When to look again, while the link is open.
     pub(crate) fn poll_timeout(&self) -> Option<MonoTime> {
         if !self.linked {
             return None;

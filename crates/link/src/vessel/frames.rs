@@ -1,4 +1,4 @@
-//! What the shore says, and what the vessel answers.
+//! The shore's frames, and the vessel's answers.
 
 use super::machine::{End, Vessel};
 use super::up::Up;
@@ -66,7 +66,7 @@ impl Vessel {
         if let Some(took) = self.ways[place].arrived(now, ack.bytes) {
             self.arriving.add(took);
         }
-        // What was received came by all ways together.
+        // The count received is that of all ways together.
         let most = if self.joint { self.settings.spool.next } else { 0 };
         let Some(up) = self.ways[place].open_mut().and_then(|open| open.up.as_mut()) else { return Ok(()) };
         if up.ack(now.mono, ack, most, &mut self.keeping).is_none() {
@@ -84,7 +84,7 @@ impl Vessel {
     }
 
     fn heartbeat(&mut self, now: Now, place: usize, beat: Heartbeat) {
-        // A shore that welcomes and then throws out is no success.
+        // A welcome followed by a disconnect is not a success.
         self.ways[place].backoff.succeeded();
         if let Some(open) = self.ways[place].open_mut() {
             open.clocks.heard(now, beat.stamp);
@@ -94,7 +94,7 @@ impl Vessel {
         }
     }
 
-    /// Who commands; not what another way has overtaken.
+    /// Who commands; ignored if another way has overtaken it.
     fn lease(&mut self, lease: Lease) {
         if lease.number == 0 || lease.number > self.newest_lease {
             self.newest_lease = self.newest_lease.max(lease.number);
@@ -152,12 +152,12 @@ impl Vessel {
         self.connections += 1;
         self.outputs.push_back(VesselOutput::Up(self.ways[place].id()));
         self.acknowledged(welcome.resume);
-        // The first that stands carries all, from this moment on.
+        // The first open one carries all, from this moment on.
         self.assign(now);
         Ok(())
     }
 
-    /// Whether this shore keeps connections beside each other, and whether it is the one of the others.
+    /// Whether this shore accepts parallel connections, and whether it is the same shore as the others'.
     fn joined(&mut self, now: Now, place: usize, welcome: &Welcome) {
         self.joint = self.ways.len() > 1 && welcome.run.is_some();
         let other_shore = self.run != welcome.run;
@@ -220,7 +220,7 @@ impl Vessel {
             Answer::Refused(text) => (Verdict::Refused, text),
         };
         let Some((receipt, came_on)) = self.seen.answer(now.mono, id, verdict, text) else { return };
-        // Either way may be dead though it stands; one that comes twice harms nothing ashore.
+        // Either way may be dead though it is open; a record that comes twice does no harm ashore.
         let live = self.report.live.map(usize::from);
         let stands: Vec<usize> = (0..self.ways.len()).filter(|place| self.ways[*place].stands()).collect();
         let wanted = |place: &usize| came_on.contains(place) || live == Some(*place);

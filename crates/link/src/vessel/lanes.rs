@@ -1,4 +1,4 @@
-//! Which way carries which lane, put into effect and told to the shore.
+//! Which way carries which lane, put into effect and reported to the shore.
 
 use super::VesselOutput;
 use super::machine::Vessel;
@@ -10,7 +10,7 @@ use crate::ways::{Thinning, WayState, WaysReport};
 use std::time::Duration;
 use units::Now;
 
-/// The shore hears of the ways this often.
+/// The ways are reported to the shore this often.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 /// And this often by a way that is metered.
 const REPORT_METERED_EVERY: Duration = Duration::from_secs(10);
@@ -23,7 +23,7 @@ impl Vessel {
         self.ways.get(place).and_then(|way| way.up()).map(|up| up.cursor)
     }
 
-    /// What the connection of a way carries.
+    /// The lanes that the connection of a way carries.
     pub(super) fn lanes(&self, place: usize) -> Lanes {
         let here = |lane: Option<u8>| lane.map(usize::from) == Some(place);
         let records_at = self.records_at();
@@ -61,7 +61,7 @@ impl Vessel {
         if let Some(up) = self.ways[place].open_mut().and_then(|open| open.up.as_mut()) {
             up.take_live(now.mono, before.is_some(), with_records);
         }
-        // What was sent by the way before may never arrive.
+        // Records sent by the previous way may never arrive.
         self.live.refresh();
         if self.ways.len() > 1 {
             self.answer_again(now, place);
@@ -92,13 +92,13 @@ impl Vessel {
         WaysReport { ways: self.ways.iter().map(Way::report).collect(), ..self.report.clone() }
     }
 
-    /// Tells the shore, by the way of the live values.
+    /// Reports to the shore, by the way of the live values.
     pub(super) fn tell_ways(&mut self, now: Now) {
         let Some(place) = self.report.live.map(usize::from).filter(|_| self.joint) else { return };
         if self.ways.len() < 2 || !self.ways[place].stands() {
             return;
         }
-        // That a way went or came is told at once.
+        // That a way was lost or came up is reported at once.
         let states: Vec<WayState> = self.ways.iter().map(Way::state).collect();
         if now.mono < self.next_report && states == self.told_states {
             return;

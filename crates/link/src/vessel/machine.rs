@@ -1,4 +1,4 @@
-//! The vessel's state machine: when to connect by which way, what to say, what to believe.
+//! The vessel's state machine: when to connect by which way, what to send, what to accept.
 
 use super::chart::{Pull, Want};
 use super::records::LagTracker;
@@ -21,9 +21,9 @@ use units::{MonoTime, Now};
 /// short; every fifth is patient, for links on which a handshake takes seconds.
 const ATTEMPT: Duration = Duration::from_millis(1500);
 const PATIENT_ATTEMPT: Duration = Duration::from_secs(4);
-/// While something waits for its answer, the program looks at least this often: so it knows when it was away itself.
+/// While something waits for its answer, the program looks at least this often: so it notices its own stalls.
 const LOOKS_EVERY: Duration = Duration::from_millis(200);
-/// A look that comes so much later than it should: the program was away.
+/// A step that comes this much late: the program was stalled.
 const AWAY: Duration = Duration::from_millis(100);
 
 /// The vessel's end of the link. The backlog stays in the spool; what is held here is bounded: the live lane's
@@ -36,7 +36,7 @@ pub struct Vessel {
     pub(super) ways: Vec<Way>,
     /// Connections, over all ways.
     attempt: u64,
-    /// The shore keeps connections beside each other, as far as it is known.
+    /// The shore accepts parallel connections, as far as known.
     pub(super) joint: bool,
     /// While it does not: the way whose turn it is.
     pub(super) turn: usize,
@@ -54,13 +54,13 @@ pub struct Vessel {
     next_look: Option<MonoTime>,
     pub(super) pull: Pull,
     pub(super) seen: Seen,
-    /// The shore's start, and what came of it last: the greatest number of a command, and of a lease.
+    /// The shore's start, and the greatest numbers of a command and of a lease received from it.
     pub(super) run: Option<u64>,
     /// Starts of the shore that another followed, the last few.
     pub(super) past_runs: VecDeque<u64>,
     pub(super) newest_command: u64,
     pub(super) newest_lease: u64,
-    /// What the shore last called durable.
+    /// The last number that the shore called durable.
     pub(super) durable: u64,
     pub(super) connections: u64,
     sent_bytes: u64,
@@ -68,7 +68,7 @@ pub struct Vessel {
     pub(super) keeping: Latency,
 }
 
-/// Why a connection is given up: what to tell the other side, what to tell the log.
+/// Why a connection is given up: for the other side, and for the log.
 pub(super) struct End {
     pub(super) code: Option<ByeCode>,
     pub(super) reason: String,
@@ -130,7 +130,7 @@ impl Vessel {
         }
     }
 
-    /// Something happened.
+    /// Takes an input.
     pub fn handle(&mut self, now: Now, input: VesselInput) {
         match input {
             VesselInput::Spool(spool) => self.spool(now, spool),
@@ -185,7 +185,7 @@ impl Vessel {
         self.step(now);
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<VesselOutput> {
         self.outputs.pop_front()
     }
@@ -198,7 +198,7 @@ impl Vessel {
         self.next_look
     }
 
-    /// Notes where the program itself was away: what came meanwhile has not been read yet.
+    /// Notes a stall of the program: messages that came meanwhile have not been read yet.
     fn notice_absence(&mut self, now: Now) {
         let waits = self.ways.iter().any(Way::waits_for_answer);
         let look = self.looked + LOOKS_EVERY;
@@ -250,7 +250,7 @@ impl Vessel {
         }
     }
 
-    /// What each way has carried today, in their order.
+    /// The bytes that each way has carried today, in their order.
     pub fn used(&self) -> Vec<Used> {
         self.ways.iter().map(|way| way.meter.used()).collect()
     }
@@ -335,7 +335,7 @@ impl Vessel {
         }
     }
 
-    /// Gives the connection of a way up.
+    /// Closes the connection of a way.
     pub(super) fn end(&mut self, now: Now, place: usize, end: End) {
         if !self.ways[place].is_active() {
             return;
@@ -354,7 +354,7 @@ impl Vessel {
     }
 
     /// When a way that pauses may connect. A shore that keeps one connection at a time gets the next when the last has
-    /// ended; beside a metered one that stands, an unmetered way is tried now and then.
+    /// ended; beside an open metered one, an unmetered way is tried now and then.
     fn opens_at(&self, place: usize) -> Option<MonoTime> {
         let way = &self.ways[place];
         let Phase::Pausing(until) = way.phase else { return None };
@@ -397,7 +397,7 @@ impl Vessel {
         }
     }
 
-    /// Gives up what is silent for too long, and notes what does not answer in time.
+    /// Closes a connection that is silent for too long, and notes one that does not answer in time.
     fn look(&mut self, now: Now, place: usize) {
         let several = self.ways.len() > 1;
         let way = &mut self.ways[place];
@@ -415,7 +415,7 @@ impl Vessel {
         }
     }
 
-    /// Sends what falls due over a connection that stands.
+    /// Sends what is due over an open connection.
     fn carry(&mut self, now: Now, place: usize) {
         let lanes = self.lanes(place);
         let several = self.ways.len() > 1;
@@ -435,7 +435,7 @@ impl Vessel {
         }
     }
 
-    /// Does what the chart needs, by the way of the records.
+    /// Carries out the chart's outputs, by the way of the records.
     pub(super) fn want(&mut self, now: Now, wants: impl IntoIterator<Item = Want>) {
         for want in wants {
             match (want, self.report.records) {

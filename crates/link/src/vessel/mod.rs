@@ -19,7 +19,7 @@ use bytes::Bytes;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What a vessel's end is made with.
+/// The settings of a vessel's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VesselSettings {
     /// IMC address of the vessel.
@@ -42,7 +42,7 @@ pub struct VesselSettings {
     pub ways: Vec<WaySettings>,
 }
 
-/// What the spool holds. Its driver tells changes by [`VesselInput::Spool`].
+/// The contents of the spool. Its driver reports changes by [`VesselInput::Spool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SpoolState {
     /// The stream whose numbers count.
@@ -53,7 +53,7 @@ pub struct SpoolState {
     pub next: u64,
 }
 
-/// What the spool has under a number.
+/// The spool's entry under a number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Entry {
     /// A packet.
@@ -75,13 +75,13 @@ impl Entry {
 /// Why an attempt at a connection failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// Nobody answered, or the connection broke before it stood. Tried again within a second.
+    /// No answer, or the connection broke before it was open. Tried again within a second.
     Unanswered,
-    /// Somebody said no: wrong token, wrong address. Tried again after longer and longer pauses.
+    /// The server refused: wrong token, wrong address. Tried again after longer and longer pauses.
     Refused,
 }
 
-/// What became of a delivered command.
+/// The outcome of a delivered command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Answer {
     /// It was handed on.
@@ -92,21 +92,21 @@ pub enum Answer {
     Refused(String),
 }
 
-/// Something that happened aboard.
+/// An input of the vessel's end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VesselInput {
-    /// Nothing but time has passed.
+    /// Only time has passed.
     Timer,
     /// The spool grew, lost or forgot something.
     Spool(SpoolState),
-    /// Whether the disk refuses what is to be spooled: the live lane goes on without records.
+    /// Whether the disk refuses what is to be spooled: the live lane continues without records.
     SpoolRefused(bool),
-    /// What the spool has from this number on, as asked for. Empty when it cannot be read: it is asked again
+    /// The spool's records from this number on, as requested. Empty when it cannot be read: it is asked again
     /// after a second.
     Entries(u64, Vec<Entry>),
     /// A packet for the live lane.
     Live(Bytes),
-    /// The connection asked for stands.
+    /// The requested connection is open.
     Opened(ConnectionId),
     /// The connection asked for could not be made.
     Failed(ConnectionId, Failure),
@@ -116,10 +116,10 @@ pub enum VesselInput {
     Closed(ConnectionId),
     /// An attempt by the way of this place has carried so many bytes, whether it was made or not: its greeting and its TLS.
     Handshake(usize, usize),
-    /// What became of a command.
+    /// The outcome of a command.
     Answer(u64, Answer),
-    /// The chart aboard, at the start and whenever it changes. Before the first the shore is told that
-    /// none is taken.
+    /// The chart aboard, at the start and whenever it changes. Until the first the shore is informed that
+    /// no chart is accepted.
     ChartAboard(ChartAboard),
     /// So many bytes of this chart are aboard: the next part is wanted.
     ChartGoOn(ChartDigest, u64),
@@ -131,14 +131,14 @@ pub enum VesselInput {
     Shutdown,
 }
 
-/// Something to do aboard, in this order.
+/// An output of the vessel's end, to be carried out in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VesselOutput {
     /// Connect by the way of this place; answer with `Opened` or `Failed` within this time.
     Open(ConnectionId, usize, Duration),
     /// Send a message.
     Send(ConnectionId, Bytes),
-    /// Close the connection, or give up making it, without waiting for anything. A reason for the log.
+    /// Close the connection, or stop the attempt, without waiting for anything. A reason for the log.
     Close(ConnectionId, String),
     /// Answer with [`VesselInput::Entries`] from this number on: consecutive entries of about so many bytes, at
     /// least one.
@@ -148,7 +148,7 @@ pub enum VesselOutput {
     /// The shore knows more numbers than were given out: the spool lost its end. Begin another stream and tell
     /// by [`VesselInput::Spool`].
     Renumber,
-    /// Hand a packet on before this time, then answer.
+    /// Pass a packet on before this time, then answer.
     Command {
         /// Identity.
         id: u64,
@@ -161,7 +161,7 @@ pub enum VesselOutput {
     },
     /// Who commands the vessel.
     Lease(Lease),
-    /// The shore agreed: the link stands, or stands by one more way.
+    /// The shore agreed: the link is open, or open by one more way.
     Up(ConnectionId),
     /// A lane is on another way.
     Switched(WaysReport),
@@ -182,13 +182,13 @@ pub enum VesselOutput {
 /// How the link is by all ways together, for people and series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct VesselStatus {
-    /// Whether the link stands.
+    /// Whether the link is open.
     pub up: bool,
     /// Records that are not known to be durable ashore.
     pub backlog: u64,
     /// Whether the record lane lags so that the live lane is used.
     pub lagging: bool,
-    /// Connections that stood so far.
+    /// Connections opened so far.
     pub connections: u64,
     /// Bytes of messages sent.
     pub sent_bytes: u64,

@@ -9,7 +9,7 @@ use units::{MonoTime, Now};
 pub(crate) const LAGS_AFTER: Duration = Duration::from_secs(1);
 const MARK_EVERY: Duration = Duration::from_millis(125);
 
-/// What the spool's end was lately, so that the age of what waits is known without asking it.
+/// Recent ends of the spool, so that the age of waiting records is known without asking it.
 #[derive(Debug, Clone)]
 pub(crate) struct LagTracker {
     /// Times and the number that was next then, oldest first; the front is older than the bound, or the first.
@@ -67,7 +67,7 @@ impl InFlight {
         self.bytes
     }
 
-    /// Everything below `durable` is; answers how long the last of it took.
+    /// Everything below `durable` is; returns how long the last of it took.
     pub(crate) fn kept(&mut self, now: MonoTime, durable: u64) -> Option<Duration> {
         let mut took = None;
         while let Some((_, bytes, at)) = self.sent.pop_front_if(|(to, ..)| *to <= durable) {

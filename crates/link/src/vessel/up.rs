@@ -1,4 +1,4 @@
-//! A connection that stands: what is sent over it when, and what comes back.
+//! An open connection: what is sent over it when, and what comes back.
 
 use super::records::{InFlight, LagTracker};
 use super::{Entry, SpoolState};
@@ -28,7 +28,7 @@ const LIVE_FIRST_BYTES: usize = 64 << 10;
 const LIVE_BYTES: usize = 16 << 10;
 const LEAST_LIVE_BYTES: usize = 1 << 10;
 
-/// State of a connection that stands.
+/// State of an open connection.
 #[derive(Debug)]
 pub(crate) struct Up {
     capabilities: Capabilities,
@@ -46,7 +46,7 @@ pub(crate) struct Up {
     asked: Option<u64>,
     not_before: MonoTime,
     pub(crate) durable: u64,
-    /// What the shore last said over this connection to have received.
+    /// The number that the shore last acknowledged over this connection.
     received: u64,
     unkept: InFlight,
     next_live: MonoTime,
@@ -54,7 +54,7 @@ pub(crate) struct Up {
     last_kept: Duration,
 }
 
-/// What a connection carries.
+/// The lanes that a connection carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Lanes {
     pub(crate) live: bool,
@@ -62,11 +62,11 @@ pub(crate) struct Lanes {
     /// The number that the record lane is at; `None` where it is on no way.
     pub(crate) records_at: Option<u64>,
     pub(crate) thinning: Thinning,
-    /// How often the vessel says that it lives.
+    /// The interval of heartbeats.
     pub(crate) beat: Duration,
 }
 
-/// What all parts of a step need.
+/// The context of a step.
 pub(crate) struct Step<'a> {
     pub(crate) lanes: Lanes,
     /// Counts live messages where the vessel has several ways.
@@ -101,7 +101,7 @@ impl Up {
         }
     }
 
-    /// Records go by this connection from now on, from where the shore has said over it that it is.
+    /// Records go by this connection from now on, from the number that the shore acknowledged over it.
     pub(crate) fn take_records(&mut self) {
         self.cursor = self.received;
         self.unkept = InFlight::default();
@@ -121,7 +121,7 @@ impl Up {
         self.next_heartbeat = self.next_heartbeat.min(now + HEARTBEAT);
     }
 
-    /// What falls due: messages to send, and where the spool is to be read.
+    /// The outputs that are due: messages to send, and where the spool is to be read.
     pub(crate) fn step(&mut self, step: &mut Step<'_>) -> (Vec<Bytes>, Option<(u64, usize)>) {
         let mut messages = Vec::new();
         if step.now.mono >= self.next_heartbeat {
@@ -236,7 +236,7 @@ impl Up {
         due
     }
 
-    /// What the spool has from the cursor on, as messages.
+    /// The spool's records from the cursor on, as messages.
     pub(crate) fn entries(&mut self, step: &Step<'_>, from: u64, entries: Vec<Entry>) -> Vec<Bytes> {
         if self.asked != Some(from) {
             return Vec::new();

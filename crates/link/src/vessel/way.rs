@@ -1,4 +1,4 @@
-//! One way to the shore aboard: its connection, its pauses, how it does and what it costs.
+//! One way to the shore aboard: its connection, pauses, quality and cost.
 
 use super::up::{Lanes, Up};
 use crate::HEARTBEAT;
@@ -16,10 +16,10 @@ use units::{MonoTime, Now};
 
 /// A way that has answered for so long has its earlier breaks forgiven.
 const FORGIVEN_AFTER: Duration = Duration::from_mins(10);
-/// What came while the program did not look has this long to be read, and what was not sent to be answered.
+/// After a stall of the program, messages that came meanwhile have this long to be read, and unsent ones to be answered.
 const EXCUSED_FOR: Duration = Duration::from_millis(600);
 /// After a break an unmetered way is tried again beside a metered one so many times as late as a lane would go back to it:
-/// where a shore keeps one connection at a time, trying takes the one that stands.
+/// where a shore keeps one connection at a time, trying closes the open one.
 const RETURN_HOLDS: u32 = 4;
 
 #[derive(Debug)]
@@ -31,10 +31,10 @@ pub(crate) struct Way {
     pub(crate) backoff: Backoff,
     pub(crate) quality: Quality,
     pub(crate) meter: Meter,
-    /// It stopped answering or broke so often, since it last did well for long.
+    /// How often it stopped answering or broke since its last long good period.
     breaks: u32,
     pub(crate) failures: u32,
-    /// Before a shore that keeps one connection at a time: not instead of one that stands until then.
+    /// With a shore that keeps one connection at a time: not in place of an open one until then.
     pub(crate) return_at: MonoTime,
 }
 
@@ -64,11 +64,11 @@ pub(crate) struct Open {
     pub(crate) capabilities: Capabilities,
     /// Both ends know of ways.
     pub(crate) joint: bool,
-    /// What was sent is not answered in time.
+    /// A sent message was not answered in time.
     pub(crate) suspect: bool,
     /// Since when it answers without a break.
     answers_since: MonoTime,
-    /// The program itself was away: until then silence is no fault of the way.
+    /// The program itself was stalled: until then silence is not a fault of the way.
     excused_until: MonoTime,
 }
 
@@ -135,7 +135,7 @@ impl Way {
         (open.heard + silent).max(open.excused_until)
     }
 
-    /// Something that was sent has no answer yet.
+    /// A sent message has no answer yet.
     pub(crate) fn waits_for_answer(&self) -> bool {
         self.open().is_some_and(|open| open.pace.oldest().is_some())
     }
@@ -222,7 +222,7 @@ impl Way {
         }
     }
 
-    /// What its connection carries.
+    /// The lanes that its connection carries.
     pub(crate) fn lanes(&self, live: bool, records: bool, records_at: Option<u64>) -> Lanes {
         let thinning = self.meter.thinning();
         let joint = self.open().is_some_and(|open| open.joint);

@@ -16,11 +16,11 @@ pub(crate) fn hold(breaks: u32) -> Duration {
     (FIRST_HOLD * 2_u32.pow(breaks.saturating_sub(1).min(10))).min(GREATEST_HOLD)
 }
 
-/// A way, as far as the choice looks at it.
+/// A way, as far as it matters for the choice.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::struct_excessive_bools, reason = "each is known by itself, and any may go with any")]
 pub(crate) struct Candidate {
-    /// A connection stands.
+    /// A connection is open.
     pub(crate) stands: bool,
     /// It answers in time.
     pub(crate) answers: bool,
@@ -32,7 +32,7 @@ pub(crate) struct Candidate {
     pub(crate) cost_ms: u32,
 }
 
-/// What a lane wants.
+/// The criteria of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Lane {
     /// The best.
@@ -41,7 +41,7 @@ pub(crate) enum Lane {
     Records,
 }
 
-/// What is looked at before the time that a way costs; less is better.
+/// The criteria before the time that a way costs; less is better.
 fn class(lane: Lane, one: &Candidate) -> (Thinning, bool, bool) {
     match lane {
         Lane::Live => (one.thinning, false, false),
@@ -72,7 +72,7 @@ pub(crate) fn choose(lane: Lane, current: Option<usize>, ways: &[Candidate]) -> 
         return (found, changed.then_some(found.map_or(Why::None, |_| why)));
     };
     if !one.answers {
-        // Where none answers, going elsewhere helps nobody.
+        // Where no way answers, a change gains nothing.
         return match best(&|other, candidate| other != place && candidate.answers) {
             Some(other) => (Some(other), Some(Why::Failover)),
             None => (current, None),
@@ -156,7 +156,7 @@ mod tests {
     }
 
     proptest! {
-        /// While nothing changes a lane stays where it has come to: two ways are never each better than the other.
+        /// While nothing changes a lane stays on its way: two ways are never each better than the other.
         #[test]
         fn a_choice_rests(ways in proptest::collection::vec(candidate(), 1..5), current in 0_usize..5, live: bool) {
             let lane = if live { Lane::Live } else { Lane::Records };

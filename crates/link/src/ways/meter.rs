@@ -1,4 +1,4 @@
-//! Bytes of a day, and what is left out as they go.
+//! The byte budget of a day, and what is left out as it is used up.
 //!
 //! A day is one of UTC where the clock is right, and never longer than 24 h by the clock that does not step: a clock that
 //! jumped, or never was set, does not spend a budget for good.
@@ -6,11 +6,11 @@
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// What TCP, IP, TLS and WebSocket add to a message, about.
+/// The approximate overhead of TCP, IP, TLS and WebSocket for each message.
 const MESSAGE_COST_BYTES: u64 = 60;
 const DAY_US: i64 = 86_400_000_000;
 const DAY: Duration = Duration::from_hours(24);
-/// A clock that says for so long that it is an earlier day than the one that counts is believed. A Raspberry Pi starts in the
+/// A clock that shows an earlier day than the counted one for so long is trusted. A Raspberry Pi starts in the
 /// past, and has the time by then where it has a network.
 const BELIEVED_AFTER: Duration = Duration::from_mins(10);
 
@@ -23,7 +23,7 @@ pub struct Used {
     pub bytes: u64,
 }
 
-/// What a metered way leaves out.
+/// The messages that a metered way leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Thinning {
     /// Nothing.
@@ -57,7 +57,7 @@ impl Thinning {
         }
     }
 
-    /// Live values no more often than this; `None` for as often as ever.
+    /// Live values no more often than this; `None` for no limit.
     pub(crate) fn live_every(self) -> Option<Duration> {
         match self {
             Self::Nothing => None,

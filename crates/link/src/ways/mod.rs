@@ -2,10 +2,10 @@
 //!
 //! # Where the choice is made
 //!
-//! Aboard, in [`Vessel`](crate::Vessel), for both directions: the vessel sends most, pays for it, and knows first that what
-//! it sent is not answered. Each way has its own connection, pauses, clocks and pace. Two lanes are given to ways by
-//! `choice`: *live values and commands* to the best, *records* to the cheapest good one. The shore hears which ([`WaysReport`],
-//! on the way that carries live values) and sends commands by the way that the latest report came on.
+//! Aboard, in [`Vessel`](crate::Vessel), for both directions: the vessel sends most, pays for it, and is the first to see
+//! that a message is not answered. Each way has its own connection, pauses, clocks and pace. `choice` assigns two lanes to
+//! ways: *live values and commands* to the best, *records* to the cheapest good one. The choice is reported to the shore
+//! ([`WaysReport`], on the way that carries live values), which sends commands by the way of the latest report.
 //!
 //! # When a way dies
 //!
@@ -13,26 +13,28 @@
 //! 0.6 s and three times the usual (and the time that the bytes under way need) makes its way *suspect*, long before its
 //! connection is given up ([`DEAD_AFTER`]): the lanes go over to another at once. Back they go when the
 //! better way has answered without a break for 5 s, after each further break twice as long, up to 5 min: no flapping.
-//! Where the vessel's program itself was away, its ways have 0.6 s more, once: what they said meanwhile has yet to be read.
+//! After a stall of the vessel's program its ways have 0.6 s more, once: messages that came meanwhile are yet to be read.
 //!
 //! # How the shore joins the sessions of one vessel
 //!
-//! Sessions of one stream and one start of the vessel's program stand beside each other, one for each way, and share what was
-//! received. On a switch the vessel goes on with the number that the shore last said *on the way that takes over*: it may send
-//! again, and never leaves a hole, whatever is still under way on the other. Records with a known number are dropped. Live
-//! messages are numbered; one that was overtaken by another way's is dropped, and after a switch records come first, in order, and the
-//! latest of each kind again where they lag. (Records that lag for a second are overtaken by the newest values, as over one way.)
+//! Sessions of one stream and one start of the vessel's program run in parallel, one for each way, and share the received
+//! records. On a switch the vessel continues with the number that the shore last acknowledged *on the way that takes
+//! over*: it may send records again, but never leaves a hole, whatever is still under way on the other. Records with a
+//! known number are dropped. Live messages are numbered; one that was overtaken by another way's is dropped, and after a
+//! switch records come first, in order, and the latest of each kind again where they lag. (Records that lag for a second
+//! are overtaken by the newest values, as over one way.)
 //!
 //! # Commands
 //!
-//! Numbers of commands rise within a start of the shore ([`Welcome::run`](crate::frame::Welcome)). Over each way the shore sends
-//! everything without an answer, in order; what has none after half a second goes over the other ways too, and a stop goes over
-//! all at once. The vessel carries out each number once, and none that comes after a higher one: what a stop overtook on another
-//! way is refused. Leases are numbered likewise, so that an old word on a slow way revives no lease that has ended.
+//! Numbers of commands rise within a start of the shore ([`Welcome::run`](crate::frame::Welcome)). Over each way the
+//! shore sends all unanswered commands, in order; one without an answer after half a second goes over the other ways too,
+//! and a stop goes over all at once. The vessel carries out each number once, and none that comes after a higher one: a
+//! command that a stop overtook on another way is refused. Leases are numbered likewise, so that a late frame on a slow
+//! way revives no ended lease.
 //!
 //! # One way, and older programs
 //!
-//! A vessel with one way says nothing of ways: each byte is as before. With several it asks for
+//! A vessel with one way sends nothing about ways: each byte is as before. With several it asks for
 //! [`Capabilities::WAYS`](crate::Capabilities); an older shore does not answer to that, and then one way is used at a time, and
 //! left for the next as soon as it is suspect. Beside a metered way an unmetered one is tried again now and then, and takes over
 //! once it connects.
@@ -49,8 +51,8 @@
 //! | 90 to 100 % | position, alarms, states and answers to commands, every 5 s |
 //! | beyond | the same once a minute; commands and their acknowledgements always |
 //!
-//! While another way stands that is not thinned, that is used. Records wait aboard. Beats of a metered way come every 5 s while it
-//! carries nothing or little, and it is given up after 15 s of silence: standing there it takes 7 MB a day.
+//! While another way is open that is not thinned, that is used. Records wait aboard. Heartbeats of a metered way come every
+//! 5 s while it carries little or nothing, and it is given up after 15 s of silence: idle it takes 7 MB a day.
 
 pub(crate) mod choice;
 pub(crate) mod meter;
@@ -68,7 +70,7 @@ pub const MOST_WAY_NAME_BYTES: usize = 32;
 /// Beats of a metered way that carries nothing, or is thinned.
 pub(crate) const SLOW_HEARTBEAT: Duration = Duration::from_secs(5);
 const METERED_DEAD_AFTER: Duration = Duration::from_secs(15);
-/// No connection is silent for longer without being given up.
+/// A connection that is silent for longer is given up.
 pub(crate) const LONGEST_SILENCE: Duration = METERED_DEAD_AFTER;
 
 /// How long a way that both ends know of may be silent.
@@ -76,7 +78,7 @@ pub(crate) fn dead_after(metered: bool) -> Duration {
     if metered { METERED_DEAD_AFTER } else { DEAD_AFTER }
 }
 
-/// One way to the shore, as it is configured.
+/// One way to the shore, as configured.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WaySettings {
     /// For people and figures.
@@ -85,7 +87,7 @@ pub struct WaySettings {
     pub metered: bool,
     /// Bytes that it may carry in a day; `None` for no bound.
     pub daily_bytes: Option<u64>,
-    /// What it has carried, as was known at the last end of the program.
+    /// The bytes it has carried, as known at the last end of the program.
     pub used: Used,
 }
 
@@ -106,15 +108,15 @@ pub enum Why {
     /// It is on none.
     #[default]
     None,
-    /// No other stood.
+    /// No other was open.
     Only,
     /// It answers faster.
     Better,
     /// It costs less.
     Cheaper,
-    /// The one before did not answer.
+    /// The previous way did not answer.
     Failover,
-    /// The one before has used its budget.
+    /// The previous way has used its budget.
     Budget,
 }
 
@@ -146,12 +148,12 @@ impl Why {
 /// How a way is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WayState {
-    /// No connection stands.
+    /// No connection is open.
     #[default]
     Down,
-    /// It stands, and does not answer in time.
+    /// It is open, and does not answer in time.
     Suspect,
-    /// It stands.
+    /// It is open.
     Up,
 }
 
@@ -174,7 +176,7 @@ impl WayState {
     }
 }
 
-/// What the vessel says of one way.
+/// The vessel's report of one way.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WayReport {
     /// Its name.
@@ -193,13 +195,13 @@ pub struct WayReport {
     pub today_bytes: u64,
     /// Bytes that it may carry in a day; 0 for no bound.
     pub daily_bytes: u64,
-    /// What it leaves out for that.
+    /// What it leaves out to save data.
     pub thinning: Thinning,
     /// How often it broke or stopped answering, since the start of the vessel's program.
     pub failures: u32,
 }
 
-/// What the vessel says of its ways.
+/// The vessel's report of its ways.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WaysReport {
     /// Rises with every change of the way for live values; commands come by the way of the highest.

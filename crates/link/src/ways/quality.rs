@@ -1,4 +1,4 @@
-//! How a way is, by what its messages' acknowledgements tell.
+//! The quality of a way, measured by the acknowledgements of its messages.
 //!
 //! TCP hides loss: a packet that is lost comes later, after a time-out of 200 ms at least (RFC 6298 with Linux' bound). So loss
 //! shows as messages that took longer than that beyond the shortest.
@@ -12,14 +12,14 @@ const LATE_OVER: f64 = 50.0;
 /// Before anything is known.
 const FIRST_ALLOWANCE: Duration = Duration::from_millis(1200);
 const LEAST_ALLOWANCE: Duration = Duration::from_millis(600);
-/// What a way is taken for until it has carried more.
+/// The assumed rate of a way until it has carried more.
 const FIRST_RATE_BYTES_PER_S: f64 = 20_000.0;
 /// Smaller messages say nothing of the rate.
 const TELLS_RATE_BYTES: u64 = 2048;
-/// A rate is forgotten by this share with each message that tells of it.
+/// The highest rate seen decays by this share with each message that measures the rate.
 const RATE_FORGET: f64 = 0.05;
 
-/// What is known of a way; it outlives its connections.
+/// The measured quality of a way; it outlives its connections.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Quality {
     usual: Option<Duration>,
@@ -32,7 +32,7 @@ impl Quality {
     /// So many bytes were acknowledged, the last of them after `took`.
     pub(crate) fn arrived(&mut self, bytes: u64, took: Duration) {
         let shortest = self.shortest.map_or(took, |shortest| shortest.min(took));
-        // A way that has become longer for good is believed in the end.
+        // A way whose delay has grown for good is accepted in the end.
         self.shortest = Some(shortest + took.saturating_sub(shortest) / 256);
         let is_late = took > shortest * 2 + SENT_AGAIN_AFTER;
         self.late += (f64::from(u8::from(is_late)) - self.late) / LATE_OVER;

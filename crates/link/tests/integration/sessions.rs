@@ -38,7 +38,7 @@ fn given(shore: &mut Shore) -> Vec<ShoreOutput> {
     std::iter::from_fn(|| shore.poll_output()).collect()
 }
 
-/// Connects, and carries messages both ways until nobody has anything to say. Answers what else was wanted.
+/// Connects, and carries messages both ways until neither end has output. Answers its other requests.
 struct Pair {
     vessel: Vessel,
     shore: Shore,
@@ -100,7 +100,7 @@ fn gaps_are_declared_in_their_place_and_acknowledged() {
     };
     let lost =
         Gap { from: 0, to: 4, since: UtcTime::default(), until: at(4).utc, reason: GapReason::SpoolFull };
-    // Number 6 is missing without a word.
+    // Number 6 is missing without a declaration.
     let entries = vec![
         Entry::Gap(lost),
         Entry::Record(record(4)),

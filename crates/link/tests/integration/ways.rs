@@ -43,7 +43,7 @@ fn complete(mut world: World) -> World {
     world
 }
 
-/// One way after the other is cut without a word, at random moments, and comes back.
+/// One way after the other is cut without a close, at random moments, and comes back.
 #[test]
 fn values_pause_for_less_than_two_seconds_in_each_of_many_cuts() {
     let (mut longest, mut overtaken) = (0, 0);
@@ -200,7 +200,7 @@ fn a_metered_way_alone_keeps_to_its_day() {
     let levels = [Thinning::Nothing, Thinning::Records, Thinning::Most, Thinning::AllButLast];
     let first = levels.map(|level| seen.iter().position(|(_, now)| *now == level).unwrap());
     assert!(first.is_sorted(), "{seen:?}");
-    // What is beyond are beats and the last to go: 7 MB in a whole day.
+    // The rest are heartbeats and the messages left out last: 7 MB in a whole day.
     let (beyond, minutes) = (seen[59].0 - seen[first[3]].0, 59 - first[3] as u64);
     println!("{} B a minute beyond the budget, which {} minutes used up", beyond / minutes, first[3]);
     assert!(beyond / minutes < 5_500, "{seen:?}");
@@ -311,7 +311,7 @@ fn before_an_older_shore_the_unmetered_way_is_gone_back_to_without_a_break() {
     world.run(5 * MINUTE);
     assert_eq!(live(&world), Some(RADIO as u8));
     assert!(world.shore.longest_gap_us < SECOND, "{}", world.shore.longest_gap_us);
-    // What comes and goes is not gone back to each time.
+    // A way that comes and goes is not used again each time.
     let before = world.vessel.switches.len();
     for _ in 0..60 {
         world.at(0, Event::Fault(Fault::CutWay(RADIO, 2 * SECOND)));

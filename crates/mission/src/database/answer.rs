@@ -1,10 +1,10 @@
-//! What the plan database answers and what it wants stored.
+//! The plan database's answers, and its changes to store.
 
 use super::{Change, Digest, Record, Ticket};
 use crate::engine::Origin;
 use thiserror::Error;
 
-/// Something for the shell: an answer to send or a change to store.
+/// An output for the shell: an answer to send or a change to store.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outgoing {
     /// Send this.
@@ -55,9 +55,9 @@ impl Effect {
 /// An answer. Changes are answered twice: in progress, then with a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DatabaseReply {
-    /// Whom it is for.
+    /// The receiver.
     pub origin: Origin,
-    /// What was asked.
+    /// The request.
     pub operation: DatabaseOperation,
     /// Which plan; empty where all are meant.
     pub plan_id: String,
@@ -65,7 +65,7 @@ pub struct DatabaseReply {
     pub result: Option<Result<Answer, DatabaseError>>,
 }
 
-/// What was asked, for the reply.
+/// The request, for the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DatabaseOperation {
     /// [`DatabaseQuery::Set`](super::DatabaseQuery::Set).
@@ -82,7 +82,7 @@ pub enum DatabaseOperation {
     GetState,
 }
 
-/// What went well.
+/// A success.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Answer {
     /// The plan is stored.
@@ -122,7 +122,7 @@ pub enum DatabaseError {
     TooLarge {
         /// Its size.
         bytes: usize,
-        /// What is allowed.
+        /// The limit.
         limit: usize,
     },
     /// There is no room for another plan.

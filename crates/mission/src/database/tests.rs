@@ -141,7 +141,7 @@ fn starts_with_what_was_stored() {
     let stored: Vec<Record> = database.records().cloned().collect();
     let again = PlanDatabase::new(DatabaseLimits::default(), Kept { plans: stored, ..Kept::default() });
     assert_eq!(again.state(), database.state());
-    // What was changed last may be gone.
+    // The last change may be lost.
     let stored: Vec<Record> = database.records().cloned().collect();
     let last = stored.iter().map(|record| record.change.at).max().unwrap();
     let change = |s: f64| Change {

@@ -1,8 +1,8 @@
-//! What is asked of the plan engine and what it answers.
+//! Requests to the plan engine and its replies.
 //!
 //! One start is answered several times, all with its [`Origin`]: when the plan is loaded (with statistics),
 //! when its first maneuver is commanded (not after a calibration), and when it ends, perhaps minutes later.
-//! A client tells the running state from [`PlanState`](super::PlanState), not from replies.
+//! A client reads the running state from [`PlanState`](super::PlanState), not from replies.
 
 use crate::maneuver::FailReason;
 use crate::plan::Plan;
@@ -10,7 +10,7 @@ use crate::problem::PlanProblems;
 use crate::statistics::PlanStatistics;
 use thiserror::Error;
 
-/// Who asked, and under which number; carried through to every reply.
+/// The requester, and its request number; carried through to every reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Origin {
     /// Address of the requester.
@@ -24,32 +24,32 @@ pub struct Origin {
 /// A request to the plan engine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// Who asks.
+    /// The requester.
     pub origin: Origin,
     /// Name of the plan it concerns; may be empty for a stop or get.
     pub plan_id: String,
-    /// What is asked.
+    /// The request.
     pub ask: RequestKind,
 }
 
-/// What is asked of the plan engine.
+/// A request to the plan engine.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RequestKind {
     /// Run a plan, in place of the running one if any.
     Start {
-        /// The plan, as found in the request or in the database, or why there is none.
+        /// The plan, as found in the request or in the database, or why none was found.
         plan: Result<Box<Plan>, NoPlan>,
         /// How to run it.
         options: StartOptions,
     },
     /// End the running plan.
     Stop,
-    /// Check a plan and tell its statistics; nothing moves.
+    /// Check a plan and report its statistics; nothing moves.
     Load {
-        /// The plan, or why there is none.
+        /// The plan, or why none was found.
         plan: Result<Box<Plan>, NoPlan>,
     },
-    /// Tell which plan runs.
+    /// Report which plan runs.
     Get,
 }
 
@@ -71,7 +71,7 @@ pub enum NoPlan {
     /// The plan is not possible.
     #[error("parse error: {0}")]
     Problems(#[from] PlanProblems),
-    /// Something that must be good before the motors are armed is not.
+    /// A condition for arming the motors is not met.
     #[error("the motors are not armed: {0}")]
     NotArmed(String),
     /// It leads where the chart has no water for it.
@@ -82,7 +82,7 @@ pub enum NoPlan {
     Unreadable(String),
 }
 
-/// What was asked, for the reply.
+/// The request, for the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
     /// [`RequestKind::Start`].
@@ -98,17 +98,17 @@ pub enum Operation {
 /// An answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reply {
-    /// Whom it is for.
+    /// The receiver.
     pub origin: Origin,
-    /// What was asked.
+    /// The request.
     pub operation: Operation,
     /// Which plan.
     pub plan_id: String,
-    /// What happened.
+    /// The result.
     pub result: Result<Success, Failure>,
 }
 
-/// What went well.
+/// A success.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Success {
     /// The plan is loaded (start and load).
@@ -137,7 +137,7 @@ impl std::fmt::Display for Success {
     }
 }
 
-/// What went wrong.
+/// A failure.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Failure {
     /// There is no plan to run or load.
@@ -146,13 +146,13 @@ pub enum Failure {
     /// The vehicle cannot run plans for the time being.
     #[error("vehicle is blocked: {0}")]
     Blocked(String),
-    /// Nothing can be loaded while a plan runs.
+    /// No plan can be loaded while one runs.
     #[error("cannot load while a plan is running")]
     Busy,
-    /// Nothing runs that could be stopped.
+    /// No plan runs that could be stopped.
     #[error("no plan is running, request ignored")]
     NothingToStop,
-    /// Nothing runs that could be told.
+    /// No plan runs that could be reported.
     #[error("no plan is running")]
     NothingRuns,
     /// The plan that this request had started ended badly.
@@ -170,7 +170,7 @@ pub enum EndReason {
     /// Its last maneuver is done.
     #[error("plan completed")]
     Completed,
-    /// Somebody stopped it.
+    /// A system stopped it.
     #[error("plan stopped")]
     Stopped,
     /// Another plan was started.
@@ -190,7 +190,7 @@ pub enum EndReason {
     /// The vessel did not know where it was for too long.
     #[error("the position was lost for too long")]
     PositionLost,
-    /// Somebody aborted.
+    /// The system of this address aborted.
     #[error("stopped by {0:#06x}")]
     Aborted(u16),
     /// Its maneuvers follow each other without ever taking time.
@@ -199,7 +199,7 @@ pub enum EndReason {
 }
 
 impl EndReason {
-    /// What last_outcome says of it: only completion is a success.
+    /// The `last_outcome` that it gives: only completion is a success.
     pub fn outcome(&self) -> LastOutcome {
         match self {
             Self::Completed => LastOutcome::Success,
@@ -213,7 +213,7 @@ impl EndReason {
         }
     }
 
-    /// Whether it ended without anybody having wanted that.
+    /// Whether it ended by a fault, not by completion or order.
     pub fn is_failure(&self) -> bool {
         match self {
             Self::Completed | Self::Stopped | Self::Replaced | Self::Aborted(_) => false,

@@ -10,7 +10,7 @@ use crate::plan::{Node, Plan};
 use crate::statistics::{Progress, Standing};
 use units::{MonoTime, Now, UtcTime};
 
-/// Warnings of a plan that are told one by one; the others are counted.
+/// Warnings of a plan that are reported one by one; the others are counted.
 const WARNINGS_TOLD: usize = 20;
 
 #[derive(Debug, Clone)]
@@ -168,7 +168,7 @@ impl Engine {
         }
     }
 
-    /// Tells what the author of a plan may not have meant.
+    /// Reports what the author of a plan may not have meant.
     fn warn(&mut self, plan_id: &str, plan: &Plan) {
         for warning in plan.warnings().iter().take(WARNINGS_TOLD) {
             self.note(NoteLevel::Warning, format!("{plan_id}: {warning}"));
@@ -288,7 +288,7 @@ impl Engine {
             plan_id: run.plan_id.clone(),
             reason: reason.clone(),
         });
-        // A replaced plan leaves no gap to be told: the next one is on its way.
+        // A replaced plan leaves no gap to report: the next one follows at once.
         let over = reason != EndReason::Replaced;
         match reason {
             EndReason::Stopped | EndReason::Replaced => {}

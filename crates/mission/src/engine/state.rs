@@ -1,4 +1,4 @@
-//! What the engine tells about itself and the vehicle.
+//! What the engine reports about itself and the vehicle.
 
 use super::request::{EndReason, LastOutcome, Reply, RunId};
 use crate::command::{Command, Drive};
@@ -7,7 +7,7 @@ use crate::maneuver::ReferenceState;
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 
-/// Something the engine wants carried out or told, in this order.
+/// An output of the engine, to be carried out or reported in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// Control does this from here on.
@@ -59,7 +59,7 @@ pub enum Output {
     },
     /// State of FollowReference, for its commander.
     Reference(ReferenceState),
-    /// A way to a place is to be looked for, in place of the one before; [`Event::Way`](crate::Event::Way) answers.
+    /// A way to a place must be searched for, in place of the previous one; [`Event::Way`](crate::Event::Way) answers.
     LookForWay {
         /// Where the vessel is.
         from: LatLon,
@@ -90,12 +90,12 @@ pub enum ManeuverEnd {
     Stopped,
 }
 
-/// Where in a plan actions stand.
+/// Places of actions in a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ActionPoint {
     /// Before the first maneuver.
     PlanStart,
-    /// After the last, however it came to it.
+    /// After the last, however the plan ended.
     PlanEnd,
     /// Before a maneuver.
     ManeuverStart(String),
@@ -122,11 +122,11 @@ pub struct Note {
 /// How bad a note is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoteLevel {
-    /// Course of things.
+    /// Normal events.
     Info,
     /// Odd.
     Warning,
-    /// Something failed.
+    /// A failure.
     Error,
 }
 
@@ -144,28 +144,28 @@ pub enum PlanPhase {
     Executing,
 }
 
-/// The state of plans, to be told about three times per second.
+/// The state of plans, to be reported about three times per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlanState {
-    /// What plans can do.
+    /// The state of the plan engine.
     pub phase: PlanPhase,
     /// The running plan, or the last one.
     pub plan_id: String,
     /// Number of the running plan.
     pub run: Option<RunId>,
-    /// Time to its end (s), where that can be told.
+    /// Time to its end (s), where that is known.
     pub plan_eta_s: Option<f64>,
-    /// How much of it is done, 0 to 1, where that can be told.
+    /// How much of it is done, 0 to 1, where that is known.
     pub progress: Option<f64>,
     /// The maneuver under way, and its kind.
     pub maneuver: Option<(String, ManeuverKind)>,
-    /// Time to the end of the maneuver (s), where that can be told.
+    /// Time to the end of the maneuver (s), where that is known.
     pub maneuver_eta_s: Option<f64>,
     /// How the last plan ended.
     pub last_outcome: LastOutcome,
 }
 
-/// What the vehicle as a whole does.
+/// The mode of the whole vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Mode {
     /// Entities are starting.
@@ -175,16 +175,16 @@ pub enum Mode {
     Service,
     /// Calibrating before a plan.
     Calibration,
-    /// An entity is in error, or somebody aborted.
+    /// An entity is in error, or the vessel was aborted.
     Error,
     /// A maneuver is under way.
     Maneuver,
 }
 
-/// The state of the vehicle, to be told about twice per second.
+/// The state of the vehicle, to be reported about twice per second.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VehicleState {
-    /// What it does.
+    /// Its mode.
     pub mode: Mode,
     /// Labels of the entities in error.
     pub errors: Vec<String>,
@@ -192,7 +192,7 @@ pub struct VehicleState {
     pub maneuver: Option<ManeuverKind>,
     /// When it began.
     pub maneuver_began: Option<UtcTime>,
-    /// Time to its end (s), where that can be told.
+    /// Time to its end (s), where that is known.
     pub maneuver_eta_s: Option<f64>,
     /// Which control is on.
     pub drive: Drive,

@@ -1,6 +1,6 @@
-//! The vehicle's modes: what entities and aborts make of them.
+//! The vehicle's modes, as they follow from entity states and aborts.
 //!
-//! DUNE's mode for loops from outside is absent: nobody but the engine ever has loops on.
+//! DUNE's mode for control loops enabled from outside is absent: only the engine enables loops.
 
 use super::{EndReason, Engine, Mode, NoteLevel, Output};
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,7 +9,7 @@ use units::{Now, UtcTime};
 /// Condition of an entity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EntityCondition {
-    /// Starting. Counts as an error but lets the vehicle go on booting.
+    /// Starting. Counts as an error but lets the vehicle continue to boot.
     Boot,
     /// Well.
     Normal,
@@ -22,7 +22,7 @@ pub(super) struct Vehicle {
     mode: Mode,
     conditions: BTreeMap<String, EntityCondition>,
     vital: BTreeSet<String>,
-    /// Somebody aborted and no entity report has come since.
+    /// An abort came, and no entity report since.
     aborted: bool,
     last_error: Option<(String, UtcTime)>,
 }
@@ -52,7 +52,7 @@ impl Vehicle {
         self.last_error = error;
     }
 
-    /// Labels of entities that are not well; of the vital ones only if `only_vital`.
+    /// Labels of entities with a fault; of the vital ones only if `only_vital`.
     pub(super) fn errors(&self, only_vital: bool) -> Vec<String> {
         let bad = self.conditions.iter().filter(|(_, condition)| **condition != EntityCondition::Normal);
         bad.map(|(label, _)| label.clone())

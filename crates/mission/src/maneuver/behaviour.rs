@@ -1,4 +1,4 @@
-//! What all behaviours share: what they see, what they answer, how much is left.
+//! The interface of all behaviours: their inputs, their outputs, the work left.
 
 use super::ManeuverConfig;
 use super::reference_state::ReferenceState;
@@ -45,18 +45,18 @@ pub(crate) enum Outcome {
     Failed(FailReason),
 }
 
-/// What a behaviour says.
+/// An output of a behaviour.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Signal {
     Command(Command),
     Reference(ReferenceState),
-    /// A way is to be looked for, from a place to a place.
+    /// A way must be searched for, from a place to a place.
     Way(LatLon, LatLon),
     /// For the log book.
     Warning(String),
 }
 
-/// What a behaviour sees and answers through.
+/// The context of a behaviour: its inputs and outputs.
 #[derive(Debug)]
 pub(crate) struct Context<'a> {
     pub(crate) now: Now,
@@ -109,7 +109,7 @@ impl Context<'_> {
 pub(crate) trait Behaviour {
     /// The maneuver begins.
     fn start(&mut self, cx: &mut Context<'_>);
-    /// Something happened. Progress of older paths never comes here.
+    /// Takes an event. Progress of older paths never comes here.
     fn event(&mut self, cx: &mut Context<'_>, event: &Event);
     /// The time of [`Behaviour::deadline`] came.
     fn timeout(&mut self, cx: &mut Context<'_>) {
@@ -119,11 +119,11 @@ pub(crate) trait Behaviour {
     fn deadline(&self) -> Option<MonoTime> {
         None
     }
-    /// What is left, where that can be told.
+    /// The work left, where that is known.
     fn left(&self, now: Now) -> Option<Left>;
 }
 
-/// What is left of a wait of `duration` that began at `since`, or has not begun (s); nothing for an endless one.
+/// The rest of a wait of `duration` that began at `since`, or has not begun (s); nothing for an endless one.
 pub(super) fn wait_left_s(duration: Option<Duration>, since: Option<MonoTime>, now: Now) -> Option<f64> {
     let gone = since.map_or(Duration::ZERO, |since| now.mono.since(since));
     duration.map(|duration| duration.saturating_sub(gone).as_secs_f64())

@@ -1,7 +1,7 @@
 //! A way around what the chart refuses, to the place of a reference.
 //!
-//! It is held against area and chart from where the vessel is, leg by leg, when it is taken and again whenever the vessel sets
-//! out anew. A place that moves a little is reached by the same way with another end.
+//! It is checked against area and chart from the vessel's place, leg by leg, when it is taken and again whenever the vessel
+//! starts again. A place that moves a little is reached by the same way with another end.
 
 use super::behaviour::Context;
 use super::goto::distance_m;
@@ -10,9 +10,9 @@ use units::LatLon;
 
 /// A way that ends farther from the place than this (m) does not lead there.
 const AT_THE_PLACE_M: f64 = 1.0;
-/// A place may move by this share of the whole way, or so far (m), before another way is looked for. Bent once by a share s
-/// a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied twice. A place
-/// that wanders leaves corners behind; a way that they make longer than that factor is looked for anew.
+/// A place may move by this share of the whole way, or so far (m), before another way is searched for. Bent once by a
+/// share s a way is longer than the shortest by a factor of (1 + s) / (1 - s) at most: the triangle inequality, applied
+/// twice. A place that wanders leaves corners behind; a way that they make longer than that factor is searched for anew.
 const BENT_SHARE: f64 = 0.25;
 const BENT_M: f64 = 50.0;
 /// A place that keeps moving leaves no way of more corners behind it than this.
@@ -21,7 +21,7 @@ const MOST_CORNERS: usize = 256;
 /// A way that is followed.
 #[derive(Debug, Clone)]
 pub(super) struct Detour {
-    /// The place that it was looked for to lead to.
+    /// The place for which it was searched for.
     found_for: LatLon,
     /// How long it was then (m).
     found_m: f64,
@@ -69,7 +69,7 @@ impl Detour {
 
     /// The same way with another end, if that is not far from the old one: straight from its last corner, or on from its old
     /// end. The corners before stay, which keep farther from danger than the guard demands; the way to the first of them is
-    /// held against area and chart unless the vessel is on it. `None` where anything is refused.
+    /// checked against area and chart unless the vessel is on it. `None` where anything is refused.
     pub(super) fn bent_to(&self, cx: &Context<'_>, goal: LatLon, on_it: bool) -> Option<Self> {
         let here = cx.fix?.place;
         let may_move_m = BENT_M.max(BENT_SHARE * self.found_m);

@@ -13,7 +13,7 @@ const SETTLING: Duration = Duration::from_secs(8);
 const LEAST: Duration = Duration::from_secs(20);
 /// A window after which another begins.
 const WINDOW: Duration = Duration::from_mins(1);
-/// Slower is no drift but the slow error of the receiver (m/s).
+/// Slower is not drift but the slow error of the receiver (m/s).
 const LEAST_MPS: f64 = 0.01;
 
 type Mark = (MonoTime, LocalPoint);
@@ -22,7 +22,7 @@ type Mark = (MonoTime, LocalPoint);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Drift {
     rest_since: Option<MonoTime>,
-    /// Beginning of the window, and of the one before.
+    /// Beginning of the window, and of the previous one.
     marks: [Option<Mark>; 2],
     velocity_mps: Option<(f64, f64)>,
 }

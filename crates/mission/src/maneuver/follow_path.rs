@@ -8,7 +8,7 @@ use units::Speed;
 /// Go along points; done at once without any.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowPath<P = LatLon> {
-    /// What the points are offset from.
+    /// The origin of the points' offsets.
     pub origin: P,
     /// The points.
     pub points: Vec<Offset>,

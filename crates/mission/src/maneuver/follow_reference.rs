@@ -1,14 +1,14 @@
-//! Follow reference: does as a commander says, place by place.
+//! Follow reference: the maneuver in which another system commands the vessel place by place.
 //!
-//! Waits for a first reference, goes where it says, hovers (motors off) when near and goes again when the
-//! place is farther than its radius plus a tolerance. What a reference leaves out stays as before, or starts
-//! as: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference again
-//! keeps the timeout from passing and changes nothing else. A place outside the area, or one that no safe way leads to,
-//! is refused: what was followed before goes on. While another vessel is announced close by, it
-//! hovers, and goes on when the other is gone or silent. A reference that only stops, or that only changes the speed
-//! on the way to the place before, is never refused. Where ways can be looked for ([`FollowReferenceConfig::routes_around`]),
-//! a place behind land is gone to around it once a way is found ([`Detour`], [`Search`]); what is given up before one was
-//! found is told. Without a position it waits for one and looks at the way then.
+//! Waits for a first reference, goes to its place, hovers (motors off) when near and goes again when the
+//! place is farther than its radius plus a tolerance. A field that a reference leaves out keeps its value; at the
+//! start these are: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference
+//! again restarts the timeout and changes nothing else. A place outside the area, or one that no safe way leads to,
+//! is refused: the previous reference stays in force. While another vessel is announced close by, it hovers, and
+//! continues when the other is gone or silent. A reference that only stops, or that only changes the speed on the way
+//! to the same place, is never refused. Where routes can be searched for ([`FollowReferenceConfig::routes_around`]), a
+//! place behind land is reached around it once a way is found ([`Detour`], [`Search`]); a search that is given up is
+//! reported. Without a position it waits for one and checks the way then.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::detour::Detour;
@@ -26,7 +26,7 @@ use units::{LatLon, MonoTime, Now};
 
 /// A vessel announced longer ago is no longer where it was.
 const SIGHTING_MAX_AGE: Duration = Duration::from_secs(30);
-/// A way that is refused while it hovers is looked at again after this time: the vessel drifts.
+/// A way that is refused while it hovers is checked again after this time: the vessel drifts.
 const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// Vessels kept in mind; of more the one heard longest ago is forgotten.
 const MOST_OTHERS: usize = 64;
@@ -55,7 +55,7 @@ pub struct FollowReferenceConfig {
     pub default_radius_m: f64,
     /// The vessel hovers while another one is announced closer than this (m); 0 never does.
     pub separation_m: f64,
-    /// Whether a way is looked for to a place that no safe straight way leads to.
+    /// Whether a way is searched for to a place that no safe straight way leads to.
     pub routes_around: bool,
 }
 
@@ -84,7 +84,7 @@ impl FollowReference {
 pub(crate) struct Machine {
     follow: FollowReference,
     phase: ReferencePhase,
-    /// What is followed, filled in.
+    /// The reference that is followed, with all fields filled in.
     reference: Option<Reference>,
     deadline: Option<MonoTime>,
     near: bool,
@@ -96,11 +96,11 @@ pub(crate) struct Machine {
     search: Search,
     /// The way around that leads to what is followed.
     detour: Option<Detour>,
-    /// Places that were refused, that a way is looked for to, and that one was found to.
+    /// Places that were refused, to which a way is searched for, and to which one was found.
     refused: Told,
     looked_for: Told,
     found: Told,
-    /// When a way that is refused while it hovers is looked at again.
+    /// When a way that is refused while it hovers is checked again.
     next_look: MonoTime,
 }
 
@@ -175,8 +175,8 @@ impl Machine {
         }
     }
 
-    /// Whether a reference leads where the vessel may go; one that does not is told of once. Without a position only
-    /// its place can be judged.
+    /// Whether a reference leads where the vessel may go; a refused one is reported once. Without a position only
+    /// its place can be checked.
     fn may_go(&mut self, cx: &mut Context<'_>, next: &Reference) -> bool {
         let Some(goal) = next.location else { return true };
         if let Some(detour) = self.detour.take_if(|detour| detour.leads_to(goal))
@@ -207,7 +207,7 @@ impl Machine {
         true
     }
 
-    /// Tells once that a place is refused.
+    /// Reports once that a place is refused.
     fn refuse(&mut self, cx: &mut Context<'_>, goal: LatLon, why: &str) {
         if self.refused.is_new(goal, cx.now.mono) {
             let before = self.meanwhile();
@@ -223,7 +223,7 @@ impl Machine {
     }
 
     /// The way around to the place of a reference, to which the straight way is refused: the one under way with another end,
-    /// one that was found before, or one to be looked for. `None` where none can be looked for.
+    /// one that was found before, or one to be searched for. `None` where none can be searched for.
     fn around(&mut self, cx: &mut Context<'_>, next: &Reference, why: &str) -> Option<Standing> {
         let (Some(_), Some(goal), None) = (cx.fix, next.location, next.start_point) else { return None };
         // No way leads to a place that is closed itself.
@@ -254,7 +254,7 @@ impl Machine {
         self.reference.is_some_and(|reference| reference.location == Some(goal))
     }
 
-    /// What a way was looked for to is not gone to; who asked for it is told.
+    /// Ends the search for a way; the system that asked for the place is informed.
     fn give_up(&mut self, cx: &mut Context<'_>, why: &str) {
         if let Some(wanted) = self.search.give_up() {
             let system = wanted.system;
@@ -264,7 +264,7 @@ impl Machine {
         }
     }
 
-    /// An answer to what was looked for.
+    /// The answer to a search.
     fn way(&mut self, cx: &mut Context<'_>, way: &Way) {
         match self.search.take(cx, way) {
             None => return,
@@ -307,7 +307,7 @@ impl Machine {
             cx.done();
             return;
         }
-        // A way around whose end alone moved goes on to the same corner.
+        // Where only the end of a way around moved, the vessel continues to the same corner.
         let same_corner = corner.is_some() && self.detour.as_ref().and_then(Detour::next) == corner;
         let same_way = same_corner || before.is_some_and(|before| same_way(&before, &next));
         let speed_before = before.and_then(|before| before.speed);
@@ -329,12 +329,12 @@ impl Machine {
         self.report(cx);
     }
 
-    /// A reference is followed: what was looked for before is of no use from here on.
+    /// A reference is followed: an earlier search is of no use from here on.
     fn took(&mut self, cx: &mut Context<'_>, new: &Reference) {
         if new.done {
             self.give_up(cx, "the maneuver is over");
         } else if self.search.wanted_by() == Some(new.system) && new.location.is_some() {
-            // Who asks for another place knows.
+            // A system that asks for another place knows.
             self.search.give_up();
         } else {
             self.give_up(cx, "another reference took its place");

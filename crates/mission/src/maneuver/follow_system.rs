@@ -131,7 +131,7 @@ impl Machine {
         }
     }
 
-    /// Whether the vessel may go to its place, by the latest news of the other.
+    /// Whether the vessel may go to its place, by the latest report of the other.
     fn look_at_way(&mut self, cx: &mut Context<'_>, slot: LatLon, fix: &Fix) {
         match cx.waters.way(fix.place, slot) {
             Ok(()) => self.waits_at = None,

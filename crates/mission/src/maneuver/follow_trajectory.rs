@@ -16,7 +16,7 @@ use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 /// Go along points by a timetable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowTrajectory<P = LatLon> {
-    /// What the points are offset from.
+    /// The origin of the points' offsets.
     pub origin: P,
     /// The points, the first at time 0.
     pub points: Vec<TimedOffset>,

@@ -26,11 +26,11 @@ pub struct Loiter<P = LatLon> {
     pub speed: Speed,
     /// How long on the circle; `None` until stopped.
     pub duration: Option<Duration>,
-    /// What to sail.
+    /// The shape to sail.
     pub shape: LoiterShape,
 }
 
-/// What a loiter sails.
+/// The shape of a loiter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LoiterShape {
     /// A circle.

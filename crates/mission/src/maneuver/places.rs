@@ -5,9 +5,9 @@ use crate::place::Offset;
 use units::{LatLon, LocalFrame};
 
 impl Maneuver {
-    /// The places it leads to, in order; empty for maneuvers that follow somebody or stay where they are.
+    /// The places it leads to, in order; empty for maneuvers that follow another system or stay where they are.
     ///
-    /// The circles of a loiter stand as points around them; rows as laid out before any water is measured.
+    /// The circles of a loiter are given as points around them; rows as laid out before any water is measured.
     pub fn places(&self) -> Vec<LatLon> {
         match self {
             Self::Goto(goto) => vec![goto.target],

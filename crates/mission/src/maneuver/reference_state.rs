@@ -1,15 +1,15 @@
-//! What a vessel that follows references tells its commander.
+//! What a vessel that follows references reports to their sender.
 
 use crate::event::Reference;
 
-/// What the maneuver does with a reference.
+/// The phase of the maneuver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReferencePhase {
     /// No reference has come.
     Wait,
     /// On the way.
     Goto,
-    /// Motors off: near enough, or told to stop.
+    /// Motors off: near enough, or ordered to stop.
     Hover,
     /// The commander was silent too long.
     Timeout,
@@ -18,7 +18,7 @@ pub enum ReferencePhase {
 /// The state to report to the commander: after each reference and at each change of phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceState {
-    /// What is done.
+    /// The phase.
     pub phase: ReferencePhase,
     /// The reference as followed, what was absent filled in.
     pub reference: Option<Reference>,

@@ -30,7 +30,7 @@ pub struct RowsCoverage<P = LatLon> {
     pub length_m: f64,
     /// How far rows are overrun before turning (m).
     pub curve_offset_m: f64,
-    /// What the sensor sees.
+    /// The sensor's swath.
     pub swath: Swath,
     /// Turns are squares instead of diagonals.
     pub square_curve: bool,
@@ -38,7 +38,7 @@ pub struct RowsCoverage<P = LatLon> {
     pub curve_right: bool,
 }
 
-/// What a sensor sees on both sides of the vessel.
+/// The swath of a sensor on both sides of the vessel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swath {
     /// Range (m).

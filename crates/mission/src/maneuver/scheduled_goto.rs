@@ -31,7 +31,7 @@ pub struct ScheduledGoto<P = LatLon> {
 /// What to do when the time has come and the vessel is not near.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Late {
-    /// Go on.
+    /// Continue.
     Resume,
     /// Leave it; the maneuver is done.
     Skip,

@@ -1,9 +1,9 @@
 //! The search for a way to the place of a reference that no straight way leads to.
 //!
-//! Whoever runs the engine is asked for it, and answers when it can; nothing moves until then. One way is looked for at a
-//! time and not more often than [`LEAST_BETWEEN`], however often the place changes: what came last is followed by the way
-//! that was found if its end can be bent to it, else by the next one. So a place that moves, or two that alternate, never
-//! keep a search from coming to its end.
+//! The engine's caller is asked for it, and answers when it can; nothing moves until then. One way is searched for at a
+//! time and not more often than [`LEAST_BETWEEN`], however often the place changes: the latest place is reached by the
+//! way that was found if its end can be moved there, else by the next one. So a place that moves, or two that alternate,
+//! never keep a search from finishing.
 
 use super::behaviour::Context;
 use super::detour::Detour;
@@ -12,22 +12,22 @@ use crate::event::{Reference, Way};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// An answer that takes longer is asked for again, and where there was no way, one is looked for again.
+/// A search that takes longer is requested again; so is one that found no way.
 const AGAIN: Duration = Duration::from_mins(1);
 /// Ways are not asked for more often than once in this time.
 const LEAST_BETWEEN: Duration = Duration::from_secs(5);
 /// A way that was found for a place that is not asked for any more is kept so long.
 const SPARE_KEPT: Duration = Duration::from_secs(30);
-/// Where no way leads to a place, none is looked for to one so near (m).
+/// Where no way leads to a place, none is searched for to another this near (m).
 pub(super) const SAME_PLACE_M: f64 = 50.0;
 /// A vessel that has moved so far since it asked (m) asks again for a way that is refused from where it is.
 const MOVED_M: f64 = 20.0;
 
-/// What is looked for.
+/// The search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Search {
     state: State,
-    /// What is to be followed when a way is found.
+    /// The reference to follow when a way is found.
     wanted: Option<Reference>,
     /// When a way was asked for last.
     asked: Option<MonoTime>,
@@ -37,7 +37,7 @@ pub(super) struct Search {
 enum State {
     #[default]
     Idle,
-    /// A way from a place to a place is looked for.
+    /// A way from a place to a place is searched for.
     Asked { from: LatLon, goal: LatLon },
     /// No way was found.
     Nothing { goal: LatLon, until: MonoTime },
@@ -45,10 +45,10 @@ enum State {
     Spare { detour: Detour, until: MonoTime },
 }
 
-/// What becomes of a reference that no straight way leads to.
+/// The decision on a reference that no straight way leads to.
 #[derive(Debug, Clone)]
 pub(super) enum Standing {
-    /// A way is looked for, or will be in some seconds.
+    /// A way is searched for, or will be in some seconds.
     Looked,
     /// There is no way.
     Nothing,
@@ -57,7 +57,7 @@ pub(super) enum Standing {
 }
 
 impl Search {
-    /// A reference came to whose place no straight way leads; the newest is the one to follow.
+    /// A reference to whose place no straight way leads came; the newest is the one to follow.
     pub(super) fn want(&mut self, cx: &mut Context<'_>, goal: LatLon, newest: Reference) -> Standing {
         match &self.state {
             State::Nothing { goal: closed, until }
@@ -128,12 +128,12 @@ impl Search {
         }
     }
 
-    /// What was wanted is not any more; what that was.
+    /// Ends the search; returns the reference that was wanted.
     pub(super) fn give_up(&mut self) -> Option<Reference> {
         self.wanted.take()
     }
 
-    /// Who wanted what is wanted.
+    /// The system that wants it.
     pub(super) fn wanted_by(&self) -> Option<u16> {
         self.wanted.map(|wanted| wanted.system)
     }

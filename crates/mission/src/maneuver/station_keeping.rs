@@ -1,7 +1,7 @@
 //! Station keeping: drifts inside a radius with its motors off, and drives back in time. Between drives the
 //! vessel is quiet: this is how it listens.
 //!
-//! It turns back before the radius, by what its position may be wrong and by what it drifts on while it turns.
+//! It turns back before the radius, by its position error and by its drift during the turn.
 //! It drives to the side that wind and current come from, so that the next drift leads through the middle
 //! and lasts longest. How the vessel drifts it learns from its own positions while the motors are off; before
 //! that is known it drives to the centre.
@@ -161,7 +161,7 @@ impl Machine {
         }
     }
 
-    /// Path control takes a path for done some way before its end; the vessel goes on to where it rests.
+    /// Path control takes a path for done some way before its end; the vessel continues to where it rests.
     fn progress(&mut self, cx: &mut Context<'_>, progress: &PathProgress) {
         if let State::OffStation { sent, from, aim } = self.state
             && progress.near

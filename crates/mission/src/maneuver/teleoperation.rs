@@ -26,7 +26,7 @@ impl Behaviour for Machine {
         cx.command(Command::Teleoperate(self.0.operator));
     }
 
-    /// Anyone's word ends an open teleoperation; a reserved one ends by its operator's only.
+    /// Any system may end an open teleoperation; only its operator may end a reserved one.
     fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
         if let Event::TeleoperationDone { from } = event
             && self.0.operator.admits(*from)

@@ -1,4 +1,4 @@
-//! What was told of places, so that each situation is told of once.
+//! The places that were reported, so that each situation is reported once.
 //!
 //! A place that is asked for every second, moves a little, or alternates with another is one situation for as long as it
 //! is met at least once a minute.
@@ -13,12 +13,12 @@ const FORGOTTEN: Duration = Duration::from_mins(1);
 /// Situations kept in mind; of more the one met longest ago is forgotten.
 const MOST: usize = 8;
 
-/// Places of which was told.
+/// Places that were reported, with the time each was met last.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Told(Vec<(LatLon, MonoTime)>);
 
 impl Told {
-    /// A place was met; whether that is to be told.
+    /// A place was met; returns whether that is to be reported.
     pub(super) fn is_new(&mut self, place: LatLon, now: MonoTime) -> bool {
         self.0.retain(|(_, met)| now.since(*met) < FORGOTTEN);
         let same = self.0.iter().position(|(told, _)| distance_m(*told, place) < SAME_PLACE_M);

@@ -1,4 +1,4 @@
-//! What a steady current does to speed over ground, and a straight leg's time and energy in it.
+//! The effect of a steady current on speed over ground, and a straight leg's time and energy in it.
 
 use super::{Cost, VehicleModel};
 

@@ -1,4 +1,4 @@
-//! What a vessel's speeds mean: percent, rpm, m/s and the power they take.
+//! A vessel's speeds in percent, rpm and m/s, and their power.
 
 use thiserror::Error;
 use units::Speed;
@@ -16,7 +16,7 @@ pub struct ModelPoint {
     pub power_w: f64,
 }
 
-/// Why rows are no model.
+/// Why rows are not a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ModelError {
     /// A model needs two rows.

@@ -1,4 +1,4 @@
-//! How far a running plan has come, by what the vessel really makes.
+//! The progress of a running plan, by the vessel's real speed.
 //!
 //! Progress is planned time done by planned time in all. The time to the end is the planned time left, the
 //! moving part of it stretched by how much longer than planned moving has taken so far.
@@ -8,7 +8,7 @@ use crate::maneuver::Left;
 use crate::plan::Plan;
 use units::{LatLon, MonoTime, Now};
 
-/// Planned and real time are taken as equal for so long, so that the first metres tell little (s).
+/// Planned and real time are taken as equal for so long, so that the first metres weigh little (s).
 const TRUST_S: f64 = 30.0;
 /// Bounds of the stretch.
 const LEAST_STRETCH: f64 = 0.2;
@@ -29,7 +29,7 @@ pub(crate) struct Progress {
     best: f64,
 }
 
-/// Where a plan stands.
+/// The position in a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Standing {
     /// 0 to 1.
@@ -51,7 +51,7 @@ impl Progress {
         Self { spans, mps, total_s, began: now.mono, done, current: None, best: 0.0 }
     }
 
-    /// The maneuver at `index` begins; the one before is done.
+    /// The maneuver at `index` begins; the previous one is done.
     pub(crate) fn begin(&mut self, index: usize) {
         if let Some(span) = self.current.and_then(|before| self.spans[before]) {
             self.done = self.done.and(span);

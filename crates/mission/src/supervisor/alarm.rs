@@ -11,11 +11,11 @@ pub(super) struct Alarm {
     contrary_since: Option<MonoTime>,
 }
 
-/// What a condition is like.
+/// The state of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Condition {
     Bad,
-    /// Neither; the alarm stays as it is.
+    /// Neither; the alarm stays unchanged.
     Between,
     Good,
 }
@@ -25,7 +25,7 @@ impl Alarm {
         self.on
     }
 
-    /// When the alarm goes on, the condition being bad and staying so.
+    /// When the alarm comes on if the condition stays bad.
     pub(super) fn due(self, lasting: Duration) -> Option<MonoTime> {
         self.contrary_since.filter(|_| !self.on).map(|since| since + lasting)
     }

@@ -53,7 +53,7 @@ impl Default for BatteryConfig {
     }
 }
 
-/// How the battery stands.
+/// The battery's stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum BatteryStage {
     /// Enough.
@@ -67,7 +67,7 @@ pub enum BatteryStage {
     Critical,
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BatteryOutput {
     /// The stage changed to this.
@@ -113,7 +113,7 @@ impl BatteryReserve {
         self.config = config;
     }
 
-    /// Takes the charge left, 0 to 1. Values that are no number are ignored.
+    /// Takes the charge left, 0 to 1. Values that are not a number are ignored.
     pub fn handle_charge(&mut self, now: MonoTime, charge: f64) {
         if !charge.is_finite() {
             return;
@@ -134,7 +134,7 @@ impl BatteryReserve {
         self.judge();
     }
 
-    /// Takes the lowest voltage (V). Values that are no number are ignored.
+    /// Takes the lowest voltage (V). Values that are not a number are ignored.
     pub fn handle_voltage(&mut self, now: MonoTime, voltage_v: f64) {
         if !voltage_v.is_finite() {
             return;
@@ -151,12 +151,12 @@ impl BatteryReserve {
         self.judge();
     }
 
-    /// The next thing to tell or do.
+    /// The next output to report or carry out.
     pub fn poll_output(&mut self) -> Option<BatteryOutput> {
         self.outputs.pop_front()
     }
 
-    /// How the battery stands.
+    /// The battery's stage.
     pub fn stage(&self) -> BatteryStage {
         self.stage
     }
@@ -173,7 +173,7 @@ impl BatteryReserve {
         Some(Outlook { remedy, at: self.reaches(bound) })
     }
 
-    /// The charge below which it will next tell that things got worse, and when at the present drain.
+    /// The charge below which it will next report a worse state, and when at the present drain.
     pub fn next_warning(&self) -> Option<(f64, Option<MonoTime>)> {
         let bound = match self.stage {
             BatteryStage::Normal => self.config.low,

@@ -20,13 +20,13 @@ pub struct LimitsConfig {
     pub area_margin_m: f64,
     /// How long it may be outside.
     pub area_lasting: Duration,
-    /// What to do then; only to tell of it without.
+    /// What to do then; without it only a report.
     pub area_remedy: Option<Remedy>,
     /// Greatest speed over ground (m/s); any without.
     pub max_speed_mps: Option<f64>,
     /// How long it may be faster.
     pub speed_lasting: Duration,
-    /// What to do then; only to tell of it without.
+    /// What to do then; without it only a report.
     pub speed_remedy: Option<Remedy>,
 }
 
@@ -54,7 +54,7 @@ pub enum Violation {
     Speed,
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LimitsOutput {
     /// A limit has not been kept for too long: do this, if anything.
@@ -112,7 +112,7 @@ impl OperationalLimits {
         }
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<LimitsOutput> {
         self.outputs.pop_front()
     }

@@ -1,8 +1,8 @@
-//! Lost communications: what the vessel does when nobody ashore has been heard for a while.
+//! Lost communications: what the vessel does when no console ashore has been heard for a while.
 //!
 //! It acts whatever the vessel is doing, plans and teleoperation included: for each activity there is a ladder
-//! of steps, each so long after the last contact. An empty ladder means to carry on. A step that has been
-//! taken stays in force until somebody steps in; hearing from the shore again only winds the ladder back.
+//! of steps, each at a time after the last contact. An empty ladder means to carry on. A step that has been
+//! taken stays in force until an operator steps in; renewed contact only resets the ladder.
 //! DUNE's supervisor acts only on an idle vessel whose last plan failed; these preconditions are left out.
 
 use super::{Outlook, Remedy};
@@ -28,10 +28,10 @@ pub struct LostCommsConfig {
     pub plan: Vec<Step>,
     /// While an operator steers.
     pub teleoperation: Vec<Step>,
-    /// Whether to act even if nobody has ever been heard, the time then counting from the start: right for a
+    /// Whether to act even before the first contact, the time then counting from the start: right for a
     /// vessel that may restart at sea, wrong on the quay.
     pub before_first_contact: bool,
-    /// Silence after which communications count as lost, also where nothing is to be done about it.
+    /// Silence after which communications count as lost, also where the ladder is empty.
     pub lost_after: Duration,
 }
 
@@ -52,13 +52,13 @@ impl Default for LostCommsConfig {
     }
 }
 
-/// What the vessel does.
+/// The vessel's activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Activity {
     /// Nothing.
     #[default]
     Idle,
-    /// A plan of somebody's.
+    /// An operator's plan.
     Plan,
     /// Follow an operator.
     Teleoperation,
@@ -66,21 +66,21 @@ pub enum Activity {
     Remedy,
 }
 
-/// What the machine is told.
+/// The machine's input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LostCommsInput {
-    /// Somebody who counts was heard.
+    /// A console was heard.
     Contact,
-    /// What the vessel does changed.
+    /// The vessel's activity changed.
     Activity(Activity),
 }
 
-/// What the machine answers.
+/// The machine's output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LostCommsOutput {
     /// Communications are lost: do this.
     Act(Remedy),
-    /// Somebody is heard again after a remedy.
+    /// Contact is back after a remedy.
     Regained,
 }
 
@@ -88,12 +88,12 @@ pub enum LostCommsOutput {
 #[derive(Debug, Clone)]
 pub struct LostComms {
     config: LostCommsConfig,
-    /// Whose ladder counts: the last activity that was no remedy.
+    /// The activity whose ladder counts: the last one that was not a remedy.
     activity: Activity,
     /// Last contact, or the start.
     since: MonoTime,
     heard: bool,
-    /// It acts although nobody has been heard.
+    /// It acts also before the first contact.
     armed: bool,
     /// Steps up to this are taken.
     taken: Option<Duration>,
@@ -119,7 +119,7 @@ impl LostComms {
         self.config = config;
     }
 
-    /// Acts from here on even if nobody has ever been heard, the time counting from the start: the vessel is at sea.
+    /// Acts from here on even before the first contact, the time counting from the start: the vessel is at sea.
     pub fn arm(&mut self) {
         self.armed = true;
     }
@@ -149,7 +149,7 @@ impl LostComms {
         }
     }
 
-    /// The next thing to do.
+    /// The next output.
     pub fn poll_output(&mut self) -> Option<LostCommsOutput> {
         self.outputs.pop_front()
     }
@@ -159,27 +159,27 @@ impl LostComms {
         self.next().map(|step| self.since + step.after)
     }
 
-    /// Whether a step has been taken and nobody been heard since.
+    /// Whether a step has been taken, without contact since.
     pub fn is_lost(&self) -> bool {
         self.taken.is_some()
     }
 
-    /// How long ago somebody was heard; where it acts although nobody ever was, how long ago it started.
+    /// Time since the last contact; where it acts before the first contact, time since the start.
     pub fn silence(&self, now: MonoTime) -> Option<Duration> {
         self.acts().then(|| now.since(self.since))
     }
 
-    /// Whether anybody was heard since the start.
+    /// Whether there was contact since the start.
     pub fn has_heard(&self) -> bool {
         self.heard
     }
 
-    /// Whether nobody has been heard for too long, whatever is done about it.
+    /// Whether the silence is too long, whether a step follows from it or not.
     pub fn is_silent(&self, now: MonoTime) -> bool {
         self.silence(now).is_some_and(|silence| silence >= self.config.lost_after)
     }
 
-    /// What it will do next if nobody is heard.
+    /// What it will do next if the silence continues.
     pub fn outlook(&self) -> Option<Outlook> {
         let step = self.next()?;
         Some(Outlook { remedy: step.remedy.clone(), at: Some(self.since + step.after) })

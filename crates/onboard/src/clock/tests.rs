@@ -99,7 +99,7 @@ fn a_clock_15_ms_late_raises_the_alarm_and_one_of_microseconds_does_not() {
     let mut bench = Bench::new();
     (0..20).for_each(|_| bench.second(-300, true, true));
     assert_eq!(bench.fault(&watch()), None);
-    // Chrony lags behind under load: within the time that the pulses are averaged over it is said.
+    // Chrony lags behind under load: this is reported within the time that the pulses are averaged over.
     (0..PULSES).for_each(|_| bench.second(-15_000, true, true));
     let text = bench.fault(&watch()).unwrap();
     assert!(text.starts_with("-15.0 ms off the satellites by the pulse"), "{text}");

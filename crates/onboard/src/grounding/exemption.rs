@@ -1,4 +1,4 @@
-//! An operator steers unguarded for a while, such as to a quay: asked for, confirmed, and over by itself.
+//! An operator steers unguarded for a while, such as to a quay: requested, confirmed, and ended automatically.
 
 use std::time::Duration;
 use units::MonoTime;
@@ -6,7 +6,7 @@ use units::MonoTime;
 /// The confirmation must come within this time of the request.
 const CONFIRM: Duration = Duration::from_secs(30);
 
-/// What becomes of a word of an operator.
+/// The result of an operator's request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// It waits for its confirmation.
@@ -17,7 +17,7 @@ pub(crate) enum Answer {
     Refused,
     /// The guard is on again.
     Ended,
-    /// Nothing was asked and nothing is lifted.
+    /// Nothing was requested and the guard is not lifted.
     Nothing,
 }
 
@@ -55,7 +55,7 @@ impl Exemption {
         }
     }
 
-    /// Whether the guard is lifted now; tells once that the time is over.
+    /// Whether the guard is lifted now; reports once that the time is over.
     pub(crate) fn check(&mut self, now: MonoTime) -> (bool, Answer) {
         match self.until {
             Some(until) if now < until => (true, Answer::Nothing),

@@ -1,4 +1,4 @@
-//! How the grounding supervisor is set up, and its chart.
+//! The settings of the grounding supervisor, and its chart.
 
 use crate::routing::RouteSettings;
 use charts::depth_index::{DepthIndex, IndexError, SealedIndex};
@@ -10,11 +10,11 @@ use std::sync::Arc;
 /// The grounding supervisor. All of it is set in the files alone, but the two words of the exemption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroundingSettings {
-    /// What it goes by.
+    /// The chart it uses.
     pub chart: Chart,
     /// Whether plans are refused while the chart cannot be read.
     pub refuses_without: bool,
-    /// What is demanded of the water.
+    /// The limits of the guard.
     pub limits: GuardLimits,
     /// Danger on the course within this time is warned of (s).
     pub warning_time_s: f64,
@@ -68,7 +68,7 @@ impl GroundingSettings {
 /// What to do in a plan within stopping distance of danger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum GroundingAction {
-    /// Tell it.
+    /// Report it.
     Warn,
     /// And slow down.
     Slow,
@@ -101,7 +101,7 @@ pub struct ChartFile {
 }
 
 impl Chart {
-    /// The chart in the bytes of a file, a depth index as it lies beside a chart set or one by itself; `name` is what
+    /// The chart in the bytes of a file, a depth index from beside a chart set or a separate one; `name` is what
     /// it is called.
     pub fn read(name: &str, bytes: &[u8]) -> Self {
         match ChartFile::read(name, bytes) {
@@ -116,7 +116,7 @@ impl Chart {
         Self::Loaded(ChartFile { name: name.to_owned(), digest, index: Arc::new(index) })
     }
 
-    /// What names the file; `None` where there is none.
+    /// Digest of the file; `None` without a chart.
     pub fn digest(&self) -> Option<[u8; 32]> {
         match self {
             Self::Loaded(file) => Some(file.digest),
@@ -136,7 +136,7 @@ impl ChartFile {
     /// As [`Chart::read`].
     ///
     /// # Errors
-    /// When the bytes are no depth index, of another version, or damaged.
+    /// When the bytes are not a depth index, of another version, or damaged.
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, IndexError> {
         let index = match SealedIndex::digest_of(bytes) {
             Some(_) => SealedIndex::from_bytes(bytes)?.index,
@@ -150,12 +150,12 @@ impl ChartFile {
         Self { name, digest, index: Arc::new(index) }
     }
 
-    /// Its index, for who keeps it.
+    /// Its index, for storing it.
     pub(crate) fn shared_index(&self) -> Arc<DepthIndex> {
         Arc::clone(&self.index)
     }
 
-    /// What it is called.
+    /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
@@ -165,7 +165,7 @@ impl ChartFile {
         self.digest
     }
 
-    /// What it holds, for people.
+    /// Its contents, for people.
     pub fn edition(&self) -> String {
         self.index.edition()
     }

@@ -1,4 +1,4 @@
-//! The supervisor's machine: from a survey of the water ahead to what is to be done.
+//! The supervisor's machine: from a survey of the water ahead to the action.
 
 use super::exemption::{Answer, Exemption};
 use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};
@@ -11,7 +11,7 @@ use mission::RunId;
 use std::time::Duration;
 use units::MonoTime;
 
-/// Slower is no way towards anything (m/s).
+/// A slower vessel counts as not moving towards danger (m/s).
 const LEAST_MPS: f64 = 0.1;
 /// Danger within stopping distance and the way of this time slows the vessel down (s).
 const SLOW_S: f64 = 4.0;
@@ -31,7 +31,7 @@ const UNDER_WAY: f64 = 0.9;
 /// Way beyond danger within stopping distance that does not matter (m).
 const SLACK_M: f64 = 0.5;
 
-/// What moves the vessel.
+/// The controller that moves the vessel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Doing {
     /// Nothing.
@@ -40,13 +40,13 @@ pub(crate) enum Doing {
     Plan,
     /// An operator.
     Operator,
-    /// What another supervisor asked for.
+    /// Another supervisor's remedy.
     Remedy,
-    /// What this one asked for.
+    /// This supervisor's remedy.
     Own,
 }
 
-/// How near danger is, as it is told; later is worse.
+/// How near danger is, as it is reported; later is worse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Stage {
     /// None within the warning's time and distance.
@@ -61,10 +61,10 @@ pub(crate) enum Stage {
     Within,
 }
 
-/// What the supervisor wants.
+/// The supervisor's demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Advice {
-    /// A line for the log book: something got worse, or is well again.
+    /// A line for the log book: a state got worse, or is good again.
     Tell(Stage),
     /// Back to deep water.
     DeepWater,
@@ -76,7 +76,7 @@ pub(crate) enum Advice {
     ExemptionOver,
 }
 
-/// What an operator's steering came to.
+/// The result of an operator's steering.
 #[derive(Debug, Default)]
 struct Steering {
     /// Hull and position uncertainty were clear of danger at some time of it.
@@ -92,11 +92,11 @@ pub(crate) struct Grounding {
     stage: Option<Stage>,
     ahead: Option<Ahead>,
     speed_mps: f64,
-    /// A demand stands that no operator has settled.
+    /// A demand is open that no operator has settled.
     asked: bool,
-    /// Whether the rest began in water deep enough for the vessel by itself.
+    /// Whether the rest began in water deep enough for autonomous sailing.
     rest_was_deep: Option<bool>,
-    /// Whether what another supervisor asked for began in such water: it is to stay there.
+    /// Whether another supervisor's remedy began in such water: it must stay there.
     remedy_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
     steering: Steering,
@@ -140,7 +140,7 @@ impl Grounding {
         self.refused_plan.as_ref().filter(|(of, _)| Some(*of) == run).map(|(_, why)| &why[..])
     }
 
-    /// What manual control may not do.
+    /// The limits of manual control.
     pub(crate) fn gate(&self) -> Gate {
         self.gate
     }
@@ -324,7 +324,7 @@ impl Grounding {
 
     /// The vessel goes in, and not by the operator's thrust: that is blocked, or goes elsewhere.
     ///
-    /// Who begins in danger, such as at a quay, is let out of it: nothing moves a vessel by itself that was never clear.
+    /// A vessel that begins in danger, such as at a quay, may leave it: one that was never clear is not moved on its own.
     fn operator_needs_help(
         &mut self,
         now: MonoTime,
@@ -368,7 +368,7 @@ impl Grounding {
         }
     }
 
-    /// What is ahead, in words.
+    /// The danger ahead, in words.
     pub(crate) fn text(&self, settings: &GroundingSettings) -> String {
         let Some(index) = settings.chart.index() else { return String::new() };
         let Some(ahead) = &self.ahead else {
@@ -404,7 +404,7 @@ impl Grounding {
         )
     }
 
-    /// What the chart is, in words, and whether that is well.
+    /// The chart's state in words, and whether it is good.
     pub(crate) fn chart_text(chart: &Chart) -> Result<String, String> {
         match chart {
             Chart::Off => {

@@ -122,7 +122,7 @@ fn a_repeated_epoch_is_stale() {
 fn with_a_heading_the_reckoned_way_turns_with_the_bow() {
     let mut navigation = sailing();
     navigation.reconfigure(NavigationSettings { reckoning_s: 20.0, ..NavigationSettings::default() });
-    // Two seconds after the last position the vessel turns to the east, and the compass tells its heading only.
+    // Two seconds after the last position the vessel turns to the east, and the compass gives its heading only.
     let turned = |seconds: f64| GnssReading {
         fix: None,
         velocity: None,

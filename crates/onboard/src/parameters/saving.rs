@@ -1,7 +1,7 @@
-//! What the next start will have: the values of the files, and what was saved since.
+//! The parameters of the next start: the values of the files, and those saved since.
 //!
-//! Consoles that ask with visibility `developer` are told it, so that nobody takes a value for kept that is gone
-//! with the next start.
+//! They are sent to consoles that ask with visibility `developer`, so that a value that is lost with the next start
+//! is not taken for saved.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Values by name.
 type Values = Vec<(&'static str, String)>;
 
-/// What is saved of each parameter, and what is on its way to the disk.
+/// The saved value of each parameter, and writes under way.
 #[derive(Debug)]
 pub(crate) struct Saving {
     saved: BTreeMap<(Entity, &'static str), String>,
@@ -28,7 +28,7 @@ impl Saving {
         Self { saved: parameters::all().into_iter().filter_map(value).collect(), waiting: BTreeMap::new() }
     }
 
-    /// What the next start will have.
+    /// The values of the next start.
     pub(crate) fn value(&self, entity: Entity, name: &'static str) -> Option<&str> {
         self.saved.get(&(entity, name)).map(String::as_str)
     }
@@ -47,7 +47,7 @@ impl Saving {
         *waiting = (values, waiting.1.saturating_add(1));
     }
 
-    /// The disk tells what became of the values of an entity.
+    /// The disk's answer about the values of an entity.
     pub(crate) fn kept(
         &mut self,
         bus: &mut Bus,
@@ -60,7 +60,7 @@ impl Saving {
         *count = count.saturating_sub(1);
         let last = *count == 0;
         match outcome {
-            // Of several that were on their way the last one stands.
+            // Of several that were under way the last one counts.
             Ok(()) if last => {
                 let values = std::mem::take(values);
                 self.saved.extend(values.into_iter().map(|(name, value)| ((entity, name), value)));

@@ -1,4 +1,4 @@
-//! Parameters on the bus: what consoles ask, change, save, keep aside and take back.
+//! Parameters on the bus: query, change, save, push and pop.
 
 use super::saving::Saving;
 use super::stack::ParameterStack;
@@ -31,7 +31,7 @@ impl Live<'_> {
     fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
         let settings = parameter.try_live(self.settings, value)?;
         if let Err(refusal) = self.pilot.reconfigure(&settings) {
-            // What was taken before the refusal goes back; the old settings were in use and are good.
+            // Values taken before the refusal are reverted; the old settings were in use and are valid.
             self.pilot.reconfigure(self.settings).ok();
             return Err(ParameterError::Refused(refusal.to_string()));
         }
@@ -48,7 +48,7 @@ impl Live<'_> {
         Some(EntityParameter { name: parameter.name.into(), value: value.into() })
     }
 
-    /// Changes parameters, each by itself; answers with those that were taken, and for each refused one with
+    /// Changes parameters, each separately; answers with those that were taken, and for each refused one with
     /// an entry of the log book that says why.
     pub(crate) fn set(&mut self, asker: Asker, set: &SetEntityParameters) {
         let label = set.name.to_str_lossy().into_owned();
@@ -85,7 +85,7 @@ impl Live<'_> {
         }
     }
 
-    /// An operator asks to steer unguarded, or confirms it. Plans never can: they are held against the chart.
+    /// An operator asks to steer unguarded, or confirms it. Plans never can: they are checked against the chart.
     fn exempt(&mut self, asker: Asker, name: &str) {
         use config::schema::watch::grounding::{CONFIRM, OVERRIDE};
         if asker.system == self.bus.address() {
@@ -125,7 +125,7 @@ impl Live<'_> {
     }
 }
 
-/// Answers what is asked of parameters, and holds what was saved and kept aside of them.
+/// Answers requests for parameters, and holds the saved and pushed values.
 #[derive(Debug)]
 pub(crate) struct ParameterService {
     saving: Saving,
@@ -159,7 +159,7 @@ impl ParameterService {
         }
     }
 
-    /// The disk tells what became of the values of an entity.
+    /// The disk's answer about the values of an entity.
     pub(crate) fn kept(
         &mut self,
         bus: &mut Bus,
@@ -170,7 +170,7 @@ impl ParameterService {
         self.saving.kept(bus, settings, label, outcome);
     }
 
-    /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
+    /// Reports the parameters of an entity. Unknown words are not answered, as in DUNE.
     ///
     /// All of Lutra's parameters hold at any time, which is the scope `global`: for one of DUNE's other scopes there
     /// are none. Visibility `developer` adds of each what the next start will have.

@@ -1,5 +1,5 @@
 //! Parameters that are kept and given back: what PushEntityParameters and PopEntityParameters do, around a
-//! plan or a maneuver or on a console's word.
+//! plan or a maneuver or on a console's request.
 //!
 //! Kept values are those of the moment, one entry per push and entity. Giving back sets what differs by then.
 
@@ -11,13 +11,13 @@ use crate::settings::Settings;
 use imc::messages::{EntityParameter, SetEntityParameters};
 use std::collections::BTreeMap;
 
-/// Entries of an entity; a push beyond them is refused and told.
+/// Entries of an entity; a push beyond them is refused and reported.
 const DEEPEST: usize = 16;
 
 /// Names and values of one push.
 type Kept = Vec<(&'static str, String)>;
 
-/// What was kept and not given back, at most [`DEEPEST`] entries for each entity.
+/// Pushed values that were not popped, at most [`DEEPEST`] entries for each entity.
 #[derive(Debug, Default)]
 pub(crate) struct ParameterStack(BTreeMap<Entity, Vec<Kept>>);
 
@@ -57,7 +57,7 @@ impl ParameterStack {
     }
 }
 
-/// What may be changed while the vessel runs; the rest is as it was.
+/// The parameters that may be changed while the vessel runs; the rest is unchanged.
 fn values_of(settings: &Settings, entity: Entity) -> Kept {
     parameters::all()
         .iter()

@@ -1,4 +1,4 @@
-//! Navigation and the plan engine: what becomes of a plan when the position is lost, the track is, or the program was.
+//! Navigation and the plan engine: what happens to a plan after a lost position, a lost track, or a restart of the program.
 
 use super::{Homes, PERCENT, Parameter, Place};
 use crate::entity::Entity;

@@ -1,4 +1,4 @@
-//! How path control and manual control are doing, as their entities' states.
+//! The condition of path control and manual control, as their entities' states.
 
 use super::Pilot;
 use crate::bus::Bus;

@@ -1,4 +1,4 @@
-//! Plans held against the sea chart aboard.
+//! Plans checked against the sea chart aboard.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -11,10 +11,10 @@ use mission::check_plan;
 use mission::{ManeuverKind, Plan};
 use units::LatLon;
 
-/// Warnings of a verdict that are told one by one; of more their number.
+/// Warnings of a verdict that are reported one by one; of more their number.
 const MOST_TOLD: usize = 5;
 
-/// What maneuvers hold the goals against that others name under way.
+/// The waters against which maneuvers check goals that other systems set under way.
 pub(super) fn of_waters(settings: &Settings) -> WaterChart {
     match &settings.grounding.chart {
         Chart::Loaded(file) => WaterChart::Loaded(file.shared_index(), Box::new(settings.guard_limits())),
@@ -23,7 +23,7 @@ pub(super) fn of_waters(settings: &Settings) -> WaterChart {
     }
 }
 
-/// Whether the chart has water for a plan by these limits, without a word to anybody.
+/// Checks whether the chart has water for a plan by these limits, without any report.
 ///
 /// # Errors
 /// Why not.
@@ -81,7 +81,7 @@ pub(super) fn check(
     if verdict.is_refused() {
         return Err(verdict.summary());
     }
-    // A plan that is only stored starts nobody knows where; its start is checked when it comes.
+    // Where a plan that is only stored will start is unknown; the way to it is checked at the start.
     let told = |warning: &&Warning| from.is_some() || !matches!(warning, Warning::StartUnknown { .. });
     let warnings: Vec<&Warning> = verdict.warnings.iter().filter(told).collect();
     for warning in warnings.iter().take(MOST_TOLD) {

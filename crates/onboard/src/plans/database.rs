@@ -22,10 +22,10 @@ const AROUND: usize = HEADER_BYTES + FOOTER_BYTES;
 pub const LONGEST_PLAN: usize = 65_000;
 /// Plans kept: with the longest names the state of all, 36 bytes and both names for each, still fits a packet.
 const PLANS_KEPT: usize = 400;
-/// Longest name of a plan and of who changed it (bytes).
+/// Longest name of a plan and of its last editor (bytes).
 pub const LONGEST_NAME: usize = 60;
 
-/// The plans, and which operations are to be answered.
+/// The plans, and the operations that must be answered.
 #[derive(Debug)]
 pub(crate) struct Database {
     plans: PlanDatabase,
@@ -96,7 +96,7 @@ impl Database {
         bus.send_to(Entity::PlanDatabase, asker, &reply);
     }
 
-    /// Keeps a plan that came with a start, and tells everyone.
+    /// Stores a plan that came with a start, and informs all systems.
     pub(crate) fn keep_started(&mut self, bus: &mut Bus, name: &str, plan: &PlanSpecification) {
         let plan_id = plan.plan_id.to_str_lossy().into_owned();
         if self.plan(&plan_id).as_ref() == Some(plan) {
@@ -154,7 +154,7 @@ impl Database {
                 }
             }
         };
-        // What was asked about all plans names none.
+        // A request about all plans names none.
         let for_all = matches!(op, PlanDBOp::Clear | PlanDBOp::GetState | PlanDBOp::GetDstate);
         let plan_id = if for_all { String::new() } else { plan_id };
         let asker = if own {
@@ -248,7 +248,7 @@ fn read(packet: &[u8]) -> Option<PlanSpecification> {
     imc::decode(&PacketView::new(packet).ok()?).ok()?
 }
 
-/// What is between header and checksum; nothing of what is too short for a packet.
+/// The bytes between header and checksum; empty if too short for a packet.
 fn payload(packet: &[u8]) -> &[u8] {
     packet.get(HEADER_BYTES..packet.len().saturating_sub(FOOTER_BYTES)).unwrap_or_default()
 }

@@ -38,7 +38,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// Runs remembered for their specification; the engine has one at a time and perhaps the one before.
+/// Runs remembered for their specification; the engine has one at a time and perhaps the previous one.
 const RUNS_KEPT: usize = 4;
 
 /// A plan as a vessel with these settings would sail it.
@@ -80,11 +80,11 @@ pub(crate) struct Failed {
 pub(crate) struct Plans {
     engine: Engine,
     database: Database,
-    /// What plans are checked against.
+    /// The settings that plans are checked against.
     settings: Box<Settings>,
     /// The plan of the start in hand, until the engine gives it a number.
     starting: Option<PlanSpecification>,
-    /// The plan that ended last, if it failed and nobody has asked.
+    /// The plan that ended last, if it failed and that has not been handled.
     failed: Option<Failed>,
     /// The last run on the vessel's own account, and whether one is being started.
     own_run: Option<RunId>,
@@ -93,9 +93,9 @@ pub(crate) struct Plans {
     resumes: bool,
     /// A plan led by a route is being started, which was checked just now.
     starts_routed: bool,
-    /// Why nobody else may start anything yet.
+    /// Why starts from outside are still refused.
     pub(crate) unready: Option<String>,
-    /// Why the last start on the vessel's own account came to nothing.
+    /// Why the last start on the vessel's own account failed.
     own_refusal: Option<String>,
     runs: BTreeMap<RunId, PlanSpecification>,
     plan_state: PlanState,
@@ -106,7 +106,7 @@ pub(crate) struct Plans {
     next_supervisor: MonoTime,
     next_maneuver: MonoTime,
     command_id: u16,
-    /// The way that a maneuver looks for.
+    /// The way that a maneuver requested.
     way: Option<ways::Search>,
     /// The last reference, and who gave it.
     reference: Option<(u16, u8, Message)>,
@@ -156,12 +156,12 @@ impl Plans {
         self.engine.reconfigure(engine_config(settings));
     }
 
-    /// What plans can do, and which one runs.
+    /// The state of the plan engine, and which plan runs.
     pub(crate) fn plan_state(&self) -> &PlanState {
         &self.plan_state
     }
 
-    /// What the vessel does.
+    /// The vessel's mode.
     pub(crate) fn mode(&self) -> mission::Mode {
         self.vehicle_state.mode
     }
@@ -183,17 +183,17 @@ impl Plans {
         self.runs.get(&run)
     }
 
-    /// The plan that ended last, if it failed and nobody has asked.
+    /// The plan that ended last, if it failed and that has not been handled.
     pub(crate) fn take_failed(&mut self) -> Option<Failed> {
         self.failed.take()
     }
 
-    /// That failure is still to be asked for, unless another came since.
+    /// Puts that failure back to be handled, unless another came since.
     pub(crate) fn failed_before(&mut self, failed: Failed) {
         self.failed.get_or_insert(failed);
     }
 
-    /// Whether the plan that ended last failed and nobody has asked.
+    /// Whether the plan that ended last failed and that has not been handled.
     pub(crate) fn has_failed(&self) -> bool {
         self.failed.is_some()
     }
@@ -218,18 +218,18 @@ impl Plans {
         self.engine.poll_timeout().map_or(own, |engine| engine.min(own))
     }
 
-    /// Nothing was done for a while; that path control was silent is no news.
+    /// The program was stalled; that path control was silent meanwhile is not a fault.
     pub(crate) fn held_up(&mut self, bus: &Bus) {
         self.engine.held_up(bus.mono());
     }
 
-    /// Tells the engine something and carries out what it wants.
+    /// Gives the engine an input and carries out its outputs.
     pub(crate) fn tell(&mut self, bus: &mut Bus, pilot: &mut Pilot, input: mission::Input) {
         self.engine.handle_input(bus.now(), input);
         self.drain(bus, pilot);
     }
 
-    /// Tells the engine what happened while steering, until nothing more does.
+    /// Gives the engine the events of steering, until there are no more.
     pub(crate) fn follow_up(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         while let Some(event) = pilot.poll_event() {
             let event = match event {
@@ -294,7 +294,7 @@ impl Plans {
             mission::Output::PlanEnded { run, plan_id, reason } => {
                 self.give_up_way(bus, &plan_id);
                 open_log(bus, "");
-                // A remedy that failed is its supervisor's business.
+                // A failed remedy is handled by its supervisor.
                 let failed = reason.is_failure() && self.own_run != Some(run);
                 self.failed = failed.then(|| Failed { plan_id, why: reason.to_string() });
             }
@@ -357,7 +357,7 @@ impl Plans {
                 if let Err(failure) = pilot.follow(bus, &wanted, path.speed) {
                     let event = Event::PathFailed { path_ref: path.path_ref, reason: failure.to_string() };
                     let now = bus.now();
-                    // What the engine makes of it comes out of the loop that brought us here.
+                    // The engine's outputs are handled by the loop that called this.
                     self.engine.handle_input(now, mission::Input::Event(event));
                 }
             }
@@ -378,7 +378,7 @@ impl Plans {
         }
     }
 
-    /// What DUNE's engine and supervisor say to each other at a new maneuver.
+    /// The messages between DUNE's engine and supervisor at a new maneuver.
     fn maneuver_begins(&mut self, bus: &mut Bus, run: RunId, id: &str) {
         self.command_id = self.command_id.wrapping_add(1);
         let plan = self.runs.get(&run);

@@ -1,8 +1,8 @@
-//! What a plan asks for that is not done aboard, found before it is sailed.
+//! Parts of a plan that are not carried out aboard, found before it is sailed.
 //!
-//! Nothing of a plan is dropped without a word: what would make it another plan than its author means refuses
-//! it, what merely has no effect on a surface vessel is told. The same text about several maneuvers is told
-//! once, with their number.
+//! Nothing of a plan is dropped silently: what would change the author's intent refuses the plan; what merely
+//! has no effect on a surface vessel is reported. The same text about several maneuvers is reported once, with
+//! their number.
 
 use crate::parameters::{self, ParameterError};
 use crate::settings::Settings;
@@ -16,12 +16,12 @@ use std::collections::BTreeMap;
 
 /// The condition that every transition has, whatever it says.
 const WHEN_DONE: &str = "ManeuverIsDone";
-/// What consoles write where they want no attitude at a goal.
+/// The value that consoles write where they want no attitude at a goal.
 const NO_YAW: [f64; 2] = [0.0, -1.0];
 /// So much of a foreign text is repeated.
 const LONGEST_QUOTE: usize = 60;
 
-/// What cannot be followed: text and whether it refuses the plan.
+/// A part that cannot be carried out: text and whether it refuses the plan.
 type Finding = (bool, String);
 
 /// All that cannot be followed in a plan.
@@ -80,7 +80,7 @@ impl Notes {
     }
 }
 
-/// What of an action cannot be carried out.
+/// Parts of an action that cannot be carried out.
 fn action(message: &Message, settings: &Settings) -> Vec<Finding> {
     let known = |label: &str| match settings.labels.find(label) {
         Some(_) => Vec::new(),
@@ -125,7 +125,7 @@ fn set_parameters(set: &SetEntityParameters, settings: &Settings) -> Vec<Finding
     findings
 }
 
-/// What of a maneuver's fields cannot be followed.
+/// Fields of a maneuver that cannot be carried out.
 fn fields(message: &Message) -> Vec<Finding> {
     let (z_m, timeout_s, custom) = match message {
         Message::Goto(m) => (m.z, m.timeout, Some(&m.custom)),

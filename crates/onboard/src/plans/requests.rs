@@ -1,4 +1,4 @@
-//! What others ask about plans.
+//! Requests of other systems about plans.
 
 use super::{Plans, chart, translate};
 use crate::bus::{Asker, Bus};
@@ -19,8 +19,8 @@ use units::LatLon;
 enum Way {
     /// Here, if the vessel knows where it is.
     From(Option<LatLon>),
-    /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area. What a route leads to
-    /// was held against both.
+    /// A maneuver of the vessel's own as a remedy: it is checked neither against chart nor area. One that a route leads to
+    /// was checked against both.
     Own,
 }
 
@@ -111,7 +111,7 @@ impl Plans {
     /// Starts a plan of the database, or a maneuver, on the vessel's own account; in need, in spite of errors of parts.
     ///
     /// # Errors
-    /// Why it came to nothing.
+    /// Why it failed.
     pub(crate) fn start_own(
         &mut self,
         bus: &mut Bus,
@@ -137,10 +137,10 @@ impl Plans {
         self.begun_since(before)
     }
 
-    /// Goes on with a plan that was under way when the program ended.
+    /// Resumes a plan that was under way when the program ended.
     ///
     /// # Errors
-    /// Why it came to nothing.
+    /// Why it failed.
     pub(crate) fn resume(
         &mut self,
         bus: &mut Bus,

@@ -1,4 +1,4 @@
-//! A plan that is led to by a route: where its beginning lies behind land, and how the route becomes its first maneuvers.
+//! A plan whose beginning lies behind land: the route that leads there becomes its first maneuvers.
 
 use super::{Plans, chart, checked, checked_own};
 use crate::bus::{Asker, Bus};
@@ -36,7 +36,7 @@ pub(crate) enum NotStarted {
 pub(crate) struct Behind {
     /// Why.
     pub(crate) why: String,
-    /// What is in the way, in a word or two.
+    /// The obstacle, in a word or two.
     pub(crate) what: &'static str,
     /// Where the plan begins.
     pub(crate) to: LatLon,
@@ -62,7 +62,7 @@ impl Plans {
     }
 
     /// A plan of the database led by a route to its beginning; `ways_out` are what the way to a route that begins elsewhere
-    /// than here is held against, one of them being enough.
+    /// than here is checked against, one of them being enough.
     ///
     /// # Errors
     /// Why guard or area refuse it.
@@ -73,7 +73,7 @@ impl Plans {
         ways_out: &[GuardLimits],
     ) -> Result<PlanSpecification, String> {
         let plan = self.database.plan(plan_id).ok_or_else(|| format!("there is no plan '{plan_id}'"))?;
-        // The first corner is where the vessel was when it asked, unless it is told to go there first.
+        // The first corner is where the vessel was when it asked, unless the route starts elsewhere.
         let corners =
             if route.start_moved { &route.places[..] } else { route.places.get(1..).unwrap_or_default() };
         let led = led_by(&plan, corners);
@@ -81,8 +81,8 @@ impl Plans {
         Ok(led)
     }
 
-    /// What a plan takes from the batteries from a place on, as far as that can be told before it is sailed (Wh): up to what
-    /// has no end, such as keeping a station.
+    /// The energy that a plan takes from the batteries from a place on, as far as known before it is sailed (Wh): up to a
+    /// maneuver without end, such as keeping a station.
     pub(crate) fn energy_wh(&self, bus: &Bus, plan: &PlanSpecification, from: LatLon) -> f64 {
         let Ok(plan) = checked_own(plan, &self.settings) else { return 0.0 };
         let model = &self.settings.mission.engine.model;
@@ -119,7 +119,7 @@ impl Plans {
         self.begun_since(before)
     }
 
-    /// Tells the plan under way again if it is the vessel's own: who has not heard it for a while knows no route by its name.
+    /// Sends the plan under way again if it is the vessel's own: a console that missed it does not know the route.
     pub(crate) fn tell_own_again(&self, bus: &mut Bus) {
         let run = self.plan_state.run.filter(|run| self.own_run == Some(*run));
         if let Some(plan) = run.and_then(|run| self.runs.get(&run)) {
@@ -127,7 +127,7 @@ impl Plans {
         }
     }
 
-    /// Why the plan under way does not go on from here by chart and area, if it was started on the vessel's own account:
+    /// Why the plan under way may not continue from here by chart and area, if it was started on the vessel's own account:
     /// judged is what lies ahead.
     pub(crate) fn own_way_refused(&self, from: LatLon) -> Option<String> {
         let run = self.plan_state.run.filter(|run| self.own_run == Some(*run))?;
@@ -162,7 +162,7 @@ impl Plans {
             _ => from,
         };
         chart::refusal(&self.settings, &checked, Some(start), &limits)?;
-        // Without a route before it nothing leads back into the area: that is the plan's own business.
+        // Without a route before it nothing leads back into the area: the plan has to do that itself.
         if corners.is_empty() {
             return Ok(());
         }
@@ -187,7 +187,7 @@ fn length_m(from: LatLon, to: LatLon) -> f64 {
     north_m.hypot(east_m)
 }
 
-/// What a leg is refused for, in a word or two.
+/// The reason why a leg is refused, in a word or two.
 fn word(reason: Reason) -> &'static str {
     match reason {
         Reason::Land => "land",

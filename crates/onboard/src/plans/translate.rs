@@ -1,6 +1,6 @@
 //! From IMC's plans, maneuvers and references to the mission's, and back to numbers IMC knows.
 //!
-//! Nothing is judged here: whatever a plan says is carried over, and [`mission::Plan::build`] finds all that
+//! Nothing is checked here: all of a plan is translated, and [`mission::Plan::build`] finds all that
 //! is wrong with it. Surface vessels have no use for depths but to refuse them.
 
 use imc::messages::{
@@ -82,7 +82,7 @@ fn depth_m(message: &Message) -> Option<f64> {
     (units == ZUnits::Depth).then_some(f64::from(z))
 }
 
-/// The deepest of points that are offset down from `z`; no number if one of them is none.
+/// The deepest of points that are offset down from `z`; NaN if one of them is NaN.
 fn deepest(z: f32, offsets: impl Iterator<Item = f32>) -> f32 {
     let deeper = |most: f32, z: f32| if most.is_nan() || z.is_nan() { f32::NAN } else { most.max(z) };
     offsets.map(|offset| z + offset).fold(z, deeper)
@@ -202,7 +202,7 @@ fn follow_reference(m: &FollowReference) -> mission::FollowReference {
     mission::FollowReference {
         system: (m.control_src != ANY_SYSTEM).then_some(m.control_src),
         entity: (m.control_ent != ANY_ENTITY).then_some(m.control_ent),
-        // A vessel that obeys somebody silent for ever would never be at rest again.
+        // Without a timeout a vessel whose controller fell silent would never be at rest again.
         timeout: Some(float_seconds(m.timeout).unwrap_or(REFERENCE_SILENCE)),
         radius_m: (m.loiter_radius > 0.0).then_some(f64::from(m.loiter_radius)),
     }

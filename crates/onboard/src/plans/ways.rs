@@ -1,6 +1,6 @@
-//! Ways that maneuvers look for under way: first with the clearance that is set, then with the guard's own.
+//! Ways that maneuvers search for under way: first with the configured clearance, then with the guard's own.
 //!
-//! The maneuver holds what comes against area and chart before it follows it.
+//! The maneuver checks a way against area and chart before it follows it.
 
 use super::Plans;
 use crate::bus::Bus;
@@ -11,7 +11,7 @@ use crate::routing::{RouteAnswer, RouteRequest};
 use mission::{Event, Way};
 use units::LatLon;
 
-/// A way that is looked for.
+/// A way that is being searched for.
 #[derive(Debug)]
 pub(super) struct Search {
     number: u32,
@@ -27,7 +27,7 @@ impl Plans {
         self.ask_for_way(bus, from, to, 0);
     }
 
-    /// The plan has ended whose maneuver waits for a way; who asked for a place behind land is told.
+    /// The plan whose maneuver waits for a way has ended; the system that asked for a place behind land is informed.
     pub(super) fn give_up_way(&mut self, bus: &mut Bus, plan_id: &str) {
         let Some(search) = self.way.take() else { return };
         bus.give_up_route(search.number);
@@ -39,7 +39,7 @@ impl Plans {
         bus.entry(Entity::PlanEngine, Level::Warning, text);
     }
 
-    /// Another commands from ashore: what is looked for was asked for by the one before, and its answer moves nothing.
+    /// Control ashore has changed hands: the search was for the previous holder, and its answer moves nothing.
     pub(crate) fn commander_changed(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         if let Some(search) = self.way.take() {
             bus.give_up_route(search.number);

@@ -65,7 +65,7 @@ pub(crate) fn statistics(statistics: &mission::PlanStatistics, capacity_wh: f64)
         let total = ("Total".to_owned(), value(&statistics.total));
         let each = statistics.maneuvers.iter().map(|(id, cost)| (format!("Maneuver {id}"), value(cost)));
         let known = std::iter::once(total).chain(each);
-        // As DUNE writes it: commas between, -1 for what cannot be told.
+        // As DUNE writes it: commas between, -1 for what is not known.
         let texts = known.map(|(name, value)| format!("{name}={:.1}", value.unwrap_or(-1.0)));
         texts.collect::<Vec<_>>().join(",")
     };
@@ -88,7 +88,7 @@ pub(crate) fn statistics(statistics: &mission::PlanStatistics, capacity_wh: f64)
     }
 }
 
-/// What FollowReference does, for its commander. `reference` is the message last heard.
+/// The state of FollowReference, for its commander. `reference` is the message last heard.
 pub(crate) fn reference_state(
     state: &ReferenceState,
     source: (u16, u8),

@@ -1,4 +1,4 @@
-//! Reading.
+//! Bytes to inputs and outputs.
 
 use crate::entity::Entity;
 use crate::grounding::ChartFile;
@@ -18,7 +18,7 @@ use std::net::SocketAddrV4;
 use std::time::Duration;
 use units::{LatLon, MonoTime, Now, UtcTime};
 
-/// Bytes that are no record.
+/// Bytes that are not a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the recording is damaged or of another version")]
 pub struct Garbled;
@@ -109,7 +109,7 @@ impl<'a> Take<'a> {
 /// Reads one input and its moment, and the whole of `bytes` with it.
 ///
 /// # Errors
-/// When the bytes are no record of this version.
+/// When the bytes are not a record of this version.
 pub fn read_input(bytes: &[u8]) -> Result<(Now, Input), Garbled> {
     let mut take = Take(bytes);
     let now = Now { mono: MonoTime::from_micros(take.array().map(u64::from_le_bytes)?), utc: take.utc()? };

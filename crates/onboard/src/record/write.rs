@@ -1,4 +1,4 @@
-//! Writing.
+//! Inputs and outputs to bytes.
 
 use crate::grounding::ChartFile;
 use crate::input::{DeviceState, HostReading, Input, Reachable};
@@ -397,7 +397,7 @@ fn request(put: &mut Put<'_>, request: &RouteRequest) {
         needs.demand;
     put.numbers(&[water_level_m, draught_m, squat_m, reserve_m, position_m]);
     put.option(air_draught_m, Put::f64);
-    // The errors that are believed come from the program itself.
+    // The errors that are accepted come from the program itself.
     put.u8(match trust {
         ChartTrust::AsCharted => 0,
         ChartTrust::DepthErrors(_) => 1,

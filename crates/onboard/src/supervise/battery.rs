@@ -1,4 +1,4 @@
-//! The battery reserve among the others: what it tells.
+//! The battery reserve among the other supervisors: its reports.
 
 use super::{Context, Supervise, clock_text, outlook_text};
 use crate::arbiter::Source;

@@ -1,4 +1,4 @@
-//! What the supervisors work with, and how a remedy becomes a plan that the engine runs.
+//! The supervisors' context, and how a remedy becomes a plan that the engine runs.
 
 use crate::bus::Bus;
 use crate::grounding::{Chart, DEEP_WATER, Grounding, GroundingSettings};
@@ -25,7 +25,7 @@ const BORDER_M: f64 = 5.0;
 /// Where no way back inside is wide enough for plans, one with this share of their room will do.
 const NARROW: f64 = 0.3;
 
-/// What the supervisors work with.
+/// The supervisors' context.
 pub(crate) struct Context<'a> {
     pub(crate) bus: &'a mut Bus,
     pub(crate) states: &'a mut States,
@@ -42,7 +42,7 @@ pub(crate) struct Context<'a> {
     pub(crate) guard: GuardLimits,
     pub(crate) holds_after_failure: bool,
     pub(crate) restart: &'a RestartSettings,
-    /// The time of the satellites, once they told it.
+    /// The time of the satellites, once known.
     pub(crate) satellite_utc: Option<UtcTime>,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct Context<'a> {
 pub(super) struct Started {
     /// Its run; none where it needs none.
     pub(super) run: Option<RunId>,
-    /// What more there is to say.
+    /// Further details.
     pub(super) how: Option<How>,
 }
 
@@ -104,7 +104,7 @@ impl Context<'_> {
         self.plans.start_led(self.bus, self.pilot, led, in_need).map_err(NotStarted::Engine)
     }
 
-    /// What the batteries hold above a share of their charge, if one reports.
+    /// The energy of the batteries above a share of their charge, if one reports.
     pub(super) fn energy_left(&self, kept: f64) -> Option<EnergyLeft> {
         let percent = self.charge_percent?;
         Some(EnergyLeft { percent, kept, wh: self.capacity_wh * (percent / 100.0 - kept).max(0.0) })
@@ -160,8 +160,8 @@ impl Context<'_> {
         Err(refusal.unwrap_or_else(|| "the area has no room".to_owned()))
     }
 
-    /// What a way is held against: as for plans, then in water that anybody may drive in, at last in a narrow one too:
-    /// the vessel may have been steered where plans do not lead.
+    /// The limits to check a way by, in turn: as for plans; with the least depth for manual steering; that in a narrow
+    /// corridor too. The vessel may have been steered where plans do not lead.
     fn looser_and_looser(&self) -> [GuardLimits; 3] {
         let guard = self.guard;
         let anybody = GuardLimits { autonomous_m: guard.navigable_m, ..guard };

@@ -1,17 +1,17 @@
 //! Whether the charge that is left reaches along a way home by a route.
 //!
-//! A straight way home is set so that the battery's levels leave enough for it. A route may be many times longer, and nobody
-//! has looked at it before. One that would take the batteries below the critical level, at which the vessel keeps its
-//! station, is not sailed: the vessel holds in deep water where it is, which is told with the figures, and what is left
-//! keeps it there, in contact and out of danger, until somebody fetches it. To sail on till empty would leave it adrift in
-//! waters that nobody chose. It is reckoned again with each search, once a minute, so that a way that turns out to be in reach is
-//! sailed. What it takes is the plan's own reckoning ([`mission::PlanStatistics`]): straight legs at the planned speed by
-//! the vessel's table of speeds and power, without wind and current.
+//! The battery's levels are set so that they leave enough for a straight way home. A route may be many times longer, and
+//! was not considered then. One that would take the batteries below the critical level, at which the vessel keeps its
+//! station, is not sailed: the vessel holds in deep water where it is, which is reported with the figures, and the
+//! remaining charge keeps it there, in contact and out of danger, until it is fetched. Sailing until empty would leave it
+//! adrift at an arbitrary place. The energy is computed again with each search, once a minute, so that a way that turns
+//! out to be in reach is sailed. It is the plan's own estimate ([`mission::PlanStatistics`]): straight legs at the
+//! planned speed by the vessel's table of speeds and power, without wind and current.
 
-/// Figures are told in steps of so much (Wh), so that they stand still for some minutes.
+/// Figures are reported in steps of this size (Wh), so that they do not change for some minutes.
 const STEP_WH: f64 = 10.0;
 
-/// What the batteries hold above what is kept.
+/// The energy of the batteries above the reserve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EnergyLeft {
     /// Charge of the emptiest battery (%).

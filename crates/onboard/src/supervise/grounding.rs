@@ -1,4 +1,4 @@
-//! The grounding supervisor among the others: what it is told, what becomes of what it wants.
+//! The grounding supervisor among the others: its inputs, and how its demands are carried out.
 
 use super::{Context, Supervise};
 use crate::arbiter::Source;
@@ -12,7 +12,7 @@ impl Supervise {
     /// Looks at the water with a new estimate, or without one.
     pub(crate) fn see(&mut self, context: &mut Context<'_>) {
         let Some(estimate) = context.estimate else {
-            // Nobody knows where danger is; what needs a position stops by itself.
+            // Where danger lies is unknown; whatever needs a position stops on its own.
             context.pilot.guard(crate::pilot::Gate::default(), None);
             return;
         };
@@ -75,7 +75,7 @@ impl Supervise {
         self.carry_out(context);
     }
 
-    /// What it does and why.
+    /// Its action and the reason.
     pub(super) fn tell_grounding(&self, context: &mut Context<'_>) {
         let grounding = &self.grounding;
         let (condition, text) = match Grounding::chart_text(context.chart()) {

@@ -1,4 +1,4 @@
-//! The operational limits among the others: what they tell.
+//! The operational limits among the other supervisors: their reports.
 
 use super::{Context, Supervise, outlook_text, passed_text};
 use crate::arbiter::Source;

@@ -1,5 +1,5 @@
-//! The program ended under way and is started again, for example by the computer's watchdog. It tells what was under
-//! way, and the vessel does not drift unasked.
+//! A restart of the program under way, for example by the computer's watchdog. It reports what was under way, and the
+//! vessel does not drift unless that is configured.
 
 use super::{Context, Supervise, clock_text};
 use crate::arbiter::Source;
@@ -16,16 +16,16 @@ use units::{MonoTime, UtcTime};
 /// The motors do not start before this time is over, so that people at the quay can step back or stop it.
 const WARNING: Duration = Duration::from_secs(5);
 
-/// What becomes of what was under way.
+/// The handling of the activity before the restart.
 #[derive(Debug, Default)]
 pub(crate) struct Restart {
-    /// What the disk held, and its time, until it is known how long ago that was.
+    /// The stored activity and its time, until it is known how long ago that was.
     found: Option<(UtcTime, UnderWay)>,
-    /// What is done about it, and from when on.
+    /// The action, and from when on.
     begins: Option<(MonoTime, Remedy)>,
     /// The plan that is to resume, and when.
     resume: Option<(UnderWay, Option<MonoTime>)>,
-    /// What was under way, while something is done about it.
+    /// The stored activity in words, while an action is under way.
     text: Option<String>,
 }
 
@@ -35,7 +35,7 @@ impl Restart {
         Self { found, ..Self::default() }
     }
 
-    /// Whether nothing has become yet of what the disk holds: it is to stay there as it is, with its time.
+    /// Whether the record on disk is still undecided: it must stay there unchanged, with its time.
     pub(crate) fn is_open(&self) -> bool {
         self.found.is_some() || self.begins.is_some()
     }
@@ -52,7 +52,7 @@ impl Restart {
 }
 
 impl Supervise {
-    /// Decides what to do as soon as the satellites have told the time, and resumes what is due.
+    /// Decides what to do as soon as the satellites' time is known, and resumes what is due.
     pub(super) fn look_at_restart(&mut self, context: &mut Context<'_>) {
         if let Some(utc) = context.satellite_utc
             && let Some((at, under_way)) = self.restart.found.take()
@@ -114,7 +114,7 @@ impl Supervise {
         }
         self.under_way = true;
         if under_way.doing != Doing::Drift {
-            // One that was stopped may lie on its trailer by now, with nobody to be heard.
+            // A vessel that was stopped may lie on its trailer by now, out of contact.
             self.lost_comms.arm();
         }
         let remedy = match &context.restart.action {
@@ -159,7 +159,7 @@ impl Supervise {
         }
     }
 
-    /// What was under way and what is done about it, while that lasts.
+    /// The stored activity and the action, while that lasts.
     pub(super) fn restart_text(&self, bus: &Bus) -> Option<String> {
         let text = self.restart.text.as_ref()?;
         if let Some((at, remedy)) = &self.restart.begins {

@@ -1,11 +1,13 @@
-//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel looks for a route.
+//! A remedy whose plan begins behind land: the straight way there is refused by the chart, and the vessel searches for a
+//! route.
 //!
-//! A route is asked for, first with the clearance that is set, then with the guard's own. Meanwhile the next weaker remedy
-//! stands in. What is found is held against guard and area from where the vessel is by then; what they refuse is never sailed.
-//! Where nothing is found that is told with what is in the way, and it is tried again once a minute; so it is where the
-//! energy that is left does not reach ([`super::energy`]). What is found while the engine takes no plan is kept for some
-//! minutes, and judged again with each try. Whatever settles the remedy (a stop, an abort, an operator who steps in) makes
-//! the answer one that nobody waits for. By another chart all is looked for anew, and a way under way is judged again.
+//! A route is requested, first with the configured clearance, then with the guard's own. Meanwhile the next weaker remedy
+//! stands in. A route that is found is checked by guard and area from the vessel's place by then, and never sailed if
+//! they refuse it. Where no route is found, this is reported with what is in the way, and it is tried again once a
+//! minute; so it is where the remaining energy does not suffice ([`super::energy`]). A route found while the engine takes
+//! no plan is kept for some minutes, and checked again with each try. Once the remedy is settled (by a stop, an abort, an
+//! operator who steps in) the answer is ignored. With another chart the search starts anew, and a way under way is
+//! checked again.
 
 use super::{Context, DEEP_WATER, Supervise, entity_of};
 use crate::arbiter::Source;
@@ -18,9 +20,9 @@ use mission::Remedy;
 use std::time::Duration;
 use units::{LatLon, MonoTime};
 
-/// An answer that takes longer is told to be missing. It is still taken when it comes, until it is asked for again.
+/// An answer that takes longer is reported as missing. It is still taken when it comes, until the next request.
 const ANSWER_WITHIN: Duration = Duration::from_mins(1);
-/// Where there is no route, one is looked for again after this time.
+/// Where there is no route, one is searched for again after this time.
 const AGAIN: Duration = Duration::from_mins(1);
 
 /// A route that the engine does not take is kept so long.
@@ -36,7 +38,7 @@ pub(super) struct WayHome {
 struct Search {
     plan_id: String,
     to: LatLon,
-    /// What is in the way.
+    /// The obstacle.
     what: &'static str,
     /// Which of the clearances is asked for.
     attempt: usize,
@@ -111,7 +113,7 @@ impl WayHome {
         })
     }
 
-    /// Asks for a route unless one to the same place is looked for, known, or known not to be.
+    /// Requests a route unless one to the same place is being searched for, known, or known not to exist.
     fn look(
         &mut self,
         context: &mut Context<'_>,
@@ -135,7 +137,7 @@ impl WayHome {
     }
 
     /// Starts what was found, or says what keeps it from starting for the time being. `None` where nothing is found, or it
-    /// is not to be sailed: the search goes on.
+    /// must not be sailed: the search continues.
     fn sail_found(
         &mut self,
         context: &mut Context<'_>,
@@ -169,7 +171,7 @@ impl WayHome {
         self.search.as_ref().is_some_and(|search| matches!(search.state, State::Asked { .. }))
     }
 
-    /// Takes an answer; false if nobody waits for it.
+    /// Takes an answer; false if no search waits for it.
     fn take(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) -> bool {
         let until = context.bus.mono() + FOUND_KEPT;
         let asked = |search: &&mut Search| search.number == answer.number && search.is_open();
@@ -185,7 +187,7 @@ impl WayHome {
         true
     }
 
-    /// What was looked for is not wanted any more.
+    /// The search is not needed any more.
     fn forget(&mut self, bus: &mut Bus) {
         if let Some(search) = self.search.take().filter(Search::is_open) {
             bus.give_up_route(search.number);
@@ -210,7 +212,7 @@ impl WayHome {
         self.search = Some(Search { plan_id: plan_id.to_owned(), to, what, attempt, number, state });
     }
 
-    /// A search came to nothing: the next clearance, or none for a while.
+    /// A search failed: the next clearance, or none for a while.
     fn next(&mut self, context: &mut Context<'_>, attempt: usize, text: String) {
         let here = context.position().ok().map(|estimate| estimate.place);
         let Some(search) = &mut self.search else { return };
@@ -226,9 +228,9 @@ impl WayHome {
 }
 
 impl Supervise {
-    /// An answer came. It moves nothing by itself: the remedy is decided upon again, if it is still wanted.
+    /// An answer came. It moves nothing on its own: the remedy is decided upon again, if it is still wanted.
     pub(crate) fn route_came(&mut self, context: &mut Context<'_>, answer: &RouteAnswer) {
-        // Who came back meanwhile was first.
+        // Contact that came back meanwhile is handled first.
         self.drain(context);
         if self.way_home.take(context, answer) {
             self.arbiter.try_now(context.bus.mono());
@@ -236,8 +238,8 @@ impl Supervise {
         }
     }
 
-    /// Another chart is in force: what was looked for by the one before is looked for anew, and a plan that carries out a
-    /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next look.
+    /// Another chart is in force: searches by the previous one start anew, and a plan that carries out a
+    /// remedy is given up if what lies ahead of it is refused. It is then decided upon again, at the next check.
     pub(crate) fn charted(&mut self, bus: &mut Bus, plans: &Plans, place: Option<LatLon>) {
         self.way_home.forget(bus);
         let leads_home =

@@ -1,4 +1,4 @@
-//! How well the whole chain sails: compass, navigation, guidance, control, motors, hull.
+//! The accuracy of the whole chain: compass, navigation, guidance, control, motors, hull.
 
 use crate::common::*;
 use imc::messages::*;
@@ -118,7 +118,7 @@ fn a_square_overshoots_little_with_a_receiver_that_drifts() {
     (1..=2).for_each(|seed| assert!(overshoot_m(seed, (0.2, 0.67)) <= 4.0));
 }
 
-/// What became of some time on a station of 10 m, with the simulator's usual compass.
+/// The result of some time on a station of 10 m, with the simulator's usual compass.
 #[derive(Debug)]
 struct Watch {
     /// Share of the time that the vessel was truly inside.

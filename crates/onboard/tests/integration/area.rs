@@ -1,4 +1,4 @@
-//! Outside the area of operation: every remedy leads back inside, or to a station that is told.
+//! Outside the area of operation: every remedy leads back inside, or to a station that is reported.
 
 use crate::common::*;
 use guard::Area;

@@ -1,5 +1,5 @@
-//! What a receiver hears gets the vessel's pose, and is told whole: also before its clock is set, and in codings that IMC
-//! has no number for.
+//! Detections get the vessel's pose and are reported whole: also before the receiver's clock is set, and in codings that
+//! have no number in IMC.
 
 use crate::common::*;
 use ::detections::{ClockState, Detection, Listening, Origin, fused};
@@ -27,18 +27,18 @@ fn tag(clock_s: u32, protocol: &str, counter: u16) -> TagReading {
     tag
 }
 
-/// By the moment at which it was said.
+/// By the moment at which it was sent.
 fn origin(now: units::Now) -> Origin {
     Origin { system: imc::Address(7), entity: 9, reported: now.utc, received: None }
 }
 
-/// What the vessel reported whole.
+/// The detections that the vessel reported whole.
 fn reports(sea: &Sea) -> Vec<Detection> {
     let told = |(now, event): (units::Now, Event)| Detection::from_report(origin(now), &event);
     sea.all().into_iter().filter_map(told).collect()
 }
 
-/// What it said of how the receiver listens.
+/// Its reports of how the receiver listens.
 fn listening(sea: &Sea) -> Vec<Listening> {
     sea.all::<Event>().iter().filter_map(|(_, event)| Listening::from_report(event)).collect()
 }
@@ -60,7 +60,7 @@ fn adrift(settings: Settings, change: impl FnOnce(&mut sim::VesselConfig)) -> Se
     sea
 }
 
-/// The hydrophone's state as it was told last.
+/// The hydrophone's state as last reported.
 fn state_of(sea: &Sea) -> Option<EntityState> {
     let number = Entity::Hydrophone.number();
     let mut own = sea.said.iter().rev().filter(|(_, packet)| packet.header.src_ent == number);
@@ -204,7 +204,7 @@ fn a_lost_clock_dates_nothing_and_the_vessel_says_what_to_do() {
             .count()
     };
     assert_eq!(logged(&sea, "ack01 missing"), 1);
-    // Its water is no TBRSensor either.
+    // Its water is not a TBRSensor either.
     let (clock_s, _) = stamp_of(sea.vehicle.now.utc);
     sea.read(Reading::Water(WaterReading { clock_s, temperature_c: 8.0, ..WaterReading::default() }));
     assert!(sea.all::<TBRSensor>().is_empty());
@@ -232,7 +232,7 @@ fn how_the_receiver_listens_is_told_while_it_hears_nothing() {
         (first.thrust, first.clock, first.clock_offset_s),
         (Some(0.0), Some(ClockState::Disciplined), Some(3.6))
     );
-    // The vessel sails: its own thrust is told within a second.
+    // The vessel sails: its own thrust is reported within a second.
     sea.forget();
     let north = plan("north", vec![("a".to_owned(), Message::from(goto(300.0, 0.0, 1.5)))]);
     sea.ask(PlanControlOp::Start, "north", Some(north.into()));

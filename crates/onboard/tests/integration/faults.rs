@@ -1,4 +1,4 @@
-//! What breaks at sea: sensors, motors, clocks, consoles.
+//! Faults at sea: sensors, motors, clocks, consoles.
 
 use crate::common::*;
 use control::MotorPair;
@@ -19,7 +19,7 @@ fn stopped(sea: &Sea) -> bool {
     sea.motors.last().is_some_and(|(_, motors)| *motors == MotorPair::STOPPED)
 }
 
-/// The parts in error, as the vessel tells them.
+/// The parts in error, as the vessel reports them.
 fn errors(sea: &Sea) -> String {
     sea.last::<VehicleState>().unwrap_or_default().error_ents.to_string()
 }

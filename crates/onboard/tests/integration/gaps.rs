@@ -1,4 +1,4 @@
-//! Gaps in the positions, and a vessel that is carried off its track: a plan waits and goes on, and where it fails the
+//! Gaps in the positions, and a vessel that is carried off its track: a plan waits and continues, and where it fails the
 //! vessel keeps its station.
 
 use crate::common::*;

@@ -231,7 +231,7 @@ fn a_confirmed_exemption_lets_an_operator_go_on_and_ends() {
     assert!(nearest_m < 55.0, "{nearest_m}");
     parameter(&mut sea, "Override Request", "0");
     assert!(says(&sea, Entity::Grounding, "ends the exemption"));
-    // What keeps the vessel safe is not for the bus.
+    // Safety parameters cannot be changed over the bus.
     parameter(&mut sea, "Autonomous Depth", "0.5");
     assert!(says(&sea, Entity::Grounding, "configuration file"));
 }
@@ -255,7 +255,7 @@ fn a_current_onto_a_shoal_makes_a_silent_operators_vessel_turn_back() {
     assert_eq!(sea.plan_state().plan_id, "deep water");
 }
 
-/// So slowly that no course can be told, and for long.
+/// So slowly that there is no course, and for long.
 #[test]
 fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
     let chart = chartmaker().with(Ground::Depth(0.4), point(60.0, 0.0), 30.0, 24);
@@ -279,7 +279,7 @@ fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
     assert!(says(&sea, Entity::Grounding, "it lies close to danger and drifts closer: back to deep water"));
 }
 
-/// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is looked at when it comes.
+/// The plan is in deep water but a reference leads elsewhere: what is not known beforehand is checked when it comes.
 #[test]
 fn a_reference_towards_land_is_refused_before_the_vessel_sets_out() {
     let mut sea = afloat(&islet());

@@ -1,4 +1,4 @@
-//! Two people, one boat: the vessel itself obeys the one who has the lease.
+//! Two people, one boat: the vessel itself obeys the holder of the lease.
 
 use crate::common::{CONSOLE, OTTER, Sea, frame};
 use imc::messages::*;
@@ -103,7 +103,7 @@ fn consoles_are_refused_while_a_lease_lives_and_obeyed_when_it_has_died() {
     assert_eq!((kind, to), (PlanControlType::Failure, CONSOLE));
     assert!(info.contains("holder 7 has control"), "{info}");
     assert_eq!(entries(&sea, "is refused: holder 7"), 1, "one line for a burst");
-    // What writes into the database is refused, what reads is answered.
+    // Writes to the database are refused, reads are answered.
     sea.send(PlanDB {
         r#type: PlanDBType::Request,
         op: PlanDBOp::Del,

@@ -209,7 +209,7 @@ fn an_unknown_plan_fails_and_another_replaces_the_running_one() {
     let request = sea.ask(PlanControlOp::Start, "other", Some(other.into()));
     assert_eq!(sea.plan_state().plan_id, "other");
     assert_eq!(sea.replies(request).len(), 2);
-    // A plan that comes with its start is kept, and everyone is told.
+    // A plan that comes with its start is stored, and all systems are informed.
     let kept = sea.all::<PlanDB>().into_iter().any(|(_, told)| {
         told.plan_id == "other" && told.op == PlanDBOp::Set && told.r#type == PlanDBType::Success
     });

@@ -6,7 +6,7 @@ use imc::Packet;
 use imc::messages::*;
 use onboard::{Entity, Output};
 
-/// What the part said since the last time that was forgotten.
+/// The part's reports since the last reset.
 fn said(sea: &Sea, entity: Entity) -> Vec<&Packet> {
     let own = sea.said.iter().map(|(_, packet)| packet);
     own.filter(|packet| packet.header.src == OTTER && packet.header.src_ent == entity.number()).collect()

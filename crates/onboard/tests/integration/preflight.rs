@@ -16,7 +16,7 @@ fn goto() -> Message {
     maneuver.into()
 }
 
-/// What the plan engine answered to the last request to start.
+/// The plan engine's answers to the last request to start.
 fn start(sea: &mut Sea) -> (PlanControlType, String) {
     sea.forget();
     sea.ask(PlanControlOp::Start, "out", Some(goto()));

@@ -1,4 +1,4 @@
-//! What supervisors ask for: tried until it holds, never replaced by less, given up when an operator steps in.
+//! Supervisors' demands: tried until they hold, never replaced by weaker ones, settled when an operator steps in.
 
 use crate::common::*;
 use imc::messages::*;
@@ -53,7 +53,7 @@ fn says(sea: &Sea, entity: Entity, what: &str) -> bool {
     state(sea, entity).1.contains(what)
 }
 
-/// What a part said in names and values, without what it said before its vessel was ready.
+/// A part's reports in names and values, without those from before its vessel was ready.
 fn values(sea: &Sea, entity: Entity) -> Vec<String> {
     let own = sea.said.iter().filter(|(_, packet)| packet.header.src_ent == entity.number());
     own.filter_map(|(_, packet)| packet.get::<Event>()).map(|event| event.data.to_string()).collect()

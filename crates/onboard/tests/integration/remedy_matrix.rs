@@ -9,7 +9,7 @@ use mission::{LostCommsConfig, Remedy, Step};
 use onboard::{Chart, Entity, Settings};
 use std::time::Duration;
 
-/// What is wrong.
+/// The trouble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trouble {
     outside: bool,
@@ -17,7 +17,7 @@ struct Trouble {
     no_position: bool,
 }
 
-/// What the vessel does when communications are lost.
+/// The vessel's activity when communications are lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doing {
     Plan,
@@ -65,7 +65,7 @@ fn settings_for(remedy: &Remedy, trouble: Trouble) -> Settings {
     settings
 }
 
-/// A vessel in a slow stream that does something; whoever commands is heard for the last time now.
+/// A vessel in a slow current that does something; its console is heard for the last time now.
 fn doing(settings: &Settings, doing: Doing) -> Sea {
     let mut sea = Sea::with(settings.clone(), |vessel| {
         vessel.environment.current.speed_mps = 0.2;
@@ -151,10 +151,10 @@ fn end_of(sea: &Sea, case: &str) -> End {
 
 fn expected(remedy: &Remedy, trouble: Trouble, doing: Doing, killed: bool) -> End {
     match remedy {
-        // To stop what rests is no matter of anybody's.
+        // To stop a vessel at rest needs no action.
         Remedy::Stop if !killed => End::Stopped,
         _ if doing == Doing::AtRest => End::AtRest,
-        // Who was stopped may lie on a trailer by now: it acts once a console was heard.
+        // A vessel that was stopped may lie on a trailer by now: it acts once a console was heard.
         _ if killed && doing == Doing::Adrift => End::AtRest,
         Remedy::Stop if doing == Doing::OwnHold => End::AtRest,
         Remedy::Stop => End::Stopped,
@@ -197,7 +197,7 @@ fn check(remedy: &Remedy, trouble: Trouble, what: Doing, killed: bool) {
         wanted = End::Returns;
     }
     if killed && trouble.no_position && what != Doing::AtRest {
-        // Nobody knows how long ago it was before the satellites tell the time.
+        // How long ago that was is unknown until the GNSS receiver gives the time.
         assert!(sea.motors.iter().all(|(_, motors)| *motors == MotorPair::STOPPED), "{case}");
         let told = sea.all::<LogBookEntry>();
         let told = told

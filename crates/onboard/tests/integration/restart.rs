@@ -1,4 +1,4 @@
-//! The program is killed and starts over: what was under way is told, and done what the files say.
+//! The program is killed and starts over: it reports what was under way, and does what the files say.
 
 use crate::common::*;
 use control::CrossTrackConfig;
@@ -61,7 +61,7 @@ fn a_plan_is_told_and_the_vessel_holds() {
     let begun = sea.position();
     sea.run(300.0);
     assert!(runs(&sea, "hold") && sea.position().distance_m(begun) < 20.0);
-    // What is kept now is the hold.
+    // The stored activity now is the hold.
     sea.ask(PlanControlOp::Stop, "", None);
     sea.run(2.0);
     assert_eq!(engine(&sea), "active");

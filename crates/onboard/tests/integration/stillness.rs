@@ -1,4 +1,4 @@
-//! When the motors must stay still: nobody has started the vessel, somebody aborted, or a command was not for it.
+//! When the motors must stay still: the vessel was not started, was aborted, or a command was not for it.
 
 use crate::common::{frame, settings};
 use devices::{BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, Side};

@@ -1,5 +1,5 @@
-//! Ways that the vessel looks for by itself: home round a headland, to a reference behind land. What is found is held against
-//! the guard, and an answer that nobody waits for moves nothing.
+//! Ways that the vessel searches for on its own: home round a headland, to a reference behind land. A route that is found
+//! is checked by the guard, and an answer without an open request moves nothing.
 
 use crate::common::*;
 use imc::messages::*;
@@ -16,7 +16,7 @@ use testkit::sea::{Ground, Sea as Chartmaker};
 use units::{LatLon, LocalPoint};
 use vehicle::BrainEvent;
 
-/// What the guard keeps a track clear by, without the uncertainty of the position (m).
+/// The guard's clearance of a track, without the uncertainty of the position (m).
 const GUARD_M: f64 = 11.2;
 
 /// 20 m of water, and land from the west as far as 120 m east of the start, 90 to 210 m north of it.
@@ -55,7 +55,7 @@ fn under_way(mut sea: Sea) -> Sea {
     sea
 }
 
-/// The same, and nobody is heard any more; who looks for routes is the test.
+/// The same, and contact is lost; the test answers the requests for routes.
 fn lost() -> (Sea, RouteRequest) {
     lost_by(wanting(&headland()))
 }
@@ -121,7 +121,7 @@ fn a_vessel_that_hears_nobody_comes_home_around_a_headland() {
     assert!(sea.plan_state().man_id.to_str_lossy().starts_with("route "), "{:?}", sea.plan_state());
     let mut closest = true;
     let arrived = sea.run_until(900.0, |sea| {
-        // What the guard keeps clear of beyond what the vessel may stray from its track, and more.
+        // More than the guard's clearance beyond the allowed cross-track error.
         closest &= chart.is_deep_within(sea.position(), 20.0, 5.0);
         !runs(sea, "home")
     });
@@ -149,7 +149,7 @@ fn a_low_battery_leads_home_around_a_headland() {
     assert!(state(&sea, Entity::Fuel).contains("returning by a route of"), "{}", state(&sea, Entity::Fuel));
 }
 
-/// An operator took it over a shoal where it may not go by itself, and fell silent.
+/// An operator took it over a shoal where it may not sail on its own, and fell silent.
 #[test]
 fn a_vessel_in_shallows_goes_back_to_deep_water_first() {
     let chart = headland().with(Ground::Depth(3.0), LocalPoint::default(), 30.0, 24);
@@ -181,13 +181,13 @@ fn it_holds_while_it_waits_and_a_stale_answer_moves_nothing() {
     answer(&mut sea, request.number, Ok(around(&request)));
     assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
     assert_eq!(sea.plan_state().man_id, "route 1");
-    // Who is heard again gets to know the route, and the vessel goes on.
+    // A console that is heard again gets the route, and the vessel continues.
     sea.forget();
     sea.heartbeats = true;
     sea.run(3.0);
     assert_eq!(sea.last::<PlanSpecification>().unwrap().start_man_id, "route 1");
     assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
-    // The same answer once more is one that nobody waits for.
+    // The same answer once more has no open request.
     sea.ask(PlanControlOp::Stop, "", None);
     answer(&mut sea, request.number, Ok(around(&request)));
     sea.run(5.0);
@@ -214,7 +214,7 @@ fn whoever_steps_in_is_not_overruled_by_an_answer() {
     for (step_in, runs_then) in all {
         let (mut sea, request) = lost();
         step_in(&mut sea);
-        // The supervisors look twice a second whether a console is heard.
+        // The supervisors check twice a second whether a console is heard.
         sea.run(0.6);
         let withdrawn = requests(&sea);
         assert_eq!(withdrawn.last(), Some(&None), "{runs_then}: the search is called off");
@@ -618,7 +618,7 @@ fn is_sailed_safely(numbers: &mut Numbers, seed: u64) -> bool {
     by_route
 }
 
-/// What was asked for and answered is in the recording: a brain that hears the same says the same.
+/// Requests and answers are in the recording: equal inputs give equal outputs.
 #[test]
 fn a_return_by_a_route_is_replayed_bit_for_bit() {
     let settings = wanting(&headland());

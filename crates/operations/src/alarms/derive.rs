@@ -1,7 +1,7 @@
-//! What is wrong at the moment, read from the fleet's live state.
+//! The present troubles, derived from the fleet's live state.
 //!
-//! How old a reading is counts to the moment when its vessel was last heard: what stops with the link is the link's
-//! silence and nothing else. Of a vessel that is silent nothing else is said at all.
+//! The age of a reading counts to the moment when its vessel was last heard: what stops with the link is the link's
+//! silence and nothing else. A silent vessel has no other alarm.
 
 use super::part::{PartKind, SentKinds, charge_rank};
 use super::{Key, Kind, Priority, Trouble, shorten};
@@ -32,23 +32,23 @@ const CLOCK_OFFSET_S: f64 = 0.1;
 const CLOCK_HYSTERESIS: f64 = 0.8;
 /// An error in a log book is an alarm for so long.
 const LOG_BOOK_LASTS: Duration = Duration::from_mins(1);
-/// What a log book says of an abort so soon after the order is no trouble.
+/// An entry of the log book about an abort raises no alarm this soon after the order.
 const ABORT_TOLD: Duration = Duration::from_secs(10);
 /// Errors of log books that are kept; the oldest goes first.
 const LOG_BOOK_KEPT: usize = 1_000;
-/// Motors that are told one by one.
+/// Motors that are reported one by one.
 const MOTORS_TOLD: usize = 8;
 /// Free space of the server's disk below which an alarm is raised (bytes, and part of the whole).
 const DISK_CAUTION: (u64, f64) = (10 << 30, 0.05);
 const DISK_WARNING: u64 = 1 << 30;
-/// So long before a certificate's end it is told, and is urgent (µs).
+/// So long before a certificate's end an alarm comes, as a caution and as a warning (µs).
 const CERTIFICATE_CAUTION_US: i64 = 30 * DAY_US;
 const CERTIFICATE_WARNING_US: i64 = 7 * DAY_US;
 const DAY_US: i64 = 86_400_000_000;
-/// The part of a certificate's alarm that tells of files which cannot be used.
+/// The part of a certificate's alarm that is about files which cannot be used.
 const NEW_FILES: &str = "new files";
 
-/// What a vessel's link knows of its clock.
+/// The clock of a vessel, as its link measures it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkClock {
     /// The vessel.
@@ -92,7 +92,7 @@ pub struct CertificateState {
     pub refused: Option<String>,
 }
 
-/// What the server says of itself.
+/// The server's state.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShoreState {
     /// The clocks of vessels whose link is up.
@@ -101,7 +101,7 @@ pub struct ShoreState {
     pub expected: Vec<Address>,
     /// Vessels with a link that is up that hold another sea chart than the shore.
     pub charts: Vec<OtherChart>,
-    /// Who else speaks in the name of vessels that have a link.
+    /// Who else sends with the address of vessels that have a link.
     pub contradictions: Vec<Contradiction>,
     /// Why nothing is recorded.
     pub recording: Option<String>,
@@ -115,7 +115,7 @@ pub struct ShoreState {
     pub no_go: Option<String>,
 }
 
-/// What was seen.
+/// The result of an observation.
 #[derive(Debug, Default)]
 pub(super) struct Observed {
     pub(super) troubles: Vec<Trouble>,
@@ -124,10 +124,10 @@ pub(super) struct Observed {
 }
 
 impl Observed {
-    /// Whether nobody can say at the moment if this holds.
+    /// Whether it cannot be determined at present if this holds.
     pub(super) fn unknown(&self, key: &Key) -> bool {
         key.vessel.is_some_and(|vessel| match key.kind {
-            // Whether it came in since the start, whether it is expected and who else speaks is always known.
+            // Whether anything came since the start, and whether another peer sends in its name, is always known.
             Kind::NeverHeard | Kind::OtherSource => false,
             Kind::NotHeard => !self.heard.contains(&vessel) && !self.silent.contains(&vessel),
             _ => !self.heard.contains(&vessel),
@@ -135,16 +135,16 @@ impl Observed {
     }
 }
 
-/// What must be remembered between two observations.
+/// The state kept between two observations.
 #[derive(Debug, Default)]
 pub(super) struct Observer {
     /// Events up to here were read.
     events: u64,
-    /// When each vessel was last told to abort.
+    /// When each vessel was last ordered to abort.
     aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
     entries: BTreeMap<(Address, String), (MonoTime, Priority, AlarmSaying)>,
-    /// What was beyond its threshold when it was observed last.
+    /// Values that were beyond their threshold at the last observation.
     beyond: BTreeMap<(Address, Kind), Priority>,
     /// Labels of the parts that need a position, of the vessels that are heard.
     of_position: BTreeMap<Address, BTreeSet<String>>,
@@ -211,7 +211,7 @@ impl Observer {
                 other.map(|chart| trouble(vessel, Kind::Chart, "", Priority::Caution, vec![chart.says()])),
             );
         }
-        // What a part says of itself needs no log book.
+        // A fault that a part reports itself needs no log book.
         for part in parts.bad {
             self.entries.remove(&(vessel, part));
         }
@@ -240,7 +240,7 @@ impl Observer {
             };
             let words = entry.text.to_str_lossy();
             if self.aborts.contains_key(&view.src()) && words.to_lowercase().contains("abort") {
-                // It does what it was told.
+                // It carries out an order.
                 continue;
             }
             let label = fleet.system(view.src()).and_then(|system| system.entity(view.src_ent()));
@@ -298,7 +298,7 @@ impl Observer {
     }
 }
 
-/// What a vessel does, for how urgent its troubles are.
+/// A vessel's activity, which decides how urgent its troubles are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
 enum Work {
     Rest,
@@ -318,10 +318,10 @@ impl Work {
     }
 }
 
-/// What the parts of one vessel say, sorted by what it means.
+/// The reports of one vessel's parts, sorted by kind.
 #[derive(Debug, Default)]
 struct Parts {
-    /// Labels of those that are not well.
+    /// Labels of those with a fault.
     bad: Vec<String>,
     grounding: Option<(Priority, AlarmSaying)>,
     position: Option<AlarmSaying>,
@@ -401,7 +401,7 @@ impl Parts {
     }
 }
 
-/// Whether somebody has to be told about this system: real vessels, not consoles or imported systems.
+/// Whether this system can have alarms: real vessels, not consoles or imported systems.
 fn is_vessel(system: &System) -> bool {
     let sails = match system.kind() {
         Some(kind) => {
@@ -469,7 +469,7 @@ fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     all
 }
 
-/// That a certificate ends, and that its successor cannot be used: two troubles, so that who knows of one is told the other.
+/// That a certificate ends, and that its successor cannot be used: two troubles, so that each is acknowledged on its own.
 fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> {
     let CertificateState { file, until, refused } = certificate;
     let (left_us, file) = (until.micros().saturating_sub(now.micros()), bounded(file));
@@ -495,10 +495,10 @@ fn of_certificate(now: UtcTime, certificate: &CertificateState) -> Vec<Trouble> 
     ending.into_iter().chain(refused.map(|refused| told(refused, NEW_FILES))).collect()
 }
 
-/// What the parts of a vessel said of themselves last, with number and label.
+/// The last reports of a vessel's parts, with number and label.
 fn states(now: Now, system: &System) -> Vec<(u8, String, EntityState)> {
     let said = system.all_series().filter(|(key, _)| key.id == EntityState::ID);
-    // What a part said long before its vessel was last heard is no news: another took its number, or it is gone.
+    // A part's report from long before its vessel was last heard is ignored: its number was reassigned, or it is gone.
     let fresh = said.filter(|(_, series)| age_then(now, system, series) < Duration::from_mins(1));
     let read = |(key, series): (SeriesKey, &Series)| {
         let label = system.entity(key.entity).map_or_else(|| format!("entity {}", key.entity), str::to_owned);

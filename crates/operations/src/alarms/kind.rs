@@ -1,11 +1,11 @@
-//! The kinds of alarm: how urgent, how soon, and what each means to the person who reads it.
+//! The kinds of alarm: how urgent, how soon, and what each means to the operator.
 
 use std::time::Duration;
 
 /// How urgent an alarm is (MSC.302(87)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Priority {
-    /// To be known; nobody has to acknowledge it.
+    /// For information; needs no acknowledgement.
     Caution,
     /// To be looked at soon.
     Warning,
@@ -34,7 +34,7 @@ impl Priority {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 
-    /// How often it sounds while nobody acknowledges it; `None` for silent ones.
+    /// How often it sounds until it is acknowledged; `None` for silent ones.
     pub const fn repeats(self) -> Option<Duration> {
         match self {
             Self::Caution => None,
@@ -45,7 +45,7 @@ impl Priority {
     }
 }
 
-/// What is wrong.
+/// The kinds of trouble.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// The grounding supervisor sees danger.
@@ -54,7 +54,7 @@ pub enum Kind {
     NotHeard,
     /// Nothing came from a vessel that has a link since the server started.
     NeverHeard,
-    /// Somebody else speaks in the name of a vessel that has a link.
+    /// Another peer sends with the address of a vessel that has a link.
     OtherSource,
     /// The vessel does not know where it is.
     Position,
@@ -142,7 +142,7 @@ impl Kind {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 
-    /// What it means: why it comes, what follows from it, and what to do.
+    /// Its cause, consequence and remedy.
     #[expect(clippy::too_many_lines, reason = "a table, an entry for each kind")]
     pub const fn advice(self) -> Advice {
         let (cause, consequence, action) = match self {
@@ -279,12 +279,12 @@ impl Kind {
         })
     }
 
-    /// Whether it is told also of a vessel from which nothing comes.
+    /// Whether it is reported also for a silent vessel.
     pub(crate) const fn outlives_silence(self) -> bool {
         matches!(self, Self::NotHeard | Self::OtherSource)
     }
 
-    /// Whether a warning that nobody acknowledges becomes an alarm.
+    /// Whether a warning that is not acknowledged becomes an alarm.
     pub(crate) const fn escalates(self) -> bool {
         matches!(
             self,
@@ -293,12 +293,12 @@ impl Kind {
     }
 }
 
-/// What an alarm means.
+/// The meaning of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Advice {
     /// Why it comes.
     pub cause: &'static str,
-    /// What follows if nobody does anything.
+    /// What follows if no one acts on it.
     pub consequence: &'static str,
     /// What to do.
     pub action: &'static str,

@@ -1,22 +1,23 @@
-//! Alarms: what is wrong, since when, who knows of it, and when it is told again.
+//! Alarms: what is wrong, since when, who acknowledged it, and when it sounds again.
 //!
 //! Once a second [`Alarms::watch`] derives what holds from the fleet's live state (`derive`) and gives it to this
 //! machine, which has one entry for each vessel, kind and part:
 //!
 //! | state | meaning | leaves it by |
 //! |---|---|---|
-//! | normal | nothing is wrong | trouble that lasts for the kind's delay: unacknowledged (a caution: acknowledged, as it needs nobody) |
-//! | unacknowledged | wrong, and nobody said they know | a person: acknowledged; the trouble's end: returned |
+//! | normal | nothing is wrong | trouble that lasts for the kind's delay: unacknowledged (a caution: acknowledged, as it needs no one) |
+//! | unacknowledged | wrong, and not acknowledged | a person: acknowledged; the trouble's end: returned |
 //! | acknowledged | wrong, and known | the trouble's end: normal; a higher priority: unacknowledged |
-//! | returned | was wrong, and nobody said they know | a person: normal; new trouble that is more than a caution: unacknowledged |
+//! | returned | was wrong, and not acknowledged | a person: normal; new trouble that is more than a caution: unacknowledged |
 //!
-//! Against chattering trouble must last before it is one and be gone for a while before it is over; what came
-//! [`CHATTERS_FROM`] times within a minute stands until a whole minute was quiet. One situation is one alert: what a
-//! vessel's silence or its lost position brings along is collapsed into that. A warning that nobody acknowledges
-//! within [`ESCALATES_AFTER`] becomes an alarm if its kind says so; the others sound again at their priority's pace.
+//! Against chattering, a trouble must last for a while before it raises an alarm and be gone for a while before the alarm
+//! returns; one that came [`CHATTERS_FROM`] times within a minute is held until a whole minute was quiet. One situation is
+//! one alert: alarms that follow from a vessel's silence or its lost position are collapsed into that one. A warning not
+//! acknowledged within [`ESCALATES_AFTER`] becomes an alarm if its kind says so; the others sound again at their
+//! priority's interval.
 //!
-//! [`ALARMS_KEPT`] are kept. When there are more, a new one takes the place of one of lower priority, and what has no
-//! place is counted and told by an alarm of its own.
+//! [`ALARMS_KEPT`] are kept. When there are more, a new one replaces one of lower priority; those that find no place are
+//! counted and reported by an alarm of their own.
 
 mod derive;
 mod kind;
@@ -44,7 +45,7 @@ pub const ALARMS_KEPT: usize = 1_000;
 pub const NOTES_KEPT: usize = 500;
 /// From so many times within a minute on, an alarm chatters and is held.
 pub const CHATTERS_FROM: usize = 3;
-/// A warning of some kinds that nobody acknowledges becomes an alarm after this.
+/// A warning of some kinds that is not acknowledged becomes an alarm after this.
 pub const ESCALATES_AFTER: Duration = Duration::from_mins(1);
 /// An alarm cannot be shelved for longer.
 pub const LONGEST_SHELF: Duration = Duration::from_hours(12);
@@ -59,7 +60,7 @@ pub struct Alarms {
     notes: VecDeque<Note>,
     last_id: u64,
     revision: u64,
-    /// Trouble that had no place when it was looked at last.
+    /// Trouble that had no place at the last observation.
     untold: usize,
     observer: derive::Observer,
     /// Those that gave up their place, as normal, for readers that still know them.
@@ -67,10 +68,10 @@ pub struct Alarms {
 }
 
 impl Alarms {
-    /// Looks at the fleet and at what the server says of itself. To be called once a second.
+    /// Takes the state of the fleet and of the server. To be called once a second.
     pub fn watch(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) {
         let mut seen = self.observer.observe(now, fleet, shore);
-        // Of a vessel whose silence stood when the server ended that is told, with its time.
+        // A silence that was an alarm when the server ended continues as that alarm, with its time.
         let stands = |vessel| {
             self.all.iter().any(|(key, one)| {
                 (key.vessel, key.kind) == (vessel, Kind::NotHeard) && one.state != State::Normal
@@ -88,7 +89,7 @@ impl Alarms {
         self.update(now, troubles, |key| seen.unknown(key));
     }
 
-    /// Takes what holds now. `unknown` tells of what nobody can say at the moment whether it holds: it stays as it is.
+    /// Takes the troubles that hold now. Where `unknown` says that this cannot be determined, an alarm is left unchanged.
     fn update(&mut self, now: Now, troubles: Vec<Trouble>, unknown: impl Fn(&Key) -> bool) {
         let mut holding = BTreeMap::new();
         for mut trouble in troubles {
@@ -170,12 +171,12 @@ impl Alarms {
         }
         match alarm.state {
             State::Normal | State::Returned if now.mono.since(alarm.turned) < key.kind.delay() => {}
-            // What is a caution by now needs nobody: it raises nothing that was more.
+            // A caution needs no acknowledgement: it does not raise again an alarm that was more urgent.
             State::Returned if *priority == Priority::Caution => {}
             State::Normal | State::Returned => self.raise(now, trouble),
             State::Unacknowledged | State::Acknowledged => {
                 let more = *priority > alarm.priority;
-                // What nobody has acknowledged does not become less urgent by itself.
+                // An alarm that is not acknowledged does not become less urgent on its own.
                 let less = *priority < alarm.priority && alarm.state == State::Acknowledged;
                 // Figures that change by less than the words show change nothing.
                 let told = alarm.text != *text;
@@ -251,7 +252,7 @@ impl Alarms {
         }
     }
 
-    /// What is part of a vessel's silence or of its lost position is not reported besides.
+    /// Alarms that follow from a vessel's silence or its lost position are not reported themselves.
     fn collapse(&mut self, now: Now) {
         let stands = |all: &BTreeMap<Key, Alarm>, vessel, kind| {
             let key = Key { vessel, kind, part: String::new() };
@@ -291,7 +292,7 @@ impl Alarms {
         }
     }
 
-    /// What time brings: shelves that end, warnings that become alarms, sounds that come again.
+    /// Changes by time: shelves that end, warnings that become alarms, repeated sounds.
     fn pass(&mut self, now: Now) {
         let due: Vec<Key> = self.all.keys().cloned().collect();
         for key in due {
@@ -301,7 +302,7 @@ impl Alarms {
             if over || alarm.shelved.is_some() && alarm.priority == Priority::Emergency {
                 alarm.shelved = None;
                 if alarm.state == State::Acknowledged && alarm.priority > Priority::Caution {
-                    // Shelving was no acknowledgement: whoever comes now is told.
+                    // Shelving was not an acknowledgement: an operator who logs in now sees the alarm.
                     (alarm.state, alarm.acknowledged) = (State::Unacknowledged, None);
                 }
                 alarm.raised = now.mono;
@@ -358,7 +359,7 @@ impl Alarms {
             alarm.revision = self.revision;
         }
         let priority = self.all.get(key).map_or(Priority::Caution, |alarm| alarm.priority);
-        // A person's words stand for themselves.
+        // A person's words need no code.
         let own = self.all.get(key).filter(|alarm| alarm.text == text);
         let says = own.map(|alarm| alarm.says.clone()).unwrap_or_default();
         let (key, by, text) = (key.clone(), by.to_owned(), text.to_owned());
@@ -383,10 +384,10 @@ impl Alarms {
         found.map(|alarm| alarm.key.clone()).ok_or(AlarmRefused::Gone)
     }
 
-    /// A person says that they know.
+    /// A person acknowledges an alarm.
     ///
     /// # Errors
-    /// There is no such alarm, or it needs nobody.
+    /// There is no such alarm, or it needs no acknowledgement.
     pub fn acknowledge(&mut self, now: Now, id: AlarmId, by: &str) -> Result<(), AlarmRefused> {
         let key = self.key_of(id)?;
         let Some(alarm) = self.all.get_mut(&key) else { return Err(AlarmRefused::Gone) };
@@ -444,14 +445,14 @@ impl Alarms {
         self.all.values().find(|alarm| alarm.id == id && id.0 > 0)
     }
 
-    /// What is not normal, and what is put aside.
+    /// Alarms that are not normal, and shelved ones.
     pub fn standing(&self) -> impl Iterator<Item = &Alarm> {
         self.all
             .values()
             .filter(|alarm| alarm.id.0 > 0 && (alarm.state != State::Normal || alarm.shelved.is_some()))
     }
 
-    /// What changed after `revision`; to a reader that starts from nothing (0) what is normal is no news.
+    /// Changes after `revision`; a reader that starts from nothing (0) does not get normal alarms.
     pub fn changed(&self, revision: u64) -> impl Iterator<Item = &Alarm> {
         let news = move |alarm: &&Alarm| {
             let stands = alarm.state != State::Normal || alarm.shelved.is_some();
@@ -460,7 +461,7 @@ impl Alarms {
         self.evicted.iter().chain(self.all.values()).filter(news)
     }
 
-    /// What happened lately, the oldest first.
+    /// The latest events, the oldest first.
     pub fn notes(&self) -> impl DoubleEndedIterator<Item = &Note> {
         self.notes.iter()
     }

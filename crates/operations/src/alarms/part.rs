@@ -1,7 +1,8 @@
-//! What the parts of a vessel are for.
+//! The function of each part of a vessel.
 //!
-//! Labels are people's: the files of a vessel may call its parts as they like, in any language. What a part sends is its program's,
-//! so that goes first. Words of labels stand in for what has sent nothing that tells, as a device that was never connected.
+//! Labels come from people: the files of a vessel may name its parts freely, in any language. The messages of a part come
+//! from its program, so they count first. The label is used for a part whose messages do not show its function, such as a
+//! device that was never connected.
 
 use detections::{LISTENING_TOPIC, TOPIC as DETECTION_TOPIC};
 use hub::{SeriesKey, System};
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 /// The topic of the Events by which a part of a Lutra vessel says in names and values what its state says in words.
 const VALUES_TOPIC: &str = "EntityStateValues";
 
-/// What a part is for. Of two that a part could be, the first.
+/// The functions of parts. Where two apply, the first counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum PartKind {
     /// It watches for shallow water.
@@ -39,7 +40,7 @@ pub(super) enum PartKind {
 }
 
 impl PartKind {
-    /// What a part is that sends this.
+    /// By a message that it sends.
     fn of_message(key: SeriesKey, packet: &[u8]) -> Option<Self> {
         match key.id {
             EstimatedState::ID => Some(Self::Navigation),
@@ -64,7 +65,7 @@ impl PartKind {
         kinds.into_iter().find(|(name, _)| says(name)).map(|(_, kind)| kind)
     }
 
-    /// What a part is that is called so, as the programs of the boats call theirs.
+    /// By its label, as the boats' programs name their parts.
     pub(super) fn of_label(label: &str) -> Option<Self> {
         const WORDS: [(&[&str], PartKind); 9] = [
             (&["grounding"], PartKind::Grounding),
@@ -88,7 +89,7 @@ impl PartKind {
     }
 }
 
-/// What the parts of a vessel are by what they have sent.
+/// The functions of a vessel's parts by their messages.
 #[derive(Debug, Default)]
 pub(super) struct SentKinds {
     /// By number: in the vessel's present life, and before it started again.
@@ -96,7 +97,7 @@ pub(super) struct SentKinds {
 }
 
 impl SentKinds {
-    /// What was sent since the server started.
+    /// From the messages since the server started.
     pub(super) fn of(system: &System) -> Self {
         let mut sent = Self::default();
         for (key, series) in system.all_series() {
@@ -108,16 +109,16 @@ impl SentKinds {
         sent
     }
 
-    /// What a part is by what it has sent and, where that tells nothing, by its label. What it sent before the vessel started
-    /// again comes last: its number may have been another part's.
+    /// A part's function by its messages and, where these do not show it, by its label. Messages from before the vessel's
+    /// restart count last: its number may have been another part's.
     pub(super) fn kind(&self, entity: u8, label: &str) -> Option<PartKind> {
         let [now, before] = self.all.get(&entity).copied().unwrap_or_default();
         now.or_else(|| PartKind::of_label(label)).or(before)
     }
 }
 
-/// How well a part tells the charge of the whole vessel, the best first: what is called so, what measures no voltage as a battery
-/// would, a battery.
+/// How well a part represents the charge of the whole vessel, the best first: one labelled "fuel", one that does not
+/// measure voltage as a battery would, a battery.
 pub(super) fn charge_rank(system: &System, entity: u8) -> u8 {
     let called = system.entity(entity).is_some_and(|label| label.to_lowercase().contains("fuel"));
     let battery = system.all_series().any(|(key, _)| key.entity == entity && key.id == Voltage::ID);

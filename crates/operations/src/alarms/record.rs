@@ -1,4 +1,4 @@
-//! What an alarm is, what is written down of it, and what is kept over a restart.
+//! An alarm, its record, and what is kept over a restart.
 
 use super::{Kind, LONGEST_SHELF, Priority, TEXT_CHARS};
 use api::{AlarmSaying, Said, say};
@@ -10,7 +10,7 @@ use units::{MonoTime, UtcTime};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AlarmId(pub u64);
 
-/// What tells alarms apart.
+/// The key of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
     /// The vessel; `None` for the server itself.
@@ -24,7 +24,7 @@ pub struct Key {
 /// Trouble that holds at the moment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Trouble {
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// How urgent.
     pub priority: Priority,
@@ -57,11 +57,11 @@ pub fn day_and_time(us: i64) -> [String; 2] {
 pub enum State {
     /// Nothing is wrong.
     Normal,
-    /// Wrong, and nobody said they know.
+    /// Wrong, and not acknowledged.
     Unacknowledged,
     /// Wrong, and known; or a caution.
     Acknowledged,
-    /// Was wrong, and nobody said they know.
+    /// Was wrong, and not acknowledged.
     Returned,
 }
 
@@ -110,7 +110,7 @@ pub struct Shelving {
 pub struct Alarm {
     /// Its number.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// Where it is in its life.
     pub state: State,
@@ -126,40 +126,40 @@ pub struct Alarm {
     pub over: Option<UtcTime>,
     /// How often it came since it was normal.
     pub count: u32,
-    /// Who said they know.
+    /// Who acknowledged it.
     pub acknowledged: Option<Signature>,
-    /// Whether it became more urgent because nobody acknowledged it.
+    /// Whether it became more urgent because it was not acknowledged.
     pub escalated: bool,
     /// Whether it comes and goes so fast that it is held.
     pub chatters: bool,
-    /// Put aside for a time.
+    /// Shelved for a time.
     pub shelved: Option<Shelving>,
-    /// What it is part of at present, and is not reported besides.
+    /// The alarm that it is part of at present, so that it is not reported itself.
     pub collapsed: Option<Kind>,
     /// How often it sounded; it sounds when this grows.
     pub sounded: u32,
     pub(super) revision: u64,
     pub(super) raised: MonoTime,
     pub(super) sounds_next: MonoTime,
-    /// What was seen last, and since when it is so.
+    /// The last observation, and since when it holds.
     pub(super) holds: bool,
     pub(super) turned: MonoTime,
     pub(super) raises: VecDeque<MonoTime>,
 }
 
 impl Alarm {
-    /// Whether it is told: neither normal, nor put aside, nor part of another.
+    /// Whether it is reported: neither normal, nor shelved, nor part of another.
     pub fn is_told(&self) -> bool {
         self.state != State::Normal && self.shelved.is_none() && self.collapsed.is_none()
     }
 
-    /// Whether somebody has to say that they know.
+    /// Whether a person has to acknowledge it.
     pub fn wants_acknowledgement(&self) -> bool {
         self.is_told() && matches!(self.state, State::Unacknowledged | State::Returned)
     }
 }
 
-/// Something that happened to an alarm.
+/// An event of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
     /// Number of the change, growing.
@@ -168,13 +168,13 @@ pub struct Note {
     pub at: UtcTime,
     /// Which.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// How urgent it was then.
     pub priority: Priority,
     /// `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or `off the shelf`.
     pub what: &'static str,
-    /// Who did it; empty for nobody.
+    /// The person who did it; empty where no person did.
     pub by: String,
     /// The alarm's words by codes; empty where the words are a person's.
     pub says: Vec<AlarmSaying>,
@@ -182,13 +182,13 @@ pub struct Note {
     pub text: String,
 }
 
-/// Why an alarm stays as it is.
+/// Why an alarm stays unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AlarmRefused {
-    /// There is none.
+    /// There is no such alarm.
     #[error("there is no such alarm any more")]
     Gone,
-    /// It needs nobody.
+    /// It needs no acknowledgement.
     #[error("this alarm is acknowledged already, or a caution, which needs nobody")]
     Known,
     /// It must be seen.
@@ -222,7 +222,7 @@ impl AlarmRefused {
 pub struct Saved {
     /// Its number.
     pub id: AlarmId,
-    /// Whose and what.
+    /// Its vessel, kind and part.
     pub key: Key,
     /// Where it was in its life.
     pub state: State,
@@ -238,11 +238,11 @@ pub struct Saved {
     pub over: Option<UtcTime>,
     /// How often it came.
     pub count: u32,
-    /// Who said they know.
+    /// Who acknowledged it.
     pub acknowledged: Option<Signature>,
     /// Whether it became more urgent by waiting.
     pub escalated: bool,
-    /// Put aside: by whom, until when, and why.
+    /// Shelved: by whom, until when, and why.
     pub shelved: Option<(Signature, UtcTime, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! What vessels say, as far as it tells what became of commands.
+//! What vessels' messages say about the progress of commands.
 
 use super::{
     Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, REST_SEEN, Stage, VESSELS,
@@ -13,12 +13,12 @@ use imc::messages::{
 use imc::{Address, PacketView};
 use units::{Now, UtcTime};
 
-/// Plans of one vessel that single answers may add up to; further ones are known when the vessel tells all of its list,
+/// Plans of one vessel that single answers may add up to; further ones are known when the vessel sends its whole list,
 /// which fits one packet.
 const PLANS: usize = 1_000;
 
 impl Commands {
-    /// Takes what a packet of the present tells of orders and of the vessel.
+    /// Takes what a live packet shows of orders and of the vessel.
     pub(super) fn evidence(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
         self.reports.heard(now, view);
@@ -93,13 +93,13 @@ impl Commands {
         let plan_id = state.plan_id.to_str_lossy();
         let executing = state.state == PlanControlStateState::Executing;
         let rests = matches!(state.state, PlanControlStateState::Ready | PlanControlStateState::Blocked);
-        // What ran, or did not run, before the order says nothing until the vessel has answered.
+        // A plan that ran, or did not run, before the order is not evidence until the vessel has answered.
         let seen = |command: &Command| match &command.effect {
             Effect::Runs(wanted) => {
                 executing && *wanted == plan_id && (command.answered || command.ran.as_ref() != Some(wanted))
             }
             Effect::Rests => rests && (command.answered || command.ran.is_some()),
-            // What rested before rests by order once it had the time to hear of it.
+            // A vessel that rested before counts as stopped once it has had time to receive the order.
             Effect::Aborts => {
                 let long = command.sent.is_some_and(|sent| now.mono.since(sent) >= REST_SEEN);
                 rests && command.sent.is_some() && (command.ran.is_some() || long)
@@ -127,8 +127,8 @@ impl Commands {
         }
     }
 
-    /// Whoever asked: what a vessel stores is news. What it says of one plan changes the list at once; before it told
-    /// the whole list, that plan is all that is known.
+    /// Takes news of the plans stored aboard, whoever the requester was. An answer about one plan updates the list at once;
+    /// before the whole list has come, that plan is all that is known.
     fn plans(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
         if answer.r#type != PlanDBType::Success {
             return;
@@ -216,7 +216,7 @@ impl Commands {
         self.forget(vessel);
     }
 
-    /// What a vessel does not take it says in its log book only: Lutra's to who asked, DUNE's to all.
+    /// A vessel reports refused values in its log book only: Lutra's to the requester, DUNE's to all.
     fn entry(&mut self, now: Now, vessel: Address, text: &str) {
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(_, set) if !set.is_empty())) {
             let Some(command) = self.all.get_mut(&id) else { continue };
@@ -247,7 +247,7 @@ impl Commands {
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(of, _) if *of == entity)) {
             let Some(command) = self.all.get_mut(&id) else { continue };
             let Effect::Reports(_, set) = &command.effect else { continue };
-            // An answer echoes what was taken, and nothing else; one to a question may still tell what was before.
+            // An answer echoes the accepted values, and nothing else; one to a query may still hold the old ones.
             let taken = |(name, value): &&(String, String)| {
                 values.iter().any(|(told, now)| told == name && is_same_value(now, value))
             };

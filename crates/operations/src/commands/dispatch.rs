@@ -1,4 +1,4 @@
-//! What the hub's downlink asks of orders and reports of them.
+//! Queries and reports of the hub's downlink about orders.
 
 use super::{Commands, Effect, Stage, Step};
 use api::{Said, say};
@@ -36,7 +36,7 @@ impl OrderLog for Commands {
 
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]) {
         if let Some(command) = self.all.get_mut(&id) {
-            // What the vessel says from here on is evidence as after the first time.
+            // The vessel's messages from here on are evidence as after the first time.
             command.timed_out = None;
             let text = say("again by {transports}").with("transports", names(transports));
             self.step(now, id, Stage::Sent, text.into(), false);

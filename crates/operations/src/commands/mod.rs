@@ -1,14 +1,14 @@
-//! What becomes of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
+//! The stages of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
 //!
-//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered several times
-//! under one request id, and a failure may come minutes later. So answers move a command on while it is open, and
-//! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
-//! database gives. Telemetry that could be from before the order counts only after an answer.
+//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered
+//! several times under one request id, and a failure may come minutes later. So answers advance a command while it is
+//! open, and the effect is taken from telemetry: the plan that PlanControlState reports as executed, the digest that the
+//! plan database gives. Telemetry that could be from before the order counts only after an answer.
 //!
-//! A command that timed out is not forgotten: what shows later that the vessel has it, does it or refuses it moves it on,
-//! and says that it came late.
+//! A command that timed out is not forgotten: later evidence that the vessel has it, carries it out or refuses it
+//! advances it, marked as late.
 //!
-//! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
+//! [`KEPT`] commands are kept for each vessel; the oldest finished ones are dropped first.
 
 mod answers;
 mod dispatch;
@@ -34,7 +34,7 @@ const KEPT: usize = 100;
 const OPEN: usize = 20;
 /// Answers kept for each vessel: they are large.
 const ANSWERS_KEPT: usize = 10;
-/// Vessels of which it is kept which plans they store: a peer may speak for any number of addresses.
+/// Vessels whose list of plans is kept: a peer may send with any number of addresses.
 const VESSELS: usize = 256;
 /// Most characters of what a stage says.
 const TEXT_CHARS: usize = 500;
@@ -42,17 +42,17 @@ const TEXT_CHARS: usize = 500;
 const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
 const EFFECT_WITHIN: Duration = Duration::from_secs(15);
-/// So long after it timed out the state of the vessel still tells of a command that it never answered.
+/// So long after it timed out the state of the vessel still counts for a command that it never answered.
 const LATE_STATE: Duration = Duration::from_mins(1);
 /// At rest so long after a stop was sent, a vessel that rested before has obeyed it.
 const REST_SEEN: Duration = Duration::from_secs(2);
-/// What happened to commands and was not fetched yet; the oldest goes first, counted.
+/// Events of commands that were not fetched yet; the oldest is dropped first, and counted.
 const EVENTS: usize = 10_000;
 
 /// How far a command is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// It is to be written into the audit log.
+    /// It must be written into the audit log.
     Asked,
     /// It is in the audit log.
     Accepted,
@@ -62,9 +62,9 @@ pub enum Stage {
     Sent,
     /// The vessel has it.
     Received,
-    /// The vessel does it.
+    /// The vessel carries it out.
     Executing,
-    /// What the vessel tells shows that it is done.
+    /// The vessel's report shows that it is done.
     EffectSeen,
     /// The vessel or the server refuses.
     Refused,
@@ -121,7 +121,7 @@ impl Step {
     }
 }
 
-/// What a vessel answered to a question.
+/// A vessel's answer to a query.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// A plan.
@@ -145,16 +145,16 @@ pub struct PlanAboard {
     pub md5: Vec<u8>,
 }
 
-/// The plans that a vessel stores, as it said last.
+/// The plans that a vessel stores, as last reported.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlansAboard {
-    /// When it said so.
+    /// When it was reported.
     pub at: UtcTime,
     /// By name.
     pub plans: Vec<PlanAboard>,
 }
 
-/// An order and what became of it.
+/// An order and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Command {
     /// Its number.
@@ -163,24 +163,24 @@ pub struct Command {
     pub vessel: Address,
     /// Who ordered it.
     pub by: OrderedBy,
-    /// The lease under which it was ordered; 0 for what takes none.
+    /// The lease under which it was ordered; 0 for one that needs none.
     pub epoch: u64,
     /// Like `plan.start`.
     pub verb: &'static str,
-    /// What it is about.
+    /// Its subject.
     pub subject: String,
     /// The stages reached, in order.
     pub steps: Vec<Step>,
-    /// What the vessel answered.
+    /// The vessel's answer.
     pub answer: Option<Answer>,
     /// Parameters that the vessel did not take, with its words.
     refusals: BTreeMap<String, String>,
     order: Option<Order>,
-    /// Whether it commands, or only asks.
+    /// Whether it commands, or is a query.
     commands: bool,
     effect: Effect,
     request_id: u16,
-    /// What ran when it was sent.
+    /// The plan that ran when it was sent.
     ran: Option<String>,
     answered: bool,
     /// When it was sent, and when it timed out.
@@ -196,25 +196,25 @@ impl Command {
         self.steps.last().map_or(Stage::Asked, |step| step.stage)
     }
 
-    /// The furthest stage that it reached, whatever did not come in time.
+    /// The furthest stage that it reached, timeouts left aside.
     fn furthest(&self) -> Stage {
         let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
         reached.max().unwrap_or(Stage::Asked)
     }
 
-    /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
+    /// Whether the vessel's own state reports, which answer no order, still count for it.
     fn listens(&self, now: MonoTime) -> bool {
         self.answered || self.timed_out.is_none_or(|at| now.since(at) < LATE_STATE)
     }
 
     /// Whether nothing more is expected.
     pub fn is_over(&self) -> bool {
-        // Nothing shows the effect of this one: that the vessel has it is all that is ever known.
+        // No report shows the effect of this one: receipt is all that is ever known.
         self.stage().is_last() || (self.effect == Effect::Silent && self.stage() >= Stage::Received)
     }
 }
 
-/// What became of a command on the vessel link.
+/// The outcome of a command on the vessel link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Receipt {
     /// The vessel has it.
@@ -232,13 +232,13 @@ pub enum Receipt {
 pub struct OrderedBy {
     /// The person.
     pub name: String,
-    /// As the audit log names them: a script in a person's name is told from the person.
+    /// As the audit log names them: a person's script has a name other than the person.
     pub actor: String,
     /// From which network address.
     pub from: String,
 }
 
-/// That a command got further, for the audit log.
+/// Progress of a command, for the audit log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandEvent {
     /// To whom.
@@ -247,7 +247,7 @@ pub struct CommandEvent {
     pub by: OrderedBy,
     /// Like `plan.start`.
     pub verb: &'static str,
-    /// What it is about.
+    /// Its subject.
     pub subject: String,
     /// How far it is.
     pub step: Step,
@@ -263,7 +263,7 @@ pub(crate) fn called_off() -> Said {
 pub struct Commands {
     own: Address,
     all: BTreeMap<CommandId, Command>,
-    /// With the time by which the one that told longest ago is found.
+    /// With the time, by which the one that reported longest ago is found.
     aboard: BTreeMap<Address, (MonoTime, PlansAboard)>,
     reports: Reports,
     next_request: u16,
@@ -306,7 +306,7 @@ impl Commands {
     ) -> Result<CommandId, Said> {
         order.check()?;
         let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
-        // Nothing is so urgent as a stop, however much else is under way.
+        // A stop goes first, however many other commands are under way.
         if open >= OPEN && !order.is_stop() {
             return Err(say("{n} commands to this vessel are open: wait for them").with("n", open).into());
         }
@@ -317,8 +317,8 @@ impl Commands {
         let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
         self.last_id = (self.last_id + 1).max(millis);
         let id = CommandId(self.last_id);
-        // In the upper half, from somewhere else at each start: what others of this address asked, or an earlier
-        // start, is answered under other numbers.
+        // In the upper half, from another point at each start: requests of others with this address, or of an earlier
+        // start, are answered under other numbers.
         let next =
             if self.next_request == 0 { self.last_id as u16 } else { self.next_request.wrapping_add(2) };
         self.next_request = (next & 0x7FFE) | 0x8000;
@@ -349,13 +349,13 @@ impl Commands {
         Ok(id)
     }
 
-    /// Stops that were ordered of a vessel. Whoever prepares an order looks before and after: one that a stop came in
-    /// between of is not given.
+    /// Stops that were ordered of a vessel. Compared before and after an order is prepared: if a stop came in between,
+    /// the order is not given.
     pub fn stops(&self, vessel: Address) -> u64 {
         self.stops.get(&vessel).copied().unwrap_or_default()
     }
 
-    /// A stop is ordered: what was asked for before it and was not sent is not sent after it.
+    /// A stop is ordered: earlier orders that are not sent yet are cancelled.
     fn call_off_unsent(&mut self, now: Now, vessel: Address) {
         if self.stops.len() < VESSELS || self.stops.contains_key(&vessel) {
             *self.stops.entry(vessel).or_default() += 1;
@@ -401,7 +401,7 @@ impl Commands {
         self.advance(now, id, Stage::Refused, why);
     }
 
-    /// What the vessel link says of it.
+    /// Takes the vessel link's report.
     pub fn receipt(&mut self, now: Now, id: CommandId, receipt: Receipt) {
         let one_of_several = self.all.get(&id).is_some_and(|one| one.effect == Effect::Aborts);
         match receipt {
@@ -429,7 +429,7 @@ impl Commands {
         }
     }
 
-    /// Time passes: what was to come by now and did not is told. Call it about once a second.
+    /// Times out commands whose next stage is overdue. Call it about once a second.
     pub fn tick(&mut self, now: Now) {
         let due =
             |one: &&Command| !one.is_over() && one.deadline.is_some_and(|deadline| now.mono >= deadline);
@@ -467,17 +467,17 @@ impl Commands {
         self.aboard.get(&vessel).map(|(_, plans)| plans)
     }
 
-    /// What vessels tell of themselves.
+    /// The vessels' own reports.
     pub fn reports(&self) -> &Reports {
         &self.reports
     }
 
-    /// What vessels tell of themselves, to ask them.
+    /// The vessels' own reports, to query them.
     pub fn reports_mut(&mut self) -> &mut Reports {
         &mut self.reports
     }
 
-    /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
+    /// The subject of an order, in words: of parameters the old and new values, one by one.
     pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
         let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
         let change = |(name, value): &(String, String)| {
@@ -493,7 +493,7 @@ impl Commands {
         self.revision
     }
 
-    /// What happened to commands since the last call, and how much before it was forgotten because nobody fetched it.
+    /// The events of commands since the last call, and how many were dropped because they were not fetched.
     pub fn drain(&mut self) -> (Vec<CommandEvent>, u64) {
         (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
     }
@@ -522,7 +522,7 @@ impl Commands {
             Stage::TimedOut => command.timed_out = Some(now.mono),
             _ => {}
         }
-        // Questions are nobody's act; what is asked and accepted is written down by who asks.
+        // Queries are not audited; earlier stages are written to the audit log by the caller.
         if command.commands && stage >= Stage::Waiting {
             let event = CommandEvent {
                 vessel: command.vessel,
@@ -540,7 +540,7 @@ impl Commands {
         command.steps.push(step);
         command.deadline = match stage {
             Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
-            // Its life ends before, and tells so.
+            // Its life ends before, and that is reported.
             Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),
             Stage::Executing => Some(now.mono + EFFECT_WITHIN),
@@ -548,7 +548,7 @@ impl Commands {
         };
     }
 
-    /// Keeps what is to be kept of a vessel's commands.
+    /// Drops a vessel's oldest commands beyond the limit.
     fn forget(&mut self, vessel: Address) {
         // Of the last stop it must be known whether it arrived.
         let stop = self.of(vessel).find(|one| one.effect == Effect::Aborts).map(|one| one.id);

@@ -1,4 +1,4 @@
-//! What a vessel can be ordered to do, and the IMC message that says it.
+//! The orders to a vessel, and their IMC messages.
 
 use api::{Said, say};
 use imc::Address;
@@ -9,7 +9,7 @@ use imc::messages::{
 };
 use units::LatLon;
 
-/// Name of the plan that an order to go somewhere makes; it replaces the one before.
+/// Name of the plan that an order to go somewhere makes; it replaces the previous one.
 pub const GOTO_PLAN: &str = "lutra-goto";
 /// Name of the plan in which a vessel is steered by hand, as Neptus calls it.
 pub const TELEOPERATION_PLAN: &str = "teleoperation-mode";
@@ -26,7 +26,7 @@ const LONGEST_VALUE: usize = 1_000;
 /// An order to a vessel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
-    /// Stop: whatever it does, it does no more. Anybody may give it, without control.
+    /// Stop, whatever the vessel is doing. Any user may give it, without control.
     Stop,
     /// Start a plan that is stored aboard.
     StartPlan {
@@ -42,7 +42,7 @@ pub enum Order {
         /// How fast (m/s).
         speed_mps: f32,
     },
-    /// Be steered by hand, by who holds the server's address.
+    /// Be steered by hand, by the holder of the server's address.
     Teleoperate {
         /// The server's own address.
         by: Address,
@@ -59,14 +59,14 @@ pub enum Order {
         /// Its name.
         plan_id: String,
     },
-    /// Tell which plans are stored aboard.
+    /// Report which plans are stored aboard.
     List,
     /// Give a plan.
     Get {
         /// Its name.
         plan_id: String,
     },
-    /// Tell the parameters of an entity.
+    /// Report the parameters of an entity.
     QueryParameters {
         /// The entity's label.
         entity: String,
@@ -85,7 +85,7 @@ pub enum Order {
     },
 }
 
-/// What shows that an order took effect.
+/// The evidence that an order took effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Effect {
     /// The vessel executes this plan.
@@ -102,14 +102,14 @@ pub(super) enum Effect {
     Listed,
     /// It gives this plan.
     Gave(String),
-    /// It tells an entity's parameters, these among them.
+    /// It reports an entity's parameters, these among them.
     Reports(String, Vec<(String, String)>),
     /// Nothing: the vessel does not say.
     Silent,
 }
 
 impl Order {
-    /// The plan that the order brings along, for those who look where it leads.
+    /// The plan that the order contains, for checks of where it leads.
     pub fn plan(&self) -> Option<PlanSpecification> {
         match self {
             Self::Upload(plan) => Some(plan.as_ref().clone()),
@@ -137,7 +137,7 @@ impl Order {
         }
     }
 
-    /// What it is about, in words.
+    /// Its subject, in words.
     pub fn subject(&self) -> String {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => plan_id.clone(),
@@ -165,12 +165,12 @@ impl Order {
         matches!(self, Self::Stop)
     }
 
-    /// Whether it takes the lease of who gives it.
+    /// Whether it needs the lease.
     pub fn takes_lease(&self) -> bool {
         self.commands() && !self.is_stop()
     }
 
-    /// Whether it is one at all.
+    /// Checks that it is valid.
     ///
     /// # Errors
     /// What is wrong with it and what to do.
@@ -236,7 +236,7 @@ impl Order {
                 control(PlanControlOp::Start, GOTO_PLAN, Some(goto(*place, *speed_mps).into()))
             }
             Self::Teleoperate { by } => {
-                // Decimal, as DUNE reads it: keys of nobody else count.
+                // Decimal, as DUNE reads it: keys of other systems are ignored.
                 let maneuver = Teleoperation { custom: format!("src={}", by.0).as_str().into() };
                 control(PlanControlOp::Start, TELEOPERATION_PLAN, Some(maneuver.into()))
             }
@@ -273,7 +273,7 @@ impl Order {
             Self::Stop => Effect::Aborts,
             Self::StopPlan | Self::EndTeleoperation { .. } => Effect::Rests,
             Self::Upload(plan) => {
-                // What does not fit a packet has been refused.
+                // An order that does not fit a packet has been refused.
                 let digest = imc::plan_digest::plan_md5(plan).unwrap_or_default();
                 Effect::Stores(plan.plan_id.to_str_lossy().into_owned(), digest)
             }

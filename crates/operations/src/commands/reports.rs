@@ -1,7 +1,7 @@
-//! What vessels tell of themselves when they are asked, by whomever: parameters of their entities, and plans.
+//! Vessels' reports on request, whoever the requester is: parameters of their entities, and plans.
 //!
-//! Asking commands nothing, so it takes no lease. The same question goes out once in [`AGAIN`], however many people
-//! look. What is kept is bounded by bytes; the vessel that told last stays.
+//! A query commands nothing, so it needs no lease. The same query is sent once in [`AGAIN`], however many people
+//! ask. The memory is bounded by bytes; the vessel that reported last stays.
 
 use bytes::Bytes;
 use imc::entities::SAVED_SUFFIX;
@@ -33,7 +33,7 @@ const BYTES: usize = 8 << 20;
 /// Request ids of our orders are in the upper half.
 const REQUEST_ID: u16 = 1;
 
-/// What a vessel can be asked.
+/// The queries to a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Question {
     /// The parameters of the entity with this label.
@@ -44,16 +44,16 @@ pub enum Question {
     Plan(String),
 }
 
-/// A parameter as a vessel told it.
+/// A parameter as a vessel reported it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParameterReport {
     /// Its value.
     pub value: String,
-    /// What the next start will have; `None` where the vessel does not tell that.
+    /// Its value from the next start; `None` where the vessel does not report it.
     pub saved: Option<String>,
     /// Whether the value is longer than what is kept of it.
     pub cut: bool,
-    /// When it was told.
+    /// When it was reported.
     pub at: UtcTime,
 }
 
@@ -62,16 +62,16 @@ pub struct ParameterReport {
 pub struct EntityReport {
     /// By name.
     pub parameters: BTreeMap<String, ParameterReport>,
-    /// How many more the vessel told than are kept.
+    /// How many more the vessel reported than are kept.
     pub left_out: usize,
-    /// When it told last.
+    /// When it reported last.
     pub at: Option<UtcTime>,
     /// Since when an answer to our own question is awaited.
     asked: Option<UtcTime>,
 }
 
 impl EntityReport {
-    /// Takes names and values that were told.
+    /// Takes reported names and values.
     pub fn take<'a>(&mut self, told: impl Iterator<Item = (Cow<'a, str>, Cow<'a, str>)>, at: UtcTime) {
         (self.at, self.left_out) = (Some(at), 0);
         let mut saved = Vec::new();
@@ -97,12 +97,12 @@ impl EntityReport {
     }
 }
 
-/// A plan as a vessel told it.
+/// A plan as a vessel reported it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanReport {
     /// All of it.
     pub plan: PlanSpecification,
-    /// When it was told.
+    /// When it was reported.
     pub at: UtcTime,
     bytes: usize,
 }
@@ -125,7 +125,7 @@ impl OfVessel {
     }
 }
 
-/// What all vessels told.
+/// The reports of all vessels.
 #[derive(Debug)]
 pub struct Reports {
     own: Address,
@@ -197,18 +197,18 @@ impl Reports {
         self.forget(view.src());
     }
 
-    /// The entities of which a vessel told parameters, by label.
+    /// The entities of which a vessel reported parameters, by label.
     pub fn entities(&self, vessel: Address) -> impl Iterator<Item = (&str, &EntityReport)> {
         let of = self.vessels.get(&vessel);
         of.into_iter().flat_map(|of| of.entities.iter().map(|(label, entity)| (label.as_str(), entity)))
     }
 
-    /// A parameter as it was told last.
+    /// A parameter as last reported.
     pub fn parameter(&self, vessel: Address, entity: &str, name: &str) -> Option<&ParameterReport> {
         self.vessels.get(&vessel)?.entities.get(entity)?.parameters.get(name)
     }
 
-    /// A plan as the vessel told it last.
+    /// A plan as the vessel last reported it.
     pub fn plan(&self, vessel: Address, plan_id: &str) -> Option<&PlanReport> {
         self.vessels.get(&vessel)?.plans.get(plan_id)
     }
@@ -221,7 +221,7 @@ impl Reports {
         }
         of.last = now.mono;
         let entity = of.entities.entry(label).or_default();
-        // An echo of a change tells what was changed only; the answer to a question tells all that there is.
+        // An echo of a change has only what was changed; the answer to a query has all parameters.
         if view.dst() == self.own
             && let Some(asked) = entity.asked.take()
         {
@@ -232,7 +232,7 @@ impl Reports {
     }
 
     fn plan_told(&mut self, now: Now, view: &PacketView<'_>, plan: PlanSpecification) {
-        // A console says its plans to vessels, and such a one may never have been taken.
+        // A console sends its plans to vessels, and a vessel may not have accepted such a plan.
         if view.src().is_ccu() {
             return;
         }
@@ -305,7 +305,7 @@ pub fn is_same_value(one: &str, other: &str) -> bool {
 
 fn is_same_item(one: &str, other: &str) -> bool {
     match (one.parse::<f64>(), other.parse::<f64>()) {
-        // Vessels round what they tell to nine decimals.
+        // Vessels round reported values to nine decimals.
         (Ok(one), Ok(other)) => (one - other).abs() <= 1e-9 * one.abs().max(1.0),
         _ => one.eq_ignore_ascii_case(other),
     }

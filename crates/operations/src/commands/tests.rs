@@ -241,7 +241,7 @@ fn a_plan_that_a_vessel_says_it_stores_or_removed_is_known_without_asking() {
         let plans = bench.commands.aboard(BOAT).into_iter().flat_map(|aboard| &aboard.plans);
         plans.map(|plan| (plan.plan_id.clone(), plan.md5.clone())).collect()
     };
-    // Another console's plan, told to all.
+    // Another console's plan, reported to all.
     bench.says(
         0,
         Address(0xFFFF),
@@ -283,7 +283,7 @@ fn of_many_vessels_the_plans_of_those_are_kept_that_told_last() {
     let others = (1..=2_000).map(Address);
     for (second, vessel) in (0..).zip(others.clone()) {
         bench.hears(second, vessel, SHORE, reply.clone());
-        // Who goes on to tell stays.
+        // A vessel that continues to report stays.
         bench.says(second, SHORE, reply.clone());
     }
     assert_eq!(bench.commands.aboard.len(), VESSELS);
@@ -312,7 +312,7 @@ fn parameters_are_set_when_the_vessel_echoes_them() {
     let (id, _) = bench.order(2, Order::QueryParameters { entity: "Path Control".to_owned() }, None);
     bench.says(2, SHORE, told(&["A", "B"]));
     assert_eq!(bench.commands.get(id).unwrap().answer, Some(Answer::Parameters(values(&["A", "B"]))));
-    // Refusals stand in the log book only, and a question's answer may tell what was before.
+    // Refusals are in the log book only, and a query's answer may hold the old value.
     let (id, _) = bench.order(
         2,
         Order::SetParameters {
@@ -333,7 +333,7 @@ fn parameters_are_set_when_the_vessel_echoes_them() {
     let text = "updating entity parameters: invalid parameter: 'A'".into();
     bench.says(2, Address(0xFFFF), LogBookEntry { text, ..LogBookEntry::default() });
     assert_eq!(bench.last(id), (Stage::Refused, "A: invalid parameter".to_owned()));
-    // Saving is answered by nobody: that it arrived is all there is.
+    // Saving is not answered: receipt is the last stage.
     let (id, _) = bench.order(3, Order::SaveParameters { entity: "Path Control".to_owned() }, None);
     bench.commands.receipt(at(3), id, Receipt::Received);
     assert!(bench.commands.get(id).unwrap().is_over());
@@ -389,7 +389,7 @@ fn what_timed_out_follows_the_evidence_that_comes_late() {
     bench.commands.tick(at(516));
     bench.answers(517, PlanControlType::Failure, &request, "no such plan");
     assert_eq!(bench.last(id), (Stage::Refused, "late: no such plan".to_owned()));
-    // Without an answer the state of the vessel tells for a minute: after that it may be by somebody else's order.
+    // Without an answer the state of the vessel counts for a minute: after that it may come from another order.
     let (id, _) = bench.order(600, start("third"), None);
     bench.commands.tick(at(616));
     bench.state(640, EXECUTING, "third");

@@ -1,16 +1,16 @@
-//! Who commands a vessel: one lease per vessel, asked for, granted, renewed, taken over, and ending by itself.
+//! Who commands a vessel: one lease per vessel, requested, granted, renewed, taken over, and expiring on its own.
 //!
 //! A lease has an epoch that grows with every grant, also over restarts of the server, because a grant takes the
-//! greater of the last one plus one and UTC in µs. The vessel is told the epoch and obeys nobody else while the
-//! lease lives, so that an order of a former holder is void however late it comes.
+//! greater of the last one plus one and UTC in µs. The epoch is sent to the vessel, which obeys only its holder while
+//! the lease is valid, so that an order of a former holder is void however late it comes.
 //!
 //! | asked | while free | while another has it | by its holder |
 //! |---|---|---|---|
 //! | request | granted | waits for an answer, granted after [`ANSWER_WITHIN`] | renewed, or moved to this window |
-//! | grant, decline | refused | the one who asked may withdraw | decides about the request |
-//! | take | granted | granted at once; who waits waits again | as request |
+//! | grant, decline | refused | the requester may withdraw | decides about the request |
+//! | take | granted | granted at once; a person who waits waits again | as request |
 //! | renew | refused | refused | lasts [`LASTS`] from now |
-//! | release | refused | refused | ends; who waits has it then |
+//! | release | refused | refused | ends; a person who waits has it then |
 
 #[cfg(test)]
 mod tests;
@@ -20,15 +20,15 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
-/// A lease ends by itself so long after its holder's page was last heard.
+/// A lease expires so long after its holder's page was last heard.
 pub const LASTS: Duration = Duration::from_mins(1);
 /// A request that the holder does not answer within this is granted.
 pub const ANSWER_WITHIN: Duration = Duration::from_secs(30);
 /// Most characters of a reason.
 pub const REASON_CHARS: usize = 200;
-/// Most characters of what tells windows of one person apart.
+/// Most characters of the key that distinguishes a person's windows.
 const KEY_CHARS: usize = 64;
-/// What happened and was not fetched yet; the oldest goes first, counted.
+/// Events that were not fetched yet; the oldest is dropped first, and counted.
 const EVENTS_KEPT: usize = 1_000;
 
 /// A person in one window, or one of their scripts.
@@ -38,11 +38,11 @@ pub struct Holder {
     pub person: i64,
     /// The person's name.
     pub name: String,
-    /// Tells the windows of a person apart; empty for scripts.
+    /// Distinguishes the windows of a person; empty for scripts.
     pub key: String,
 }
 
-/// A lease that somebody has.
+/// A lease that is held.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
     /// Who.
@@ -56,7 +56,7 @@ pub struct Held {
     expires: MonoTime,
 }
 
-/// Somebody who asked for a lease that another has.
+/// A person who asked for a lease that another holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Waiting {
     /// Who.
@@ -73,23 +73,23 @@ pub struct Waiting {
 /// How a lease changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It was free and is somebody's.
+    /// It was free and is held now.
     Granted,
-    /// Somebody waits for it.
+    /// Another person waits for it.
     Requested,
-    /// The holder gave it to the one who asked.
+    /// The holder gave it to the requester.
     HandedOver,
-    /// The holder did not answer in time, so that the one who asked has it.
+    /// The holder did not answer in time, so that the requester has it.
     Unanswered,
     /// The holder keeps it.
     Declined,
-    /// The one who asked does not want it any more.
+    /// The requester withdrew.
     Withdrawn,
     /// The holder gave it back.
     Released,
     /// The holder's page was not heard for too long.
     Expired,
-    /// Somebody took it without asking.
+    /// Another person took it without asking.
     TakenOver,
 }
 
@@ -110,7 +110,7 @@ impl Change {
     }
 }
 
-/// Something that happened to a lease.
+/// An event of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeaseEvent {
     /// The vessel.
@@ -119,7 +119,7 @@ pub struct LeaseEvent {
     pub at: UtcTime,
     /// What.
     pub change: Change,
-    /// Who did it, or to whom it happened where nobody did.
+    /// Who did it, or whom it concerns where it happened automatically.
     pub who: String,
     /// Who had the lease before, where that is another.
     pub from: Option<String>,
@@ -130,25 +130,25 @@ pub struct LeaseEvent {
 /// The lease of one vessel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Lease {
-    /// Who has it; nobody while it is free.
+    /// Who holds it; `None` while it is free.
     pub held: Option<Held>,
     /// Who waits for it.
     pub waiting: Option<Waiting>,
-    /// What happened last.
+    /// The last event.
     pub last: Option<LeaseEvent>,
     /// The greatest epoch that was given out.
     pub last_epoch: u64,
     revision: u64,
 }
 
-/// What somebody wants of a lease.
+/// A request about a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LeaseRequest {
     /// To have it, for this reason, if the holder agrees or does not answer.
     Request(String),
-    /// To give it to the one who waits.
+    /// To grant it to the person who waits.
     Grant,
-    /// Not to give it; by the one who waits: not to wait any more.
+    /// To decline the request; by the person who waits: to withdraw it.
     Decline,
     /// To give it back.
     Release,
@@ -158,13 +158,13 @@ pub enum LeaseRequest {
     Take(String),
 }
 
-/// Why somebody does not get what they want.
+/// Why a request about a lease is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LeaseRefused {
     /// Only the holder may do that.
     #[error("you do not have control of this vessel: {0}")]
     NotYours(NotYours),
-    /// Nobody waits.
+    /// No one is waiting.
     #[error("nobody waits for control of this vessel")]
     NobodyWaits,
     /// Another waits already.
@@ -178,15 +178,15 @@ pub enum LeaseRefused {
     TooLong {
         /// Which.
         what: &'static str,
-        /// What it may have.
+        /// The limit.
         most: usize,
     },
 }
 
-/// Why somebody does not have control.
+/// Why a person does not have control.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotYours {
-    /// Nobody has it.
+    /// It is not held.
     #[error("it is free; take it first")]
     Free,
     /// This person has it.
@@ -210,7 +210,7 @@ pub struct Leases {
 }
 
 impl Leases {
-    /// Does what `who` wants, or says why not. Nothing changes in that case.
+    /// Carries out the request of `who`, or says why not. Nothing changes in that case.
     ///
     /// # Errors
     /// Why not.
@@ -295,7 +295,7 @@ impl Leases {
     /// The epoch under which `who` may command a vessel at present, from this very window.
     ///
     /// # Errors
-    /// Who may instead.
+    /// Who may do it instead.
     pub fn epoch(&self, now: Now, vessel: Address, who: &Holder) -> Result<u64, LeaseRefused> {
         let held = self.of_holder(vessel, who)?;
         if held.holder.key != who.key {
@@ -320,7 +320,7 @@ impl Leases {
         self.revision
     }
 
-    /// What happened since the last call, and how much before it was forgotten because nobody fetched it.
+    /// The events since the last call, and how many were dropped because they were not fetched.
     pub fn drain(&mut self) -> (Vec<LeaseEvent>, u64) {
         (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
     }
@@ -375,7 +375,7 @@ impl Leases {
                 if reason.trim().is_empty() {
                     return Err(LeaseRefused::NoReason(held.holder.name.clone()));
                 }
-                // Whoever else waited asks the one who has it now, who gets the whole time to answer.
+                // Another person who waited now waits for the new holder, who gets the whole time to answer.
                 if let Some(waiting) = self.stop_waiting(vessel).filter(|one| !same(&one.who, who)) {
                     let (granted_at, due) = (later(now, ANSWER_WITHIN), now.mono + ANSWER_WITHIN);
                     let waiting = Waiting { granted_at, due, ..waiting };
@@ -404,7 +404,7 @@ impl Leases {
         self.note(now, vessel, change, name, from, reason);
     }
 
-    /// Ends a lease; who waits has it then.
+    /// Ends a lease; a person who waits has it then.
     fn end(&mut self, now: Now, vessel: Address, change: Change) {
         let Some(lease) = self.vessels.get_mut(&vessel) else { return };
         let Some(held) = lease.held.take() else { return };

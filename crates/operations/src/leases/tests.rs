@@ -143,7 +143,7 @@ fn anything() -> impl Strategy<Value = LeaseRequest> {
 
 proptest! {
     /// Whatever people do: one holder at most, who was heard within the last minute; epochs that grow with every
-    /// change of hands; nobody waits for what is free, nor for what they have, nor longer than they must.
+    /// change of holder; no one waits for a free lease, nor for their own, nor longer than they must.
     #[test]
     fn there_is_one_holder_at_most(steps in prop::collection::vec((0u64..40, 1i64..4, anything()), 1..200)) {
         let mut leases = Leases::default();

@@ -1,14 +1,14 @@
-//! Steering by hand from ashore: from what a person's hands do to thrust, and to none.
+//! Steering by hand from ashore: from a person's stick input to thrust, and to zero thrust.
 //!
-//! [`Teleop`] is fed the samples of one window and the time, and says what is to be sent to the vessel. What keeps a
-//! boat moving is never that messages flow, but that a person's own input is fresh and their dead-man held:
+//! [`Teleop`] takes the samples of one window and the time, and gives the commands to the vessel. A boat is kept
+//! moving never by messages alone, but only by a person's fresh input with the dead-man held:
 //!
 //! - A sample is as old as its echo of the server's own clock, so that no clock of a browser can make it younger: the
 //!   whole way there and back counts. To that comes, while the dead-man is held, the time for which the input device
 //!   has shown no change. Older than [`MOST_AGE`] it interrupts.
 //! - After every interruption, and at the beginning, a fresh sample with the dead-man released and the sticks in
 //!   neutral comes first, then one with the dead-man held and the sticks still in neutral; then the boat moves.
-//! - What goes to the vessel says how long it is good for ([`Sticks::life`]); aboard it ends by itself.
+//! - Each command to the vessel says how long it is valid ([`Sticks::life`]); aboard it expires on its own.
 //!
 //! # The budget of 0.75 s from the last fresh human sample to zero thrust
 //!
@@ -24,9 +24,9 @@
 //!
 //! | round trip, browser to vessel and back | |
 //! |---|---|
-//! | over [`WARN_OVER`] | the person is told |
+//! | over [`WARN_OVER`] | the person is warned |
 //! | over [`CAP_OVER`] | thrust is at most [`CAPPED`] |
-//! | over [`REFUSE_OVER`] | it does not begin, and what goes on is interrupted |
+//! | over [`REFUSE_OVER`] | steering does not begin, and is interrupted if it has begun |
 
 #[cfg(test)]
 mod tests;
@@ -40,11 +40,11 @@ pub const MOST_AGE: Duration = Duration::from_millis(250);
 pub const LIFE: Duration = Duration::from_millis(500);
 /// From a person's sample to the end of its life aboard.
 pub const BUDGET: Duration = Duration::from_millis(700);
-/// A round trip above this is told.
+/// A round trip above this is reported.
 pub const WARN_OVER: Duration = Duration::from_millis(300);
 /// A round trip above this limits thrust to [`CAPPED`].
 pub const CAP_OVER: Duration = Duration::from_millis(500);
-/// With a round trip above this nobody steers.
+/// With a round trip above this steering is refused.
 pub const REFUSE_OVER: Duration = Duration::from_secs(1);
 /// Most thrust and turn while the round trip is long, of 1.
 pub const CAPPED: f64 = 0.3;
@@ -54,10 +54,10 @@ pub const NEUTRAL: f64 = 0.08;
 const LONGEST_HOLD: Duration = Duration::from_millis(100);
 /// A wall clock that moves by more than this against the steady one was set.
 const CLOCK_STEP: Duration = Duration::from_millis(100);
-/// A stop is said so often: any one packet may be lost.
+/// A stop is sent so often: any one packet may be lost.
 const STOPS: u8 = 5;
 
-/// What a person's hands do, as a browser tells it.
+/// A person's stick input, as a browser reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Grows with every sample.
@@ -89,7 +89,7 @@ pub enum State {
     Steering,
 }
 
-/// Why nobody steers.
+/// Why the sticks do not steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
     /// It just began.
@@ -106,7 +106,7 @@ pub enum Why {
     Clock,
     /// The server's wall clock was set: the vessel judges by it how late a stick position is.
     ServerClock,
-    /// A sample is not valid: one of its values is not a number, or its number is not greater than the one before.
+    /// A sample is not valid: one of its values is not a number, or its number is not greater than the previous one.
     Invalid,
     /// The round trip takes too long.
     RoundTrip,
@@ -155,7 +155,7 @@ impl Why {
         }
     }
 
-    /// What the person can do about it, beyond passing neutral; empty where there is nothing.
+    /// The remedy, beyond passing neutral; empty where there is none.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Begun | Self::Released | Self::Person => "",
@@ -187,7 +187,7 @@ impl Why {
     }
 }
 
-/// What is to be sent to the vessel now.
+/// The command to send to the vessel now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sticks {
     /// Port motor, −1 to 1, ahead positive.
@@ -221,7 +221,7 @@ pub struct Teleop {
     state: State,
     /// Why it stopped last.
     why: Why,
-    /// What is in the way since then.
+    /// Another obstacle since then.
     hinders: Option<Why>,
     last: Option<Last>,
     /// The round trip of the last sample, browser and server alone.
@@ -241,7 +241,7 @@ struct Last {
     made: MonoTime,
     /// When the device changed to what the sample says, at the earliest.
     alive: MonoTime,
-    /// The device said nothing else than in the sample before.
+    /// The device's values are those of the previous sample.
     unchanged: bool,
     /// Since when nothing is known of the person's hands.
     since: MonoTime,
@@ -278,12 +278,12 @@ impl Teleop {
         self.why
     }
 
-    /// What else is in the way of going on since it stopped, if anything.
+    /// Another obstacle to continuing since it stopped, if any.
     pub fn hinders(&self) -> Option<Why> {
         self.hinders.filter(|why| self.state == State::Locked && *why != self.why)
     }
 
-    /// The round trip from the browser to the vessel and back, as far as it is known.
+    /// The round trip from the browser to the vessel and back, as far as known.
     pub fn round_trip(&self) -> Option<Duration> {
         Some(self.trip? + self.vessel_trip)
     }
@@ -351,7 +351,7 @@ impl Teleop {
         Some(Sticks { port: motor(thrust + turn), starboard: motor(thrust - turn), life, stop: false })
     }
 
-    /// Time passes: what is to be sent although no sample came. Call it every 50 ms or so.
+    /// The command to send although no sample came. Call it every 50 ms or so.
     pub fn tick(&mut self, now: Now) -> Option<Sticks> {
         let ahead_us = now.utc.micros().saturating_sub_unsigned(now.mono.micros());
         let before_us = self.utc_ahead_us.replace(ahead_us);
@@ -360,7 +360,7 @@ impl Teleop {
         }
         let now = now.mono;
         if self.state != State::Locked && self.last.is_none_or(|last| now.since(last.since) > MOST_AGE) {
-            // Samples go on to come, but their device does not change.
+            // Samples still come, but their device shows no change.
             let frozen = self.last.is_some_and(|last| last.unchanged);
             self.interrupt(if frozen { Why::Frozen } else { Why::Silent });
         }
@@ -371,7 +371,7 @@ impl Teleop {
         Some(Sticks::STOP)
     }
 
-    /// How old what a sample says is, or why it is of no use.
+    /// The age of a sample's input, or why it cannot be used.
     fn judge(&mut self, now: MonoTime, sample: &Sample) -> Result<Duration, Why> {
         let Sample { made_ms, change, thrust, turn, .. } = *sample;
         let before = self.last;

@@ -9,12 +9,12 @@ fn ms(ms: u64) -> MonoTime {
     MonoTime::from_micros(ms * 1_000)
 }
 
-/// The same time with a wall clock that nobody sets.
+/// The same time with a wall clock that is never set.
 fn now(now_ms: u64) -> Now {
     Now { mono: ms(now_ms), utc: UtcTime::from_micros(1_700_000_000_000_000 + 1_000 * now_ms as i64) }
 }
 
-/// A browser whose samples take [`WAY_MS`] unless told otherwise.
+/// A browser whose samples take [`WAY_MS`] unless stated otherwise.
 struct Hands {
     teleop: Teleop,
     seq: u64,
@@ -123,7 +123,7 @@ fn a_frozen_gamepad_is_stale_though_messages_flow() {
     }
     assert!((2..=4).contains(&moved), "{moved}");
     hands.is_locked(Why::Frozen);
-    // Who does not hold the dead-man may leave the device alone.
+    // A person who does not hold the dead-man may leave the device alone.
     for _ in 0..20 {
         let resting = Sample { change, ..hands.make(false, 0.0, 0.0) };
         hands.give(&resting);
@@ -213,7 +213,7 @@ fn what_is_sent_is_what_consoles_send() {
     assert_eq!(Sticks::STOP.actions(), "Port Motor=0;Starboard Motor=0;Stop=1");
 }
 
-/// What happens in 50 ms: how late the sample is above the usual way, whether one comes, the hands, the device.
+/// The events of 50 ms: the sample's delay beyond the usual, whether one comes, the input, the device.
 #[derive(Debug, Clone)]
 struct Moment {
     comes: bool,

@@ -1,4 +1,4 @@
-//! The one way down: which way orders take, what waits, what a stop calls off.
+//! The downlink: which way orders take, which wait, which a stop cancels.
 
 use hub::{
     CommandId, Delivery, Dispatched, Hub, Incoming, OrderLog as _, Peer, PeerId, Role, Settings, Sources,
@@ -30,7 +30,7 @@ impl World {
         Self { hub: Hub::new(settings, Commands::new(Address(0x4F00))) }
     }
 
-    /// The peer of the vessel's link, which does not stand yet.
+    /// The peer of the vessel's link, which is not open yet.
     fn link(&mut self) -> PeerId {
         let sources = Sources::Only(vec![BOAT]);
         let peer = Peer { transport: Transport::Link, role: Role::Vessel, name: "link".to_owned(), sources };
@@ -221,7 +221,7 @@ fn the_effect_of_a_stop_is_what_the_vessel_says() {
     let (stop, _) = world.order(2_000, Order::Stop);
     world.says(4_100, udp, ready.clone());
     assert_eq!(world.stage(stop).0, Stage::EffectSeen);
-    // Nothing is so urgent as a stop, and what it does is told late or not.
+    // A stop is sent however many orders wait, and its effect is reported even after its timeout.
     let (stop, _) = world.order(5_000, Order::Stop);
     for millis in 0..19 {
         world.order(6_000 + millis, start());
@@ -265,7 +265,7 @@ fn a_start_that_is_still_being_written_down_is_not_sent_after_a_stop() {
     assert_eq!(world.hub.orders().stops(BOAT), 1, "who prepares an order sees that a stop came in between");
     assert_eq!(world.hub.orders_mut().accepted(at(300), id, None), None);
     assert_eq!(world.stage(id), (Stage::Refused, "a stop was ordered before it could be sent".to_owned()));
-    // What is ordered after the stop goes out.
+    // An order after the stop is sent.
     let (later, _) = world.order(400, start());
     assert_eq!(world.stage(later).0, Stage::Sent);
 }
@@ -394,7 +394,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
     assert_eq!(world.ids(udp), [stop, begin]);
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);
-    // A start that the vessel does not take is none.
+    // A start that the vessel refuses does not count.
     world.hub.orders_mut().refused(at(41_000), begin, "no such plan".to_owned());
     world.heard(80_000, udp);
     assert_eq!(world.ids(udp), [stop]);

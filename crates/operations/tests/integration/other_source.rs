@@ -1,4 +1,4 @@
-//! Somebody speaks in the name of a vessel that has a link: an alarm with its own words, until a minute after the last of it.
+//! Another peer sends with the address of a linked vessel: an alarm of its own, until a minute after the last packet.
 
 use bytes::Bytes;
 use hub::{Incoming, Peer, PeerId, Role, Settings, Sources, Transport};

@@ -1,9 +1,9 @@
-//! What a bundle says of itself.
+//! The manifest of a bundle.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-/// What a file of a bundle is for. Where it goes is the agent's business: no path travels.
+/// The purpose of a file of a bundle. The agent decides its path; a bundle holds none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
     /// The overlay of the agent's configuration.
@@ -33,13 +33,13 @@ impl Part {
         }
     }
 
-    /// What the manifest calls so.
+    /// From its name in the manifest.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|part| part.name() == name)
     }
 }
 
-/// What a bundle says of itself; no secret is in it.
+/// The manifest of a bundle; it holds no secret.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -75,7 +75,7 @@ pub struct Port {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Item {
-    /// What it is for, as [`Part::name`].
+    /// Its purpose, as [`Part::name`].
     pub name: String,
     /// How long it is.
     pub bytes: u64,

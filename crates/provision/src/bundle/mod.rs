@@ -1,4 +1,4 @@
-//! What is carried aboard: everything that one vessel needs of the shore, sealed with a passphrase.
+//! The bundle that is carried aboard: everything that one vessel needs of the shore, sealed with a passphrase.
 //!
 //! `manifest` says what a bundle holds, `pack` is the plain form, `seal` the sealed one.
 
@@ -20,7 +20,7 @@ pub const FORMAT: u16 = 1;
 /// A vessel's files with what they are for.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Bundle {
-    /// What it says of itself.
+    /// Its manifest.
     pub manifest: Manifest,
     /// The files, in the manifest's order.
     files: Vec<(Part, Vec<u8>)>,

@@ -9,7 +9,7 @@ use crate::fleet::{Profile, is_name};
 const MAX_MANIFEST_BYTES: usize = 64 << 10;
 
 impl Bundle {
-    /// The plain form. Secrets stand in it readably.
+    /// The plain form. Its secrets are readable.
     ///
     /// # Errors
     /// The manifest is too large.

@@ -8,7 +8,7 @@
 //! | 16 | salt of the passphrase |
 //! | 12 | nonce |
 //! | … | the plain form, by ChaCha20-Poly1305 (RFC 8439) with all before it as associated data; 16 bytes longer |
-//! | 32 | SHA-256 of all before it: tells a damaged copy from a wrong passphrase |
+//! | 32 | SHA-256 of all before it: distinguishes a damaged copy from a wrong passphrase |
 //!
 //! The key is made of the passphrase by Argon2id (RFC 9106) with parameters that belong to the format: no file can ask for more
 //! memory or time. Both are in the tree already, for passwords and TLS; the `age` format would do the same with some fifty
@@ -47,14 +47,14 @@ impl std::fmt::Debug for Randomness {
 }
 
 /// The passphrase in what was typed or read from a file: its first line, without blanks around it. Ashore and aboard read it
-/// so; `None` where there is more than one line, for nobody knows which is meant.
+/// so; `None` where there is more than one line, as it is unclear which is meant.
 pub fn passphrase_in(text: &str) -> Option<&str> {
     let mut lines = text.trim().lines();
     let first = lines.next().unwrap_or_default().trim();
     lines.next().is_none().then_some(first)
 }
 
-/// Whether a passphrase is long enough to keep a bundle that somebody finds.
+/// Whether a passphrase is long enough to protect a bundle that a stranger finds.
 pub fn passphrase_is_good(passphrase: &str) -> bool {
     passphrase.chars().count() >= PASSPHRASE_CHARS
 }

@@ -1,9 +1,9 @@
-//! What of the server vessels may reach.
+//! The ports of the server that vessels may reach.
 
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// How a door is spoken through.
+/// The transport protocol of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Protocol {
     /// Streams.

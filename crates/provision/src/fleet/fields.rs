@@ -1,4 +1,5 @@
-//! Tables of a TOML file taken apart key by key: what is not understood is told with its line and place, and reading goes on.
+//! Reads tables of a TOML file key by key: what is not understood is reported with its line and place, and reading
+//! continues.
 
 use super::problem::Problem;
 use std::fmt::Display;
@@ -8,7 +9,7 @@ use std::str::FromStr;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Problems that are told; a file full of nonsense has many.
+/// Problems that are reported; a file full of errors has many.
 const MOST: usize = 200;
 
 /// The file's text and what is wrong with it.
@@ -23,7 +24,7 @@ impl<'t> Report<'t> {
         Self { text, problems: Vec::new() }
     }
 
-    /// Tells what is wrong at this byte.
+    /// Reports what is wrong at this byte.
     pub(super) fn tell(&mut self, at: usize, text: impl Into<String>, remedy: impl Into<String>) {
         if self.problems.len() >= MOST {
             return;
@@ -45,7 +46,7 @@ impl<'t> Report<'t> {
     }
 }
 
-/// A value and the byte where it stands.
+/// A value and its byte offset.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found<T> {
     pub(super) value: T,
@@ -63,7 +64,7 @@ pub(super) struct Fields<'a, 't> {
 }
 
 impl<'a, 't> Fields<'a, 't> {
-    /// A table that may have these keys; others are told.
+    /// A table that may have these keys; others are reported.
     pub(super) fn new(
         report: &mut Report<'_>,
         table: Found<&'a DeTable<'t>>,
@@ -96,7 +97,7 @@ impl<'a, 't> Fields<'a, 't> {
         report.tell(at, format!("{}: {key}: {text}", self.place), remedy);
     }
 
-    /// Tells that a key is absent, if it is.
+    /// Reports that a key is absent, if it is.
     pub(super) fn require(&self, report: &mut Report<'_>, key: &str, example: &str) {
         if !self.table.contains_key(key) {
             report.tell(
@@ -237,7 +238,7 @@ impl<'a, 't> Fields<'a, 't> {
     }
 }
 
-/// A text that can stand in a line of an .ini file.
+/// A text that is valid in a line of an .ini file.
 pub(super) fn line<'a>(
     report: &mut Report<'_>,
     fields: &Fields<'a, '_>,
@@ -280,7 +281,7 @@ pub(super) fn ip_of<A: FromStr>(
     address
 }
 
-/// Whether a text can stand in an .ini file.
+/// Whether a text is valid in an .ini file.
 pub(super) fn is_plain(text: &str) -> bool {
     text.len() <= 1_000 && !text.contains(['[', ']', '#', ';', '\\']) && !text.contains(char::is_control)
 }

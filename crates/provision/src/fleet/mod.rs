@@ -1,7 +1,7 @@
-//! What a fleet file says, in types that cannot hold what makes no sense.
+//! The contents of a fleet file, in types that cannot hold invalid values.
 //!
-//! `fields` takes tables apart and remembers where everything stands, `read` makes the types of them, `rules` compares vessels
-//! with each other and with the VPN, `problem` is what is told of a mistake.
+//! `fields` reads tables and keeps the position of each value, `read` makes the types from them, `rules` compares vessels
+//! with each other and with the VPN, `problem` is the report of a mistake.
 
 mod door;
 mod fields;
@@ -43,7 +43,7 @@ pub struct Server {
     pub link_port: u16,
     /// Whether the link is encrypted once more inside the VPN (`wss`).
     pub encrypted: bool,
-    /// What else vessels may reach of it.
+    /// Its other ports that vessels may reach.
     pub doors: Doors,
 }
 
@@ -69,13 +69,13 @@ pub struct Vessel {
     pub imc_address: u16,
     /// Its address in the VPN.
     pub vpn_address: Ipv4Addr,
-    /// What its agent is run as.
+    /// How its agent is run.
     pub profile: Profile,
     /// `Vehicle Type` of its configuration.
     pub hull: Option<String>,
     /// Its devices and where they are plugged in, each once.
     pub devices: Vec<(Device, String)>,
-    /// What it may do.
+    /// Its limits.
     pub limits: Limits,
     /// Its ways to the shore; none for the one by its computer's routes.
     pub ways: Vec<Way>,
@@ -83,7 +83,7 @@ pub struct Vessel {
     pub settings: Vec<Setting>,
 }
 
-/// What an agent is run as.
+/// How an agent is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
     /// With the devices aboard.
@@ -130,18 +130,18 @@ impl Device {
     }
 }
 
-/// What a vessel may do; `None` leaves what its agent has.
+/// The limits of a vessel; `None` leaves the agent's own.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Limits {
     /// Top speed (m/s).
     pub top_speed_mps: Option<f64>,
-    /// Least depth in which anybody may drive it (m).
+    /// Least depth in which an operator may steer it by hand (m).
     pub navigable_depth_m: Option<f64>,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may sail autonomously (m).
     pub autonomous_depth_m: Option<f64>,
     /// How far it reaches below the water (m).
     pub draught_m: Option<f64>,
-    /// How long it goes on without the shore (s).
+    /// How long it continues without the shore (s).
     pub lost_link_s: Option<f64>,
 }
 

@@ -33,7 +33,7 @@ impl Network {
         Ok(network)
     }
 
-    /// Whether a computer in it can have this address: its first and last are nobody's.
+    /// Whether a host in it can have this address: the first (network) and last (broadcast) are reserved.
     pub fn has_host(self, address: Ipv4Addr) -> bool {
         let (address, base) = (u32::from(address), u32::from(self.base));
         address > base && address < base | !mask(self.bits)

@@ -26,7 +26,7 @@ pub(crate) const VESSEL_ADDRESSES: std::ops::RangeInclusive<u16> = 0x0001..=0x3F
 /// Characters of a name; it is part of names of files.
 const NAME_CHARS: usize = 32;
 
-/// What all vessels share and each may have otherwise.
+/// Defaults of all vessels, which each may override.
 #[derive(Debug, Clone, Default)]
 struct Outfit {
     profile: Option<Profile>,
@@ -106,7 +106,7 @@ fn server(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<Server> {
     Some(Server { public_name: public_name?, link_port, encrypted, doors })
 }
 
-/// The VPN, and where it stands.
+/// The VPN, and its byte offset.
 fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
     file.require(report, "vpn", "…, as a table [vpn]");
     let table = file.table(report, "vpn")?;

@@ -1,10 +1,10 @@
-//! What vessels of a fleet must not share, and where their addresses must be.
+//! Values that vessels of a fleet must not share, and where their addresses must be.
 
 use super::fields::Report;
 use super::{Vessel, Vpn};
 use std::collections::BTreeMap;
 
-/// A vessel and the bytes of the file where its names and addresses stand.
+/// A vessel and the byte offsets of its names and addresses in the file.
 #[derive(Debug)]
 pub(super) struct Placed {
     pub(super) vessel: Vessel,
@@ -13,7 +13,7 @@ pub(super) struct Placed {
     pub(super) vpn_at: usize,
 }
 
-/// Tells of what is doubled, and of addresses outside the VPN; `vpn` comes with the byte where the server's address stands.
+/// Reports duplicates, and addresses outside the VPN; `vpn` comes with the byte offset of the server's address.
 pub(super) fn check(report: &mut Report<'_>, vpn: Option<(&Vpn, usize)>, vessels: &[Placed]) {
     let mut names = BTreeMap::new();
     let mut imc = BTreeMap::new();

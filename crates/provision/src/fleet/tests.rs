@@ -1,4 +1,4 @@
-//! Fleet files that are read, and what is told of those that are not.
+//! Fleet files that are read, and the reports for those that are not.
 
 use super::*;
 use proptest::prelude::*;

@@ -4,7 +4,7 @@ use super::fields::{Fields, Found, Report, ip_of, is_host, line};
 use std::net::{IpAddr, Ipv6Addr};
 use toml::de::DeTable;
 
-/// What the agent takes at most (`link::MOST_WAYS`, `link::MOST_WAY_NAME_BYTES`, and IFNAMSIZ of Linux without its end).
+/// The agent's limits (`link::MOST_WAYS`, `link::MOST_WAY_NAME_BYTES`, and IFNAMSIZ of Linux without its end).
 const MOST: usize = 8;
 const NAME_BYTES: usize = 32;
 const INTERFACE_BYTES: usize = 15;
@@ -13,7 +13,7 @@ const MOST_BUDGET_MIB: u32 = 1 << 20;
 
 const WAY: [&str; 6] = ["name", "url", "interface", "source_address", "metered", "daily_budget_mib"];
 
-/// What other tasks of the packaged configuration (`vehicle-agent/etc/otter.ini`) are called: a vessel's labels are unique.
+/// Labels of other tasks of the packaged configuration (`vehicle-agent/etc/otter.ini`): a vessel's labels are unique.
 const LABELS: [&str; 40] = [
     "Announce",
     "Clock",
@@ -70,7 +70,7 @@ pub struct Way {
     pub source_address: Option<IpAddr>,
     /// Its bytes cost.
     pub metered: bool,
-    /// What it may carry in a day (MiB); `None` for no bound.
+    /// Its budget for a day (MiB); `None` for no bound.
     pub daily_budget_mib: Option<u32>,
 }
 

@@ -7,7 +7,7 @@ use super::{INTERFACE, Peer};
 use crate::fleet::{Door, Fleet, Protocol};
 use std::fmt::Write as _;
 
-/// Lets the vessels reach the server's doors, and neither each other nor anything beyond it.
+/// Lets the vessels reach the server's ports, and neither each other nor any host beyond it.
 pub fn nftables(fleet: &Fleet, peers: &[Peer]) -> String {
     let mut text = format!(
         "# Written by `lutra-server fleet apply`: change the fleet file.\n\

@@ -92,7 +92,7 @@ fn a_file_that_is_no_table_is_told_so() {
     }
     let many = format!("name\n{}", "A\n".repeat(ROWS + 1));
     assert!(wrong(RegisterKind::Animal, &many)[0].contains("more than 10000 lines"));
-    // What comes behind is not even looked at.
+    // The text after it is not even read.
     let endless = format!("{many}{}", "A\n\"".repeat(3));
     assert!(wrong(RegisterKind::Animal, &endless)[0].contains("more than 10000 lines"));
     for wide in [format!("name{}\nA", ",x".repeat(64)), format!("\"na\nme\"{}\nA", ",x".repeat(64))] {

@@ -4,7 +4,7 @@
 /// another version of Lutra wrote is not taken for a changed archive.
 pub const CANONICAL_FORMAT: u32 = 1;
 
-/// What writes it.
+/// The program that writes it.
 pub const SOFTWARE: &str = concat!("Lutra ", env!("CARGO_PKG_VERSION"));
 
 #[cfg(test)]

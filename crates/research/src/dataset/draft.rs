@@ -1,4 +1,4 @@
-//! What the draft of a dataset may say, what it needs before it is published, and how a version is cited.
+//! The valid contents of a dataset's draft, its requirements for publication, and the citation of a version.
 
 use crate::column::shown;
 use crate::study::Study;
@@ -6,7 +6,7 @@ use api::{DatasetAuthor, DatasetDraft, DatasetVersion};
 use detections::{Area, TagFilter};
 use units::{Civil, UtcTime};
 
-/// Licences by SPDX: identifier, name, and where its text stands. The first is taken where none is chosen.
+/// Licences by SPDX: identifier, name, and the address of its text. The first is taken where none is chosen.
 pub const LICENCES: [(&str, &str, &str); 3] = [
     (
         "CC-BY-4.0",
@@ -33,8 +33,8 @@ const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 /// What is wrong with a field, and what to do.
 type Wrong = (&'static str, String);
 
-/// Tidies a draft, and tells what is wrong with its fields; nothing where it can be kept. What it still lacks for publication is
-/// told by [`lacking`].
+/// Tidies a draft, and returns what is wrong with its fields; nothing where it can be stored. What it still lacks for
+/// publication is reported by [`lacking`].
 pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     for text in
         [&mut draft.title, &mut draft.publisher, &mut draft.licence, &mut draft.embargo_until, &mut draft.doi]
@@ -137,7 +137,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     wrong
 }
 
-/// What a draft still lacks before it can be published.
+/// The missing parts of a draft before it can be published.
 pub fn lacking(draft: &DatasetDraft) -> Vec<Wrong> {
     let mut wrong = Vec::new();
     for (field, is_lacking, text) in [
@@ -182,7 +182,7 @@ pub fn doi(text: &str) -> Result<String, String> {
     Err(format!("`{}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty", shown(text)))
 }
 
-/// When an embargo ends (µs since 1970 UTC): at the beginning of the day; `None` where the text is no day.
+/// When an embargo ends (µs since 1970 UTC): at the beginning of the day; `None` where the text is not a day.
 pub fn embargo_us(day: &str) -> Option<i64> {
     let is_day = day.len() == 10
         && day
@@ -216,12 +216,12 @@ pub fn citation(version: &DatasetVersion) -> String {
     )
 }
 
-/// What a licence is called.
+/// The name of a licence.
 pub fn licence_name(licence: &str) -> &str {
     LICENCES.iter().find(|(id, ..)| *id == licence).map_or(licence, |(_, name, _)| name)
 }
 
-/// Where the text of a licence stands; `None` for own words.
+/// The address of a licence's text; `None` for own words.
 pub fn licence_page(licence: &str) -> Option<&'static str> {
     LICENCES.iter().find(|(id, ..)| *id == licence).map(|(_, _, page)| *page)
 }

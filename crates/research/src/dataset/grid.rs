@@ -1,8 +1,8 @@
 //! Places of sensitive animals, coarsened.
 //!
-//! A place becomes the middle of the cell in which it lies. Which cell that is depends on the place and on the size alone: not on
-//! the question, not on chance, so that asking again, otherwise, or for the mean of many answers tells nothing more. Cells of a
-//! larger size are made of whole cells of the smaller ones, so that two sizes together say no more than the smaller one.
+//! A place becomes the middle of the cell in which it lies. The cell depends on the place and on the size alone: not on the
+//! query, not on chance, so that repeated or varied queries, or the mean of many answers, reveal nothing more. Cells of a
+//! larger size are made of whole cells of the smaller ones, so that two sizes together reveal no more than the smaller one.
 //!
 //! Cells are 0.001, 0.01 or 0.1 degrees of latitude high. In longitude they are as many degrees wide up to 60 degrees of latitude, and
 //! twice, four and eight times as many from 60, 75 and 83 degrees on, where meridians draw together.

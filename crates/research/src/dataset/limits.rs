@@ -1,4 +1,4 @@
-//! What a link gives of a dataset.
+//! The part of a dataset that a link gives.
 
 use super::grid::Grid;
 use crate::study::Heard;
@@ -21,7 +21,7 @@ const HARMLESS: [&str; 11] = [
     "tilt",
 ];
 
-/// What a link leaves out of detections. Times are the asker's.
+/// The limits of a link's detections. Times are the requester's.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limits {
     /// Only these tags; all where empty.
@@ -67,11 +67,11 @@ impl Limits {
         self.area.is_some() || self.is_part_of_time
     }
 
-    /// The detection as it is given; `None` where it is not.
+    /// The detection as released; `None` where it is withheld.
     ///
-    /// With coarsened places nothing stands in it that would tell the place better: not how well it was known, not the receiver's
-    /// line, and no value of a sensor that measures depth or that the register does not know. The area is asked about the
-    /// coarsened place too: two areas that differ by a little would tell on which side a place lies.
+    /// With coarsened places it holds nothing that would reveal the place more exactly: not its accuracy, not the
+    /// receiver's line, and no value of a sensor that measures depth or that the register does not know. The area filter
+    /// uses the coarsened place too: two areas that differ by a little would reveal on which side a place lies.
     pub fn given<'d>(&self, heard: &Heard<'d>) -> Option<Cow<'d, Detection>> {
         let one = heard.detection;
         if !self.tags.is_empty() && !self.tags.iter().any(|tag| tag.admits(one)) {

@@ -7,12 +7,12 @@ use api::{DatasetAuthor, DatasetContent, DatasetQuery, DatasetShare, DatasetVers
 use serde_json::{Map, Value, json};
 use units::UtcTime;
 
-/// What is described, and where it is.
+/// The described version, and its address.
 #[derive(Debug, Clone, Copy)]
 pub struct Described<'a> {
     /// The version.
     pub version: &'a DatasetVersion,
-    /// What is given of it: its own content, or that of a link.
+    /// The content: its own, or that of a link.
     pub content: &'a DatasetContent,
     /// The link by which it is given, where it is by one: what that leaves out is not described either.
     pub share: Option<&'a DatasetShare>,
@@ -22,7 +22,7 @@ pub struct Described<'a> {
 }
 
 impl Described<'_> {
-    /// The question, as far as who gets the data may know it: a link that leaves something out does not tell what, and one that
+    /// The query, as far as a recipient may know it: a link that leaves something out does not say what, and one that
     /// coarsens places names no area.
     fn query(&self) -> DatasetQuery {
         let mut query = self.version.query.clone();
@@ -41,7 +41,7 @@ impl Described<'_> {
         query
     }
 
-    /// What was done to places, in words.
+    /// The coarsening of places, in words.
     fn generalization(&self) -> Option<String> {
         let size_m = self.share?.precision_m?;
         Some(format!(

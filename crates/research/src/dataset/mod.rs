@@ -1,4 +1,4 @@
-//! Datasets: what their drafts may say, how they are cited, how they are described to others, and what a link gives of one.
+//! Datasets: their drafts, citations, metadata, and the limits of links to them.
 
 mod canonical;
 mod draft;

@@ -5,16 +5,16 @@ use api::{DatasetContent, DatasetVersion};
 /// How a script shows that it may have the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
-    /// By a token, which stands in the environment.
+    /// By a token, from the environment.
     Token,
     /// By the address alone.
     Address,
-    /// By the address and a password, which stands in the environment.
+    /// By the address and a password, from the environment.
     Password,
 }
 
 impl Access {
-    /// Header, what stands before the secret, and the variable with the secret.
+    /// Header, the text before the secret, and the variable with the secret.
     const fn header(self) -> Option<(&'static str, &'static str, &'static str)> {
         match self {
             Self::Token => Some(("Authorization", "Bearer ", "LUTRA_TOKEN")),
@@ -29,7 +29,7 @@ fn about(version: &DatasetVersion, content: &DatasetContent) -> String {
     format!("# {title}, version {}: {} detections\n", version.number, content.rows)
 }
 
-/// What is said of other bytes. Those of a part are compared with the making of its link.
+/// The remark on other bytes. Those of a part are compared with the making of its link.
 fn other_bytes(version: &DatasetVersion, content: &DatasetContent) -> &'static str {
     if content.sha256 == version.content.sha256 {
         "These are not the bytes that were published: the archive has changed since, or another version of Lutra writes them."

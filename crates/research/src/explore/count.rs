@@ -97,7 +97,7 @@ pub(super) fn add(pair: &mut Pair, is_doubted: bool) {
 pub(super) struct Bars {
     pub(super) steps: Steps,
     pub(super) counts: Vec<Pair>,
-    /// Seconds that receivers listened; absent where nobody told.
+    /// Seconds that receivers listened; absent where none reported it.
     listened_s: Vec<Option<f64>>,
 }
 
@@ -152,10 +152,10 @@ impl Tally {
     }
 }
 
-/// What the register knows of a detection: the place of its tag among those of its code, and whether an animal carried it.
+/// The register's data of a detection: the place of its tag among those of its code, and whether an animal carried it.
 pub(super) type Slot = Option<(usize, bool)>;
 
-/// What tells tags apart: protocol and number, the register's tag, and whether an animal carried it.
+/// The key of a tag: protocol and number, the register's tag, and whether an animal carried it.
 type Key<'s> = (&'s Protocol, u32, Option<(&'s str, bool)>);
 
 /// All tags that were heard.

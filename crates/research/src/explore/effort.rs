@@ -1,13 +1,13 @@
-//! How long receivers listened, by what vessels told.
+//! How long receivers listened, by the vessels' reports.
 
 use super::sighting::{Listened, Pieces};
 use std::collections::BTreeMap;
 
-/// What is told of listening holds so long without being told again (µs): vessels tell it every 30 s, and two may be lost.
+/// A report of listening holds this long without another (µs): vessels send one every 30 s, and two may be lost.
 const HOLDS_US: i64 = 90_000_000;
 
-/// Gives each stretch in which a receiver listened and its vessel: from, to (µs). A vessel that told anything is given at least
-/// once, with an empty stretch where it did not listen.
+/// Gives each stretch in which a receiver listened and its vessel: from, to (µs). A vessel with any report is given at
+/// least once, with an empty stretch where it did not listen.
 pub(super) fn each_listened(
     pieces: &Pieces<'_>,
     counts: impl Fn(&Listened) -> bool,

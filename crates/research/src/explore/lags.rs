@@ -1,9 +1,9 @@
-//! How far the nearest other detection of each is: the same as [`crate::Lags`] tells, of all at once.
+//! How far the nearest other detection of each is: the same as [`crate::Lags`] gives, for all at once.
 
 use super::sighting::{Pieces, Sighting};
 use crate::lag::{HORIZON_S, Lag};
 
-/// µs to the nearest other detection of the tag by the receiver, of each row in order; `i64::MAX` where there is none.
+/// µs to the nearest other detection of the tag by the same receiver, for each row in order; `i64::MAX` where none is.
 pub(super) struct AllLags(Vec<i64>);
 
 /// A row of a tag by a receiver: its number among all rows, and its times (µs).
@@ -15,8 +15,8 @@ struct Row {
 }
 
 impl AllLags {
-    /// Of the rows that `counts` says yes to; the others are nobody's neighbours. The rows of a vessel come the newest report first;
-    /// a receiver that was on several vessels comes in several such runs.
+    /// Of the rows for which `counts` is true; the others are not neighbours. The rows of a vessel come newest report
+    /// first; a receiver that was on several vessels comes in several such runs.
     pub(super) fn new(pieces: &Pieces<'_>, counts: impl Fn(&Sighting) -> bool) -> Self {
         let mut lags = Self(Vec::new());
         // Of each tag by each receiver the row before, and whether rows came out of order.

@@ -1,4 +1,4 @@
-//! Where among the detections that are wanted equal parts of them begin, for samples.
+//! The ranks that divide the selected detections into equal parts, for samples.
 
 use super::sighting::{Pieces, Sightings};
 use super::summary::{Question, Series, wanted};

@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 
 /// As much memory as a name takes, in detections.
 const NAME_WEIGHT: usize = 4;
-/// Latitude or longitude where nobody knows it.
+/// Latitude or longitude where it is unknown.
 pub(super) const NOWHERE: i32 = i32::MIN;
 
-/// What a plot needs of a detection.
+/// A detection, reduced for plots.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sighting {
     /// By the receiver's clock where that is set, else as it was reported.
@@ -78,7 +78,7 @@ impl SightingsBuilder {
         });
     }
 
-    /// Takes what a receiver told of how it listens, the next older one.
+    /// Takes a receiver's report of how it listens, newest first.
     pub fn listen(&mut self, origin: Origin, told: Listening) {
         let Origin { system, entity, reported, .. } = origin;
         self.kept.listened.push(Listened {
@@ -89,7 +89,7 @@ impl SightingsBuilder {
         });
     }
 
-    /// What was gathered, in no more memory than it needs.
+    /// The gathered detections, in no more memory than they need.
     pub fn finish(mut self) -> Sightings {
         self.kept.names.shrink_to_fit();
         self.kept.rows.shrink_to_fit();
@@ -120,7 +120,7 @@ impl Sightings {
     }
 }
 
-/// Pieces looked at together: what is the same tag by the same receiver in all of them has one number.
+/// Pieces read together: the same tag by the same receiver has one number in all of them.
 pub(super) struct Pieces<'s> {
     pub(super) names: Vec<&'s Name>,
     pieces: Vec<(&'s Sightings, Vec<usize>)>,

@@ -12,7 +12,7 @@ const M_PER_DEG: f64 = 111_195.0;
 /// Degrees of longitude around the Earth, each of which is looked at by itself to find where nothing is.
 const AROUND: usize = 360;
 
-/// What places lie between.
+/// The bounds of places.
 #[derive(Debug, Clone)]
 pub(super) struct Bounds {
     south: f64,

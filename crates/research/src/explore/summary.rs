@@ -1,4 +1,4 @@
-//! What many detections are together.
+//! The summary of many detections.
 
 use super::count::{Bars, Flags, Pair, Slot, Steps, Tallies, add};
 use super::effort::each_listened;
@@ -38,10 +38,10 @@ pub struct Question {
     pub whole_axis: bool,
 }
 
-/// Counts the detections that are wanted among those of `pieces`; of each vessel they follow each other, the newest first. Those of a
-/// day beside the time asked for tell what confirms the first and last ones. Where not all is there, `whole_from_us` tells since
-/// when it is (µs, by report): what was reported before is left out, and nothing is called unconfirmed that what is not there may
-/// confirm.
+/// Counts the selected detections of `pieces`; those of each vessel follow each other, the newest first. Detections of a
+/// day before and after the selected time confirm the first and last ones. Where not all are loaded, `whole_from_us` says
+/// since when they are (µs, by report): earlier reports are left out, and no detection counts as unconfirmed that a
+/// missing one may confirm.
 pub fn summary(
     pieces: &[&Sightings],
     study: &Study,
@@ -129,9 +129,9 @@ struct Span {
 impl Span {
     /// Around all detections and all listening, for plots show that nothing was heard meanwhile; `None` where there is neither.
     ///
-    /// A few whose times are far from all others' stay outside, lest nothing else be seen: detections of which a clock is known to
-    /// be wrong, and listening, of which nobody knows. What was heard by a good clock always stands on the axis: the first week of a
-    /// season may be a few detections far from all others.
+    /// A few whose times are far from all others' stay outside, so that the others remain visible: detections by a clock
+    /// known to be wrong, and listening, whose clock is unknown. Detections by a good clock are always on the axis: the
+    /// first week of a season may be a few detections far from all others.
     fn of(pieces: &Pieces<'_>, wanted: &[Wanted<'_>], question: &Question) -> Option<Self> {
         let mut times: Vec<i64> = wanted.iter().map(|one| one.row.plotted_us()).collect();
         each_stretch(pieces, question, |_, from_us, to_us| times.extend([from_us, to_us]));
@@ -210,8 +210,8 @@ impl Reach {
     }
 }
 
-/// Stretches in which receivers listened, of the vessels and the time asked for. Nobody knows how long was listened within an
-/// area, for what tells it has no place.
+/// Stretches in which receivers listened, of the vessels and the time asked for. Listening within an area is unknown, as
+/// its reports have no position.
 fn each_stretch(pieces: &Pieces<'_>, question: &Question, mut give: impl FnMut(u16, i64, i64)) {
     if question.narrowed.has_area() {
         return;
@@ -289,7 +289,7 @@ impl<'s> Series<'s> {
     }
 }
 
-/// What is counted.
+/// The counts.
 struct Counts<'s> {
     names: &'s [&'s Name],
     tallies: Tallies<'s>,
@@ -411,7 +411,7 @@ impl<'s> Counts<'s> {
     }
 }
 
-/// Where nothing was heard and nobody listened.
+/// The summary without detections or listening.
 fn nothing() -> DetectionsSummary {
     DetectionsSummary {
         detections: 0,

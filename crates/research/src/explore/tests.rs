@@ -47,7 +47,7 @@ fn study() -> Study {
     Study::new([RegisterRecord::Tag(tag), RegisterRecord::Project(project)])
 }
 
-/// Pieces as they are read: of each vessel by itself, the newest first.
+/// Pieces as they are read: of each vessel separately, the newest first.
 fn kept(all: &[Detection]) -> Vec<Sightings> {
     let mut kept = std::collections::BTreeMap::<u16, SightingsBuilder>::new();
     for one in fused(all.to_vec()).iter().rev() {
@@ -107,7 +107,7 @@ fn detections_are_counted_by_tag_time_place_and_flag() {
 #[test]
 fn what_was_not_asked_for_is_not_counted_and_tells_nothing() {
     let told = [heard(101, 0, 1), heard(101, 60, 2), heard(102, 120, 1)];
-    // What the other vessel heard confirms nothing for who may not see it.
+    // The other vessel's detections confirm nothing for a user who may not see it.
     let found = counted(&told, &all([1]));
     assert_eq!((found.detections, found.tags[0].unconfirmed, found.vessels.len()), (2, 1, 1));
     let tagged = Question { tags: vec!["102".parse().unwrap()], ..all([1, 2]) };
@@ -233,7 +233,7 @@ fn a_code_that_is_used_again_is_another_fish() {
         tag("first", "Olga", at_us(0), at_us(1_000)),
         tag("second", "Kari", at_us(2_000), None),
     ]));
-    // Three of Olga, one while nobody had the code, two of Kari by another receiver.
+    // Three of Olga, one while no animal had the code, two of Kari by another receiver.
     let late = |after_s| Detection { receiver: 1_025, ..heard(101, after_s, 1) };
     let told = [
         heard(101, 1, 1),
@@ -348,7 +348,7 @@ fn one_wrong_clock_does_not_stretch_the_plots() {
     let stretched = counted(&told, &Question { whole_axis: true, ..all([1]) });
     assert_eq!((stretched.detections, stretched.outside), (32, 0));
     assert!(stretched.bar_us > 7 * 86_400_000_000, "over 56 years");
-    // Of a few nobody knows which are far.
+    // Among only a few none counts as far.
     assert_eq!(counted(&told[25..], &all([1])).outside, 0);
 }
 
@@ -407,7 +407,7 @@ fn detections_are_divided_into_equal_parts() {
     };
     let count = |all: &Ranks| all.parts.iter().map(|part| part.detections).collect::<Vec<_>>();
     assert_eq!((all.detections, begins(&all), count(&all)), (100, vec![0, 20, 50, 70], vec![20, 30, 20, 30]));
-    // What was reported together stays together.
+    // Detections that were reported together stay together.
     let many = of(1_000, "");
     assert_eq!(count(&many), [10; 10]);
     assert_eq!(count(&of(1_000, "102")), [1; 10]);

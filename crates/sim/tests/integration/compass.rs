@@ -10,7 +10,7 @@ use units::{LatLon, MonoTime, Now, UtcTime};
 const START: UtcTime = UtcTime::from_micros(1_790_000_000_000_000);
 const STEP: Duration = Duration::from_millis(20);
 
-/// A compass that nobody has told anything, and its driver, by one clock.
+/// A compass that has had no commands, and its driver, by one clock.
 struct Bench {
     vessel: Vessel,
     driver: Compass,

@@ -165,7 +165,7 @@ fn injected_faults_reach_the_bytes() {
     vessel.faults_mut().heading_nan = true;
     assert!(serial_text(&sail(&mut vessel, 3, 0.3, 0.3), Port::Gnss).contains("$GPHDT,NaN,T*"));
     *vessel.faults_mut() = sim::Faults { gnss_silent: true, ..sim::Faults::default() };
-    // What was under way on the line when the silence began still comes.
+    // Bytes that were on the line when the silence began still arrive.
     sail(&mut vessel, 1, 0.3, 0.3);
     assert_eq!(serial_text(&sail(&mut vessel, 5, 0.3, 0.3), Port::Gnss), "");
     *vessel.faults_mut() =

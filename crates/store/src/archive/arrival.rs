@@ -7,10 +7,10 @@
 //! | 7 | 7 | arrival, microseconds since 1970-01-01 UTC |
 //! | 14 | 8 | number in the stream |
 //! | 22 | 8 | stream |
-//! | 30 | 2 | CRC-16 of the 30 bytes before, inverted, so that zeros are no record |
+//! | 30 | 2 | CRC-16 of the 30 bytes before, inverted, so that zeros are not a record |
 //!
 //! A packet follows in its stream the one whose number is one less. Where numbers were left out, a jump record
-//! with the same offset stands before and gives the number of the packet before. So the archive itself tells
+//! with the same offset precedes it and gives the number of the packet before. So the archive itself shows
 //! up to which number nothing is missing.
 
 use link::{LinkSeq, Transport};
@@ -28,7 +28,7 @@ const JUMP: u8 = 1 << 7;
 pub(crate) enum Record {
     /// A packet's.
     Packet(Arrival),
-    /// What stands before in the stream of the packet that follows.
+    /// The predecessor in the stream of the packet that follows.
     Jump {
         /// The packet's place in `Data.lsf`.
         offset: u64,
@@ -48,7 +48,7 @@ pub struct Arrival {
     pub transport: Transport,
     /// Its place in a vessel's record lane.
     pub link: Option<LinkSeq>,
-    /// Whether nothing stands before it in its stream.
+    /// Whether it is the first in its stream.
     pub(crate) first: bool,
 }
 
@@ -80,7 +80,7 @@ impl Record {
         out.extend_from_slice(&crc.to_le_bytes());
     }
 
-    /// `None` when the bytes are no record.
+    /// `None` when the bytes are not a record.
     pub(crate) fn read(bytes: &[u8; ARRIVAL_BYTES]) -> Option<Self> {
         let number = |range: std::ops::Range<usize>| {
             let mut le = [0; 8];
@@ -140,7 +140,7 @@ mod tests {
                 assert_eq!(Record::read(&damaged), None, "bit {bit}");
             }
         }
-        // What power loss leaves.
+        // A record after power loss.
         assert_eq!(Record::read(&[0; ARRIVAL_BYTES]), None);
     }
 }

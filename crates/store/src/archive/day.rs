@@ -7,7 +7,7 @@ use crate::error::{Named as _, Result};
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
-/// What both files hold for sure.
+/// The lengths up to which both files are consistent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Lengths {
     pub(crate) data: u64,
@@ -40,7 +40,7 @@ pub(crate) struct Day {
     pub(crate) lengths: Lengths,
     pub(crate) pending: Pending,
     files: Option<Files>,
-    /// Whether a write failed, so that the files may go on behind `lengths`.
+    /// Whether a write failed, so that the files may continue beyond `lengths`.
     torn: bool,
 }
 

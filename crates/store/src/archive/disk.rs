@@ -1,4 +1,4 @@
-//! The few calls by which the archive grows, so that tests can let each of them fail.
+//! The few calls by which the archive grows, so that tests can make each of them fail.
 
 use std::fs::File;
 use std::io::{self, Write as _};

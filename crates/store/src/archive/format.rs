@@ -1,5 +1,5 @@
-//! The form of the archive's files: `archive/format.json`. A program that knows an older form only leaves the folder alone,
-//! for it would take records that it does not understand for damage and cut them off.
+//! The format of the archive's files: `archive/format.json`. A program that knows only an older format leaves the folder
+//! alone: it would take records that it does not understand for damage and cut them off.
 
 use crate::error::{Named as _, Result, StoreError};
 use serde_json::{Value, json};
@@ -9,10 +9,10 @@ use std::path::Path;
 
 /// The file's name.
 pub(crate) const FORMAT_FILE: &str = "format.json";
-/// The form that this program writes. Whoever adds a transport, a flag of a record or a file raises it.
+/// The format version that this program writes. Raise it with a new transport, flag of a record or file.
 const FORMAT: u64 = 1;
 
-/// Refuses an archive of a later form. Reads one file and writes nothing.
+/// Refuses an archive of a later format. Reads one file and writes nothing.
 ///
 /// # Errors
 /// [`StoreError::NewerArchive`], or the file cannot be read.

@@ -1,6 +1,6 @@
 //! The archive: every packet as it came, appended to a log per system and UTC day of arrival.
 //!
-//! It is the truth that everything else can be made from again. A day's folder holds `Data.lsf`, which Neptus
+//! It is the primary data, from which all else can be made again. A day's folder holds `Data.lsf`, which Neptus
 //! MRA opens, the definitions it wants beside it, and `Arrivals.idx` with how and when each packet came. Files
 //! only ever grow at their ends, and those of past days never change, so that copies and hard links of them
 //! are a backup.
@@ -39,7 +39,7 @@ pub(crate) const MAX_PENDING_BYTES: usize = 64 << 20;
 /// Most days whose files stay open between commits.
 const MAX_OPEN_DAYS: usize = 128;
 
-/// What a commit put on disk for one day.
+/// The data that a commit put on disk for one day.
 #[derive(Debug)]
 pub(crate) struct Written {
     pub(crate) key: DayKey,
@@ -89,7 +89,7 @@ impl Archive {
         &self.root
     }
 
-    /// Says how long a day's files are, so that appending goes on there.
+    /// Sets the lengths of a day's files, so that appending continues there.
     pub(crate) fn know(&mut self, key: DayKey, lengths: Lengths) {
         self.days.insert(key, Day::new(key, lengths));
     }
@@ -154,7 +154,7 @@ impl Archive {
         let touched: Vec<DayKey> =
             self.days.values().filter(|day| day.pending.packets > 0).map(|day| day.key).collect();
         if let Err(error) = self.write(&touched) {
-            // What was written of it goes, as far as the disk lets it; the next attempt cuts the rest.
+            // The written part is cut off again, as far as the disk lets it; the next attempt cuts the rest.
             for key in &touched {
                 if let Some(day) = self.days.get_mut(key) {
                     day.cut_back().ok();
@@ -197,7 +197,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Keeps the number of open files bounded; systems that speak open theirs again.
+    /// Keeps the number of open files bounded; systems that send open theirs again.
     fn close_surplus(&mut self) {
         if self.days.values().filter(|day| day.is_open()).count() > MAX_OPEN_DAYS {
             self.days.values_mut().for_each(Day::close);

@@ -1,8 +1,8 @@
-//! Mending a day after a crash: both files end with the last whole packet again.
+//! Repairs a day after a crash: both files end with the last whole packet again.
 //!
 //! A crash leaves packets without records, records without packets, half a packet or half a record, or zeros
 //! at the end of a file. What is whole is kept, with a record of transport `recovered` where there was none.
-//! What is no packet at the end is cut off: it was never acknowledged. Damage further inside stays where it is.
+//! Bytes at the end that are not a packet are cut off: they were never acknowledged. Damage further inside stays.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::day::Lengths;
@@ -17,7 +17,7 @@ use std::os::unix::fs::FileExt as _;
 use std::path::Path;
 use units::UtcTime;
 
-/// What was mended.
+/// The repairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Mended {
     pub(crate) lengths: Lengths,

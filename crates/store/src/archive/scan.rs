@@ -1,4 +1,4 @@
-//! Reading a day of the archive: each packet with how and when it came.
+//! Reads a day of the archive: each packet with its transport and arrival time.
 
 use super::arrival::{ARRIVAL_BYTES, Arrival, Record};
 use super::day::Lengths;
@@ -12,7 +12,7 @@ use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// The records of a day, in order. Stops for good at what is no record.
+/// The records of a day, in order. Stops for good at what is not a record.
 #[derive(Debug)]
 pub(crate) struct Records {
     file: Option<BufReader<File>>,
@@ -67,7 +67,7 @@ pub struct Archived<'a> {
     pub view: PacketView<'a>,
     /// How and when it came.
     pub arrival: Arrival,
-    /// Where reading goes on behind it.
+    /// Where reading continues behind it.
     pub(crate) end: Lengths,
 }
 

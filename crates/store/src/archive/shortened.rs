@@ -1,7 +1,7 @@
 //! Days of which the archive holds less than it once did: `archive/shortened.jsonl`, a line of JSON for each.
 //!
-//! What is gone from the archive is gone for good, and the next start cannot see it any more. So it is written down,
-//! and told until somebody removes the file.
+//! Data lost from the archive is lost for good, and the next start can no longer see that it was there. So the loss is
+//! recorded, and reported until an operator removes the file.
 
 use super::{DATA, DayKey, Lengths};
 use crate::error::{Named as _, Result};
@@ -75,7 +75,7 @@ fn merge(days: &mut BTreeMap<String, Bytes>, day: String, (was, is): Bytes) {
     *known = (known.0.max(was), known.1.min(is));
 }
 
-/// What is to be told of each day.
+/// The report for each day.
 pub(crate) fn told(days: BTreeMap<String, Bytes>) -> Vec<String> {
     let told = |(day, (was, is)): (String, Bytes)| {
         format!("archive/{day}: of {was} bytes that were once on the disk, {is} were left")

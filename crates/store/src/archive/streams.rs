@@ -1,4 +1,4 @@
-//! Which numbers of which vessel's record lane are surely on disk.
+//! Which numbers of each vessel's record lane are durable.
 
 use super::arrival::{Arrival, Record};
 use super::scan::Records;
@@ -15,9 +15,9 @@ pub(crate) struct Streams {
 
 #[derive(Debug, Default)]
 struct Stream {
-    /// Nothing up to here is missing on disk.
+    /// Up to here nothing is missing on disk.
     durable: Option<u64>,
-    /// Nothing up to here is missing on disk or among what waits for it.
+    /// Up to here nothing is missing on disk or in the queue for it.
     accepted: Option<u64>,
     /// On disk, but behind a hole that a crash left.
     beyond: BTreeSet<u64>,
@@ -57,7 +57,7 @@ impl Streams {
         Some(Place { first: before.is_none(), after: after.map(|seq| LinkSeq { stream: link.stream, seq }) })
     }
 
-    /// Everything accepted is on disk: the streams that gained by it.
+    /// Everything accepted is on disk: returns the streams that advanced.
     pub(crate) fn settle(&mut self) -> Vec<LinkSeq> {
         let mut gained = Vec::new();
         for (stream, state) in &mut self.streams {
@@ -78,8 +78,8 @@ impl Streams {
         }
     }
 
-    /// Goes on from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
-    /// with any number: what came before was given up.
+    /// Continues from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
+    /// with any number: earlier records were removed.
     pub(crate) fn recover(&mut self, records: &Recovered, trimmed: bool) {
         for (stream, chain) in &records.chains {
             let state = self.streams.entry(*stream).or_default();
@@ -104,7 +104,7 @@ impl Streams {
     }
 }
 
-/// What the records say of the streams' numbers.
+/// The streams' numbers in the records.
 #[derive(Debug, Default)]
 pub(crate) struct Recovered {
     chains: BTreeMap<u64, BTreeMap<u64, Before>>,

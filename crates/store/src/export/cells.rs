@@ -1,4 +1,4 @@
-//! Where tables go, and the cells that all of them have.
+//! The output of tables, and the cells that all of them have.
 
 use super::options::CsvOptions;
 use crate::error::{Result, StoreError};
@@ -6,10 +6,10 @@ use crate::range::NO_TIME_US;
 use std::io::Write;
 use tables::{FIXED, Format, IsoTime};
 
-/// Bytes that are handed on at once.
+/// Bytes that are passed on at once.
 const CHUNK_BYTES: usize = 1 << 16;
 
-/// What an export wrote.
+/// The result of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Exported {
     /// Rows of a table, or packets of a log.
@@ -65,12 +65,12 @@ pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<
     tables::stamp(out, iso, received_us, format.dialect);
 }
 
-/// A time of the history, unless it stands for none.
+/// A time of the history, unless it is [`NO_TIME_US`].
 pub(super) fn believed(time_us: i64) -> Option<i64> {
     (time_us != NO_TIME_US).then_some(time_us)
 }
 
-/// Writes whom a message was said to; empty where the history does not know.
+/// Writes the destination of a message; empty where the history does not have it.
 pub(super) fn receiver(out: &mut Vec<u8>, dst: Option<u16>, dst_ent: Option<u8>, format: Format) {
     format.next(out);
     if let Some(dst) = dst {

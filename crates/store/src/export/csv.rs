@@ -1,7 +1,7 @@
 //! Tables as CSV, in order of time, in constant memory.
 //!
-//! A single series is written as it is read. Several are read in slices of time that hold about a megabyte of
-//! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
+//! A single series is streamed. Several are read in slices of time that hold about a megabyte of
+//! text; the rows of a slice are sorted and written. Rows of one time are in the order of message, system and
 //! entity. The same question to the same history gives the same bytes.
 
 use super::cells::{Exported, Writer, arrival, believed, header_start, receiver};
@@ -41,7 +41,7 @@ pub fn export_csv(
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
     let selection = &selection.known(&mut reader)?;
     let mut writer = Writer::new(out);
-    // Whoever waits for the first byte gets it before the first question to the database.
+    // The client gets the first byte before the first query to the database.
     writer.buffer.extend_from_slice(options.dialect.mark());
     let written = if selection.is_raw() {
         let table = Raw::new(&reader, selection, *options)?;
@@ -212,12 +212,12 @@ fn select(
     ))
 }
 
-/// What is computed of a receiver's clock; nothing where that was never set.
+/// The computed columns of a receiver's clock; empty where that was never set.
 fn if_heard(sql: &str) -> String {
     format!("CASE WHEN unix_timestamp >= {} THEN {sql} END", detections::SET_AFTER_S)
 }
 
-/// One series: as it is read.
+/// One series: streamed.
 fn stream(
     reader: &Reader,
     key: crate::MonthKey,
@@ -403,7 +403,7 @@ impl Lines<'_> {
         Ok(written)
     }
 
-    /// What every line begins with.
+    /// The cells at the start of every line.
     fn start(
         &mut self,
         out: &mut Vec<u8>,

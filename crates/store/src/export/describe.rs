@@ -1,4 +1,4 @@
-//! What stands in the columns of a table, as JSON to be kept beside it.
+//! Description of a table's columns, as JSON to be kept beside it.
 
 use super::options::{CsvOptions, Shape};
 use super::plan::Plan;
@@ -25,7 +25,7 @@ fn described_column((name, meaning, unit): &(&str, &str, Option<&str>)) -> Value
     json!({"name": name, "description": meaning, "unit": unit})
 }
 
-/// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
+/// Describes each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
 /// was asked for.
 ///
 /// # Errors
@@ -71,7 +71,7 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
     with_left_out(described(&columns, selection, *options), reader, selection)
 }
 
-/// Adds how many messages have no row, because nobody knows their fields.
+/// Adds how many messages have no row, because their fields are unknown.
 fn with_left_out(mut about: Value, reader: &mut Reader, selection: &Selection) -> Result<Value> {
     about["left_out"] = json!({ RAW: unexplained(reader, selection)? });
     Ok(about)

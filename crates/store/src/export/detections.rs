@@ -12,7 +12,7 @@ use std::path::Path;
 /// Detections that are read at once, and the bytes of their texts.
 const PAGE: Page = Page { skip: 0, rows: 2_000, bytes: 1 << 20 };
 
-/// Gives each detection that is wanted, with the name that its vessel announced.
+/// Gives each selected detection, with the name that its vessel announced.
 ///
 /// # Errors
 /// When the history cannot be read, or what `give` says.
@@ -46,7 +46,7 @@ pub fn months(reader: &mut Reader) -> Result<Vec<TimeRange>> {
     Ok(reader.parts(dated)?.into_iter().map(|(_, part)| part).collect())
 }
 
-/// A number for the messages of a range that can tell of detections: another one when some came or went.
+/// A number for the messages of a range that can report detections: it changes when some came or went.
 ///
 /// # Errors
 /// When the history cannot be read.

@@ -59,7 +59,7 @@ pub(super) fn days(reader: &Reader, root: &Path, selection: &Selection) -> Resul
     let read = reader.ask_catalogue(load_progress)?.unwrap_or_default();
     let mut days = archive::days(root)?;
     days.retain(|key| {
-        // A day that the history has read to its end tells what times its packets state.
+        // For a day that the history has read to its end, the times that its packets state are known.
         let outside = read.get(key).is_some_and(|progress| {
             let whole = std::fs::metadata(key.folder(root).join(archive::DATA))
                 .is_ok_and(|file| file.len() == progress.lengths.data);
@@ -104,7 +104,7 @@ impl Source {
     }
 }
 
-/// Tells wanted packets; remembers when which series is.
+/// Recognises the selected packets; caches the selected times of each series.
 struct Filter<'s> {
     selection: &'s Selection,
     names: &'s Names,

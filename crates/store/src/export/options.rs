@@ -1,4 +1,4 @@
-//! What can be chosen about a table: its shape, units, names and dialect.
+//! The options of a table: its shape, units, names and dialect.
 
 use std::num::NonZeroI64;
 use tables::{Dialect, Format, Style};
@@ -38,7 +38,7 @@ pub struct CsvOptions {
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it. To get the text
     /// back, take one apostrophe from text that begins with one.
     pub guard: bool,
-    /// Whether each row also tells when its message first came ashore.
+    /// Whether each row also gives the time at which its message first came ashore.
     pub received: bool,
     /// For which readers cells and numbers are written.
     pub dialect: Dialect,

@@ -1,4 +1,4 @@
-//! How an export is laid out: which series, which columns.
+//! The layout of an export: which series, which columns.
 
 use super::options::CsvOptions;
 use super::select::Selection;
@@ -27,7 +27,7 @@ pub(crate) struct Group {
     pub(crate) spans: Vec<TimeRange>,
 }
 
-/// Everything to be exported.
+/// The plan of an export.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) messages: Vec<Message>,
@@ -44,7 +44,7 @@ impl Plan {
         let keys: Vec<GroupKey> =
             extents.keys().copied().filter(|group| selection.has_series(&names, *group)).collect();
         let mut asked: BTreeSet<u16> = keys.iter().map(|group| group.id).collect();
-        // What was asked for by name has its columns even when there is nothing to put there.
+        // A message selected by name has its columns even without data.
         asked.extend(
             selection.messages.iter().filter_map(|name| imc::catalogue::by_abbrev(name)).map(|desc| desc.id),
         );
@@ -69,7 +69,7 @@ impl Plan {
         Ok(Self { messages, groups, names, columns })
     }
 
-    /// Whether rows of several messages stand in one table, so that each tells its message.
+    /// Whether one table has rows of several messages, so that each names its message.
     pub(crate) fn is_mixed(&self) -> bool {
         self.messages.len() > 1
     }

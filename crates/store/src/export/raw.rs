@@ -1,5 +1,5 @@
-//! What the catalogue does not explain, as a table: ids that it lacks, and payloads that are not what their id says.
-//! Such messages are kept as they came (`_raw` in each month), so that whoever knows them can still read them.
+//! Messages that the catalogue does not explain, as a table: ids that it lacks, and payloads that do not fit their id.
+//! They are kept as received (`_raw` in each month), so that another program that knows them can still read them.
 
 use super::cells::{Writer, arrival, believed, header_start, receiver};
 use super::options::{CsvOptions, Shape};
@@ -26,7 +26,7 @@ pub(super) struct Raw<'s> {
 
 impl<'s> Raw<'s> {
     /// # Errors
-    /// When a row for each value is asked for: nobody knows the values.
+    /// When a row for each value is asked for: the values are unknown.
     pub(super) fn new(reader: &Reader, selection: &'s Selection, options: CsvOptions) -> Result<Self> {
         if options.shape == Shape::Long {
             let problem = format!("`{RAW}` has no values to give a row each: ask for a wide table");

@@ -1,4 +1,4 @@
-//! What is asked for: checked against what there is, before anything is written.
+//! The selection: checked against the recorded data, before anything is written.
 //!
 //! A slip of the finger is an error that names what may have been meant, never an empty file.
 
@@ -14,14 +14,14 @@ use tables::Style;
 /// The name by which all that the catalogue does not explain is asked for, beside messages' names.
 pub const RAW: &str = "_raw";
 
-/// What is asked for. An empty list means all.
+/// The selection. An empty list means all.
 #[derive(Debug, Clone)]
 pub struct Selection {
     /// Messages by name or number; `_raw` alone for those that the catalogue does not explain.
     pub messages: Vec<String>,
     /// Systems.
     pub systems: Vec<Address>,
-    /// Entities by number, or by a label in any case: then what they said while they had it.
+    /// Entities by number, or by a label in any case: then their messages while they had it.
     pub entities: Vec<String>,
     /// Fields by name, for all messages that have them (`psi`) or for one (`EulerAngles.psi`).
     pub fields: Vec<String>,
@@ -42,7 +42,7 @@ impl Default for Selection {
     }
 }
 
-/// Most names that a refusal tells.
+/// Most names that a refusal lists.
 const TOLD: usize = 30;
 
 fn wrong(name: &str, text: impl std::fmt::Display) -> StoreError {
@@ -202,11 +202,11 @@ fn check_entities(names: &Names, selection: &Selection) -> Result<()> {
     Err(wrong("entity", format!("none is called `{}`; {remedy}", shown(unknown))))
 }
 
-/// The system that a text stands for, of those that are `known` by names: one of its names in any case, or its address,
+/// The system that a text names, of those that are `known` by names: one of its names in any case, or its address,
 /// decimal or hexadecimal after `0x`.
 ///
 /// # Errors
-/// No system is called so; the error lists those that are known.
+/// No system has that name; the error lists those that are known.
 pub fn system(known: &BTreeMap<Address, Vec<String>>, text: &str) -> Result<Address> {
     let text = text.trim();
     let called = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(text));
@@ -231,7 +231,7 @@ pub fn system(known: &BTreeMap<Address, Vec<String>>, text: &str) -> Result<Addr
     Err(wrong("vessel", format!("nothing is recorded of `{}`; {remedy}", shown(text))))
 }
 
-/// Not more of what somebody wrote than helps to find it.
+/// The beginning of a user's text, enough to find it by.
 fn shown(text: &str) -> String {
     text.chars().take(60).collect()
 }

@@ -1,4 +1,4 @@
-//! How large an export will be: its rows counted, its bytes by the length of the first ones.
+//! The estimated size of an export: its rows counted, its bytes by the length of the first ones.
 
 use super::cells::Exported;
 use super::csv::export_csv;

@@ -1,4 +1,4 @@
-//! Which state of the data an export is of: as long as it stays, the same question gives the same bytes.
+//! The version of the data of an export: while it is the same, the same query gives the same bytes.
 
 use super::select::Selection;
 use crate::archive;
@@ -14,9 +14,9 @@ use std::path::Path;
 /// Counts up when the same question to the same data would give other bytes than an earlier version of Lutra gave.
 const LAYOUT: u32 = 1;
 
-/// A number for what a table of this selection would be made of: how many messages of each series the months of its time have,
-/// and what everyone was called. It is told by the months' own tallies, for a first byte must not wait until a season was
-/// counted; so messages of the same series and month beyond the selection change it too.
+/// A number for the source data of a table of this selection: how many messages of each series its months have, and the
+/// names of systems and entities. It is made from the months' own counts, as the first byte must not wait until a season
+/// was counted; so messages of the same series and month beyond the selection change it too.
 ///
 /// # Errors
 /// When the selection names what does not exist or the history cannot be read.
@@ -53,7 +53,7 @@ pub fn table_version(reader: &mut Reader, selection: &Selection) -> Result<u64> 
     Ok(version.finish())
 }
 
-/// What a system and its entities, or one of them, are called when.
+/// The names of a system and its entities, or of one of them, over time.
 fn hash_names(names: &Names, system: u16, entity: Option<u8>, version: &mut SipHasher13) {
     names.system(Address(system)).hash(version);
     let entities = entity.map_or(0..=u8::MAX, |entity| entity..=entity);

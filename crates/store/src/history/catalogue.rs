@@ -1,4 +1,4 @@
-//! `catalogue.sqlite`: who is who, what the messages' fields mean, and how far the archive was read.
+//! `catalogue.sqlite`: systems and entities, the meaning of the messages' fields, and how far the archive was read.
 
 use super::MonthKey;
 use super::month::{Extent, VERSION as LAYOUT, WRITER};
@@ -58,7 +58,7 @@ pub(crate) struct Catalogue {
     connection: Connection,
     path: PathBuf,
     names: Names,
-    /// What of `names` is not in the file, or not with its last time.
+    /// The names that are not in the file, or not with their last time.
     changed_systems: BTreeSet<u16>,
     changed_entities: BTreeSet<(u16, u8)>,
     progress: BTreeMap<DayKey, Progress>,
@@ -114,7 +114,7 @@ impl Catalogue {
         }
     }
 
-    /// A month's file is given up: it need not be there any more.
+    /// A month's file is removed: it need not be there any more.
     pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
         self.months.remove(&key);
         self.new_months.remove(&key);
@@ -122,7 +122,7 @@ impl Catalogue {
         self.connection.execute(sql, [key.file_name()]).map(drop).named(&self.path)
     }
 
-    /// What a month's file held is lost: all days of which some may have been in it are read again. This is on the
+    /// A month's file is lost: all days of which some may have been in it are read again. This is on the
     /// disk before it returns.
     pub(crate) fn unread_month(&mut self, key: MonthKey) -> Result<()> {
         let days: Vec<DayKey> = self

@@ -1,6 +1,6 @@
-//! What belongs together: the samples of one message from one entity of one system.
+//! A series: the samples of one message from one entity of one system.
 
-/// What a series of samples is known by: message, system, entity.
+/// The key of a series of samples: message, system, entity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GroupKey {
     /// Id of the message.

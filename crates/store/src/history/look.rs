@@ -1,4 +1,4 @@
-//! Looking at the files of a history before anything is written to them.
+//! Checks the files of a history before anything is written to them.
 
 use super::month::VERSION;
 use super::{CATALOGUE, MonthKey, months};
@@ -6,7 +6,7 @@ use crate::error::{Named as _, Result, StoreError, is_damage};
 use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
 
-/// What a file of the history is.
+/// The state of a file of the history.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sound {
     /// As far as was looked, a database as it must be.
@@ -20,7 +20,7 @@ pub(crate) enum Sound {
 }
 
 /// Every file of a history with what it is. Nothing is written, and what cannot be read now (rights, a disk that
-/// fails) counts as sound: that is no reason to replace it.
+/// fails) counts as sound: that is not a reason to replace it.
 pub(crate) fn look(folder: &Path) -> Result<Vec<(String, Sound)>> {
     let mut found = Vec::new();
     let names = months(folder)?.into_iter().map(MonthKey::file_name);

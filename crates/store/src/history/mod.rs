@@ -1,4 +1,4 @@
-//! The history: what was said, in tables that answer questions quickly.
+//! The history: all messages, in tables that answer queries quickly.
 //!
 //! A file of SQLite per month of the samples' own time, and a catalogue. Everything here can be made again from
 //! the archive; a row that is there already is left alone, so nothing is ever there twice.
@@ -121,7 +121,7 @@ impl History {
         self.is_new
     }
 
-    /// A month that is given up.
+    /// Removes a month.
     pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
         self.months.remove(&key);
         self.catalogue.forget_month(key)
@@ -161,7 +161,7 @@ impl History {
         Ok((rows, extent))
     }
 
-    /// Rolls up what nothing more comes to: in proportion to what was written, so that it keeps pace.
+    /// Rolls up complete windows: in proportion to what was written, so that it keeps pace.
     pub(crate) fn tend(&mut self, rows_written: u64) -> Result<()> {
         let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
         let commit = self.commit;
@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// Moves a damaged file away; what people are told of it.
+/// Moves a damaged file away and returns the report for people.
 fn put_aside(folder: &Path, name: &str, why: &str) -> Result<String> {
     let data = folder.parent().unwrap_or(folder);
     let kept = aside::put(data, &folder.join(name))?;

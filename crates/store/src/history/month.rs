@@ -125,7 +125,7 @@ impl Month {
     }
 
     /// Brings roll-ups up to date, in one transaction, until about `budget` samples were read; all of them
-    /// when there is none. How many were read.
+    /// without a budget. Returns how many were read.
     pub(crate) fn roll_up(&mut self, schema: &Schema, commit: u64, budget: Option<u64>) -> Result<u64> {
         let due = self.due(commit, budget.is_none());
         if due.is_empty() {
@@ -161,7 +161,7 @@ impl Month {
                 return Ok(found);
             }
         }
-        // What could not be read as its id says lies among the raw.
+        // Messages that do not fit their id are in `_raw`.
         let sql =
             "SELECT received_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us=?4 AND hash=?5";
         let find = |mut find: rusqlite::CachedStatement<'_>| {
@@ -185,7 +185,7 @@ impl Month {
             if !self.connection.is_autocommit() {
                 self.connection.execute_batch("ROLLBACK").ok();
             }
-            // What memory holds must be what the file holds.
+            // The memory must match the file.
             self.tables.clear();
             self.groups = load_groups(&self.connection).unwrap_or_default();
             self.stale = load_stale(&self.connection).unwrap_or_default();
@@ -360,7 +360,7 @@ fn write_raw(connection: &Connection, entry: &Entry<'_>, problem: &str) -> rusql
     Ok(rows as u64)
 }
 
-/// What of `_raw` came earlier than is known.
+/// Messages of `_raw` with an earlier arrival than is known.
 const EARLIER_RAW: &str = "UPDATE _raw SET received_us=?5,dst=?6,dst_ent=?7 \
      WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4 AND id=?8 AND received_us>?5";
 

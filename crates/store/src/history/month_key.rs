@@ -11,7 +11,7 @@ const END_US: i64 = 4_102_444_800_000_000;
 
 /// A file of the history.
 ///
-/// What has no believable time (before 2000, from 2100 on, or none at all) lies together in `undated.sqlite`
+/// Samples without a believable time (before 2000, from 2100 on, or none at all) are in `undated.sqlite`
 /// under the time that the sender stated, so that a packet always belongs to the same file whenever it comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MonthKey {

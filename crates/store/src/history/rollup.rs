@@ -22,7 +22,7 @@ pub(crate) fn window(time_us: i64) -> i64 {
     time_us.div_euclid(WINDOW_US)
 }
 
-/// What is kept of the values in a stretch of time.
+/// The roll-up of the values in a stretch of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
     pub(crate) first_us: i64,

@@ -7,7 +7,7 @@ use imc::reflect::{self, Value, Visitor, WalkError};
 use rusqlite::types::Null;
 use rusqlite::{Statement, ToSql};
 
-/// What a row says beside the message itself.
+/// The columns of a row beside the message itself.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample<'a> {
     pub(crate) view: imc::PacketView<'a>,

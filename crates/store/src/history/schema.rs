@@ -4,11 +4,11 @@
 //!
 //! | column | content |
 //! |---|---|
-//! | `src`, `src_ent` | address of the system and number of the entity that said it |
-//! | `time_us` | when it was said, by the sender's clock (µs since 1970-01-01 UTC) |
-//! | `hash` | fingerprint of the payload: tells apart what is said in one microsecond |
+//! | `src`, `src_ent` | address of the system and number of the entity that sent it |
+//! | `time_us` | time by the sender's clock (µs since 1970-01-01 UTC) |
+//! | `hash` | fingerprint of the payload: distinguishes messages of one microsecond |
 //! | `received_us` | when it first came ashore, by the shore's clock |
-//! | `dst`, `dst_ent` | whom it was said to |
+//! | `dst`, `dst_ent` | destination |
 //! | fields | numbers as they are (enumerations and bit fields too), text as text, raw data as a blob, nested messages and lists as JSON in the form of `imc::json` |
 //! | `…_deg` | latitudes and longitudes once more in degrees |
 //! | `true_lat_deg`, `true_lon_deg` | of `EstimatedState`: the reference point displaced by x, y and z |
@@ -38,7 +38,7 @@ pub(crate) const ESTIMATED_STATE: u16 = 350;
 pub struct Table {
     /// The message.
     pub desc: &'static MessageDesc,
-    /// What stands behind the key: first the message's fields, then what is computed.
+    /// The columns after the key: first the message's fields, then the computed ones.
     pub columns: Vec<Column>,
     pub(crate) insert: String,
     /// Positions in `columns` of the numbers.
@@ -167,7 +167,7 @@ fn degrees_column(column: &Column) -> Option<String> {
         .then(|| format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL"))
 }
 
-/// What every month has beside the messages' tables.
+/// The tables that every month has beside the messages' tables.
 pub(crate) const MONTH: &str = "
 CREATE TABLE IF NOT EXISTS _group (
   id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL,
@@ -194,7 +194,7 @@ CREATE TABLE IF NOT EXISTS _raw (
   PRIMARY KEY (src, src_ent, id, time_us, hash)) WITHOUT ROWID;
 ";
 
-/// What tells a NaN from a field that an older sender left out.
+/// Distinguishes a NaN from a field that an older sender left out.
 pub(crate) const SHORT: &str = "
 CREATE TABLE _short (
   id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL, time_us INTEGER NOT NULL,

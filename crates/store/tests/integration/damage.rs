@@ -29,7 +29,7 @@ fn fill(folder: &Path) -> Vec<String> {
     dump(folder)
 }
 
-/// Commits until the history has all of the archive; what was told meanwhile.
+/// Commits until the history has all of the archive; returns the reports meanwhile.
 fn until_whole(store: &mut Store) -> Vec<String> {
     let mut told = Vec::new();
     for _ in 0..COMMITS {
@@ -39,7 +39,7 @@ fn until_whole(store: &mut Store) -> Vec<String> {
     panic!("still behind after {COMMITS} commits: {:?}", told.last());
 }
 
-/// Damages a filled folder, opens it, lets a vessel speak on, and compares the history with what it was.
+/// Damages a filled folder, opens it, lets a vessel continue to send, and compares the history with what it was.
 fn made_again(damage: impl Fn(&Path), named: &str) {
     let folder = tempfile::tempdir().unwrap();
     let before = fill(folder.path());
@@ -48,7 +48,7 @@ fn made_again(damage: impl Fn(&Path), named: &str) {
     assert_eq!(store.durable(7), Some(599));
     let notes = store.repairs().notes.join("; ");
     assert!(notes.contains(named), "{named} is not reported: {notes:?}");
-    // A repeat of what came first; it stands in the archive already.
+    // A repeat of what came first; it is in the archive already.
     accept(&mut store, &temperature(START_US, 0.0), START_US + 3 * DAY_US, Transport::Tcp);
     let told = until_whole(&mut store);
     assert!(told.iter().all(|text| text.contains("made again from the archive")), "{told:?}");
@@ -186,7 +186,7 @@ fn a_later_history_is_not_written_and_stops_nothing() {
         let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
         let check = checks.iter().find(|check| check.name == "history" && check.health == Health::Problem);
         assert!(check.unwrap().remedy.contains("reindex"), "{checks:#?}");
-        // What it names works: the history of this version, with all that came; the later one is kept.
+        // The named remedy works: a history of this version, with all packets; the later one is kept.
         reindex(folder.path(), false, &mut |_| true).unwrap();
         assert_eq!(Store::open_at_once(folder.path()).unwrap().behind(), None);
         assert!(kept_aside(folder.path()).iter().any(|name| *name == file), "{file}");
@@ -254,7 +254,7 @@ fn an_archive_that_became_shorter_stays_told() {
         assert_eq!(told.len(), 2, "{checks:#?}");
         assert!(told.iter().all(|check| check.remedy.contains("shortened.jsonl")));
     }
-    // Whoever has seen to it says so by the remedy that is named.
+    // An operator confirms by the named remedy.
     fs::remove_file(folder.path().join("archive/shortened.jsonl")).unwrap();
     let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
     assert!(checks.iter().all(|check| check.health < Health::Problem), "{checks:#?}");
@@ -289,7 +289,7 @@ fn a_reindex_that_would_lose_says_what_and_how_to_go_on_and_the_doctor_says_the_
         assert!(!check.remedy.contains("which goes on there"), "{check:?}");
         let done = reindex(folder.path(), true, &mut |_| true).unwrap();
         assert!(done.samples < done.before);
-        // The rebuild is over; what the archive lost stays told.
+        // The rebuild is over; what the archive lost is still reported.
         let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
         assert!(checks.iter().all(|check| check.name != "reindex"), "{checks:#?}");
         let is_told =

@@ -114,7 +114,7 @@ proptest! {
         prop_assert_eq!(rows, table_of_log(desc, &said));
     }
 
-    /// What a cell says is read by the rules in `docs/history.md`, and is the value that was sent.
+    /// A cell read by the rules in `docs/history.md` gives the value that was sent.
     #[test]
     fn text_and_reals_come_back_from_a_table(text in proptest::collection::vec(any::<u8>(), 0..30), bits: u64) {
         let said = LogBookEntry {
@@ -238,7 +238,7 @@ fn a_stamp_that_is_no_time_is_not_1970() {
     let folder = stored(&packets);
     let all = table(folder.path(), &messages(&["Temperature"]), CsvOptions::default());
     let times: Vec<&str> = all.lines().skip(1).map(|line| line.split(",ntnu").next().unwrap()).collect();
-    // The two without a time say the same thing and are one row.
+    // The two without a time are equal and are one row.
     assert_eq!(times, [",", "1970-01-01T00:00:00.000000Z,0.000000"]);
     let until = TimeRange::new(None, Some(utc(START_US)));
     let until = Selection { range: until, ..messages(&["Temperature"]) };

@@ -179,7 +179,7 @@ fn what_the_catalogue_does_not_explain_comes_out_as_it_came() {
     let table = csv(folder.path(), &messages(&["_raw"]), CsvOptions::default());
     let mut lines: Vec<&str> = table.lines().collect();
     assert_eq!(lines[0], "time,unix_s,system,system_id,entity,entity_id,dst,dst_ent,id,payload,problem");
-    // What is said in one microsecond is told apart by its fingerprint.
+    // Messages of one microsecond are ordered by their fingerprint.
     lines[1..3].sort_unstable();
     let why = "the catalogue has no message with this id";
     let row = |at: i64, name: &str, payload: &str| {

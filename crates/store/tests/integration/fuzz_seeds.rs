@@ -34,7 +34,7 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     let jumps = sidecar([Some(3), Some(4), Some(9), None, Some(10), Some(u64::MAX - 1)]);
     let with = |mend: u8, parts: &[&[u8]]| [&[mend][..], &parts.concat()].concat();
     let mut far = whole.clone();
-    // The last arrived before there were clocks, the one before at no place at all.
+    // The last arrived before there were clocks, the previous one at no place at all.
     far[5 * 32 + 7..5 * 32 + 14].fill(0x80);
     far[4 * 32..4 * 32 + 6].fill(0xFF);
     vec![

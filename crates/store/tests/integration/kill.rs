@@ -70,7 +70,7 @@ fn loses_nothing_acknowledged_and_opens_clean() {
     assert!(samples.values[0].iter().enumerate().all(|(at, value)| *value as usize == at));
 }
 
-/// The child under a limit on the size of files: goes on until the archive cannot grow, and once more.
+/// The child under a limit on the size of files: continues until the archive cannot grow, and once more.
 #[test]
 fn limited_child() {
     let Some(folder) = std::env::var_os(LIMITED) else { return };
@@ -122,7 +122,7 @@ fn goes_on_where_a_limit_on_files_stopped_it() {
     assert_eq!(series[0].extent.count, durable + 1);
 }
 
-/// The child that makes a damaged month again while a vessel speaks, until it is killed.
+/// The child that makes a damaged month again while a vessel sends, until it is killed.
 #[test]
 fn rebuilding_child() {
     let Some(folder) = std::env::var_os(REBUILDING) else { return };

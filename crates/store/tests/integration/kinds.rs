@@ -365,7 +365,7 @@ fn a_plan_of_a_newer_dune_makes_no_fish() {
     assert_eq!(tags.items.len(), 1, "the one that is as long as a tag");
     let found = reader.detections(None, TimeRange::ALL, None, Order::Oldest, Page::first(10)).unwrap();
     assert_eq!(found.items.len(), 1);
-    // What it was is kept, with why.
+    // Its bytes are kept, with the reason.
     let connection = rusqlite::Connection::open(folder.path().join("history/2026-11.sqlite")).unwrap();
     let mut rows = connection.prepare("SELECT problem FROM _raw WHERE id=2007").unwrap();
     let problems: Vec<String> = rows.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();

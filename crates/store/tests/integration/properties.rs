@@ -1,4 +1,4 @@
-//! What holds whatever comes in whatever order.
+//! Properties that hold for any packets in any order.
 
 use crate::support::{OTTER, START_US, accept, dump, packet, utc};
 use imc::messages::{EulerAngles, Temperature};
@@ -107,7 +107,7 @@ proptest! {
                 Event::Settle => store.settle().unwrap(),
             }
         }
-        // What was lost with a restart is sent again, with everything else.
+        // Packets lost with a restart are sent again, with all others.
         all.iter().rev().for_each(|said| say(&mut store, *said));
         store.commit().unwrap();
         store.settle().unwrap();
@@ -177,7 +177,7 @@ fn check(
     prop_assert_eq!(bucket.min.to_bits(), values().fold(f64::INFINITY, f64::min).to_bits());
     prop_assert_eq!(bucket.max.to_bits(), values().fold(f64::NEG_INFINITY, f64::max).to_bits());
     if are_angles {
-        // What turns all by the mean points ahead on average.
+        // Turned by the mean, all point ahead on average.
         let sin: f64 = values().map(|value| (value - bucket.mean).sin()).sum();
         let cos: f64 = values().map(|value| (value - bucket.mean).cos()).sum();
         prop_assert!(

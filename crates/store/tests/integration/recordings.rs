@@ -22,7 +22,7 @@ fn packets(path: &Path) -> Vec<Vec<u8>> {
     found
 }
 
-/// What the history keeps once.
+/// The messages that the history keeps once.
 type Key = (u16, Address, u8, u64, Vec<u8>);
 
 fn key(packet: &[u8]) -> Key {
@@ -194,7 +194,7 @@ fn a_log_comes_in_slices_between_which_vessels_are_heard() {
         let before = log.imported().packets;
         let more = log.read_some(&mut store, 1_000, u64::MAX).unwrap();
         assert!(log.imported().packets <= before + 1_000);
-        // What the slice made durable is told by the next commit.
+        // What the slice made durable is reported by the next commit.
         let committed = store.commit().unwrap();
         told = committed.durable.iter().map(|link| link.seq).max().or(told);
         assert_eq!((told, store.durable(7)), (Some(seq), Some(seq)));

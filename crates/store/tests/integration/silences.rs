@@ -1,4 +1,4 @@
-//! Silences that the shore tells by itself, at every scale, and what closes them.
+//! Silences that the shore finds on its own, at every scale, and what closes them.
 
 use crate::support::*;
 use imc::messages::{Heartbeat, Temperature};
@@ -75,7 +75,7 @@ fn over_days_and_months_the_roll_ups_find_the_longer_ones() {
     let range = TimeRange { from_us: START_US + 900 * S, to_us: START_US + 2_000 * S };
     assert_eq!(silences_in(&folder, range), [(1_000 * S, 1_020 * S)]);
 
-    // Over months only what is longer than twenty minutes is told.
+    // Over months only silences longer than twenty minutes are reported.
     let times = (0..40 * 86_400).step_by(60).filter(|at| !(100_000..110_000).contains(at)).map(|at| at * S);
     let (folder, _store) = heard(times.chain([200_001 * S]));
     assert_eq!(silences(&folder), [(99_960 * S, 110_040 * S)]);

@@ -1,4 +1,4 @@
-//! Rebuilding, giving up, copying and looking after a store.
+//! Rebuilding, retention, backup and checks of a store.
 
 use crate::support::{OTTER, START_US, accept, accept_link, archived, dump, packet, state, temperature, utc};
 use store::{
@@ -111,7 +111,7 @@ fn old_months_go_and_can_come_back() {
     let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
     let left = reader.samples(&source, &["value"], TimeRange::ALL, 1_000).unwrap().time_us;
     assert!(left.iter().all(|time_us| *time_us >= november.micros()) && left.len() > 50);
-    // It goes on working, and the archive brings them back.
+    // It continues to work, and the archive restores them.
     accept(&mut store, &temperature(START_US + 5, 1.0), START_US, Transport::Tcp);
     store.commit().unwrap();
     store.close().unwrap();
@@ -141,7 +141,7 @@ fn a_backup_opens_as_a_store_while_the_writer_goes_on() {
         "{covered:?}"
     );
     let archive = archived(folder.path(), OTTER);
-    // What comes after the copy is not part of it.
+    // Packets after the copy are not part of it.
     accept(&mut store, &temperature(START_US + 77, 5.0), START_US + 2 * DAY_US, Transport::Tcp);
     store.commit().unwrap();
     let mut restored = Store::open(copy.path()).unwrap();
@@ -327,7 +327,7 @@ fn a_gap_is_no_longer_than_time_and_ends_where_a_record_comes() {
     let left = gaps(folder.path());
     assert_eq!((left.len(), left[0].packets, left[0].numbers.unwrap().to), (1, Some(10), 30));
     assert_eq!(left[0].told(), "10 packets: the spool was full");
-    // Where the vessel knows no time, the time of its word counts.
+    // Where the vessel knows no time, the time of its declaration counts.
     let mut store = Store::open(folder.path()).unwrap();
     let unknown = Gap { from: utc(0), to: utc(0), ..lost(100, 110, 0) };
     store.declare_gap(&unknown).unwrap();

@@ -120,7 +120,7 @@ fn encode(character: char, level: LexicalLevel) -> Result<impl Iterator<Item = u
 
 /// Numbers the record.
 pub(super) fn record_number(number: usize) -> FieldBytes {
-    // Two bytes: beyond 65535 records the number begins again; nobody goes by it.
+    // Two bytes: the number wraps after 65535 records; no reader relies on it.
     Bytes::default().u16(number as u16).close(*b"0001", ASCII)
 }
 

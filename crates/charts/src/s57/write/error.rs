@@ -2,7 +2,7 @@
 
 use crate::iso8211::{LexicalLevel, Tag};
 
-/// What a draft asks for that no S-57 file can hold.
+/// A draft's value that no S-57 file can hold.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WriteError {
     /// A character that the lexical level does not have, or that ends subfields and fields.

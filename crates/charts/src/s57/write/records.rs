@@ -12,7 +12,7 @@ use crate::s57::{GeoPoint, ObjectId, Sounding};
 
 /// Nodes, edges, features and changes in the order in which they are written.
 ///
-/// Positions are rounded to the file's factors. A position that does not fit is told when the file is made.
+/// Positions are rounded to the file's factors. A position that does not fit is an error when the file is made.
 #[derive(Debug, Clone)]
 pub struct Records {
     agency: u16,
@@ -54,7 +54,7 @@ impl Records {
         self.vector(CONNECTED_NODE, Vec::new(), coordinates, false)
     }
 
-    /// The node of a point feature that stands alone.
+    /// The node of a point feature on its own.
     pub fn isolated_node(&mut self, at: GeoPoint) -> VectorRef {
         let coordinates = vec![self.coordinate(at, 0.0)];
         self.vector(ISOLATED_NODE, Vec::new(), coordinates, false)

@@ -1,4 +1,4 @@
-//! A small chart that a test damages, and the question whether anybody would call it safe.
+//! A small chart that a test damages, and the check whether any query calls it safe.
 
 use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg, unsafe_to_use};
 use charts::s57::write::{CellDraft, FeatureDraft, FeatureRef, UpdateDraft, VectorRef, VectorUse};
@@ -19,9 +19,9 @@ pub(crate) struct Chart {
     pub(crate) updates: Vec<UpdateDraft>,
     pub(crate) corners: [VectorRef; 4],
     pub(crate) sides: [VectorRef; 4],
-    /// What stands in the finished base cell, and what replaces it: of the same length, and there once.
+    /// Bytes in the finished base cell, and their replacement: of the same length, and there once.
     pub(crate) patches: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Records that stand in the base cell twice: bytes that mark one of them.
+    /// Records that are in the base cell twice: bytes that mark one of them.
     pub(crate) repeated: Option<&'static str>,
 }
 

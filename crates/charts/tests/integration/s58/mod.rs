@@ -11,7 +11,7 @@ mod values;
 
 use chart::{At, Chart, MIDDLE, indices, is_safe_past};
 
-/// What must become of a damaged cell.
+/// The required result for a damaged cell.
 pub(crate) enum Must {
     /// It is refused in these words.
     Refuse(&'static str),
@@ -19,7 +19,7 @@ pub(crate) enum Must {
     Block(&'static [At]),
 }
 
-/// A kind of damage, what makes it, and what must become of it.
+/// A kind of damage, what makes it, and the required result.
 pub(crate) type Row = (&'static str, fn() -> Chart, Must);
 
 /// The middle of the chart is not safe.

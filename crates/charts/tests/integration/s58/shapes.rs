@@ -39,7 +39,7 @@ fn as_primitive(primitive: u8) -> Chart {
     chart
 }
 
-/// A danger bounded by a straight edge in the south and one over the middle, of which `pick` takes what there is.
+/// A danger bounded by a straight edge in the south and one over the middle, of which `pick` takes some.
 fn bulge(class: Class, pick: fn(&Chart, VectorUse) -> Vec<VectorUse>) -> Chart {
     let mut chart = Chart::deep();
     let nodes = [(63.002, 10.01), (63.002, 10.03)].map(|one| chart.cell.records.connected_node(at(one)));

@@ -1,4 +1,4 @@
-//! Attributes that are missing, contradict each other, or are no values.
+//! Attributes that are missing, contradict each other, or are not values.
 
 use super::chart::{CORNERS, Chart, MIDDLE, at, square};
 use super::{BLOCKS, Row};

@@ -63,7 +63,7 @@ fn missing_acknowledgements_are_noted_and_lose_the_clock() {
     assert_eq!(bench.driver.clock(), ClockState::Lost);
     assert_eq!(bench.notes.iter().filter(|note| !note.warning).count(), 2);
     assert!(matches!(bench.warnings()[..], [one] if one.contains("missing 3 times")));
-    // It is tried on with the full time, and is well again with the first answer.
+    // The full time is tried again, and the clock is good again with the first answer.
     bench.answers = true;
     let before = bench.sent.len();
     bench.run(12);
@@ -114,7 +114,7 @@ fn wrong_clocks_converge() {
             bench.run(1);
             bench.hear(40, 1_500_000);
             if bench.is_believed() {
-                // Less than the span that is believed cannot be told before the first command takes effect.
+                // An offset below the accepted span cannot be detected before the first command takes effect.
                 let error_us = bench.error_us().abs();
                 assert!(
                     error_us < 15_000 || error_us < 9_000_000 && bench.us < 7_200_000,

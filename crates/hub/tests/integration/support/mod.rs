@@ -36,7 +36,7 @@ pub(crate) fn voltage(src: Address, dst: Address, timestamp: f64) -> Bytes {
     packet(src, dst, timestamp, messages::Voltage { value: 12.0 })
 }
 
-/// Hands a packet in and tells who got it.
+/// Passes a packet in and returns who got it.
 pub(crate) fn pass(hub: &mut Hub, now: Now, from: PeerId, packet: &Bytes) -> Vec<PeerId> {
     hub.packets(now, from, [Incoming::from(packet.clone())]);
     let outcome = drain(hub);
@@ -44,7 +44,7 @@ pub(crate) fn pass(hub: &mut Hub, now: Now, from: PeerId, packet: &Bytes) -> Vec
     outcome.into_keys().collect()
 }
 
-/// What waits for each peer.
+/// The send queue of each peer.
 pub(crate) fn drain(hub: &mut Hub) -> BTreeMap<PeerId, Vec<Bytes>> {
     let mut out = BTreeMap::new();
     hub.drain_deliveries(|peer, packets| {

@@ -12,7 +12,7 @@ pub(crate) struct ChartAshore {
     digest: ChartDigest,
     /// The next part is read with a wrong byte.
     pub(crate) corrupt_next: bool,
-    /// What the vessel said last.
+    /// The vessel's last report.
     pub(crate) report: Option<ChartReport>,
     pub(crate) parts: u64,
 }
@@ -21,9 +21,9 @@ pub(crate) struct ChartAshore {
 pub(crate) struct ChartAtSea {
     /// On disk and in force.
     held: ChartDigest,
-    /// On disk: what there is of another.
+    /// On disk: the parts of another.
     part: Option<(ChartOffer, Vec<u8>)>,
-    /// What the disk is about to answer; dies with the program.
+    /// The disk's pending answer; lost with the program.
     answers: Vec<VesselInput>,
     /// Charts that were whole and not what their digest says.
     pub(crate) refused: u64,
@@ -32,7 +32,7 @@ pub(crate) struct ChartAtSea {
     pub(crate) used: u64,
 }
 
-/// Any function of the bytes that tells two charts apart.
+/// Any function of the bytes that distinguishes two charts.
 fn digest(bytes: &[u8]) -> ChartDigest {
     let mut digest = [0; 32];
     for (lane, eight) in (1_u64..).zip(digest.chunks_exact_mut(8)) {
@@ -57,7 +57,7 @@ impl World {
         self.offer();
     }
 
-    /// Tells the shore's machine what there is.
+    /// Reports the present chart to the shore's machine.
     pub(crate) fn offer(&mut self) {
         let ChartAshore { file, digest, .. } = &self.shore.chart;
         let offer = ChartOffer { digest: *digest, bytes: file.len() as u64, edition: "4".to_owned() };
@@ -87,7 +87,7 @@ impl World {
         self.vessel.chart.part.as_ref().map_or(0, |(_, bytes)| bytes.len())
     }
 
-    /// What the vessel's program tells its machine at its start.
+    /// What the vessel's program reports to its machine at its start.
     pub(crate) fn tell_chart_aboard(&mut self) {
         self.vessel.chart.answers.clear();
         self.vessel_handle(VesselInput::ChartAboard(self.vessel.chart.aboard()));

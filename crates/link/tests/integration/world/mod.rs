@@ -23,7 +23,7 @@ use vessel::VesselNode;
 pub(crate) const SECOND: u64 = 1_000_000;
 const EPOCH_US: i64 = 1_790_000_000_000_000;
 
-/// What happens at a time.
+/// An event at a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Event {
     /// The vessel says the next packet.
@@ -45,7 +45,7 @@ pub(crate) enum Event {
     Command,
 }
 
-/// What goes wrong, and for how long (µs).
+/// A fault, and for how long (µs).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Fault {
     Cut(u64),
@@ -61,10 +61,10 @@ pub(crate) enum Fault {
     /// One of the ways takes so long in one direction from now on.
     Delay(usize, u64),
     KillVessel(u64),
-    /// The vessel's program does nothing, and then goes on.
+    /// The vessel's program stalls, and then continues.
     Stall(u64),
     KillShore(u64),
-    /// All connections break and both ends are told.
+    /// All connections break and both ends are informed.
     Reset,
     DiskFull(u64),
     /// Bytes a second, and for how long.
@@ -73,7 +73,7 @@ pub(crate) enum Fault {
     StepClock(i64),
     /// A message comes twice.
     Duplicate,
-    /// A message overtakes the one before.
+    /// A message overtakes the previous one.
     Swap,
     /// The shore has another chart of so many bytes.
     NewChart(u64),
@@ -130,7 +130,7 @@ impl World {
         self
     }
 
-    /// Something will happen so much later.
+    /// Schedules an event this much later.
     pub(crate) fn at(&mut self, after_us: u64, event: Event) {
         self.sequence += 1;
         self.queue.insert((self.now_us + after_us, self.sequence), event);
@@ -268,7 +268,7 @@ impl World {
         }
     }
 
-    /// What the shore has on its disk is what the vessel said: each once, none missing.
+    /// The records on the shore's disk are those that the vessel sent: each once, none missing.
     pub(crate) fn check_everything_arrived(&self) {
         assert_eq!(self.shore.kept.len() as u64, self.said, "each packet once");
         let mut numbers = self.shore.kept.iter();
@@ -278,13 +278,13 @@ impl World {
         }
     }
 
-    /// The number of packets said that the shore's disk lacks.
+    /// The number of sent packets that the shore's disk lacks.
     pub(crate) fn missing(&self) -> u64 {
         self.said - self.shore.kept.len() as u64
     }
 }
 
-/// The packet of this number, said at this time.
+/// The packet of this number, sent at this time.
 fn packet(number: u64, at_us: u64) -> Bytes {
     // Measured values are noise in their lower digits, which is what compression meets at sea.
     let mut chance = Chance::new(number + 1);
@@ -309,7 +309,7 @@ fn packet(number: u64, at_us: u64) -> Bytes {
     Packet::new(header, state).encode().unwrap().into()
 }
 
-/// When a packet was said (µs).
+/// When a packet was sent (µs).
 pub(crate) fn said_at(packet: &[u8]) -> u64 {
     imc::PacketView::new(packet).unwrap().timestamp() as u64
 }

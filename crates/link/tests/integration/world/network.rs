@@ -211,7 +211,7 @@ impl World {
         let has_it = *wire.end(direction);
         let Some((_, bytes)) = wire.queue(direction).pop_front() else { return };
         if !has_it {
-            // Nobody there: the sender is told.
+            // The receiver is gone: the sender is informed.
             let back = delay_us;
             return self.at(back, Event::Gone(id, direction.other()));
         }

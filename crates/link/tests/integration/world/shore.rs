@@ -23,14 +23,14 @@ pub(crate) struct ShoreNode {
     stream: u64,
     /// Packets that came again after they were received.
     pub(crate) repeated: u64,
-    /// When the newest packet known ashore was said (µs).
+    /// When the newest packet known ashore was sent (µs).
     pub(crate) newest_us: u64,
     pub(crate) commands: u64,
-    /// Identity to the time it was given (µs), its time to live and what became of it.
+    /// Identity to the time it was given (µs), its time to live and its outcome.
     pub(crate) asked: BTreeMap<u64, (u64, Duration, Option<Outcome>)>,
     pub(crate) ups: u64,
     starts: u64,
-    /// The record that was given last since the link stands.
+    /// The last record given since the link is open.
     last_given: Option<u64>,
     last_live_us: u64,
     pub(crate) ways: Option<WaysReport>,
@@ -39,14 +39,14 @@ pub(crate) struct ShoreNode {
     /// When the newest value came last, and the longest time without a newer one (µs), since it was set to zero.
     heard_us: u64,
     pub(crate) longest_gap_us: u64,
-    /// Records that came after a live value that was said later.
+    /// Records that came after a live value that was sent later.
     pub(crate) overtaken: u64,
     pub(crate) chart: ChartAshore,
 }
 
 impl ShoreNode {
     pub(crate) fn durable(&self) -> Option<u64> {
-        // Nothing is kept with holes, so the last tells.
+        // Nothing is kept with holes, so the last number is enough.
         self.kept.last_key_value().map(|(seq, _)| *seq)
     }
 }
@@ -131,7 +131,7 @@ impl World {
         }
     }
 
-    /// A value that was said then is ashore.
+    /// A value that was sent then is ashore.
     fn heard(&mut self, said_us: u64) {
         self.shore.overtaken += u64::from(said_us < self.shore.newest_us);
         if said_us > self.shore.newest_us {

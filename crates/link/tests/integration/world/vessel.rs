@@ -28,14 +28,14 @@ pub(crate) struct VesselNode {
     waiting: Vec<VesselInput>,
     /// It looks so much later than it should.
     pub(crate) late_us: u64,
-    /// When each packet was said (µs).
+    /// When each packet was sent (µs).
     pub(crate) told: Vec<u64>,
     /// Commands that were delivered: identity and world time.
     pub(crate) delivered: Vec<(u64, u64)>,
     /// So many of them by earlier starts.
     delivered_before: usize,
     pub(crate) ways: Vec<WaySettings>,
-    /// What each way had carried, as is on the disk.
+    /// The bytes that each way had carried, as on the disk.
     used: Vec<Used>,
     next_used_us: u64,
     /// When which way carried what.
@@ -162,7 +162,7 @@ impl World {
         self.at(for_us, Event::VesselTimer);
     }
 
-    /// What happened in a stall comes after the look at the time, as in the driver, which reads its sockets later.
+    /// Events of a stall come after the time is read, as in the driver, which reads its sockets later.
     pub(crate) fn vessel_handle(&mut self, input: VesselInput) {
         if self.now_us < self.vessel.stalled_until_us {
             return self.vessel.waiting.push(input);

@@ -1,4 +1,4 @@
-//! Plans: how they start, go on and end, and what is answered.
+//! Plans: how they start, continue and end, and the replies.
 
 use super::*;
 use crate::maneuver::FailReason;

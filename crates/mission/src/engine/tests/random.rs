@@ -1,4 +1,4 @@
-//! Any order of anything: what must hold holds.
+//! Random sequences of inputs: the invariants hold.
 
 use super::*;
 use crate::command::Drive;

@@ -223,7 +223,7 @@ fn follow_reference_hovers_while_another_vessel_is_close() {
     assert_eq!(bench.fix(fix(16.0, 0.0)), []);
     bench.now_s = 35.1;
     path(&bench.fix(fix(16.0, 0.0)));
-    // Without a separation nobody is too close.
+    // Without a separation no vessel is too close.
     bench.config.reference.separation_m = 0.0;
     bench.event(&sighting(16.0, 0.0));
     assert_eq!(bench.fix(fix(16.0, 0.0)), []);
@@ -285,7 +285,7 @@ fn a_reference_that_stops_or_slows_down_is_obeyed_where_the_way_would_be_refused
     assert_eq!(slower, [Command::ChangeSpeed(Speed::MetresPerSecond(0.5))]);
     assert_eq!(bench.event(&Event::Reference(only(0.0))), [Command::Drift]);
     assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
-    // To go on from here is another matter.
+    // Continuing from here is another matter.
     assert_eq!(bench.event(&Event::Reference(only(1.0))), []);
     assert_eq!((phase(&bench), warnings(&bench)), (Some(ReferencePhase::Hover), 1));
 }
@@ -326,7 +326,7 @@ fn a_system_that_leaves_the_area_is_waited_for_inside() {
     assert_eq!(path(&seen(&mut bench, 90.0)).end, place(90.0, 0.0), "the other is back");
 }
 
-/// Following in the square with the bay, south of which the vessel lies; ways around are looked for.
+/// Following in the square with the bay, south of which the vessel lies; ways around are searched for.
 fn beside_the_bay() -> Bench {
     let mut bench = following();
     bench.config.reference.routes_around = true;

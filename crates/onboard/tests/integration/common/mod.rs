@@ -29,13 +29,13 @@ pub(crate) fn frame() -> LocalFrame {
     LocalFrame::new(LatLon::from_deg(63.33, 10.0833).unwrap())
 }
 
-/// Vessel, console, and everything that was said.
+/// Vessel, console, and all messages sent.
 pub(crate) struct Sea {
     pub(crate) vehicle: Vehicle<Simulated>,
     pub(crate) said: Vec<(Now, Packet)>,
     pub(crate) outputs: Vec<(Now, Output)>,
     pub(crate) motors: Vec<(Now, control::MotorPair)>,
-    /// What the disk holds.
+    /// The contents of the disk.
     pub(crate) disk: Kept,
     /// Whether the console sends heartbeats.
     pub(crate) heartbeats: bool,
@@ -80,7 +80,7 @@ impl Sea {
         self.vehicle.tell(input, &mut |now, event| notes.take(now, event));
     }
 
-    /// Tells it a reading of this moment.
+    /// Gives it a reading of this moment.
     pub(crate) fn read(&mut self, reading: devices::Reading) {
         let at = self.vehicle.now.mono;
         self.tell(Input::Reading(at, reading));
@@ -97,7 +97,7 @@ impl Sea {
         self.tell(Input::Connected(PEER));
     }
 
-    /// Time passes for the hull while nobody polls it or steers.
+    /// Time passes for the hull while the program neither polls nor steers.
     pub(crate) fn hang(&mut self, seconds: f64) {
         let span = Duration::from_secs_f64(seconds);
         self.vehicle.hull.vessel.step(span);
@@ -170,7 +170,7 @@ impl Sea {
         self.last::<VehicleState>().unwrap_or_default().op_mode
     }
 
-    /// Forgets what was said so far.
+    /// Forgets the messages so far.
     pub(crate) fn forget(&mut self) {
         self.said.clear();
         self.outputs.clear();
@@ -233,7 +233,7 @@ impl Sea {
     }
 }
 
-/// Where is noted what the brain wants.
+/// The outputs of the brain are noted here.
 struct Notes<'a> {
     said: &'a mut Vec<(Now, Packet)>,
     outputs: &'a mut Vec<(Now, Output)>,

@@ -1,7 +1,7 @@
 //! The fictitious archipelago: starts close to its shores, and two judges of where the hull is.
 //!
-//! What is charted is told by the index, which is held against a plain reference elsewhere
-//! (`crates/charts/tests/depth_reference.rs`); how deep it truly is by the sea floor that the cells were drawn from.
+//! The charted depth comes from the index, which is compared with a plain reference elsewhere
+//! (`crates/charts/tests/depth_reference.rs`); the true depth from the sea floor that the cells were drawn from.
 
 use super::{HOME, HULL_M, Numbers, Waters};
 use charts::demo::{SeaFloor, archipelago, sea_floor};

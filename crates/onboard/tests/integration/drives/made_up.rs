@@ -9,7 +9,7 @@ use units::{LocalFrame, LocalPoint};
 /// Around the start it is deep as far as this (m).
 const HAVEN_M: f64 = 50.0;
 
-/// A sea by itself.
+/// A separate sea.
 pub(crate) struct MadeUp(Chartmaker);
 
 impl Waters for MadeUp {

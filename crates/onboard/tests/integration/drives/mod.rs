@@ -26,11 +26,11 @@ const HOME: LocalPoint = LocalPoint { north_m: 0.0, east_m: 0.0 };
 /// A track with so much room on both sides is a safe one (m).
 const ROOM_M: f64 = 30.0;
 
-/// What a drive goes over, in metres around its start.
+/// The sea of a drive, in metres around its start.
 trait Waters {
     /// The water of a drive.
     fn of(numbers: &mut Numbers) -> Self;
-    /// What the vessel goes by.
+    /// The chart aboard.
     fn chart(&self) -> Chart;
     /// The start.
     fn frame(&self) -> LocalFrame;
@@ -52,13 +52,13 @@ enum Kind {
     Silence,
 }
 
-/// What became of a drive.
+/// The result of a drive.
 #[derive(Debug)]
 struct Drive {
     kind: Kind,
     /// The plan was refused at its start.
     refused: bool,
-    /// What was wanted keeps well clear of danger.
+    /// The order keeps well clear of danger.
     safe: bool,
     /// The supervisor blocked thrust, or took over.
     stopped: bool,
@@ -108,7 +108,7 @@ fn drive<W: Waters>(seed: u64) -> Drive {
     drive
 }
 
-/// Asks for the drive, and tells whether what is wanted is safe.
+/// Orders the drive, and returns whether it is safe.
 fn begin<W: Waters>(
     sea: &mut Sea,
     drive: &mut Drive,

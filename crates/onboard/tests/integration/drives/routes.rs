@@ -25,7 +25,7 @@ const CLEARANCE_M: f64 = 25.0;
 const TURN_RADIUS_M: f64 = 8.0;
 const SPEED_MPS: f64 = 1.5;
 
-/// What became of a route.
+/// The result of a route.
 #[derive(Debug)]
 struct Sailed {
     length_m: f64,
@@ -34,7 +34,7 @@ struct Sailed {
     strayed_m: f64,
     /// Nearest to land, a danger or shallow water (m).
     nearest_m: f64,
-    /// What went wrong; empty if nothing.
+    /// The failure; empty if none.
     wrong: String,
 }
 
@@ -163,7 +163,7 @@ fn a_hundred_routes_are_sailed_without_entering_their_margins() {
     sail(0..100);
 }
 
-/// Nobody is heard any more while an operator steers, and home lies behind the archipelago's land. Takes some seconds: a
+/// Contact is lost while an operator steers, and home lies behind the archipelago's land. Takes some seconds: a
 /// quarter of an hour at sea.
 #[test]
 fn a_return_over_the_demonstrations_chart_keeps_out_of_all_margins() {
@@ -201,7 +201,7 @@ fn a_return_over_the_demonstrations_chart_keeps_out_of_all_margins() {
     let told = sea.all::<LogBookEntry>();
     assert!(told.iter().any(|(_, entry)| entry.text.to_str_lossy().contains("returning by a route of")));
     let frame = LocalFrame::new(way.start);
-    // What it keeps clear by, without what it may stray; the start may lie as near as the guard lets it.
+    // Its clearance, without the allowed stray; the start may lie as near as the guard lets it.
     let least_m = limits.hull_m + limits.position_m;
     while returns(&sea) {
         sea.run(1.0);

@@ -1,4 +1,4 @@
-//! The server's certificate: told in time, and again when it becomes urgent.
+//! The server's certificate: reported in time, and again when it becomes urgent.
 
 use super::*;
 

@@ -72,7 +72,7 @@ impl Bench {
         }
     }
 
-    /// What is told: kind, state and priority.
+    /// The reported alarms: kind, state and priority.
     fn told(&self) -> Vec<(Kind, State, Priority)> {
         let told = self.alarms.standing().filter(|alarm| alarm.is_told());
         told.map(|alarm| (alarm.key.kind, alarm.state, alarm.priority)).collect()
@@ -101,7 +101,7 @@ fn silence_is_one_alarm_whatever_else_stops_with_it() {
     bench.silence(300);
     assert_eq!(bench.told(), [(Kind::NotHeard, State::Acknowledged, Priority::Warning)]);
     assert_eq!(bench.only().acknowledged.unwrap().by, "nils");
-    // Heard again: the silence is over, and the motor is told once more.
+    // Heard again: the silence is over, and the motor is reported again.
     bench.part(2, EntityStateState::Error);
     bench.say(0, m::EstimatedState::default());
     bench.pass(4);
@@ -372,8 +372,8 @@ fn when_all_places_are_taken_the_urgent_get_one_and_the_rest_is_counted() {
 }
 
 proptest! {
-    /// Whatever comes and goes: a reader that follows the changes knows what stands, numbers never repeat, an alarm
-    /// sounds only while nobody knows of it, and after a quiet time and everybody's word nothing is left.
+    /// Under any sequence of troubles: a reader that follows the changes knows the present alarms, numbers never repeat, an
+    /// alarm sounds only until it is acknowledged, and after a quiet time and all acknowledgements none is left.
     #[test]
     fn readers_follow_and_all_comes_to_rest(
         steps in prop::collection::vec((0_usize..4, 0_usize..4, 1_u64..40, 0_u8..6), 1..60),

@@ -1,4 +1,4 @@
-//! Parts are known by what they send, whatever they are called.
+//! Parts are recognised by their messages, whatever their label.
 
 use super::*;
 
@@ -11,7 +11,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// Everything that tells what a part is, once.
+/// Each message that shows what a part is, once.
 fn all_speak(bench: &mut Bench) {
     let values = |data: &str| m::Event { topic: "EntityStateValues".into(), data: data.into() };
     bench.say(1, m::GpsFix::default());
@@ -103,7 +103,7 @@ fn after_a_restart_labels_come_before_what_a_number_sent_earlier() {
         bench.pass(1);
     }
     assert_eq!(bench.only().key.kind, Kind::Hydrophone);
-    // What is called nothing that tells is still what it was.
+    // A part whose label says nothing keeps its kind.
     let list = m::EntityList { op: m::EntityListOp::Report, list: "Babord=1".into() };
     bench.say(0, list);
     for _ in 0..12 {

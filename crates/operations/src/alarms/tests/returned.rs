@@ -1,8 +1,8 @@
-//! Alarms that returned, and what people themselves ordered.
+//! Alarms that returned, and effects of people's own orders.
 
 use super::*;
 
-/// A vessel sails, is lost and is heard again, and nobody says that they know.
+/// A vessel sails, is lost and is heard again, and no one acknowledges the alarm.
 fn returned() -> (Bench, AlarmId) {
     let mut bench = Bench::new();
     bench.mode(VehicleStateOpMode::Maneuver, 450);
@@ -23,7 +23,7 @@ fn a_returned_alarm_does_not_rise_again_when_its_vessel_is_switched_off_at_rest(
     bench.silence(300);
     let alarm = bench.only();
     assert_eq!((alarm.state, alarm.id, alarm.sounded), (State::Returned, id, sounded), "silent at the quay");
-    // Who acknowledges what was is told what is.
+    // After a past alarm is acknowledged, the present one is reported.
     bench.alarms.acknowledge(bench.now(), id, "nils").unwrap();
     bench.silence(2);
     let alarm = bench.only();
@@ -54,7 +54,7 @@ fn what_the_log_book_says_of_an_abort_that_was_ordered_is_no_trouble() {
         ..m::LogBookEntry::default()
     };
     let mut bench = Bench::new();
-    // By itself, with nobody's order, it is.
+    // An abort without an order raises an alarm.
     bench.say(5, entry("got abort request from entity Leak @ 0x09"));
     bench.pass(2);
     assert_eq!(bench.only().key.kind, Kind::LogBook);
@@ -70,7 +70,7 @@ fn what_the_log_book_says_of_an_abort_that_was_ordered_is_no_trouble() {
     bench.say(0, entry("plan failed: vehicle was aborted"));
     bench.pass(3);
     assert_eq!(bench.told(), []);
-    // What has nothing to do with it is told, and so is an abort long after the order.
+    // An unrelated entry is reported, and so is an abort long after the order.
     bench.say(5, entry("the leak sensor is wet"));
     bench.pass(2);
     assert_eq!(bench.only().text, "Logger: the leak sensor is wet");

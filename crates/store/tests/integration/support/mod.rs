@@ -1,4 +1,4 @@
-//! What the tests of the store share.
+//! Helpers for the tests of the store.
 
 use imc::messages::{EstimatedState, Payload, Temperature};
 use imc::{Address, Header};
@@ -58,7 +58,7 @@ pub(crate) fn archived(folder: &Path, system: Address) -> Vec<u8> {
     days.iter().flat_map(|day| std::fs::read(day.join("Data.lsf")).unwrap()).collect()
 }
 
-/// Everything the history says of itself but when it came, as text: to compare two.
+/// The history's contents without arrival times, as text: to compare two.
 pub(crate) fn dump(folder: &Path) -> Vec<String> {
     let mut lines = Vec::new();
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder.join("history"))
