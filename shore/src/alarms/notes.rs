@@ -1,4 +1,4 @@
-//! What happened to alarms, kept in app.db and asked for page by page.
+//! The log of alarm changes in app.db, read page by page.
 
 use crate::identity::{Fault, Request};
 use api::AlarmNote;

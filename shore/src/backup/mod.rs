@@ -1,4 +1,4 @@
-//! A backup of everything, and its way back.
+//! Backup of all data, and restore.
 //!
 //! A backup is a folder with the files of a data folder and `manifest`, which names each with its length and digest.
 //! [`make`] writes it, also while a server runs and into the folder of an earlier one, which `keeping` leaves as it is until the
