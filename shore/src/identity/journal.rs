@@ -38,7 +38,7 @@ struct Shared {
 }
 
 impl Journal {
-    /// Empty, with the clock by which it is written.
+    /// Empty, with its clock.
     pub(super) fn new(clock: Clock) -> Self {
         Self(Arc::new(Shared { clock, waiting: Mutex::default(), ready: Notify::default() }))
     }
