@@ -281,7 +281,7 @@ impl Thread {
             // The hub has checked its checksum.
             match self.store.accept_checked(&accepted) {
                 Ok(_) => {}
-                // As much waits as may: make room, then go on with this one.
+                // The store's buffer is full: make room, then continue with this one.
                 Err(StoreError::Full { .. }) => {
                     self.dirty = true;
                     self.commit(true)?;

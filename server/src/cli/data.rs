@@ -167,7 +167,7 @@ impl Drop for Progress {
     }
 }
 
-/// The data folder, which must be one: a slip of the finger is no empty history.
+/// The data folder, which must be one: a typo must not look like an empty history.
 pub(super) fn folder(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load_to_write()?.data;
     ensure!(
@@ -224,7 +224,7 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     to_output(arguments.output.as_deref(), is_text, &mut |out| write(&data, &selection, arguments, out))
 }
 
-/// Writes to a file, or to the standard output; `is_text` is what a terminal can show.
+/// Writes to a file, or to the standard output; `is_text` if a terminal can show it.
 pub(super) fn to_output(
     output: Option<&Path>,
     is_text: bool,
@@ -240,7 +240,7 @@ pub(super) fn to_output(
             outcome => outcome.map(drop),
         };
     };
-    // Under another name until it is whole: a file that is there is never half an export.
+    // Written under another name until complete: an existing file is never a partial export.
     let mut part = path.to_owned().into_os_string();
     part.push(".part");
     let part = PathBuf::from(part);
@@ -259,7 +259,7 @@ pub(super) fn to_output(
     Ok(())
 }
 
-/// Says how many messages have no row in a table.
+/// Reports how many messages have no row in a table.
 fn tell_left_out(data: &Path, selection: &Selection) -> anyhow::Result<()> {
     let count = store::unexplained(&mut Reader::open(data)?, selection)?;
     if count > 0 {
@@ -344,7 +344,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> ExitCode {
     }
 }
 
-/// Whether a backup is configured and can be made. Where none is, a timer passes it over; a disk that is not mounted is a fault.
+/// Whether a backup is configured and possible. Without one a timer skips it; a disk that is not mounted is an error.
 fn may_back_up(common: &Common) -> anyhow::Result<bool> {
     folder(common)?;
     let config = common.load(Vec::new())?;
@@ -365,7 +365,7 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
         Some(to) => to,
         None => configured(&config)?,
     };
-    // What came before it begins is in it for sure.
+    // Everything recorded before this point is in the backup.
     let covered = store::covered(&data)?;
     let mut progress = Progress::new();
     let done = shore::backup::make(
@@ -417,7 +417,7 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The folder of the configuration, if a backup may go there.
+/// The configured folder, if it is suitable for a backup.
 fn configured(config: &Config) -> anyhow::Result<&PathBuf> {
     let folder = &config.backup.folder;
     match backups::place(config) {
@@ -431,7 +431,7 @@ fn configured(config: &Config) -> anyhow::Result<&PathBuf> {
     }
 }
 
-/// Tells what was set aside this time.
+/// Reports what was set aside this time.
 fn tell_aside(aside: &[Aside], to: &Path) {
     for Aside { path, at, good } in aside {
         let (path, at) = (path.display(), to.join(at));
@@ -471,7 +471,7 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
     Ok(())
 }
 
-/// What time the recordings of a folder cover, by vessel.
+/// Reports the time that recordings cover, by vessel.
 fn tell_covered(covered: Vec<Covered>) {
     for Covered { system, from, to, days } in covered {
         let (from, to) = (clock::written(from), clock::written(to));

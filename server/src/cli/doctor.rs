@@ -1,4 +1,4 @@
-//! `lutra-server doctor`: looks whether all is well, and says what to do where it is not.
+//! `lutra-server doctor`: checks the server and its data, and prints remedies.
 
 use super::say::{complain, say};
 use super::{Common, files};
@@ -22,7 +22,7 @@ pub(super) struct DoctorArguments {
     json: bool,
 }
 
-/// Prints a line for each thing looked at, or JSON.
+/// Prints a line for each check, or JSON.
 pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> ExitCode {
     let checks = match common.load(Vec::new()) {
         Ok(config) => {

@@ -1,4 +1,4 @@
-//! `lutra-server prune`: what is old goes.
+//! `lutra-server prune`: removes old recordings.
 
 use super::Common;
 use super::data::folder;
@@ -34,7 +34,7 @@ pub(super) struct PruneArguments {
     yes: bool,
 }
 
-/// Does as told.
+/// Runs the command.
 pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> ExitCode {
     let outcome =
         if arguments.as_configured { unattended(common, arguments) } else { by_date(common, arguments) };
@@ -48,7 +48,7 @@ pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> ExitCode {
     }
 }
 
-/// Whether something went, or would go.
+/// Returns whether anything was removed, or would be.
 fn by_date(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> {
     let data = folder(common)?;
     let PruneArguments { history_before, archive_before, yes, .. } = *arguments;
@@ -68,7 +68,7 @@ fn by_date(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> 
 fn unattended(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> {
     folder(common)?;
     let config = common.load(Vec::new())?;
-    // Held before it is looked: nobody writes meanwhile.
+    // Opened before the check, so that no other program writes meanwhile.
     let mut store = if arguments.yes { Some(Store::open(&config.data)?) } else { None };
     let Next { verdict, notes } = retention::next(&config, clock::now(), true)?;
     for note in notes {

@@ -124,7 +124,7 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
     Ok(())
 }
 
-/// What would be changed, and what is wrong.
+/// Prints the changes and problems.
 fn tell(told: &RegisterImport) {
     for change in &told.changes {
         let what = if change.is_new { "new" } else { "changed" };

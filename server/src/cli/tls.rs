@@ -38,7 +38,7 @@ pub(super) enum TlsCommand {
     },
 }
 
-/// Does as told.
+/// Runs the command.
 pub(super) fn tls(common: &Common, command: TlsCommand) -> ExitCode {
     let (outcome, trouble) = match command {
         TlsCommand::Init { names, renew } => (init(common, names, renew).map(|()| true), 1),
@@ -61,7 +61,7 @@ fn is_due(common: &Common, within: u32) -> anyhow::Result<bool> {
     authority::is_due(&folder, &named(config, &folder), within, clock::now())
 }
 
-/// The certificate that is configured, or what `tls init` made before it is.
+/// The configured certificate, or the one that `tls init` made if none is configured yet.
 fn named(config: Config, folder: &Path) -> Tls {
     if config.tls.is_given() {
         return config.tls;

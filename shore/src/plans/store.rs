@@ -120,7 +120,7 @@ impl Request for Create {
     }
 }
 
-/// Keeps a change that was made from revision `from`.
+/// Saves a change that was made from revision `from`.
 #[derive(Debug)]
 pub struct Save {
     /// Its number.
@@ -141,7 +141,7 @@ impl Request for Save {
     }
 }
 
-/// Puts a plan away.
+/// Deletes a plan.
 #[derive(Debug)]
 pub struct Delete {
     /// Its number.

@@ -130,7 +130,7 @@ impl Outbox {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Starts again after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
+    /// Reopens after an overflow, for a peer that stays connected. All queued packets but stops are lost.
     pub fn reopen(&self) {
         self.overflow.store(false, Ordering::Relaxed);
     }

@@ -1,8 +1,9 @@
 //! `lutra-server fleet`: a fleet from one file: vessels, link tokens, keys and files of the VPN, and a bundle for each boat.
 //!
-//! `files` is what is kept of it in the data folder, `state` what stands in app.db and there, `apply` makes both as the file says,
-//! `vpn` writes the files of the VPN, `bundle` what is carried aboard, `access` renews and takes what a vessel comes in by, `look` reads the file and
-//! compares it with the server's and the agent's configuration.
+//! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match
+//! the fleet file, `vpn` writes the files of the VPN, `bundle` makes the file that is carried aboard, `access` renews and
+//! revokes a vessel's credentials, `look` reads the fleet file and compares it with the server's and the agent's
+//! configuration.
 
 mod access;
 mod apply;
@@ -99,7 +100,7 @@ pub(super) struct RotateArguments {
     place: Place,
 }
 
-/// Does as told.
+/// Runs the subcommand.
 pub(super) fn fleet(common: &Common, command: FleetCommand) -> anyhow::Result<()> {
     match command {
         FleetCommand::Check { file } => look::check(common, &file),
