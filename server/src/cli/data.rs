@@ -32,14 +32,15 @@ pub(super) struct ImportArguments {
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(super) struct ExportArguments {
-    /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue explains,
-    /// and how many are left out is told. `_raw` alone, as CSV: what it does not explain, with id and payload.
+    /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue
+    /// defines; the number of others is reported. `_raw` alone, as CSV: messages that it does not define, with id and
+    /// payload.
     #[arg(long = "message", value_name = "NAME")]
     messages: Vec<String>,
     /// Vessels by name or address, like 0x2810; may be repeated. Without it: all.
     #[arg(long = "vessel", value_name = "VESSEL")]
     vessels: Vec<String>,
-    /// Entities by number, or by label: what they said while they had it; may be repeated. Without it: all.
+    /// Entities by number, or by label: their messages while they had it; may be repeated. Without it: all.
     #[arg(long = "entity", value_name = "ENTITY")]
     entities: Vec<String>,
     /// Fields by name, like psi or EulerAngles.psi; may be repeated. Without it: all.
@@ -60,13 +61,13 @@ pub(super) struct ExportArguments {
     /// Angles in degrees instead of radians.
     #[arg(long)]
     degrees: bool,
-    /// Numbers that have names by these names.
+    /// Enumerated values by name instead of number.
     #[arg(long)]
     labels: bool,
-    /// Also when each message first came ashore.
+    /// Also when each message was first received ashore.
     #[arg(long)]
     received: bool,
-    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are told apart by semicolons.
+    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are separated by semicolons.
     #[arg(long, value_enum, value_name = "SIGN")]
     spreadsheet: Option<Spreadsheet>,
     /// Of each series only the first row in each span of so many seconds.
@@ -113,7 +114,7 @@ enum Format {
 
 #[derive(Debug, Args)]
 pub(super) struct ReindexArguments {
-    /// Go on although days were removed from the archive that the history still holds; they are given up.
+    /// Continue although days were removed from the archive that the history still holds; they are lost.
     #[arg(long)]
     accept_loss: bool,
 }
@@ -127,8 +128,8 @@ pub(super) struct BackupArguments {
     /// Do not read again what the earlier backup has: faster, and damage to it is not noticed.
     #[arg(long)]
     quick: bool,
-    /// For a timer: only end with 0 if backup.folder is there and on a disk of its own, with 1 if no backup was set up, with 255 if
-    /// a person must look, as where the disk is not mounted.
+    /// For a timer: only end with 0 if backup.folder exists on its own disk, with 1 if no backup was set up, with 255 if a
+    /// person must look, for example if the disk is not mounted.
     #[arg(long, conflicts_with_all = ["to", "quick"])]
     check: bool,
 }

@@ -16,8 +16,8 @@ pub(super) struct DoctorArguments {
     /// Read the whole archive and every page of the history, too. Takes long.
     #[arg(long)]
     thorough: bool,
-    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
-    /// mended. Without it: 1 when something must be mended, else 0.
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 for a warning, 2 when something must be fixed. Without
+    /// it: 1 when something must be fixed, else 0.
     #[arg(long)]
     json: bool,
 }

@@ -88,19 +88,19 @@ enum Command {
     /// The register of studies: tables of projects, people, animals, tags, receivers and deployments, in and out.
     #[command(subcommand)]
     Register(register::RegisterCommand),
-    /// Make the history again from the archive. The server must not run.
+    /// Rebuild the history from the archive. The server must not run.
     Reindex(data::ReindexArguments),
     /// Copy everything into another folder, also while the server runs.
     Backup(data::BackupArguments),
-    /// Make a new data folder of a backup: all or nothing, and only of what is as it was copied.
+    /// Make a new data folder of a backup: all or nothing, and only of undamaged files.
     Restore(data::RestoreArguments),
-    /// Remove what is old. The server must not run.
+    /// Remove old recordings. The server must not run.
     Prune(prune::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
     Chart(chart::ChartArguments),
     /// Plans without a running server: routes on the sea chart.
     Plan(plan::PlanArguments),
-    /// Look whether all is well, and say what to do where it is not.
+    /// Check whether all is well, and print remedies where it is not.
     Doctor(doctor::DoctorArguments),
     /// Write manual pages and completions for shells, for packages.
     #[command(hide = true)]

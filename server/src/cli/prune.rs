@@ -20,16 +20,17 @@ pub(super) struct PruneArguments {
     /// Remove months of the history that ended before this day.
     #[arg(long, value_name = "DATE")]
     history_before: Option<UtcTime>,
-    /// Remove days of the archive that ended before this day. What is only there is lost for ever.
+    /// Remove days of the archive that ended before this day. Data that are only there are lost for ever.
     #[arg(long, value_name = "DATE")]
     archive_before: Option<UtcTime>,
-    /// What is more than `[retention]` of the configuration keeps: for a timer. Only what the backup holds goes.
+    /// Remove what exceeds `[retention]` of the configuration: for a timer. Removes only what the backup holds.
     #[arg(long, conflicts_with_all = ["history_before", "archive_before"])]
     as_configured: bool,
-    /// Only end with 0 if something would go, with 1 if nothing, with 255 if a person must look. The server may run.
+    /// Only end with 0 if something would be removed, with 1 if nothing, with 255 if a person must look. The server may
+    /// run.
     #[arg(long, conflicts_with = "yes")]
     check: bool,
-    /// Do it. Without this, only what would be removed is told.
+    /// Do it. Without this, only print what would be removed.
     #[arg(long)]
     yes: bool,
 }

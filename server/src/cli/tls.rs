@@ -32,7 +32,8 @@ pub(super) enum TlsCommand {
         /// Only if it ends within so many days: for a timer that runs every day.
         #[arg(long, value_name = "DAYS")]
         within: Option<u32>,
-        /// Only end with 0 if a certificate that `tls init` made is to be renewed, with 1 if not, with 255 if that cannot be told.
+        /// Only end with 0 if a certificate that `tls init` made is to be renewed, with 1 if not, with 255 if that cannot
+        /// be determined.
         #[arg(long, requires = "within", conflicts_with = "names")]
         check: bool,
     },

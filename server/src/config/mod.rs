@@ -48,7 +48,7 @@ pub struct Config {
     pub backup: Backup,
     /// How long recordings are kept.
     pub retention: Keep,
-    /// What the server tells about itself.
+    /// The server's log.
     pub log: Log,
 }
 
@@ -110,7 +110,7 @@ pub struct Keep {
     pub archive_days: u16,
 }
 
-/// What the server tells about itself.
+/// The server's log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Log {

@@ -1,4 +1,4 @@
-//! The fleet as it is and as it was, for programs.
+//! The present state and the history of the fleet, for programs.
 
 use crate::AppState;
 use crate::web::{ApiError, OfVessel, QueryParams, Who, extract};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use store::Source;
 use units::UtcTime;
 
-/// Most fields of one question.
+/// Most fields of one query.
 const FIELDS: usize = 200;
 
 /// `GET /api/v1/vessels`.
@@ -29,7 +29,7 @@ pub(crate) async fn vessels(
 ) -> Result<Json<Vec<System>>, ApiError> {
     let wanted = Arc::new(Wanted { grants: who.grants, ..Wanted::default() });
     let mut systems = state.shore.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
-    // The server's own words, and those of its people, make no vessel.
+    // Systems heard only from the server itself are not vessels.
     let shore = hub::Transport::Shore.name();
     systems.retain(|system| system.transports.iter().any(|transport| transport != shore));
     Ok(Json(systems))
@@ -130,10 +130,10 @@ pub(crate) async fn track_gpx(
     Ok(([(header::CONTENT_TYPE, media), (header::CONTENT_DISPOSITION, disposition)], text).into_response())
 }
 
-/// Longest time between two positions that a line may join (µs), where positions are not thinned further apart than a third of that.
+/// Longest time between two positions that a line may join (µs), unless positions are thinned to more than a third of that.
 const UNBROKEN_US: i64 = 300_000_000;
 
-/// The parts of a track between breaks: no line is drawn over a time from which nothing is known.
+/// The segments of a track between breaks: no line is drawn across a time without data.
 fn segments((points, step_us): &(Vec<TrackPoint>, i64)) -> Vec<Vec<(Position, String)>> {
     let longest_us = UNBROKEN_US.max(step_us.saturating_mul(3));
     let placed = |point: &TrackPoint| {

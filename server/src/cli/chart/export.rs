@@ -31,7 +31,7 @@ pub(super) struct GridArguments {
     #[arg(long, value_name = "M")]
     spacing: f64,
     /// Do not divide squares that are everywhere at least this deep (m): fine where shallow, coarse where deep.
-    /// Each square then tells its shallowest.
+    /// Each square then has its shallowest depth.
     #[arg(long, value_name = "M", requires = "coarsest")]
     deep: Option<f64>,
     /// Side of the largest squares (m).

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum FleetCommand {
-    /// Read a fleet file and tell everything that is wrong with it, with line and remedy. Changes nothing.
+    /// Read a fleet file and report everything that is wrong with it, with line and remedy. Changes nothing.
     Check {
         /// The fleet file; deploy/fleet.example.toml explains every key.
         file: PathBuf,
