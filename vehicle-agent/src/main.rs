@@ -1,8 +1,8 @@
 //! The program aboard an Otter: it runs [`onboard::Brain`] against the clock, the devices, the network and the disk.
 //!
-//! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `motor_gate` stops the motors
-//! when the loop stalls. `net`, `disk`, `uplink` and `routing` have threads of their own. It decides nothing about the voyage: that is
-//! `onboard`. It knows the shore by `link` only.
+//! `run::Agent` is the main loop and the only owner of the clock. `hull::Hull` gives readings and takes thrust,
+//! `motor_gate` stops the motors when the loop stalls. `net`, `disk`, `uplink` and `routing` have their own threads. All
+//! decisions about the voyage are in `onboard`. The shore is reached by `link` only.
 
 mod board;
 mod clock;
@@ -43,7 +43,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The configuration that is used where none is given.
+/// The configuration that is used if none is given.
 pub(crate) const OTTER_INI: &str = include_str!("../etc/otter.ini");
 
 const RUN_ENDS: &str = "Exit codes:
@@ -153,7 +153,7 @@ fn main() -> ExitCode {
             .and_then(|level| Voice::start(run.log_format, level)),
         _ => say::level(None, false).and_then(|level| Voice::start(LogFormat::Human, level)),
     };
-    // The log speaks until everything else is over.
+    // The log runs until everything else has ended.
     let (_voice, outcome) = match voice {
         Ok(voice) => (Some(voice), obey(command)),
         Err(error) => (None, Err(error)),

@@ -1,4 +1,4 @@
-//! How errors look to programs: a status, a code that stays, and a text for people.
+//! Errors of the API: a status, a stable code, and a text for people.
 
 use api::{Refusal, RefusalReason};
 use axum::Json;
@@ -9,17 +9,17 @@ use shore::router::Stopped;
 use shore::{Detail, ErrorKind};
 use store::StoreError;
 
-/// Something that did not work, ready to be answered.
+/// An error, ready to be sent.
 #[derive(Debug, Clone)]
 pub(crate) struct ApiError {
     pub(crate) status: StatusCode,
-    /// For programs; stays the same.
+    /// For programs; stable.
     pub(crate) code: &'static str,
     /// For people: what is wrong and what to do.
     pub(crate) text: String,
     /// Seconds after which to try again.
     pub(crate) wait_s: Option<u64>,
-    /// What a page makes its own words of, where there is more than the code.
+    /// Parameters from which a page makes its own text, if any.
     pub(crate) detail: Option<Box<Detail>>,
 }
 
@@ -32,7 +32,7 @@ impl ApiError {
         Self::new(StatusCode::BAD_REQUEST, "bad_request", text)
     }
 
-    /// What cannot be read, with the status that says in which way.
+    /// A malformed request, with its status.
     pub(crate) fn malformed(status: StatusCode, text: impl Into<String>) -> Self {
         Self { status, ..Self::bad_request(text) }
     }
@@ -53,12 +53,12 @@ impl ApiError {
         Self::unavailable("The server is stopping.")
     }
 
-    /// Too many ask for the same.
+    /// Too many requests of this kind.
     pub(crate) fn busy(text: &str) -> Self {
         Self::busy_for(10, text)
     }
 
-    /// The same; it may be asked again after so long (s).
+    /// The same; it may be repeated after this time (s).
     pub(crate) fn busy_for(wait_s: u64, text: &str) -> Self {
         Self { wait_s: Some(wait_s), ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text) }
     }
@@ -68,7 +68,7 @@ impl ApiError {
         Self::new(StatusCode::UNAUTHORIZED, "not_logged_in", text)
     }
 
-    /// What went wrong inside is logged, not shown.
+    /// The cause is logged, not shown.
     pub(crate) fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");
         let text = "The server failed; its log says why.";

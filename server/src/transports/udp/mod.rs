@@ -368,7 +368,7 @@ impl Party {
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
         let services = announce.services.to_str_lossy();
         let all = imc::services::parse(&services).filter(|service| service.scheme == "imc+udp");
-        // Of the announced addresses, the one that it sends from is preferred.
+        // Of the announced addresses, the one that it sends from comes first: it is known to be reachable.
         let mut sockets: Vec<SocketAddrV4> = all.filter_map(|service| service.socket()).take(16).collect();
         sockets.sort_by_key(|socket| IpAddr::V4(*socket.ip()) != from.ip());
         if !sockets.iter().any(|socket| IpAddr::V4(*socket.ip()) == from.ip()) {
