@@ -192,7 +192,7 @@ impl Say {
         connect: impl FnOnce() -> anyhow::Result<L>,
         out: &mut Output,
     ) -> anyhow::Result<Outcome> {
-        // What is to be sent is looked at before anybody is called.
+        // Packets are checked before a connection is made.
         if let Some((message, fields)) = self.message.split_first() {
             let mut value = one_message(message, fields)?;
             let place = |problem| anyhow!("--message {message}: {problem}");

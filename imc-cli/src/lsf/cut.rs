@@ -41,7 +41,7 @@ pub(crate) struct Cut {
 
 impl Cut {
     pub(crate) fn run(&self, out: &mut Output) -> anyhow::Result<Outcome> {
-        // Before the new file is made, so that a mistake leaves nothing behind.
+        // Before the new file is made, so that an error leaves no file.
         let files = self.files.iter().map(|file| log_file(file)).collect::<anyhow::Result<Vec<_>>>()?;
         let selections =
             files.iter().map(|path| self.select.on(path, false)).collect::<anyhow::Result<Vec<_>>>()?;
