@@ -1,4 +1,4 @@
-//! Arrows between crates point down, and cores stay free of sockets, threads and clocks.
+//! Dependencies between crates point to lower layers, and cores stay free of sockets, threads and clocks.
 //!
 //! ARCHITECTURE.md draws the layers; this test enforces them.
 

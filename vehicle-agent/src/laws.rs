@@ -16,8 +16,8 @@ use onboard::Settings;
 use std::time::Duration;
 use units::Speed;
 
-/// Time in which a held button changes the throttle by one step (s): DUNE steps once for each message, of which consoles
-/// send ten a second.
+/// Time in which a held button changes the throttle by one step (s): the original controllers step once for each message,
+/// of which consoles send ten a second.
 const STEP_S: f64 = 0.1;
 
 /// Takes over the values of the files.

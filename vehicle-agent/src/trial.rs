@@ -134,7 +134,7 @@ fn faults(trials: &[Trial]) -> Option<String> {
     (!faults.is_empty()).then(|| format!("on the model of the hull in a flat calm {}", faults.join("; ")))
 }
 
-/// The default gains if they help, with turning on the spot first if needed; else a general remedy.
+/// The default gains if they help, with priority for turning if needed; else a general remedy.
 fn remedy(settings: &Settings, hull: &VesselConfig) -> anyhow::Result<String> {
     let (usual, speed) = match settings.control.drive {
         Drive::Rpm { .. } => (CourseSpeedConfig::fossen_rpm(), course_speed::SPEED_GAINS.spec.name),

@@ -1,4 +1,4 @@
-//! What is told of connections and of recording, also while the disk is in trouble.
+//! Reports about connections and recording, also during a disk fault.
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Answer, Shore};

@@ -266,7 +266,7 @@ pub(crate) fn motors_place(section: &Section) -> anyhow::Result<(Place, Wire)> {
 /// The card's settings of this vessel.
 ///
 /// # Errors
-/// When the interval of commands is longer than the motors accept.
+/// When frequency and divider give no valid interval between two commands.
 pub(crate) fn motors_config(section: &Section) -> anyhow::Result<MotorsConfig> {
     let divider = positive(section.get(&torqeedo::WRITE_DIVIDER));
     let write_period = write_period(section.get(&torqeedo::FREQUENCY), divider)

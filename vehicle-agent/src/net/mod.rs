@@ -47,7 +47,7 @@ pub(crate) struct Listen {
 /// Where to announce.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct AnnouncePorts {
-    /// The server listens on the first free one, and sends to all.
+    /// Announcements are received on the first free one, and sent to all.
     pub(crate) ports: Vec<u16>,
     /// The multicast group.
     pub(crate) group: Ipv4Addr,

@@ -28,7 +28,7 @@ impl Kind {
     }
 }
 
-/// What is to happen.
+/// The fault, or its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
     /// The cable is pulled.
@@ -55,7 +55,7 @@ pub(super) enum Fault {
 /// A parsed line: fault and device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Order {
-    /// What is to happen.
+    /// The fault, or its end.
     pub(super) fault: Fault,
     /// The device.
     pub(super) kind: Kind,

@@ -30,7 +30,7 @@ pub(super) enum Disposition {
 #[derive(Debug)]
 pub(super) struct RateFilter {
     filter: Filter,
-    /// When the last of a kind was recorded, by message, entity and first payload byte.
+    /// When the last of a kind was recorded, by message, entity and, for thrusters, number.
     last: BTreeMap<(u16, u8, u8), UtcTime>,
 }
 
@@ -47,7 +47,7 @@ impl RateFilter {
             return Disposition::Leave;
         }
         if let Some(rate) = self.filter.most_per_s.get(&id).filter(|rate| **rate > 0.0) {
-            // Thrusters of one entity differ by their first byte; for other messages that only lets more through.
+            // The thrusters of one entity are distinguished by their first payload byte.
             let kind = (id, view.src_ent(), view.payload().first().copied().unwrap_or(0));
             let kind = if id == SET_THRUSTER_ACTUATION { kind } else { (kind.0, kind.1, 0) };
             let period_us = (1e6 / rate) as i64;

@@ -238,7 +238,7 @@ impl Worker {
         }
     }
 
-    /// Processes messages; returns whether there may be more in the TLS buffer, which poll does not show.
+    /// Processes messages; returns whether more may be buffered in this process, which poll does not show.
     fn receive(&mut self) -> bool {
         let ids: Vec<ConnectionId> = self.connections.keys().copied().collect();
         let mut more = false;
