@@ -26,7 +26,7 @@ fn frame(out: &mut Vec<u8>, timestamp: f64, state: &EstimatedState) {
     support::frame(out, &header, state);
 }
 
-/// Reads frames and tells each packet's bytes.
+/// Reads frames and passes on each packet's bytes.
 fn read_frames(stream: &mut TcpStream, mut each: impl FnMut(&[u8])) {
     let (mut buffer, mut filled) = (vec![0; 256 * 1024], 0);
     loop {

@@ -248,7 +248,7 @@ fn write_more(folder: &Path) -> Option<()> {
 /// Writes a cell under another name, moved.
 fn write_cell(folder: &Path, name: &str, base: &[u8], block: u32, shift: [i32; 2]) {
     let mut bytes = base.to_vec();
-    // What is left of the name tells which of a block it is.
+    // The rest of the name identifies the cell within a block.
     let renamed = format!("{}{block:02X}{}", &name[..3], &name[5..]);
     assert_eq!(renamed.len(), name.len());
     let text = format!("{name}.000");

@@ -64,7 +64,7 @@ pub(crate) struct RunArguments {
     /// Folder for plans and logs; one agent at a time may use it.
     #[arg(long, default_value = "lutra-data")]
     data: PathBuf,
-    /// Record everything the brain is told and wants, for `replay`.
+    /// Record all inputs and outputs of the brain, for `replay`.
     #[arg(long)]
     record: Option<PathBuf>,
     /// Listen on this address only.
@@ -87,7 +87,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) log_format: LogFormat,
     /// What is logged: error, warn, info, debug, trace or off, also by part as in `warn,vessel=debug`;
-    /// without this what the variable LUTRA_LOG says, else `info`.
+    /// without this the value of the variable LUTRA_LOG, else `info`.
     #[arg(long)]
     pub(crate) log_level: Option<String>,
     /// Log only warnings and errors.

@@ -43,7 +43,7 @@ pub(crate) struct SimulateArguments {
     /// When to end: DONE (the plan is over) or a number of seconds.
     #[arg(long, default_value = "DONE")]
     until: String,
-    /// When it begins, ISO 8601 UTC; the same at every run unless given, so that runs can be compared.
+    /// Start time, ISO 8601 UTC; the same at every run unless given, so that runs can be compared.
     #[arg(long, value_name = "TIME", default_value = "2026-09-21T14:13:20Z")]
     start: UtcTime,
     /// Simulated seconds per second: `max`, or a number.
@@ -58,10 +58,10 @@ pub(crate) struct SimulateArguments {
     /// Write logs below this folder.
     #[arg(long)]
     log: Option<PathBuf>,
-    /// Record everything the brain is told and wants, for `replay`.
+    /// Record all inputs and outputs of the brain, for `replay`.
     #[arg(long)]
     record: Option<PathBuf>,
-    /// Seed of all chance.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A compass without errors.

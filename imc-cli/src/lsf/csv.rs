@@ -44,7 +44,7 @@ struct Cells {
     /// Leave text that looks like a formula as it is
     #[arg(long)]
     raw_text: bool,
-    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are told apart by semicolons
+    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are separated by semicolons
     #[arg(long, value_enum, value_name = "SIGN")]
     spreadsheet: Option<Spreadsheet>,
 }

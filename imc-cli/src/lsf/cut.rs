@@ -34,7 +34,7 @@ pub(crate) struct Cut {
     /// New log to write, gzip'd if its name ends in .gz; standard output unless given
     #[arg(long, short, value_name = "FILE.lsf")]
     output: Option<PathBuf>,
-    /// Keep all packets that tell names of entities and systems too, so that the part explains itself
+    /// Keep all packets with names of entities and systems too, so that the new log has all names
     #[arg(long)]
     keep_names: bool,
 }

@@ -33,7 +33,7 @@ pub(crate) struct Grep {
     files: Vec<PathBuf>,
     #[command(flatten)]
     select: Select,
-    /// Only tell how many packets are found in each file
+    /// Only print how many packets are found in each file
     #[arg(long, short, conflicts_with = "json")]
     count: bool,
     /// Print the packets as JSON lines

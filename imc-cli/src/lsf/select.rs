@@ -23,7 +23,7 @@ pub(crate) struct Select {
     /// Not after this time
     #[arg(long, value_name = "TIME")]
     to: Option<Moment>,
-    /// Only from this entity, by number, or by label: from whoever had it then; may be given several times
+    /// Only from this entity, by number, or by the label that it had then; may be given several times
     #[arg(long, short = 'e', value_name = "ENTITY")]
     entity: Vec<String>,
     /// Only where a field has such a value, such as 'sog>0.5'; of several, all must hold

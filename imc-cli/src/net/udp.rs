@@ -61,7 +61,7 @@ impl UdpLink {
     /// The own port.
     ///
     /// # Errors
-    /// When the system does not tell.
+    /// When the system does not report it.
     pub(crate) fn port(&self) -> io::Result<u16> {
         Ok(self.socket.local_addr()?.port())
     }

@@ -141,7 +141,7 @@ pub(super) struct RestoreArguments {
     from: PathBuf,
 }
 
-/// Rewrites one line on a terminal, not more than ten times a second; says nothing elsewhere.
+/// Rewrites one line on a terminal, not more than ten times a second; prints nothing elsewhere.
 pub(super) struct Progress {
     last: Option<Instant>,
     shown: bool,

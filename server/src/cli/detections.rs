@@ -19,7 +19,7 @@ use units::UtcTime;
 pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
     Export(Box<ExportArguments>),
-    /// List the formats of files, and who reads them.
+    /// List the formats of files, and the programs that read them.
     Formats,
 }
 

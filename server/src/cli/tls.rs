@@ -22,7 +22,7 @@ pub(super) enum TlsCommand {
         #[arg(long)]
         renew: bool,
     },
-    /// Make the server's certificate anew, by the authority of `tls init` that made it; its key and names stay.
+    /// Renew the server's certificate with the authority of `tls init` that made it; its key and names stay.
     ///
     /// A running server takes it within seconds. Boats and browsers that trust the authority accept it as it is.
     Renew {

@@ -305,7 +305,7 @@ async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_
     assert_eq!(offered(), before, "that one has the area which is lost here");
     let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &operator).await;
     assert!(near.body.contains("Salmon farm"), "the chart is the last to know where it lies: {}", near.body);
-    // Lifted, as it says.
+    // Lifted, as the message says.
     let unreadable = listed.areas.iter().find(|one| one.id == first.id).unwrap();
     let lift = json!({"revision": unreadable.revision, "area": unreadable.area, "closed": false});
     let path = format!("/api/v1/no-go-areas/{}", first.id);

@@ -1,4 +1,4 @@
-//! The routes of the API and what belongs to it. One list for each area lies beside.
+//! The routes of the API and what belongs to it. Each area has its own list in a submodule.
 
 mod alarms;
 mod datasets;

@@ -74,7 +74,7 @@ impl Scene {
     }
 }
 
-/// The paths that a link reaches, from the table of routes; each format of a file by itself.
+/// The paths that a link gives access to, from the table of routes; each format of a file separately.
 fn reached(path: &str) -> Vec<String> {
     let of_link = |route: &Route| route.path.starts_with("/s/") && route.method == Method::GET;
     let mut paths: Vec<String> = table()
@@ -346,7 +346,7 @@ async fn a_link_gives_no_more_than_its_part_and_no_place_finer_than_its_cells() 
     let csv = scene.stranger(&format!("{}/detections.csv", coarse.path)).await;
     assert!(csv.body.contains(",63.43500000,10.39000000,,,"), "{}", csv.body);
     assert_eq!(hex::encode(Sha256::digest(&csv.bytes)), coarse.share.content.sha256);
-    // Another link with the same cells gives the same places, so that many links tell no more than one.
+    // Another link with the same cells gives the same places, so that many links reveal no more than one.
     let again =
         scene.link(json!({"precision_m": 1_000, "area": "63.4,10.3;63.45,10.3;63.45,10.6;63.4,10.6"})).await;
     let part = scene.stranger(&format!("{}/detections.csv", again.path)).await;

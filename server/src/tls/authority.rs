@@ -137,7 +137,7 @@ fn read_key(path: &Path) -> anyhow::Result<KeyPair> {
 /// What `lutra-server tls renew` did.
 #[derive(Debug)]
 pub(crate) enum Renewal {
-    /// The certificate was made anew.
+    /// The certificate was renewed.
     Renewed {
         /// For these names and addresses.
         names: Vec<String>,

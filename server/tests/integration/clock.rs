@@ -1,7 +1,7 @@
 //! A real server whose wall clock jumps by hours and days: nothing is disturbed. Links use a monotonic clock, people stay
 //! logged in, and packets are stored once, in the folder of the day by the shore's clock.
 //!
-//! Needs libfaketime (`make test` installs it); says so where it is absent.
+//! Needs libfaketime (`make test` installs it); prints a note where it is absent.
 
 use crate::support::ashore::{
     all_that_was_logged_is_ashore, archived_bytes, arrivals_s, every_number_came_once, newest_s, now_s,

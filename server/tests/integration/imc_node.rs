@@ -40,7 +40,7 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     let shore = Shore::start(|config| {
         config.imc.active = true;
         config.transports.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-        // The vehicle's own socket stands for a discovery port, so that it hears the server's announcement.
+        // The vehicle's own socket serves as a discovery port, so that it gets the server's announcement.
         config.transports.udp.announce_ports = vec![0, at.port()];
     })
     .await;

@@ -12,7 +12,7 @@ fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// Starts InfluxDB on a folder; `None` where there is none.
+/// Starts InfluxDB on a folder; `None` if it is not installed.
 fn influxd(folder: &Path, port: u16) -> Option<Process> {
     let rpc = free_port();
     let at = |name: &str| folder.join(name).display().to_string();

@@ -25,7 +25,7 @@ struct Broker {
 }
 
 impl Broker {
-    /// Starts one with `more` in its configuration; `None`, and says so, where there is none.
+    /// Starts one with `more` in its configuration; `None`, with a note, if it is not installed.
     async fn start(more: &str) -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();

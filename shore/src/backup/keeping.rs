@@ -1,9 +1,9 @@
 //! Writing into a backup so that the earlier one in the same folder can be restored at every moment.
 //!
-//! What the earlier manifest names is never replaced and never shortened. A file that changed goes to the other of its two
-//! places ([`Entry::at`]), `history/x` or `alternate/history/x`; of a file of the archive, which only grows, what is new
-//! is appended, and the earlier manifest still knows how many bytes were its own. The manifest comes last; then what it
-//! does not name any more is removed. A kill at any moment leaves one manifest or the other, and all that it names.
+//! Files of the earlier manifest are never replaced and never shortened. A file that changed goes to the other of its two
+//! places ([`Entry::at`]), `history/x` or `alternate/history/x`; to a file of the archive, which only grows, the new bytes
+//! are appended, and the earlier manifest still has its own number of bytes. The manifest is written last; then files that
+//! it does not name are removed. A kill at any moment leaves one manifest or the other, with all its files.
 //!
 //! A file of the archive is append-only. If the server's file differs in what was copied before (a flipped bit, or
 //! truncated by a crash), the earlier copy may be the only good one: it is set aside, as is a damaged copy of a file that
@@ -24,7 +24,7 @@ const EIO: i32 = 5;
 /// What a backup did.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BackedUp {
-    /// Files that are written anew, whole.
+    /// Files that are rewritten as a whole.
     pub copied: u64,
     /// Files of the archive to which new bytes were appended.
     pub grown: u64,
@@ -91,8 +91,8 @@ impl<'a> Keeping<'a> {
         }
     }
 
-    /// Takes a file that is written whole when it changes. `copy` writes it, as it is at one moment, to a place that is free;
-    /// its source is `from`.
+    /// Backs up a file that is rewritten as a whole when it changes. `copy` writes a consistent state of it to a free
+    /// place; its source is `from`.
     pub(super) fn take(
         &mut self,
         path: &Path,
@@ -112,7 +112,7 @@ impl<'a> Keeping<'a> {
         self.write(path, stamp, copy)
     }
 
-    /// Takes a file of the archive: only what it has grown by since the earlier backup is copied.
+    /// Backs up a file of the archive: only the bytes added since the earlier backup are copied.
     pub(super) fn grow(&mut self, path: &Path, grows_now: bool) -> anyhow::Result<()> {
         let from = self.data.join(path);
         let named = || from.display().to_string();
@@ -120,7 +120,7 @@ impl<'a> Keeping<'a> {
         let stamp = Stamp::of(&from, self.began).with_context(named)?;
         let Some(entry) = self.known.get(path).cloned() else { return self.begin(path, stamp, grows_now) };
         let unchanged = stamp.is_some() && entry.source == stamp;
-        // A start after a crash may have cut off what an earlier backup still saw.
+        // A start after a crash may have truncated bytes that an earlier backup still copied.
         let same = unchanged
             || length >= entry.bytes && hash_prefix(&from, entry.bytes).with_context(named)? == entry.sha256;
         if !same {
@@ -169,7 +169,7 @@ impl<'a> Keeping<'a> {
         })
     }
 
-    /// Writes a file anew to the place that the earlier backup does not use.
+    /// Rewrites a file at the place that the earlier backup does not use.
     fn write(
         &mut self,
         path: &Path,
@@ -261,7 +261,7 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// Gives a copy another name, under which nothing replaces and nothing sweeps it.
+    /// Gives a copy another name, under which it is neither replaced nor removed.
     fn set_aside(&mut self, entry: &Entry, good: bool) -> anyhow::Result<()> {
         let at = self.aside.join(&entry.path);
         let (from, to) = (self.to.join(entry.at()), self.to.join(&at));
@@ -279,12 +279,12 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// What the new manifest names.
+    /// The files of the new manifest.
     pub(super) fn files(&self) -> Vec<Entry> {
         self.entries.values().cloned().collect()
     }
 
-    /// Removes what the new manifest, which must be on the disk, does not name any more.
+    /// Removes files that the new manifest, which must be on the disk, does not name.
     pub(super) fn sweep(&self) -> anyhow::Result<()> {
         let named: BTreeSet<&Path> = self.entries.values().map(Entry::at).collect();
         for at in self.known.values().map(Entry::at).filter(|at| !named.contains(at)) {
@@ -300,8 +300,8 @@ impl<'a> Keeping<'a> {
     }
 }
 
-/// Appends to the copy what the source has after the bytes of the entry, up to `length`; the digest of all of it. `None`
-/// where the copy is not what the entry says, whose damage a digest over all of it would make valid.
+/// Appends the source's bytes after those of the entry, up to `length`, to the copy; returns the digest of all of it.
+/// `None` if the copy does not match the entry: a digest over all of it would make the damage valid.
 fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Option<String>> {
     let (mut source, there) = (File::open(from)?, fs::metadata(to)?);
     let is_link = (there.dev(), there.ino()) == {

@@ -11,9 +11,9 @@ use std::time::{Duration, SystemTime};
 
 /// The manifest's name.
 pub(crate) const MANIFEST: &str = "backup.json";
-/// The form of the manifest that is written.
+/// The format version that is written.
 const VERSION: u32 = 2;
-/// The folder with the second place of each file that is written anew.
+/// The folder with the second place of each rewritten file.
 pub(super) const ALTERNATE: &str = "alternate";
 /// Folder for copies that a person must look at.
 pub(super) const ASIDE: &str = "aside";
@@ -54,7 +54,7 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// Where it lies below the backup.
+    /// Its path below the backup.
     pub(super) fn at(&self) -> &Path {
         self.at.as_deref().unwrap_or(&self.path)
     }
@@ -128,7 +128,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Writes it whole or not at all.
+    /// Writes it atomically.
     pub(crate) fn write(&self, backup: &Path) -> anyhow::Result<()> {
         let (path, new) = (backup.join(MANIFEST), backup.join("backup.json.new"));
         let write = || -> std::io::Result<()> {

@@ -1,4 +1,4 @@
-//! Making a data folder of a backup.
+//! Restores a data folder from a backup.
 
 use super::manifest::{Entry, Manifest, copy};
 use crate::folder::RESTORING;
@@ -9,7 +9,7 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
-/// What a restore did.
+/// Result of a restore.
 #[derive(Debug)]
 pub struct Restored {
     /// Files that were restored.
@@ -152,7 +152,7 @@ fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool,
     Ok((true, moved))
 }
 
-/// Moves all that a folder within `data` holds to `data`, and removes the folder last.
+/// Moves everything in a folder inside `data` to `data`, and removes the folder last.
 fn move_up(growing: &Path, data: &Path) -> anyhow::Result<()> {
     let moved = || -> io::Result<()> {
         for entry in fs::read_dir(growing)? {

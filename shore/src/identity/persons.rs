@@ -259,7 +259,7 @@ async fn list(db: &mut SqliteConnection) -> Result<Vec<Person>, Fault> {
     Ok(people)
 }
 
-/// The number that stands for a role in the database.
+/// The number of a role in the database.
 pub fn number(role: Role) -> i64 {
     match role {
         Role::Viewer => 1,
@@ -269,7 +269,7 @@ pub fn number(role: Role) -> i64 {
     }
 }
 
-/// The role behind a number.
+/// The role with this number.
 pub fn role(written: i64) -> Option<Role> {
     Role::ALL.into_iter().find(|role| number(*role) == written)
 }

@@ -181,7 +181,7 @@ async fn changed<R: Request>(
 /// Carries `request` out in a transaction that is committed only when it succeeds.
 ///
 /// # Errors
-/// What the request says.
+/// As the request.
 pub async fn within_transaction<R: Request>(
     db: &mut SqliteConnection,
     request: R,

@@ -35,7 +35,7 @@ impl Register {
         Self { people, clock }
     }
 
-    /// The kind that a word stands for.
+    /// Parses a kind.
     ///
     /// # Errors
     /// There is no such kind; the text lists the kinds.

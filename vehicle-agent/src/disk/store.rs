@@ -140,7 +140,7 @@ impl Store {
         }
     }
 
-    /// The file with who deleted plans last.
+    /// The file that names who deleted plans last.
     fn last_change(&self) -> PathBuf {
         self.folder.with_extension("change")
     }

@@ -41,8 +41,8 @@ pub(crate) struct DoctorArguments {
     /// How long devices and the shore may take to answer (s).
     #[arg(long, default_value_t = 8)]
     patience: u64,
-    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
-    /// mended. Without it: 1 when something must be mended, else 0.
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 for a warning, 2 when something must be fixed. Without
+    /// it: 1 when something must be fixed, else 0.
     #[arg(long)]
     json: bool,
 }

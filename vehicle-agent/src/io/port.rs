@@ -342,7 +342,8 @@ mod tests {
 
     #[test]
     fn a_socket_of_frames_takes_and_gives_them_whole_and_waits_for_nobody() {
-        // A pair that keeps frames apart and has a bounded queue stands in for the bus: many kernels have none, not even a virtual one.
+        // A socket pair that keeps message boundaries and has a bounded queue replaces the bus: many kernels have none, not
+        // even a virtual one.
         use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
         let (own, card) =
             socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::NONBLOCK, None).unwrap();

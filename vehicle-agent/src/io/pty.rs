@@ -40,8 +40,8 @@ impl Pty {
         Ok(Self { device, path })
     }
 
-    /// A new one for a test; `None` where there cannot be one, which is told: qemu-user (7.2 at least) has none of the calls by
-    /// which terminals of any speed are set (`TCGETS2`).
+    /// A new one for a test; `None`, with a note, where there cannot be one: qemu-user (7.2 at least) lacks the calls that
+    /// set any terminal speed (`TCGETS2`).
     #[cfg(test)]
     pub(crate) fn for_test() -> Option<Self> {
         match Self::open() {

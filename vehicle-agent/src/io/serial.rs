@@ -23,8 +23,8 @@ const MOST_NAMES: usize = 12;
 pub(crate) struct Serial(OwnedFd);
 
 impl Serial {
-    /// Opens the one port that the path stands for: raw, eight bits, no parity, one stop bit, at this speed (bit/s), for this
-    /// program alone.
+    /// Opens the one port that matches the path: raw, eight bits, no parity, one stop bit, at this speed (bit/s),
+    /// exclusively.
     ///
     /// # Errors
     /// When it cannot be opened; the text has the remedy.

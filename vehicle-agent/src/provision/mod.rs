@@ -34,10 +34,10 @@ const PASSPHRASE_BYTES: u64 = 1 << 20;
 pub(crate) struct ProvisionArguments {
     /// The bundle.
     file: PathBuf,
-    /// Below which the boat's file system lies; for a card that is prepared on another computer.
+    /// Root of the boat's file system; for a card that is prepared on another computer.
     #[arg(long, value_name = "DIR", default_value = "/")]
     root: PathBuf,
-    /// Only verify, and say what would be written and what is missing.
+    /// Only verify, and print what would be written and what is missing.
     #[arg(long)]
     check: bool,
     /// Take a bundle of another vessel, or an older one than this computer has.

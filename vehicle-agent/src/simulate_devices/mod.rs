@@ -57,16 +57,16 @@ pub(crate) struct SimulateDevicesArguments {
     /// Speed of the hydrophone's line (bit/s).
     #[arg(long, default_value_t = 115_200)]
     hydrophone_baud: u32,
-    /// Seed of all chance.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A compass without errors.
     #[arg(long)]
     perfect: bool,
-    /// A compass that was told what to send before, and saved it; without, it sends nothing before it is told to.
+    /// A compass that was configured before, and saved its settings; without this it sends nothing until configured.
     #[arg(long)]
     set_up: bool,
-    /// Write where the vessel and its fish really are to this file, five times a second: an object of JSON a line.
+    /// Write the true positions of the vessel and its fish to this file, five times a second: an object of JSON a line.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// Write what the computer sends to the devices to this file: an object of JSON for each piece.

@@ -86,7 +86,7 @@ all: {error, offset}, a damaged line in its place; offset of its first byte in t
 /// Arguments of `lutra-agent sniff`.
 #[derive(Debug, Args)]
 pub(crate) struct SniffArguments {
-    /// What speaks.
+    /// The kind of device.
     #[arg(long, value_enum)]
     device: Device,
     /// A serial port, a recording, or - for standard input.
@@ -100,9 +100,9 @@ pub(crate) struct SniffArguments {
     baud: Option<u32>,
     /// The lines of the device `pattern`, as {serial},{utc},{protocol},{id},{data?},#{sum8}.
     ///
-    /// Text stands as it is, fields in braces; ? lets a field be empty. Fields: serial, counter, protocol, id, data,
-    /// snr_db, skip; the time unix_s (with ms), unix_ms or utc; the carrier khz or hz; checksums sum8 and xor8, two
-    /// hexadecimal digits over the line before the text in front of them, without a leading $.
+    /// Text is literal, fields are in braces; ? lets a field be empty. Fields: serial, counter, protocol, id, data, snr_db,
+    /// skip; the time unix_s (with ms), unix_ms or utc; the carrier khz or hz; checksums sum8 and xor8, two hexadecimal
+    /// digits over the line before the text in front of them, without a leading $.
     #[arg(long, value_name = "TEXT", required_if_eq("device", "pattern"), value_parser = Pattern::parse)]
     pattern: Option<Pattern>,
 }

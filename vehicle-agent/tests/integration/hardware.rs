@@ -133,7 +133,7 @@ fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_lin
     let mut console = Console::connect(&agent);
     wait_state(&mut console, Entity::Gps, EntityStateState::Error, "bytes come but no valid NMEA");
     wait_state(&mut console, Entity::MotorPort, EntityStateState::Normal, "");
-    // It is told, at its present speed, to change to the line's speed.
+    // The agent orders it, at its present speed, to change to the line's speed.
     wait_state(&mut console, Entity::Gps, EntityStateState::Normal, "");
     assert!(devices.received("gnss").contains("$JBAUD,115200"), "{}", devices.received("gnss"));
     console.wait_for::<GpsFix>("a position", |fix| fix.validity.contains(GpsFixValidity::VALID_POS));

@@ -24,7 +24,7 @@ pub(super) enum FleetCommand {
         /// The fleet file; deploy/fleet.example.toml explains every key.
         file: PathBuf,
     },
-    /// Make vessels, link tokens, and keys and files of the VPN as a fleet file says. Says first what it will do.
+    /// Make vessels, link tokens, and keys and files of the VPN as a fleet file says. First prints what it will do.
     ///
     /// A second run changes nothing. A vessel that is no longer in the file is reported and keeps its access, unless
     /// --revoke names it.
@@ -54,7 +54,7 @@ pub(super) struct Place {
 pub(super) struct ApplyArguments {
     /// The fleet file.
     file: PathBuf,
-    /// Only say what would be done.
+    /// Only print what would be done.
     #[arg(long)]
     dry_run: bool,
     /// Take the access of this vessel, which is no longer in the file; may be repeated.

@@ -303,7 +303,7 @@ fn without_its_identity_another_stream_begins() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Whatever happens in whatever order, each number is a packet as it was written or a gap that says why.
+    /// After any operations in any order, each number is a packet as written or a gap with its reason.
     #[test]
     fn every_number_is_accounted_for(steps in proptest::collection::vec((0..7_u8, 1..120_u64), 1..20)) {
         let folder = temporary();
