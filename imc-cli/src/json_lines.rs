@@ -106,7 +106,7 @@ pub(crate) fn packet(value: &Value, defaults: &ReadDefaults) -> Result<Vec<u8>, 
     packet.encode().map_err(|error| error.to_string())
 }
 
-/// What is wrong, and what may have been meant.
+/// The error, with a suggestion of what may have been meant.
 fn explained(error: &ReadError) -> String {
     let text = error.to_string();
     let alike = match error {

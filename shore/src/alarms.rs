@@ -219,7 +219,7 @@ impl Alarms {
         Ok(standing)
     }
 
-    /// What happened to alarms, the newest first, each with its number.
+    /// The log of alarm changes, the newest first, each with its number.
     ///
     /// # Errors
     /// app.db cannot be read.

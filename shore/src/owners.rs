@@ -26,7 +26,7 @@ struct Inner {
     all: Mutex<Vec<Arc<Pulse>>>,
 }
 
-/// What is known of one owner.
+/// State of one owner.
 #[derive(Debug)]
 struct Pulse {
     name: &'static str,

@@ -1,8 +1,8 @@
 //! Small data of this version, kept permanently: a shore's folder and a vessel's spool, made by the real programs.
 //!
 //! A simulated Otter sails for some seconds, its shore is stopped, and it continues until its spool has data. Each file is
-//! compressed by gzip. A test of every later version opens them. Once for each version, before its tag, run `cargo build
-//! --workspace && cargo xtask fixtures`.
+//! compressed by gzip. A test of every later version opens them. Run once for each version, before its tag:
+//! `cargo build --workspace && cargo xtask fixtures`.
 
 use anyhow::{Context as _, bail, ensure};
 use flate2::{Compression, GzBuilder};

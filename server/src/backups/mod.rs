@@ -24,7 +24,7 @@ const HOUR_US: i64 = 3_600_000_000;
 pub(crate) struct State {
     /// When the newest complete backup was made; `None` without a backup, or if it cannot be accessed.
     pub(crate) made: Option<UtcTime>,
-    /// What is wrong with it, and the remedy; `None` if it is in order, or no backup is configured.
+    /// The problem and remedy; `None` if it is in order, or no backup is configured.
     pub(crate) trouble: Option<String>,
     /// Whether a backup was set up.
     pub(crate) is_set_up: bool,

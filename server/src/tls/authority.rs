@@ -33,7 +33,7 @@ const SERVER_DAYS: i64 = 820;
 /// Held while certificates are made. Backups omit files with this extension.
 const LOCK: &str = "making.lock";
 
-/// What `lutra-server tls init` made.
+/// Result of `lutra-server tls init`.
 pub(crate) struct Made {
     /// The authority's certificate, which browsers and vessels must trust.
     pub(crate) authority: PathBuf,
@@ -134,7 +134,7 @@ fn read_key(path: &Path) -> anyhow::Result<KeyPair> {
     KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
 }
 
-/// What `lutra-server tls renew` did.
+/// Result of `lutra-server tls renew`.
 #[derive(Debug)]
 pub(crate) enum Renewal {
     /// The certificate was renewed.

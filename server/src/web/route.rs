@@ -29,7 +29,7 @@ pub(crate) enum Need {
     Link,
 }
 
-/// Who uses a route, which decides how a refusal looks.
+/// The kind of client of a route, which determines the form of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// People: a refusal is a page, or leads to the login.

@@ -202,7 +202,7 @@ fn months_of_the_history_go_likewise_and_come_back_from_the_archive() {
     let before = months();
     // All but the oldest; the newest is incomplete and does not count.
     shore.configure(&format!("history_days = {}", (before.len() - 2) * 31));
-    // What was written within two seconds before a backup may have changed unseen.
+    // Files written within two seconds before a backup may have changed unnoticed.
     let settled = fs::read_dir(shore.data().join("history")).unwrap().map(|entry| entry.unwrap().path());
     for path in settled {
         let file = fs::File::options().append(true).open(&path).unwrap();

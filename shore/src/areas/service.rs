@@ -1,4 +1,4 @@
-//! Who may close and lift no-go areas, and how the closed ones come into the sea chart.
+//! Access rules of no-go areas, and their transfer into the sea chart.
 //!
 //! Every user who may see a vessel sees them. They apply to all vessels, so only operators of all vessels close, change and
 //! lift them.

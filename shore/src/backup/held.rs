@@ -1,4 +1,4 @@
-//! What a backup contains: checked before recordings are deleted.
+//! Checks the contents of a backup, before recordings are deleted.
 
 use super::manifest::{ASIDE, Entry, MANIFEST, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// "Input/output error", as the system numbers it.
 const EIO: i32 = 5;
 
-/// What a backup did.
+/// Result of a backup.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BackedUp {
     /// Files that are rewritten as a whole.

@@ -33,7 +33,7 @@ const OUTSIDE: &str = "outside";
 /// is copied; what is kept is read and compared, unless `verifies` is false. `progress` is called with the next step.
 ///
 /// # Errors
-/// Something cannot be read or written. An earlier backup is then there as it was.
+/// Something cannot be read or written. An earlier backup is then intact.
 pub fn make(
     data: &Path,
     named: &[PathBuf],

@@ -20,7 +20,7 @@ pub(super) const ASIDE: &str = "aside";
 /// A file that was changed so shortly before a backup may change again within the same modification time.
 const SETTLED: Duration = Duration::from_secs(2);
 
-/// What a backup holds.
+/// The manifest of a backup.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Manifest {
     version: u32,

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 use units::UtcTime;
 
-/// What people have closed.
+/// The closed areas.
 #[derive(Debug, Clone, Default)]
 pub struct NoGo {
     /// The areas.

@@ -58,7 +58,7 @@ struct Shared {
     seen: Mutex<Seen>,
     /// The no-go areas.
     areas: Areas,
-    /// What vessels are offered.
+    /// The chart that vessels are offered.
     offered: watch::Sender<Option<Arc<ChartPackage>>>,
 }
 
@@ -87,7 +87,7 @@ struct Seen {
     offer: Offer,
 }
 
-/// What vessels are to be offered.
+/// The next offer to vessels.
 #[derive(Debug, Default)]
 enum Offer {
     /// No change.

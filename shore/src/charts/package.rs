@@ -41,7 +41,7 @@ impl ChartPackage {
         &self.path
     }
 
-    /// What vessels are offered.
+    /// The offer to vessels.
     pub fn offer(&self) -> ChartOffer {
         ChartOffer { digest: self.digest, bytes: self.packed.length(), edition: self.edition.clone() }
     }

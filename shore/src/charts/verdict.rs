@@ -7,10 +7,10 @@ use units::LatLon;
 /// Most reasons and warnings that are reported.
 const MOST: usize = 100;
 
-/// What a plan is judged by.
+/// The limits by which a plan is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// What is demanded of the water.
+    /// The demands on depth, air draught and areas.
     pub demanded: GuardLimits,
     /// Whether the vessel reported it.
     pub of_vessel: bool,

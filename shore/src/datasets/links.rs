@@ -72,7 +72,7 @@ impl Request for Of {
     }
 }
 
-/// What a link's secret leads to.
+/// The result of looking up a link's secret.
 pub(super) struct Led {
     pub(super) share: DatasetShare,
     pub(super) password: Option<String>,

@@ -1,4 +1,4 @@
-//! Who may see, change, publish and share datasets.
+//! Access rules of datasets, and their life cycle.
 //!
 //! A dataset belongs to vessels. Researchers of all of these may change, publish, share and download it; users who may see
 //! all of them may read its published versions.

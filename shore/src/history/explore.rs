@@ -41,7 +41,7 @@ pub struct Explorer {
 struct Shared {
     page: Page,
     state: Mutex<State>,
-    /// Something was read, or the reading ended.
+    /// Notified when data were read, or the reading ended.
     changed: Condvar,
 }
 

@@ -16,7 +16,7 @@ const TAGS: usize = 200;
 /// Seconds from a row to the next.
 const EVERY_S: std::ops::RangeInclusive<f64> = 0.001..=86_400.0;
 
-/// What is wrong with a question.
+/// The error of an invalid request.
 type Wrong = StoreError;
 
 fn wrong(name: &str, text: impl std::fmt::Display) -> Wrong {

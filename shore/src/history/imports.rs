@@ -66,7 +66,7 @@ struct Running {
 
 /// Why an import ended before the end of its log.
 enum Broken {
-    /// Something went wrong, or the server ends.
+    /// An error, or the server ends.
     Off(String),
     /// A user cancelled it.
     Cancelled,
@@ -165,7 +165,7 @@ impl Imports {
         self.shared.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// All that are remembered, the newest first.
+    /// All remembered imports, the newest first.
     pub fn all(&self) -> Vec<Import> {
         self.list().imports.iter().rev().cloned().collect()
     }

@@ -54,7 +54,7 @@ impl Request for Add {
 /// Gives a person a role on a vessel (`None`: all vessels), or takes it.
 #[derive(Debug)]
 pub struct SetRole {
-    /// Whose.
+    /// Name of the person.
     pub name: String,
     /// On which vessel (`None`: all).
     pub vessel: Option<u16>,
@@ -74,7 +74,7 @@ impl Request for SetRole {
 /// Sets a password; all sessions of the person but `keep` end.
 #[derive(Debug)]
 pub struct SetPassword {
-    /// Whose.
+    /// Name of the person.
     pub name: String,
     /// The password, as argon2id keeps it.
     pub password_hash: String,
@@ -129,7 +129,7 @@ impl Request for List {
     }
 }
 
-/// What the person of this number may do where.
+/// Permissions of the person of this number.
 #[derive(Debug)]
 pub struct Permissions(pub i64);
 
@@ -232,7 +232,7 @@ pub(super) async fn set_permission(
     somebody_manages(db).await
 }
 
-/// What a person may do where.
+/// Permissions of a person.
 async fn permissions(db: &mut SqliteConnection, person: i64) -> Result<Vec<Permission>, Fault> {
     let sql = "SELECT vessel, role FROM permission WHERE person = ?1 ORDER BY vessel";
     let rows: Vec<(i64, i64)> = sqlx::query_as(sql).bind(person).fetch_all(db).await?;

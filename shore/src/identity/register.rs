@@ -308,7 +308,7 @@ fn whole(hash: Vec<u8>) -> Result<Hash, Fault> {
     hash.try_into().map_err(|_| sqlx::Error::Decode("a hash has another length than SHA-256".into()).into())
 }
 
-/// What a row of the table of tokens opens; `None` for one that no program makes.
+/// The access given by a row of the table of tokens; `None` for an invalid one.
 fn opened((person, vessel, role): (Option<i64>, i64, Option<i64>)) -> Option<Opens> {
     match (person, role) {
         (Some(person), Some(role)) => {

@@ -91,7 +91,7 @@ pub struct Principal {
     pub person: i64,
     /// Their name.
     pub name: String,
-    /// What they may do where.
+    /// Their roles.
     pub grants: Grants,
     /// The language of their pages; `None` follows what the browser asks for.
     pub language: Option<Language>,

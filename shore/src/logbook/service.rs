@@ -1,4 +1,4 @@
-//! Who may see, write, correct and withdraw notes.
+//! Notes of the log book, with their access rules.
 //!
 //! A note on a vessel is visible to users who may see the vessel and written by its operators; a note on no vessel is
 //! visible to all and written by operators of any vessel. It is changed by its author, as long as they may write, or by an

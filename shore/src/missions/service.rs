@@ -1,4 +1,4 @@
-//! Who may see, write, change and withdraw missions.
+//! Recorded missions, with their access rules.
 //!
 //! A user who may see one of its vessels sees a mission, with those vessels only. Operators of all its vessels write and
 //! change it.

@@ -18,7 +18,7 @@ pub(super) struct Held {
 /// A recurring alarm is reported again after this time at the earliest, if it is active then.
 const AGAIN: Duration = Duration::from_mins(10);
 
-/// What has been reported.
+/// Messages and alarms reported so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Notified {
     /// By rule and alarm.

@@ -1,4 +1,4 @@
-//! Who may see and change what in the register.
+//! The register of studies, with its access rules.
 //!
 //! Every user who may see a vessel sees the register, but deployments only on vessels that they may see. A deployment is
 //! changed by researchers of its vessel; all other entries apply to the whole fleet, and are changed by researchers of all

@@ -194,7 +194,7 @@ mod tests {
         let open = Work::Open(MonoTime::default(), UtcTime::default(), "plan".to_owned());
         assert!(queue.put(open.clone()) && queue.put(Work::EndRecording));
 
-        // All that was taken comes out, in order, and makes room again.
+        // All accepted work comes out, in order, and makes room again.
         queue.close();
         let all: Vec<Work> = std::iter::from_fn(|| queue.take()).collect();
         assert_eq!((all.first(), all.get(all.len() - 2)), (Some(&state), Some(&open)));

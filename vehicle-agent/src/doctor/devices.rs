@@ -66,7 +66,7 @@ pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec
     let (heard, off_s) = listen(&reports, &places, clock, patience);
     stations.iter().for_each(Station::end);
     for station in &stations {
-        // What does not close in time is closed with the program.
+        // Ports that do not close in time are closed with the program.
         let _ = station.is_over_within(CLOSE);
     }
     let mut findings: Vec<Finding> =

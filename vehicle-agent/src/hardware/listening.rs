@@ -14,7 +14,7 @@ use drivers::motors::Motors;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a receiver of Thelma Biotel is asked: its firmware.
+/// Query of a Thelma Biotel receiver for its firmware.
 const FIRMWARE: &str = "FV?";
 
 /// The devices of [`configured_devices`], with drivers that change nothing: the compass is sent nothing; the hydrophone is

@@ -24,7 +24,7 @@ const UNACKNOWLEDGED_MS: u32 = 10_000;
 /// Bits on a line for one byte: start, eight data, stop.
 const BITS_PER_BYTE: f64 = 10.0;
 
-/// What a read gave.
+/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Got {
     /// So many bytes.

@@ -97,7 +97,7 @@ impl Station {
     }
 }
 
-/// What the thread owns.
+/// State of the thread.
 struct Attendant {
     driver: Box<dyn Driver + Send>,
     place: Place,

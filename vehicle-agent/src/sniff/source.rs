@@ -56,7 +56,7 @@ impl Source {
         matches!(self, Self::Port(_))
     }
 
-    /// What to do when it cannot be read any more.
+    /// Remedy when it cannot be read any more.
     pub(super) const fn remedy(&self) -> &'static str {
         match self {
             Self::Port(_) => "the port is gone; check the cable and its plug, then start again",

@@ -63,7 +63,7 @@ pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<Str
 pub(crate) enum FromShore<'a> {
     /// The spool could not store packets, and why.
     NotSpooled(String),
-    /// Who commands the vessel.
+    /// The controller of the vessel.
     Lease(onboard::Lease),
     /// A packet for the vessel, under the lease with this epoch (0 for none).
     Order {

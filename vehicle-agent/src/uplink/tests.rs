@@ -45,7 +45,7 @@ struct SmallShore {
     gaps: Vec<link::GapReason>,
     shore: Shore,
     outcomes: Vec<(u64, Outcome)>,
-    /// What came by the live lane.
+    /// Packets received by the live lane.
     live: Vec<Vec<u8>>,
     started: Instant,
 }

@@ -103,7 +103,7 @@ struct Pair {
     clearance: Option<f64>,
 }
 
-/// What every route of one call shares.
+/// Settings shared by all routes of one call.
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,

@@ -250,7 +250,7 @@ pub(crate) fn logged(folder: &Path) -> Vec<Bytes> {
     packets
 }
 
-/// What a cable does.
+/// State of a relay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cable {
     Passes(SocketAddr),

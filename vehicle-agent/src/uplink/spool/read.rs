@@ -15,7 +15,7 @@ use units::UtcTime;
 /// Read at once at least.
 const LEAST_CHUNK_BYTES: usize = 8 << 10;
 
-/// What is in a folder.
+/// Contents of a folder.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) files: BTreeMap<u64, Info>,
