@@ -1,7 +1,7 @@
 //! Automatic removal of recordings: for `lutra-server prune --as-configured` and the doctor.
 //!
 //! The store decides what is kept ([`store::plan_unattended`]). In addition a person must look if more would be removed
-//! than the time since the last run explains, or if the backup does not hold all of it.
+//! than a month or two without a run explain, or if the backup does not hold all of it.
 
 use crate::backups;
 use crate::config::{Config, Keep};

@@ -1,4 +1,4 @@
-//! No-go areas: who may close them, and that plans, routes and the chart for the vessels know them at once.
+//! No-go areas: permissions, and that plans, routes and the chart for the vessels have them at once.
 
 use super::charts_tests::archipelago;
 use super::tests::{Answer, Shore, bearer};

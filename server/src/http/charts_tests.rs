@@ -1,4 +1,4 @@
-//! The chart through the API, by the fictitious archipelago.
+//! The chart through the API, with the fictitious archipelago.
 
 use super::tests::{Shore, bearer};
 use api::{ChartCorridor, ChartNear, ChartSet, Role, SeaRouteAnswer};

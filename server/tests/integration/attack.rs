@@ -1,5 +1,5 @@
 //! The memory of a real server that is attacked: floods of logins, sockets that ping and are never read, texts and names
-//! as long as packets may be. It stays within 100 MB of what it is at rest.
+//! as long as packets may be. It stays within 100 MB of its value at rest.
 
 use crate::support::program::{Server, add_admin, link_token, run};
 use futures_util::SinkExt as _;

@@ -1,4 +1,4 @@
-//! `lutra-agent provision`: makes this computer the one of a vessel, from the sealed bundle that `lutra-server fleet bundle` wrote.
+//! `lutra-agent provision`: makes this computer a vessel's, from the sealed bundle that `lutra-server fleet bundle` wrote.
 //!
 //! `verify` checks that the bundle is for this computer, complete, and valid now; `place` has the path and owner of each
 //! file; `stage` writes the files under other names and renames them when all are on the disk; `missing` checks what else
