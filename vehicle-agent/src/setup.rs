@@ -282,7 +282,7 @@ fn monitored(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>)
             settings.watch.vital = vital;
         }
         settings.mission.supervisor_report_hz = section.get(&watch::vehicle::FREQUENCY);
-        // A maneuver whose path control is silent for so long has failed; at least a second, for a compass with one
+        // A maneuver whose path control is silent for this long has failed; at least a second, for a compass with one
         // position a second.
         let answer_s = section.get(&watch::vehicle::HANDLING_TIMEOUT).max(1.0);
         settings.mission.engine.maneuver.path_silence = Duration::from_secs_f64(answer_s);

@@ -27,7 +27,7 @@ use tokio_util::sync::CancellationToken;
 const CHUNK: usize = 64 * 1024;
 /// Chunks that may wait for a slow reader; the export waits with them.
 const CHUNKS: usize = 4;
-/// A reader that takes nothing for so long is disconnected: an export holds a place and a snapshot of the database.
+/// A reader that takes nothing for this long is disconnected: an export holds a place and a snapshot of the database.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Writes a file from a data folder; called more than once where a part is asked for.

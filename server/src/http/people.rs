@@ -98,7 +98,7 @@ pub(crate) async fn session_end(
 pub(crate) struct AuditQuery {
     /// Entries before this one; without it, the newest.
     pub(crate) before: Option<i64>,
-    /// At most so many, up to 1000.
+    /// At most this many, up to 1000.
     pub(crate) count: Option<u32>,
 }
 

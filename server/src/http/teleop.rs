@@ -20,7 +20,7 @@ const SAY_BYTES: usize = 2 * 1024;
 const WAITING_BYTES: usize = 64 * 1024;
 /// Period at which the server processes its input and answers.
 const TICK: Duration = Duration::from_millis(50);
-/// A browser that reads nothing for so long is disconnected.
+/// A browser that reads nothing for this long is disconnected.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Number of ticks, one each [`TICK`], without a message from the browser after which it is disconnected and the helm is
 /// released: 3 s. Counted in ticks, not time, as messages are not read while the server itself is delayed.

@@ -84,7 +84,7 @@ async fn send(mut sink: SplitSink<WebSocket, Message>, mut outgoing: mpsc::Recei
     while let Some(out) = outgoing.recv().await {
         match out {
             Out::Message(bytes) => {
-                // A socket that accepts nothing for so long is dead, whatever TCP reports.
+                // A socket that accepts nothing for this long is dead, whatever TCP reports.
                 let sent = tokio::time::timeout(DEAD_AFTER, sink.send(Message::Binary(bytes))).await;
                 if !matches!(sent, Ok(Ok(()))) {
                     return;

@@ -20,7 +20,7 @@ use tokio::time::{Sleep, sleep};
 const SHARE: usize = 4;
 /// Least number of places of an address.
 const LEAST: usize = 8;
-/// A peer that reads nothing for so long is disconnected.
+/// A peer that reads nothing for this long is disconnected.
 const STALLED: Duration = Duration::from_mins(1);
 
 /// Number of places by address, without zeros.

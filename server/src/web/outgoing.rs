@@ -10,7 +10,7 @@ use futures_util::stream::SplitSink;
 use std::time::Duration;
 use tokio::time::{Instant, timeout_at};
 
-/// A peer that reads nothing for so long is disconnected.
+/// A peer that reads nothing for this long is disconnected.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 /// Size of the read buffer. The library's default of 128 KiB would be allocated for each socket.
 const READ_AT_ONCE: usize = 16 * 1024;

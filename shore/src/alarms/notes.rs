@@ -55,7 +55,7 @@ pub struct Notes {
     pub to_us: Option<i64>,
     /// Before the change with this number.
     pub before: Option<i64>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
 }
 

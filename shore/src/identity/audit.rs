@@ -86,7 +86,7 @@ impl<R: Request> Request for Acted<R> {
 pub struct Entries {
     /// Entries with lower numbers only.
     pub before: Option<i64>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
     /// Of this person or program alone.
     pub actor: Option<String>,

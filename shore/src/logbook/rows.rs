@@ -77,7 +77,7 @@ pub struct Notes {
     pub filter: Filter,
     /// Before the note of this time and number.
     pub before: Option<(i64, i64)>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
 }
 

@@ -32,7 +32,7 @@ pub(super) const AGAIN: [Duration; 5] = [
     Duration::from_mins(15),
     Duration::from_mins(30),
 ];
-/// A message that was not accepted for so long is given up.
+/// A message that was not accepted for this long is given up.
 const GIVEN_UP: Duration = Duration::from_hours(24);
 /// Most messages that are shown to a person.
 const SHOWN: u32 = 20;

@@ -11,7 +11,7 @@ use tokio::sync::Notify;
 /// Bytes that a socket takes from the queue at once: these wait outside of the queue and are sent however old they get.
 pub const AT_ONCE_BYTES: usize = 64 << 10;
 
-/// The peer has read nothing for so long that there is no room even for packets that must not be dropped.
+/// The peer has read nothing for this long that there is no room even for packets that must not be dropped.
 #[derive(Debug, Clone, Copy, thiserror::Error)]
 #[error("the peer does not read: what waits for it has no room any more")]
 pub struct Overflow;

@@ -16,7 +16,7 @@ const ANSWERS: Duration = Duration::from_secs(1);
 const GREET_AGAIN: Duration = Duration::from_secs(3);
 /// How often in a row the log reports the repetition.
 const MOST_TOLD: u32 = 3;
-/// An adapter on a TCP stream that is silent for so long counts as dead.
+/// An adapter on a TCP stream that is silent for this long counts as dead.
 const LONGEST_SILENCE: Duration = Duration::from_secs(10);
 
 /// Orders that the card's driver has not taken yet: the last command to the motors with its time, and the last order of

@@ -19,7 +19,7 @@ const CONNECT: Duration = Duration::from_secs(2);
 const ASK_AFTER: Duration = Duration::from_secs(5);
 const ASK_EVERY: Duration = Duration::from_secs(2);
 const ASKED: u32 = 3;
-/// Bytes that are not acknowledged for so long end a connection (ms).
+/// Bytes that are not acknowledged for this long end a connection (ms).
 const UNACKNOWLEDGED_MS: u32 = 10_000;
 /// Bits on a line for one byte: start, eight data, stop.
 const BITS_PER_BYTE: f64 = 10.0;

@@ -24,7 +24,7 @@ const OUTBOX_BYTES: usize = 512 << 10;
 const ENTRY_BYTES: usize = 32;
 /// Most bytes queued for a client in the system; Linux doubles the value.
 const SOCKET_BYTES: usize = 96 << 10;
-/// A client that reads nothing for so long is stuck.
+/// A client that reads nothing for this long is stuck.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Pause after a failed accept: file descriptors may become free.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);

@@ -20,7 +20,7 @@ use std::net::Ipv4Addr;
 use std::path::Path;
 use units::UtcTime;
 
-/// A token that the fleet's folder no longer holds stays valid for so long: the boat may have it.
+/// A token that the fleet's folder no longer holds stays valid for this long: the boat may have it.
 const GRACE_DAYS: i64 = 14;
 
 /// `lutra-server fleet apply`.
