@@ -1,4 +1,4 @@
-//! `imc info`: what the catalogue says of a message.
+//! `imc info`: a message's definition in the catalogue.
 
 use crate::outcome::Outcome;
 use crate::output::Output;

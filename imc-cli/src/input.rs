@@ -1,4 +1,4 @@
-//! Files and standard input, unpacked when they are gzip'd.
+//! Files and standard input, decompressed if gzip'd.
 
 use anyhow::Context as _;
 use flate2::bufread::MultiGzDecoder;
@@ -13,7 +13,7 @@ const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 /// A stream of bytes with a name.
 pub(crate) struct Input {
     name: String,
-    /// Bytes that were looked at and not yet read.
+    /// Bytes that were peeked and not yet read.
     head: Vec<u8>,
     source: Box<dyn Read>,
     packed: bool,
@@ -48,12 +48,12 @@ impl Input {
         Ok(Self { name, head: Vec::new(), source: Box::new(source), packed })
     }
 
-    /// What messages call it.
+    /// Its name in messages.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Looks ahead until `enough` or the end; what was looked at is read again.
+    /// Peeks until `enough` or the end; peeked bytes are read again.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -64,7 +64,7 @@ impl Input {
                 Ok(0) => break,
                 Ok(count) => self.head.extend_from_slice(&chunk[..count]),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                // Unpacked damage shows again, in its place, when the head has been read.
+                // Damage of compressed data is reported again, in its place, when the head has been read.
                 Err(error) if self.is_damage(&error) => break,
                 Err(error) => return Err(error).with_context(|| format!("cannot read {}", self.name)),
             }
@@ -72,7 +72,7 @@ impl Input {
         Ok(&self.head)
     }
 
-    /// Whether an error of reading means that packed bytes are damaged, not that they could not be read.
+    /// Whether a read error means that compressed bytes are damaged, not that reading failed.
     pub(crate) fn is_damage(&self, error: &io::Error) -> bool {
         use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
         self.packed && matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof)

@@ -18,7 +18,7 @@ pub(crate) struct JsonLines {
     line: Vec<u8>,
 }
 
-/// A line that is no packet; says the file, the line and what is wrong.
+/// A line that is not a packet; with the file, the line and the error.
 #[derive(Debug)]
 pub(crate) struct BadLine(pub(crate) String);
 
@@ -47,7 +47,7 @@ impl JsonLines {
         Ok(None)
     }
 
-    /// Whether another line can be had without waiting.
+    /// Whether another line is available without waiting.
     pub(crate) fn is_ready(&self) -> bool {
         self.reader.buffer().contains(&b'\n')
     }
@@ -86,13 +86,13 @@ fn parse(line: &[u8]) -> Result<Value, String> {
     }
     serde_json::from_slice(line.trim_ascii_end()).map_err(|error| {
         let problem = error.to_string();
-        // The line is known better here, and always 1 there.
+        // The line number is known here; in the parser's text it is always 1.
         let problem = problem.rsplit_once(" at line ").map_or(problem.as_str(), |(problem, _)| problem);
         format!("no JSON from column {}: {problem}", error.column())
     })
 }
 
-/// The bytes of the packet that a line describes: as `imc decode` prints one, or damage that kept them.
+/// The bytes of the packet that a line describes: as printed by `imc decode`, or damage that includes them.
 ///
 /// # Errors
 /// With the JSON path and what is wrong there.
@@ -106,7 +106,7 @@ pub(crate) fn packet(value: &Value, defaults: &ReadDefaults) -> Result<Vec<u8>, 
     packet.encode().map_err(|error| error.to_string())
 }
 
-/// What is wrong, and what may have been meant.
+/// The error, with a suggestion of what may have been meant.
 fn explained(error: &ReadError) -> String {
     let text = error.to_string();
     let alike = match error {
@@ -119,7 +119,7 @@ fn explained(error: &ReadError) -> String {
     if alike.is_empty() { text } else { format!("{text}; did you mean {}?", alike.join(", ")) }
 }
 
-/// The bytes that a line of damage kept.
+/// The bytes in a line of damage.
 fn kept(object: &Map<String, Value>) -> Result<Vec<u8>, String> {
     let class = object.get("error").and_then(Value::as_str).unwrap_or("an error");
     let Some(packet) = object.get("packet") else {

@@ -67,7 +67,7 @@ impl List {
     }
 }
 
-/// The fields that speak of one of the words; `None` when a word is not found at all.
+/// The fields that mention one of the words; `None` when a word is not found at all.
 fn search(message: &'static MessageDesc, words: &[String]) -> Option<Vec<&'static FieldDesc>> {
     let of_message = [message.abbrev, message.name, message.category, message.summary.unwrap_or_default()];
     let id = message.id.to_string();

@@ -1,4 +1,4 @@
-//! Whether what a subcommand read was sound.
+//! Whether a subcommand's input was sound.
 
 use std::process::ExitCode;
 

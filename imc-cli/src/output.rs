@@ -1,4 +1,4 @@
-//! Standard output: buffered, and closed without complaint when its reader goes away.
+//! Standard output: buffered, and closed without an error when its reader is gone.
 
 use std::fmt;
 use std::io::{self, BufWriter, StdoutLock, Write};
@@ -26,7 +26,7 @@ impl Output {
         Self { writer: BufWriter::with_capacity(1 << 16, io::stdout().lock()) }
     }
 
-    /// Writes out what is buffered; to be called once at the end, where an error can still be told.
+    /// Writes out the buffer; to be called once at the end, where an error can still be reported.
     pub(crate) fn finish(&mut self) -> io::Result<()> {
         self.flush()
     }
@@ -51,7 +51,7 @@ fn told(error: io::Error) -> io::Error {
     }
 }
 
-/// Whether an error only says that nobody reads standard output any more.
+/// Whether an error only means that the reader of standard output is gone.
 pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
     let causes = error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>());
     causes.filter_map(io::Error::get_ref).any(<dyn std::error::Error + Send + Sync>::is::<Closed>)

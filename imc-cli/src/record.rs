@@ -1,12 +1,11 @@
 //! One packet, or one piece of damage, as one line of JSON.
 //!
 //! A packet is as [`imc::json`] shows it. Damage is
-//! `{"error":CLASS,"offset":N,"bytes":N,"message":TEXT}`: a stable word, the run of bytes that is no good
-//! (counted from the start of the stream, of the packet on a hex line, or of the datagram) and what to
-//! tell people. `line` and `from` tell the line of the hex text and the sender of the datagram. A packet
-//! whose frame is whole but whose fields cannot be read also has its `id`, `header` and all its bytes in
-//! `packet`, so that `imc encode` can write it back; `field` and `field_offset` say where reading it
-//! failed.
+//! `{"error":CLASS,"offset":N,"bytes":N,"message":TEXT}`: a stable word, the run of bad bytes (counted from the start of
+//! the stream, of the packet on a hex line, or of the datagram) and a text for people. `line` and `from` are the line of
+//! the hex text and the sender of the datagram. A packet whose frame is whole but whose fields cannot be read also has its
+//! `id`, `header` and all its bytes in `packet`, so that `imc encode` can write it back; `field` and `field_offset` say
+//! where reading it failed.
 
 use imc::{Frame, PacketView, ShortPayload, json};
 use std::io::Write as _;
@@ -22,7 +21,7 @@ pub(crate) struct Place<'a> {
     pub(crate) from: Option<&'a str>,
 }
 
-/// Appends the line of a frame. Whether it is a packet that could be decoded.
+/// Appends the line of a frame. Returns whether it is a packet that could be decoded.
 pub(crate) fn frame(out: &mut Vec<u8>, frame: &Frame<'_>, place: Place<'_>, short: ShortPayload) -> bool {
     match frame {
         Frame::Packet { offset, view } => packet(out, view, Place { offset: *offset, ..place }, short),
@@ -34,7 +33,7 @@ pub(crate) fn frame(out: &mut Vec<u8>, frame: &Frame<'_>, place: Place<'_>, shor
     }
 }
 
-/// Appends the line of a packet. Whether it could be decoded.
+/// Appends the line of a packet. Returns whether it could be decoded.
 pub(crate) fn packet(
     out: &mut Vec<u8>,
     view: &PacketView<'_>,
@@ -53,7 +52,7 @@ pub(crate) fn packet(
     }
 }
 
-/// Appends the line of bytes that are no packet.
+/// Appends the line of bytes that are not a packet.
 pub(crate) fn damage(out: &mut Vec<u8>, class: &str, bytes: u64, place: Place<'_>, message: &str) {
     open(out, class, bytes, place, message);
     out.extend_from_slice(b"}\n");
@@ -77,7 +76,7 @@ pub(crate) fn excess(
     out.extend_from_slice(b"}\n");
 }
 
-/// Appends the line that says where packed input cannot be unpacked any more.
+/// Appends the line that says where decompression failed.
 pub(crate) fn bad_gzip(out: &mut Vec<u8>, offset: u64, line: Option<u64>, problem: &str) {
     let message =
         format!("the gzip'd input is cut or damaged, nothing after this can be unpacked: {problem}");
@@ -108,7 +107,7 @@ fn open(out: &mut Vec<u8>, class: &str, bytes: u64, place: Place<'_>, message: &
     json::write_text(out, message.as_bytes());
 }
 
-/// What a packet says of itself, and all its bytes.
+/// Id and header of a packet, and all its bytes.
 fn whole(out: &mut Vec<u8>, view: &PacketView<'_>) {
     write!(out, r#","id":{},"header":"#, view.id()).ok();
     json::write_header(out, &view.header());

@@ -1,8 +1,8 @@
-//! What is said to people, on standard error. A closed standard error is no reason to fail.
+//! Messages for people, on standard error. A closed standard error is not an error.
 
 use std::io::{self, Write as _};
 
-/// A remark: something worth knowing that stops nothing.
+/// A note that does not stop the command.
 pub(crate) fn note(text: &str) {
     writeln!(io::stderr(), "imc: {text}").ok();
 }

@@ -131,16 +131,16 @@ struct Say {
     /// Send this one message, with these fields
     #[arg(long, short = 'm', num_args = 1.., value_names = ["MESSAGE", "FIELD=VALUE"])]
     message: Vec<String>,
-    /// Source of packets that do not say
+    /// Source of packets that do not give one
     #[arg(long, value_name = "SYSTEM", default_value = "0x4001")]
     src: Address,
-    /// Source entity of packets that do not say
+    /// Source entity of packets that do not give one
     #[arg(long, value_name = "N", default_value_t = 0)]
     src_ent: u8,
-    /// Destination of packets that do not say; everyone unless given
+    /// Destination of packets that do not give one; everyone unless given
     #[arg(long, value_name = "SYSTEM", default_value = "0xffff", hide_default_value = true)]
     dst: Address,
-    /// Destination entity of packets that do not say
+    /// Destination entity of packets that do not give one
     #[arg(long, value_name = "N", default_value_t = 255)]
     dst_ent: u8,
     /// Give every packet the time of sending, also those that have a time
@@ -192,7 +192,7 @@ impl Say {
         connect: impl FnOnce() -> anyhow::Result<L>,
         out: &mut Output,
     ) -> anyhow::Result<Outcome> {
-        // What is to be sent is looked at before anybody is called.
+        // Packets are checked before a connection is made.
         if let Some((message, fields)) = self.message.split_first() {
             let mut value = one_message(message, fields)?;
             let place = |problem| anyhow!("--message {message}: {problem}");

@@ -1,4 +1,4 @@
-//! Where packets from a link go: the wanted ones to standard output as JSON and to a log as they came.
+//! Destination of a link's packets: the selected ones go to standard output as JSON and to a log unchanged.
 
 use crate::outcome::Outcome;
 use crate::output::Output;
@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Whether a link is to be read on.
+/// Whether reading of a link continues.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flow {
     /// Go on.
     More,
-    /// As many packets as were wanted have come.
+    /// The wanted number of packets has come.
     Done,
     /// The other side has closed the link, for this reason.
     Closed(String),
@@ -38,7 +38,7 @@ impl<'o> Sink<'o> {
         Self { out, pick, left: count, save: None, damaged: false, line: Vec::new() }
     }
 
-    /// Also writes the packets' own bytes to a log that is not there yet.
+    /// Also writes the packets' own bytes to a new log.
     ///
     /// # Errors
     /// When the file exists or cannot be made.
@@ -49,7 +49,7 @@ impl<'o> Sink<'o> {
         Ok(())
     }
 
-    /// Takes a datagram or message.
+    /// Processes a datagram or message.
     ///
     /// # Errors
     /// When standard output or the log cannot be written.
@@ -62,7 +62,7 @@ impl<'o> Sink<'o> {
         Ok(Flow::More)
     }
 
-    /// Takes a packet, or damage, which is always shown.
+    /// Processes a packet, or damage, which is always shown.
     ///
     /// # Errors
     /// When standard output or the log cannot be written.
@@ -75,7 +75,7 @@ impl<'o> Sink<'o> {
             wanted = Some(view);
         }
         if let (Some(view), Some((path, file))) = (wanted, &mut self.save) {
-            // Straight to the system: nothing is lost when the command is interrupted.
+            // Unbuffered: nothing is lost when the command is interrupted.
             file.write_all(view.bytes()).with_context(|| format!("cannot write {}", path.display()))?;
         }
         self.line.clear();
@@ -88,7 +88,7 @@ impl<'o> Sink<'o> {
         Ok(if self.left == Some(0) { Flow::Done } else { Flow::More })
     }
 
-    /// Makes what was shown visible.
+    /// Flushes standard output.
     ///
     /// # Errors
     /// When standard output cannot be written.

@@ -3,7 +3,7 @@
 use anstyle::{AnsiColor, Style};
 use std::io;
 
-/// Paints text, or leaves it alone where colour is not wanted.
+/// Colours text, or leaves it unchanged where colour is not wanted.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Paint {
     on: bool,
@@ -15,7 +15,7 @@ impl Paint {
         Self { on: anstream::AutoStream::choice(&io::stdout()) != anstream::ColorChoice::Never }
     }
 
-    /// A name that the eye should find.
+    /// A highlighted name.
     pub(crate) fn title(self, text: &str) -> String {
         self.paint(Style::new().bold(), text)
     }
@@ -25,7 +25,7 @@ impl Paint {
         self.paint(Style::new().underline(), text)
     }
 
-    /// What stands beside the matter.
+    /// Secondary text.
     pub(crate) fn aside(self, text: &str) -> String {
         self.paint(Style::new().dimmed(), text)
     }

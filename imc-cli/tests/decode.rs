@@ -1,4 +1,4 @@
-//! `imc decode` and `imc encode` on golden, damaged, recorded and rubbish bytes.
+//! `imc decode` and `imc encode` on golden, damaged, recorded and random bytes.
 
 mod harness;
 
@@ -328,7 +328,7 @@ fn memory_stays_bounded_whatever_comes() {
     for (arguments, most_kib) in [
         (&["decode", "--hex"][..], 16 << 10),
         (&["decode", "--raw"], 16 << 10),
-        // A line of JSON may be long, but not without end.
+        // A line of JSON may be long, but not unlimited.
         (&["encode", "--hex"], 64 << 10),
     ] {
         let mut running = Running::start(arguments);

@@ -63,7 +63,7 @@ fn listen_udp_announces_itself_and_shows_what_a_vehicle_sends() {
     assert_eq!(received(&vehicle).0.id(), 150);
     vehicle.send_to(&heartbeat(7.0), from).unwrap();
     assert_eq!(listen.json()["header"]["timestamp"], 7.0);
-    // The next sign of life comes by itself.
+    // The next heartbeat comes automatically.
     assert_eq!(received(&vehicle).0.id(), 150);
     vehicle.send_to(&entity_list("Daemon=0"), from).unwrap();
     assert_eq!(listen.json()["fields"]["list"], "Daemon=0");
@@ -263,7 +263,7 @@ fn send_tcp_takes_lines_fills_what_they_leave_out_and_reports_bad_ones() {
     let (listener, address) = tcp();
     let server = std::thread::spawn(move || {
         let (mut stream, _) = listener.accept().unwrap();
-        // A server that talks all the time must not cost the client's last bytes.
+        // A server that sends all the time must not cause the loss of the client's last bytes.
         stream.write_all(&heartbeat(1.0).repeat(100)).unwrap();
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).unwrap();

@@ -13,7 +13,7 @@ fn recorded() -> Option<PathBuf> {
     testkit::shared("data/imc/dune_log_a/Data.lsf.gz")
 }
 
-/// A log of its own in a folder of its own.
+/// A new log in its own folder.
 struct Made {
     folder: tempfile::TempDir,
     file: PathBuf,
@@ -284,7 +284,7 @@ fn rubbish_logs_never_panic() {
     }
 }
 
-/// A restart hands the numbers out anew: what is asked for by label is what its bearer said.
+/// After a restart the numbers are reassigned: a label selects the packets of the entity that had it then.
 #[test]
 fn a_label_is_that_of_whoever_had_it_then() {
     let list = |time: u32, text: &str| {
@@ -327,7 +327,7 @@ fn bytes_that_are_no_text_come_back() {
     assert_eq!(run(&["encode"], &shown.stdout).expect(0).stdout, bytes);
     let table = run(&["lsf", "csv", log.name(), "-m", "LogBookEntry"], b"").expect(0);
     assert!(table.text().ends_with(",\"Sk\\xe6r, C:\\\\x\"\n"), "{}", table.text());
-    // As earlier versions wrote it.
+    // In the format of earlier versions.
     let old = br#"{"abbrev":"LogBookEntry","header":{"timestamp":1.5},"fields":{"text":{"bytes":"536be6722c20433a5c78"}}}"#;
     assert_eq!(run(&["encode"], old).expect(0).stdout, bytes);
 }

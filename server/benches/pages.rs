@@ -1,8 +1,8 @@
 //! How fast the pages are in a browser: `cargo bench -p server --bench pages [-- SECTION...]`; `scripts/bench-pages`
 //! prepares what it needs.
 //!
-//! A server with the chart of the demonstration and a history, a fleet that speaks at the IMCProxy transport when the
-//! script of the browser says so, and headless Chromium, all on this machine. Sections are those of
+//! A server with the chart of the demonstration and a history, a fleet that sends over the IMCProxy transport when the
+//! browser's script says so, and headless Chromium, all on this machine. Sections are those of
 //! `tests/browser/bench-pages.mjs`.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
@@ -98,7 +98,7 @@ fn chart(data: &Path) {
 }
 
 /// Fills a data folder: the state of the first vessel ten times a second, that many times, and an hour of the whole
-/// fleet at 1 Hz, all until `now_s`. From when to when the first vessel's goes (s since 1970).
+/// fleet at 1 Hz, all until `now_s`. Returns the begin and end of the first vessel's (s since 1970).
 fn history(data: &Path, now_s: f64, samples: u32, vessels: u32) -> (f64, f64) {
     let mut store = Store::open(data).unwrap();
     let (mut bytes, mut waiting) = (Vec::new(), 0);
@@ -134,7 +134,7 @@ fn header(number: u32, src_ent: u8, timestamp: f64) -> Header {
     Header { timestamp, src: Address(FIRST + number as u16), src_ent, ..Header::default() }
 }
 
-/// A vessel sails rounds of 300 m around a place that its number tells, with a little noise in what it measures.
+/// A vessel sails rounds of 300 m around a place given by its number, with a little noise in its measurements.
 fn state(number: u32, at_s: f64) -> EstimatedState {
     let along = (at_s % 600.0) / 600.0 * TAU + f64::from(number);
     let (lat, lon) = (63.44 + 0.004 * f64::from(number / 8), 10.30 + 0.012 * f64::from(number % 8));
@@ -151,10 +151,10 @@ fn state(number: u32, at_s: f64) -> EstimatedState {
     }
 }
 
-/// Lets the fleet speak while `on`.
+/// Lets the fleet send while `on`.
 fn sail(transport: SocketAddr, vessels: u32, on: &AtomicBool, over: &AtomicBool) {
     let mut stream = connect(transport);
-    // The answers are read and thrown away, so that they do not pile up.
+    // The answers are read and discarded, so that they do not pile up.
     let mut back = stream.try_clone().unwrap();
     thread::spawn(move || std::io::copy(&mut back, &mut std::io::sink()));
     let mut out = Vec::new();
@@ -178,7 +178,7 @@ fn sail(transport: SocketAddr, vessels: u32, on: &AtomicBool, over: &AtomicBool)
     stream.shutdown(std::net::Shutdown::Both).ok();
 }
 
-/// What a vessel says: its state and its motors always, the rest with `rest`.
+/// A vessel's packets: always its state and motors, the others with `rest`.
 fn say(out: &mut Vec<u8>, number: u32, now_s: f64, rest: bool) {
     frame(out, &header(number, NAVIGATION, now_s), &state(number, now_s));
     for motor in [2, 3] {

@@ -26,7 +26,7 @@ fn frame(out: &mut Vec<u8>, timestamp: f64, state: &EstimatedState) {
     support::frame(out, &header, state);
 }
 
-/// Reads frames and tells each packet's bytes.
+/// Reads frames and passes on each packet's bytes.
 fn read_frames(stream: &mut TcpStream, mut each: impl FnMut(&[u8])) {
     let (mut buffer, mut filled) = (vec![0; 256 * 1024], 0);
     loop {
@@ -137,7 +137,7 @@ fn latency(at: SocketAddr, span: Duration) -> String {
     let (state, mut burst) = (EstimatedState::default(), Vec::new());
     while origin.elapsed() < span {
         burst.clear();
-        // Each packet has a time of its own, or it would be a copy of the one before.
+        // Each packet has its own time, or it would be a duplicate of the previous one.
         for n in 0..10 {
             frame(&mut burst, origin.elapsed().as_secs_f64() + f64::from(n) * 1e-9, &state);
         }

@@ -1,8 +1,9 @@
-//! How soon a stop leaves the server, whatever else it has to do: `cargo bench -p server --bench stop`.
+//! How soon a stop leaves the server under various loads: `cargo bench -p server --bench stop`.
 //!
 //! Measured from the beginning of a script's request (its connection included) to the packet at the vessel, which
 //! listens at the IMCProxy's transport. The real program runs beside its load on the same cores. LUTRA_SERVER=PROGRAM measures
-//! another build, STOPS=N takes more stops than 200. What needs a disk of its own needs root and says so.
+//! another build, STOPS=N takes more stops than 200. Measurements with their own disk need root, and are reported as
+//! skipped without it.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
 
@@ -46,7 +47,7 @@ fn main() {
     });
 }
 
-/// A data folder, on a disk of its own where that is asked for.
+/// A data folder, on its own disk if requested.
 struct Disk {
     folder: tempfile::TempDir,
     mounted: bool,
@@ -115,7 +116,7 @@ struct Bench {
 
 type Load = Vec<thread::JoinHandle<()>>;
 
-/// Measures stops beside what `load` starts.
+/// Measures stops under the load that `load` starts.
 fn run(what: &str, stops: usize, disk: Option<Disk>, load: impl FnOnce(&Bench) -> Load) {
     let Some(disk) = disk else { return };
     let program =
@@ -194,7 +195,7 @@ fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64()
 }
 
-/// A vessel that says something each 100 ms, and when stops came to it.
+/// A vessel that sends a packet each 100 ms; returns the times at which stops reached it.
 fn vessel(proxy: SocketAddr, ends: &Arc<AtomicBool>) -> Receiver<Instant> {
     let mut stream = connect(proxy);
     let (mut speaker, ends) = (stream.try_clone().unwrap(), Arc::clone(ends));
@@ -237,10 +238,10 @@ fn vessel(proxy: SocketAddr, ends: &Arc<AtomicBool>) -> Receiver<Instant> {
     came
 }
 
-/// Packets at a steady rate by the IMCProxy's transport, from a system of their own.
+/// Packets at a steady rate over the IMCProxy's transport, from another system.
 fn ingest(proxy: SocketAddr, per_s: u32, ends: &Arc<AtomicBool>) -> thread::JoinHandle<()> {
     let (mut stream, ends) = (connect(proxy), Arc::clone(ends));
-    // What is relayed to this client too is read and dropped.
+    // Packets relayed to this client are read and dropped.
     let mut reader = stream.try_clone().unwrap();
     thread::spawn(move || std::io::copy(&mut reader, &mut std::io::sink()));
     thread::spawn(move || {
@@ -303,7 +304,7 @@ fn logins(web: SocketAddr, ends: &Arc<AtomicBool>) -> Load {
         .collect()
 }
 
-/// A viewer of the live socket that asks for everything and never reads.
+/// A viewer of the live socket that subscribes to everything and never reads.
 fn stalled(web: SocketAddr, token: &str, ends: &Arc<AtomicBool>) -> thread::JoinHandle<()> {
     let mut stream = TcpStream::connect(web).unwrap();
     write!(
@@ -318,7 +319,7 @@ fn stalled(web: SocketAddr, token: &str, ends: &Arc<AtomicBool>) -> thread::Join
     stream.write_all(&out).unwrap();
     let ends = Arc::clone(ends);
     thread::spawn(move || {
-        // Pings that would be answered, if anybody read.
+        // Pings whose answers are never read.
         while !ends.load(Ordering::Relaxed) {
             if stream.write_all(&[0x89, 0x80, 0, 0, 0, 0]).is_err() {
                 return;

@@ -40,7 +40,7 @@ fn main() {
     let start = Instant::now();
     let serving = runtime.block_on(server::serve(config)).unwrap();
     let mut client = Client::connect(serving.address, token);
-    // Asked of a tile where nothing is charted: it waits for what is made once for a set.
+    // A tile where nothing is charted: it waits only for the data that are made once for a set.
     let (_, bytes) = client.tile((16, 0, 0));
     println!("chart set ready to be drawn {:.0?} after the start ({bytes} bytes)", start.elapsed());
     let cold: Vec<(Tile, Duration, usize)> = asked(&mut client, &tiles);
@@ -57,7 +57,7 @@ fn main() {
     runtime.block_on(serving.stop());
 }
 
-/// Makes the chart set; the tiles that are asked for.
+/// Makes the chart set; returns the tiles to be requested.
 fn fill(data: &Path) -> Vec<Tile> {
     let folder = data.join("cells");
     std::fs::create_dir_all(&folder).unwrap();

@@ -1,5 +1,4 @@
-//! Whether all is well with a server and its data, and what to do where it is not: for `lutra-server doctor` and for
-//! the page about storage.
+//! Checks a server and its data, with remedies: for `lutra-server doctor` and the page about storage.
 
 use crate::config::Config;
 use crate::tls::{self, Pair};
@@ -9,18 +8,18 @@ use shore::{clock, folder};
 use store::{Check, Health};
 use units::UtcTime;
 
-/// From so many days before its end on, an authority should be replaced: every boat is visited for it.
+/// Days before its end from which an authority should be replaced: every boat must be visited for that.
 const AUTHORITY_TOLD_DAYS: i64 = 365;
 
-/// A check that has its remedy, if it needs one, in its words.
+/// A check whose text includes its remedy, if it needs one.
 pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Check {
     let health = if outcome.is_ok() { Health::Good } else { Health::Problem };
     let (Ok(found) | Err(found)) = outcome;
     Check { name, health, found, remedy: String::new() }
 }
 
-/// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too; `backup` says how
-/// the backup is, and what goes by it.
+/// Checks everything but sockets. `thorough` reads the whole archive and every page of the history, too; `backup` has the
+/// checks of the backup and of retention.
 pub(crate) fn look(
     config: &Config,
     thorough: bool,
@@ -28,7 +27,7 @@ pub(crate) fn look(
 ) -> Vec<Check> {
     let mut checks =
         vec![check("clock", clock_is_right()), encryption(config, clock::now()), check("pages", pages())];
-    // Not even a lock is put into a folder of somebody else.
+    // Not even a lock file may be made in a foreign folder.
     if let Err(error) = folder::check(&config.data) {
         checks.push(check("data folder", Err(format!("{error:#}"))));
         return checks;
@@ -48,7 +47,7 @@ pub(crate) fn look(
     checks
 }
 
-/// Who may reach the data.
+/// Permissions of the data.
 fn rights(config: &Config) -> Check {
     let told = shore::private::look(&config.data).map(|found| found.told(false));
     let (health, found) = match told {
@@ -67,7 +66,7 @@ fn recordings(config: &Config, thorough: bool) -> Vec<Check> {
     })
 }
 
-/// Not bad before the first start, and a slip of the finger after it.
+/// Normal before the first start, and probably a typo after it.
 fn no_folder(config: &Config) -> String {
     let folder = config.data.display();
     format!(
@@ -97,14 +96,14 @@ fn people_are_well(config: &Config) -> Result<String, String> {
     Ok(format!("{} accounts, {admins} of them admins, {waiting} with a one-time password", people.len()))
 }
 
-/// What SQLite says of app.db, and who is in it.
+/// SQLite's check of app.db, and its people.
 async fn look_at_people(db: &mut identity::Connection) -> Result<(String, Vec<api::Person>), Fault> {
     let verdict = identity::check(db).await?;
     let people = if verdict == "ok" { persons::List.run(db).await? } else { Vec::new() };
     Ok((verdict, people))
 }
 
-/// The certificate: whether it can be served with, and for how long it and the authority that made it last.
+/// The certificate: whether it is usable, and how long it and its authority are valid.
 fn encryption(config: &Config, now: UtcTime) -> Check {
     let name = "encryption";
     if !config.tls.is_given() {

@@ -1,10 +1,11 @@
 //! The shore server: telemetry, history and control of a fleet from a browser.
 //!
-//! Adapters only: sockets, pages, the command line and configuration around the services of [`shore`]. What a packet means
-//! is decided in the cores below. `main.rs` only starts it, so that tests can start it too.
+//! Adapters only: sockets, pages, the command line and configuration around the services of [`shore`]. Packets are
+//! interpreted in the core crates below. `main.rs` only starts it, so that tests can start it too.
 //!
-//! `serve` starts a server from a `Config` and gives a `Serving`; `cli` is its command line; `http::routes` and `pages` list
-//! every route, and `web` stands before them. It knows every service of the shore and owns no state that commands a vessel.
+//! `serve` starts a server from a `Config` and returns a `Serving`; `cli` is its command line; `http::routes` and `pages`
+//! list every route, and `web` is the middleware before them. It uses every service of the shore and owns no state that
+//! commands a vessel.
 
 mod backups;
 pub mod cli;

@@ -1,5 +1,4 @@
-//! What the server tells about itself, on standard error: a line for each event, whatever a vessel or a person calls
-//! itself.
+//! The server's log on standard error: exactly one line for each event, whatever text comes from vessels or people.
 
 use crate::config::{Log, LogFormat};
 use std::borrow::Cow;
@@ -8,7 +7,7 @@ use std::io::{self, IsTerminal as _, Write};
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
-/// Bytes of a line at most; what is cut off is counted at its end.
+/// Most bytes of a line; the number of bytes cut off is given at its end.
 const LINE_BYTES: usize = 16 * 1024;
 
 /// Starts logging as configured. A second call in one process changes nothing.
@@ -21,7 +20,7 @@ pub(crate) fn start(log: &Log) {
         LogFormat::Human => registry
             .with(lines.with_target(true).with_writer(move || OneLine { to: io::stderr(), colours }))
             .try_init(),
-        // JSON has line ends and controls as escapes already.
+        // JSON escapes line ends and control characters already.
         LogFormat::Json => registry.with(lines.with_writer(io::stderr).json().flatten_event(true)).try_init(),
     };
     if started.is_err() {
@@ -29,10 +28,10 @@ pub(crate) fn start(log: &Log) {
     }
 }
 
-/// Writes each event, which comes at once and with a line feed at its end, as one line.
+/// Writes each event, which arrives in one piece with a line feed at its end, as one line.
 struct OneLine<W> {
     to: W,
-    /// Whether what changes a terminal's colours stays as it is.
+    /// Whether colour sequences are kept.
     colours: bool,
 }
 
@@ -47,7 +46,7 @@ impl<W: Write> Write for OneLine<W> {
     }
 }
 
-/// An event without line ends but its own, without controls, and not too long.
+/// An event with only its own line end, without control characters, and not too long.
 fn one_line(event: &str, colours: bool) -> Cow<'_, str> {
     let line = event.strip_suffix('\n').unwrap_or(event);
     if line.len() <= LINE_BYTES && !line.chars().any(is_forging) {
@@ -66,13 +65,13 @@ fn one_line(event: &str, colours: bool) -> Cow<'_, str> {
     Cow::Owned(safe)
 }
 
-/// What would begin another line, make a line read as another, or lead a terminal.
+/// Characters that would begin another line, reorder its text, or control a terminal.
 fn is_forging(letter: char) -> bool {
     let turns = matches!(letter, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}');
     turns || (letter.is_control() && letter != '\t')
 }
 
-/// Whether a text begins with what only changes a terminal's colours.
+/// Whether a text begins with a colour sequence.
 fn is_colour(text: &str) -> bool {
     let rest = text.strip_prefix("\u{1b}[");
     let rest =
@@ -86,7 +85,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
     use tracing_subscriber::fmt::MakeWriter;
 
-    /// What was written to standard error, as it were.
+    /// Captures the output to standard error.
     #[derive(Clone, Default)]
     struct Kept(Arc<Mutex<Vec<u8>>>);
 

@@ -1,7 +1,7 @@
-//! What of the recordings goes with nobody looking: for `lutra-server prune --as-configured` and the doctor.
+//! Automatic removal of recordings: for `lutra-server prune --as-configured` and the doctor.
 //!
-//! How much stays is the store's rule ([`store::plan_unattended`]). Beyond that a person must look where more would go than
-//! waiting explains, and where the backup does not hold all of it.
+//! The store decides what is kept ([`store::plan_unattended`]). In addition a person must look if more would be removed
+//! than a month or two without a run explain, or if the backup does not hold all of it.
 
 use crate::backups;
 use crate::config::{Config, Keep};
@@ -17,26 +17,27 @@ use units::UtcTime;
 /// What the next run would do.
 #[derive(Debug)]
 pub(crate) struct Next {
-    /// What goes, or why not.
+    /// What is removed, or why not.
     pub(crate) verdict: Verdict,
-    /// What else there is to say.
+    /// Additional notes.
     pub(crate) notes: Vec<String>,
 }
 
-/// What becomes of old recordings.
+/// How old recordings are treated.
 #[derive(Debug)]
 pub(crate) enum Verdict {
     /// All is kept.
     Off,
     /// Nothing is old enough.
     Nothing,
-    /// This goes.
+    /// These are removed.
     Goes(Vec<Removal>),
-    /// A person must look: why, and what to do.
+    /// A person must look: the reason and remedy.
     Refused(String),
 }
 
-/// Looks. `reads` compares all that would go byte by byte with the backup; without it lengths alone.
+/// Determines the next run. With `reads` everything to be removed is compared byte by byte with the backup; otherwise only
+/// lengths are.
 ///
 /// # Errors
 /// The data folder or the backup cannot be read.
@@ -143,7 +144,7 @@ fn undatable(plan: &Unattended, data: &Path, now: UtcTime) -> Option<String> {
     })
 }
 
-/// As checks call it.
+/// Name of the check.
 pub(crate) const NAME: &str = "retention";
 
 /// For the doctor.

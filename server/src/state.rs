@@ -1,4 +1,4 @@
-//! What every handler may reach.
+//! State that is shared by all handlers.
 
 use crate::backups::Watched;
 use crate::config::Config;
@@ -9,12 +9,12 @@ use std::sync::Arc;
 /// Shared by all handlers; cheap to clone.
 #[derive(Clone)]
 pub(crate) struct AppState {
-    /// As the server was started.
+    /// Configuration of the server.
     pub(crate) config: Arc<Config>,
     /// The services.
     pub(crate) shore: Arc<Shore>,
-    /// How the configured backup was found last.
+    /// Last known state of the configured backup.
     pub(crate) backup: Watched,
-    /// Figures for Prometheus.
+    /// Metrics for Prometheus.
     pub(crate) metrics: PrometheusHandle,
 }

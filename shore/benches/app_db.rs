@@ -1,5 +1,5 @@
-//! How long a question to app.db waits while the audit log is written and synced without a pause: beside the thread that
-//! writes, as pages ask, and in its queue, as everything had to before. `cargo bench -p shore --bench app_db`.
+//! How long a query to app.db waits while the audit log is written and synced without a pause: in parallel with the writing
+//! thread, as pages do, and in its queue, as all queries once did. `cargo bench -p shore --bench app_db`.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
 
@@ -10,9 +10,9 @@ use shore::owners::Owners;
 use std::time::{Duration, Instant};
 use tokio_util::sync::CancellationToken;
 
-/// How long each way is measured.
+/// How long each variant is measured.
 const MEASURED: Duration = Duration::from_secs(5);
-/// Between two questions.
+/// Pause between two queries.
 const PAUSE: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
 

@@ -2,8 +2,8 @@
 //!
 //! Writes 1,500 cells (`LUTRA_COAST_CELLS` says how many) into a temporary folder, or into `LUTRA_COAST_KEEP`, where they
 //! and the set stay for the next run; `LUTRA_COAST_STEPS` names the steps that run, with commas between them: the shared cells and those of the
-//! archipelago, moved side by side in blocks and renamed; the two largest are in each fourth block only. Each step is
-//! a process of its own, so that the memory it took can be told. Needs about 6 GB of disk while it runs.
+//! archipelago, moved side by side in blocks and renamed; the two largest are in each fourth block only. Each step is its
+//! own process, so that its memory can be measured. Needs about 6 GB of disk while it runs.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 
@@ -145,7 +145,7 @@ fn take_out(db: &Path, input: &Path) {
     chartdb::remove(db, &names, UtcTime::from_micros(0)).unwrap();
 }
 
-/// Asks for a route for the first time and again, and for ends of which none lies in water that leads to the other.
+/// Requests a route for the first time and again, and one between unconnected waters.
 fn routes(set: &Set, from: LatLon, to: LatLon) {
     let needs = Needs::depth_and_clearance(2.0, 25.0);
     for turn in ["first", "again"] {
@@ -165,7 +165,7 @@ fn place(block: u32) -> LatLon {
     LatLon::from_deg(63.446 + north_deg, 10.345 + east_deg).unwrap()
 }
 
-/// The set as a server takes it before it reads its index for the vessels.
+/// The set as a server loads it before it reads its index for the vessels.
 fn served(db: &Path) -> Arc<Set> {
     Set::open(db, 64 << 20).unwrap()
 }
@@ -178,7 +178,7 @@ fn tile(set: &Set, zoom: u8, at: LatLon) -> usize {
     tile.map_or(0, |bytes| bytes.len())
 }
 
-/// How long this process kept a processor busy (s), the system's work for it included, as Linux tells it.
+/// Processor time of this process (s), including system time, from Linux.
 fn processor_s() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = stat.rsplit(')').next().unwrap_or_default();
@@ -187,7 +187,7 @@ fn processor_s() -> f64 {
     ticks.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// The most memory that this process held, as Linux tells it.
+/// Peak memory of this process, from Linux.
 fn peak_kib() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -248,7 +248,7 @@ fn write_more(folder: &Path) -> Option<()> {
 /// Writes a cell under another name, moved.
 fn write_cell(folder: &Path, name: &str, base: &[u8], block: u32, shift: [i32; 2]) {
     let mut bytes = base.to_vec();
-    // What is left of the name tells which of a block it is.
+    // The rest of the name identifies the cell within a block.
     let renamed = format!("{}{block:02X}{}", &name[..3], &name[5..]);
     assert_eq!(renamed.len(), name.len());
     let text = format!("{name}.000");

@@ -1,8 +1,8 @@
-//! Alarms in the words of the API, and the task that looks for them.
+//! Alarms as the API reports them, and the task that derives them.
 //!
-//! Once a second the task gathers what the hub cannot know (the links' clocks, recording, the disk) and lets it look.
-//! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement; so is what happened to
-//! alarms.
+//! Once a second the task collects inputs that the hub does not have (link clocks, recording state, disk space) and has the
+//! hub derive the alarms. Active alarms and the alarm log are written to app.db on every change, so that acknowledgements
+//! survive a restart.
 
 mod keep;
 mod notes;
@@ -36,14 +36,14 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use units::{Now, UtcTime};
 
-/// How often it looks.
+/// Interval between two evaluations.
 const EVERY: Duration = Duration::from_secs(1);
-/// How long an answer waits for what was done to be in app.db.
+/// How long a response waits until the change is in app.db.
 const WRITE_PATIENCE: Duration = Duration::from_secs(2);
-/// The disk, and which vessels are expected, are looked at each so many looks.
+/// Disk space and the list of expected vessels are read once every so many evaluations.
 const SLOW_EVERY: u32 = 30;
 
-/// Calls vessels by the names that people gave them, as everywhere else; others go on as they announce themselves.
+/// Replaces vessel names by those that people assigned; vessels without one keep the name that they announce.
 pub fn name(people: &People, alarms: &mut [api::Alarm]) {
     let given = people.vessels();
     for alarm in alarms {
@@ -54,7 +54,7 @@ pub fn name(people: &People, alarms: &mut [api::Alarm]) {
     }
 }
 
-/// An alarm as the hub knows it; [`name`] is for its vessel's name.
+/// Converts an alarm of the hub; [`name`] sets the vessel's name.
 pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
     let advice = alarm.key.kind.advice();
     let word = |said: &Signature| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
@@ -89,7 +89,7 @@ pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
     }
 }
 
-/// A change as people and machines get it.
+/// Converts a change of an alarm for the API.
 pub fn note(fleet: &Fleet, note: &Note) -> AlarmNote {
     AlarmNote {
         time_us: note.at.micros(),
@@ -105,8 +105,8 @@ pub fn note(fleet: &Fleet, note: &Note) -> AlarmNote {
     }
 }
 
-/// Whether somebody may see this: the server's own alarms are for everybody, and those of vessels also for whoever
-/// looks at another one.
+/// Whether a user may see this alarm: the server's own alarms are visible to all, a vessel's alarms to all who may see it,
+/// even while they display another vessel.
 pub fn admits(wanted: &Wanted, key: &Key) -> bool {
     key.vessel.is_none_or(|vessel| wanted.grants.on(vessel.0).is_some())
 }
@@ -117,7 +117,7 @@ pub(crate) fn changes(operations: &Operations, revision: u64, wanted: &Wanted) -
     changed.filter(|one| admits(wanted, &one.key)).map(|one| alarm(operations.fleet(), one)).collect()
 }
 
-/// What was written down of an alarm; nothing where that means nothing to this server.
+/// Parses a stored alarm; `None` where this server does not know its values.
 fn saved(alarm: api::Alarm) -> Option<Saved> {
     let said = |by: String, time_us| Signature { by, at: UtcTime::from_micros(time_us) };
     Some(Saved {
@@ -144,20 +144,20 @@ fn saved(alarm: api::Alarm) -> Option<Saved> {
 pub struct Alarms {
     router: Router,
     people: People,
-    /// Wakes the watch: somebody did something to an alarm.
+    /// Wakes the watch: a user acknowledged or shelved an alarm.
     done: Arc<Notify>,
-    /// Up to which revision of the alarms all is in app.db; `None` while nobody writes it down.
+    /// The last revision of the alarms that is completely in app.db; `None` while no task writes them.
     kept: watch::Sender<Option<u64>>,
-    /// How the certificate is by which others reach the server; `None` where it does not encrypt.
+    /// State of the server's TLS certificate; `None` without encryption.
     certificate: watch::Sender<Option<CertificateState>>,
 }
 
-/// What the watch needs beside the alarms: who knows what the hub cannot.
+/// What the watch needs besides the alarms: the sources of inputs that the hub does not have.
 pub(crate) struct Watch {
     pub(crate) links: Links,
     pub(crate) charts: Charts,
     pub(crate) recorder: Recorder,
-    /// The folder whose disk is looked at.
+    /// The folder whose disk is checked for free space.
     pub(crate) data: PathBuf,
     pub(crate) owners: Owners,
     pub(crate) tasks: TaskTracker,
@@ -175,17 +175,17 @@ impl Alarms {
         }
     }
 
-    /// Takes over how the certificate is, from whoever serves with it.
+    /// Takes over the state of the certificate from the task that serves it.
     pub fn certificate(&self, state: CertificateState) {
         self.certificate.send_replace(Some(state));
     }
 
-    /// How the certificate is, as it was told last; `None` where nothing is encrypted.
+    /// The last reported state of the certificate; `None` without encryption.
     pub fn known_certificate(&self) -> Option<CertificateState> {
         self.certificate.borrow().clone()
     }
 
-    /// What stands, the most urgent first, and what changed lately: as far as somebody may see it.
+    /// Active alarms, the most urgent first, and recent changes, limited to what the user may see.
     ///
     /// # Errors
     /// The server is stopping.
@@ -205,7 +205,7 @@ impl Alarms {
         Ok(list)
     }
 
-    /// What stands, of all vessels and the server itself.
+    /// Active alarms of all vessels and of the server itself.
     ///
     /// # Errors
     /// The server is stopping.
@@ -219,7 +219,7 @@ impl Alarms {
         Ok(standing)
     }
 
-    /// What happened to alarms, the newest first, each with its number.
+    /// The log of alarm changes, the newest first, each with its number.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -227,7 +227,7 @@ impl Alarms {
         Ok(self.people.ask(wanted).await?)
     }
 
-    /// Somebody knows of an alarm.
+    /// Acknowledges an alarm.
     ///
     /// # Errors
     /// There is no such alarm for this person, or they may not.
@@ -239,7 +239,7 @@ impl Alarms {
         self.change(who, from, AlarmId(id), "alarm.acknowledge", act).await
     }
 
-    /// Somebody puts an alarm aside for some time.
+    /// Shelves an alarm for some time.
     ///
     /// # Errors
     /// As [`Alarms::acknowledge`]; too long, or without a reason.
@@ -258,7 +258,8 @@ impl Alarms {
         self.change(who, from, AlarmId(id), "alarm.shelve", act).await
     }
 
-    /// Does something to an alarm in somebody's name: an operator on its vessel, or anywhere where it is the server's own.
+    /// Changes an alarm on behalf of a user, who must be operator of its vessel, or of any vessel where the alarm is the
+    /// server's own.
     async fn change(
         &self,
         who: &Principal,
@@ -306,9 +307,9 @@ impl Alarms {
         outcome.map(|(_, known)| known).map_err(|why: AlarmRefused| Error::refused(why.said()))
     }
 
-    /// Waits until all up to a revision is in app.db, so that whoever reads the answer finds it in the history too, and
-    /// a server that is killed then has not forgotten it. It waits only so long: what somebody says of an alarm counts
-    /// even where it cannot be written down, as an alarm must not sound for want of a disk.
+    /// Waits until everything up to a revision is in app.db, so that a client that gets the response finds the change in
+    /// the history too, even after a crash of the server. The wait is limited: an acknowledgement is valid even if it
+    /// cannot be stored, so that a disk fault does not keep an alarm sounding.
     async fn written(&self, revision: u64) {
         self.done.notify_one();
         let mut kept = self.kept.subscribe();
@@ -320,13 +321,13 @@ impl Alarms {
         }
     }
 
-    /// Takes over what stood when the server ended.
+    /// Restores the alarms that were active when the server ended.
     ///
     /// # Errors
     /// app.db cannot be read, or the server is stopping.
     pub async fn restore(&self) -> Result<()> {
         let stood = self.people.ask(ReadStanding).await?;
-        // A caution needs nobody: if it still holds it comes again by itself.
+        // A caution needs no acknowledgement: if its condition still holds, it is raised again.
         let kept = stood.into_iter().filter(|one| one.priority != "caution" || one.shelved.is_some());
         let saved: Vec<Saved> = kept.filter_map(saved).collect();
         let restore = move |operations: &mut Operations, now| {
@@ -337,7 +338,7 @@ impl Alarms {
         Ok(self.router.ask(restore).await?)
     }
 
-    /// Looks for alarms until the server ends.
+    /// Evaluates alarms until the server ends.
     pub(crate) async fn watch(self, watch: Watch) {
         if let Err(error) = self.restore().await {
             tracing::error!(%error, "what stood as alarm before the start is forgotten");
@@ -379,7 +380,7 @@ impl Alarms {
         }
     }
 
-    /// When it is to look next: whether a second passed, or somebody did something.
+    /// Waits for the next evaluation: true if the interval has passed, false if a user changed an alarm.
     async fn next_look(&self, every: &mut Interval) -> bool {
         tokio::select! {
             _ = every.tick() => true,
@@ -387,7 +388,8 @@ impl Alarms {
         }
     }
 
-    /// Has the alarms derived: their revision, and if that is not `kept`, what stands and what happened since.
+    /// Has the hub derive the alarms. Returns their revision and, if it is not `kept`, the active alarms and the changes
+    /// since.
     async fn look(
         &self,
         shore: ShoreState,
@@ -412,7 +414,7 @@ impl Alarms {
         self.router.ask(look).await
     }
 
-    /// Tells the hub which vessels have a link, those too whose link stands while app.db does not say so yet.
+    /// Tells the hub which vessels have a link, including those whose link is open but not yet recorded in app.db.
     async fn believe(&self, links: &Links, expected: &[Address]) {
         let up = links.status().into_iter().filter(|(_, status)| status.up).map(|(vessel, _)| vessel);
         let linked: BTreeSet<Address> = expected.iter().copied().chain(up).collect();
@@ -421,7 +423,7 @@ impl Alarms {
 }
 
 impl Watch {
-    /// What the server knows of itself.
+    /// State of the server itself, as input of the alarms.
     fn shore_state(&self, disk: Option<(u64, u64)>, expected: Vec<Address>) -> ShoreState {
         let status = self.links.status();
         let clocks = status.iter().filter_map(|(vessel, status)| {
@@ -450,14 +452,14 @@ impl Watch {
             recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
             history: recorder.history_behind.clone(),
             disk,
-            // Who serves with it tells the alarms.
+            // Set by the task that serves the certificate.
             certificate: None,
             no_go: self.charts.not_closed(),
         }
     }
 }
 
-/// How many alarms stand, by priority.
+/// Publishes the number of active alarms by priority.
 fn measure(standing: &[api::Alarm]) {
     for priority in Priority::ALL.map(Priority::name) {
         let count = standing.iter().filter(|alarm| alarm.priority == priority).count();
@@ -471,7 +473,7 @@ fn measure_disk(room: Option<(u64, u64)>) {
     metrics::gauge!("lutra_disk_bytes").set(all as f64);
 }
 
-/// Free and all bytes of the disk on which a folder lies.
+/// Free and total bytes of the disk that holds a folder.
 pub fn room(folder: &Path) -> Option<(u64, u64)> {
     let disk = rustix::fs::statvfs(folder).ok()?;
     Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))

@@ -1,17 +1,17 @@
-//! The program's clock, and how its times are written.
+//! The program's clock, and the format of its times.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use units::{MonoTime, Now, UtcTime};
 
-/// What a running server decides and records by: one clock that never steps, for deadlines, and UTC. Cheap to clone.
+/// The clock of a running server: a monotonic clock for deadlines, and UTC for records. Cheap to clone.
 ///
-/// Everything that depends on how late it is (leases, alarms, sessions, what became of an order) asks it. How long a
-/// socket or a disk may take is measured by the computer's own clock: no test can move a disk.
+/// Everything that depends on time (leases, alarms, sessions, the progress of an order) uses it. Timeouts of sockets and
+/// disks use the computer's own clock: tests cannot speed up a disk.
 #[derive(Debug, Clone)]
 pub struct Clock {
     begun: Instant,
-    /// How far a test moved it ahead of the computer's clock.
+    /// Offset by which a test moved it ahead of the computer's clock.
     ahead: Option<watch::Receiver<Duration>>,
 }
 
@@ -20,33 +20,33 @@ pub struct Clock {
 pub struct ClockHand(watch::Sender<Duration>);
 
 impl Clock {
-    /// The computer's.
+    /// The computer's clock.
     pub fn real() -> Self {
         Self { begun: Instant::now(), ahead: None }
     }
 
-    /// One that runs as the computer's and can be moved ahead.
+    /// The computer's clock, with a hand to move it ahead.
     pub fn with_hand() -> (Self, ClockHand) {
         let (hand, ahead) = watch::channel(Duration::ZERO);
         (Self { begun: Instant::now(), ahead: Some(ahead) }, ClockHand(hand))
     }
 
-    /// The present by both clocks.
+    /// The current time of both clocks.
     pub fn now(&self) -> Now {
         Now { mono: self.mono(), utc: self.utc() }
     }
 
-    /// The present by the clock that never steps.
+    /// The current monotonic time.
     pub fn mono(&self) -> MonoTime {
         MonoTime::from_micros((self.begun.elapsed() + self.ahead()).as_micros() as u64)
     }
 
-    /// The present, UTC.
+    /// The current UTC.
     pub fn utc(&self) -> UtcTime {
         UtcTime::from_micros(now().micros() + self.ahead().as_micros() as i64)
     }
 
-    /// Waits until it is so late.
+    /// Waits until `due`.
     pub async fn sleep_until(&self, due: MonoTime) {
         let mut ahead = self.ahead.clone();
         loop {
@@ -74,13 +74,13 @@ impl Clock {
 }
 
 impl ClockHand {
-    /// It is later by so much at once.
+    /// Moves the clock ahead at once.
     pub fn advance(&self, by: Duration) {
         self.0.send_modify(|ahead| *ahead += by);
     }
 }
 
-/// The computer's time, UTC: for commands that soon end. A running server asks its [`Clock`].
+/// The computer's UTC, for short-lived commands. A running server uses its [`Clock`].
 pub fn now() -> UtcTime {
     let us = match SystemTime::now().duration_since(UNIX_EPOCH) {
         Ok(since) => i64::try_from(since.as_micros()).unwrap_or(i64::MAX),
@@ -89,13 +89,13 @@ pub fn now() -> UtcTime {
     UtcTime::from_micros(us)
 }
 
-/// Before this no clock can be right: 2024-01-01.
+/// An earlier time is certainly wrong: 2024-01-01.
 pub const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
 
-/// Refuses a present that cannot be, as that of a computer without a battery for its clock before the network tells it.
+/// Refuses a time that is certainly wrong, as on a computer without a battery-backed clock before it has synchronised.
 ///
 /// # Errors
-/// It is such a one; the error says what to do.
+/// The time is wrong; the error says what to do.
 pub fn check(now: UtcTime) -> Result<(), String> {
     if now >= EARLIEST {
         return Ok(());

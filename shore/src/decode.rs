@@ -1,4 +1,4 @@
-//! Packets as browsers and scripts get them: fields by name with units and meanings, nested messages as objects.
+//! Decodes packets for browsers and scripts: fields by name with units and meanings, nested messages as objects.
 
 use api::{ReceiverClock, Update};
 use detections::{ClockState, Detection};
@@ -16,12 +16,12 @@ pub(crate) fn series(key: SeriesKey, series: &Series) -> Option<Update> {
     Some(Update { count: series.count(), ..update })
 }
 
-/// A mean with three digits that count: more of them only change with each packet.
+/// A mean with three significant digits: more would change with each packet.
 fn shortened(mean: f32) -> f64 {
     format!("{mean:.2e}").parse().unwrap_or(f64::from(mean))
 }
 
-/// One packet. `None` for bytes that are no packet, which nobody keeps.
+/// One packet. `None` for bytes that are not a packet; such are not kept.
 pub(crate) fn packet(
     bytes: &[u8],
     instance: Option<u8>,
@@ -53,7 +53,7 @@ fn fields(view: &PacketView<'_>) -> Vec<api::Field> {
     let mut collect = Collect { fields: Vec::new(), open: Vec::new() };
     match reflect::walk(view, &mut collect) {
         Some(_) => collect.fields,
-        // Nobody knows its fields; its bytes are shown.
+        // Its fields are unknown; its bytes are shown.
         None => vec![api::Field {
             name: "payload".to_owned(),
             value: hex::encode(view.payload()).into(),
@@ -104,7 +104,7 @@ pub(crate) fn detection(one: Detection) -> api::Detection {
     }
 }
 
-/// What is being put together around the present place.
+/// The containers that are being built around the current field.
 enum Open {
     Message(&'static FieldDesc, Map<String, Json>),
     List(&'static FieldDesc, Vec<Json>),

@@ -1,4 +1,4 @@
-//! Why the shore does not do what it was asked: a kind for programs, a text for people.
+//! Errors of the shore: a kind for programs, a text for people.
 
 use crate::identity::Fault;
 use crate::router::Stopped;
@@ -6,14 +6,14 @@ use api::{NoControl, Said, say};
 use operations::{ANSWER_WITHIN, LeaseRefused, NotYours};
 use store::StoreError;
 
-/// What kind of refusal it is. A page or an API turns it into its own status.
+/// Kind of an error. Pages and the API map it to their own status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// It cannot be understood.
+    /// The request is malformed.
     Malformed,
-    /// It is understood and cannot be.
+    /// The request is well-formed, but refused.
     Refused,
-    /// Somebody else has control of the vessel.
+    /// Another user has control of the vessel.
     NoControl,
     /// A stop was ordered meanwhile.
     CalledOff,
@@ -21,9 +21,9 @@ pub enum ErrorKind {
     Grounding,
     /// The vessel has not reported which entities it has.
     UnknownEntities,
-    /// There is no such thing, or not for this person.
+    /// It does not exist, or the person may not see it.
     NotFound,
-    /// It was there, and is no more.
+    /// It existed, and no longer does.
     Gone,
     /// The person may not do this.
     Forbidden,
@@ -31,15 +31,15 @@ pub enum ErrorKind {
     Newer,
     /// The password must be changed first.
     PasswordChange,
-    /// Too many ask for the same; try again later.
+    /// Too many requests of this kind; try again later.
     Busy,
-    /// It cannot be done at present: a disk hangs, or the server is stopping.
+    /// Temporarily not possible: a disk hangs, or the server is stopping.
     Unavailable,
     /// The server failed; the log says why.
     Internal,
 }
 
-/// Why something was not done.
+/// An error.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{text}")]
 pub struct Error {
@@ -56,11 +56,11 @@ pub struct Error {
 pub enum Detail {
     /// The guard's verdict.
     Guard(api::Guard),
-    /// Why somebody has no control.
+    /// Why the user has no control.
     Control(api::NoControl),
 }
 
-/// What the shore answers.
+/// Result of the shore's services.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
@@ -74,18 +74,18 @@ impl Error {
         Self::new(ErrorKind::Refused, text)
     }
 
-    /// The chart shows danger, as the verdict says.
+    /// The chart shows danger, by this verdict.
     pub(crate) fn grounding(guard: api::Guard) -> Self {
         let text = format!("The chart shows danger: {}", guard.text);
         Self { detail: Some(Box::new(Detail::Guard(guard))), ..Self::new(ErrorKind::Grounding, text) }
     }
 
-    /// Whether the same is refused again, however often it is asked for: nothing fails here.
+    /// Whether a repeated request would be refused again: no fault of the server.
     pub(crate) fn is_final(&self) -> bool {
         !matches!(self.kind, ErrorKind::Unavailable | ErrorKind::Internal | ErrorKind::Busy)
     }
 
-    /// What went wrong inside is logged, not shown.
+    /// The cause is logged, not shown.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");
         Self::new(ErrorKind::Internal, say("The server failed; its log says why."))
@@ -153,7 +153,7 @@ impl From<LeaseRefused> for Error {
     }
 }
 
-/// Does slow work where it holds up nobody.
+/// Runs slow work on a thread where it blocks no other task.
 pub(crate) async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R> {
     tokio::task::spawn_blocking(work).await.map_err(|error| Error::internal(&error))
 }

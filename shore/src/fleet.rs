@@ -1,4 +1,4 @@
-//! The fleet as it is now, in the words of the API.
+//! The present state of the fleet, as the API reports it.
 
 use crate::commands::view;
 use crate::router::Router;
@@ -16,40 +16,40 @@ use std::sync::Arc;
 use tokio::sync::watch;
 use units::{LatLon, Now};
 
-/// Series handed over at once; a client that wants more gets the rest with its next frame.
+/// Most series in one answer; a client that wants more gets the rest with its next frame.
 const AT_ONCE: usize = 20_000;
 
-/// The parts of a vessel whose parameters its guard goes by, and those that no guard is without.
+/// The entities whose parameters define a vessel's guard limits, and those that every guard has.
 const GUARD_PARTS: [Entity; 2] = [Entity::Grounding, Entity::Maneuver];
 const GUARD_DEPTHS: [&str; 2] = ["Navigable Depth", "Autonomous Depth"];
-/// What was told before is asked for again: the vessel may have been started with other files since.
+/// Limits older than this are requested again: the vessel may have been restarted with other files.
 const LIMITS_AGE_US: i64 = 300_000_000;
 
-/// The way to the fleet's state; cheap to clone.
+/// Handle of the fleet's state; cheap to clone.
 #[derive(Clone)]
 pub struct Fleet {
     router: Router,
 }
 
 impl Fleet {
-    /// By the task that owns the state.
+    /// Uses the task that owns the state.
     pub fn new(router: Router) -> Self {
         Self { router }
     }
 
-    /// All systems that `wanted` admits; `None` when the owner is gone.
+    /// All systems that `wanted` admits; `None` when the owner has ended.
     pub async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
         self.router.ask(move |operations, now| systems(operations.fleet(), now, &wanted)).await.ok()
     }
 
-    /// Where a vessel said last to be, however long ago.
+    /// Last reported position of a vessel, however old.
     pub async fn place(&self, vessel: Address) -> Option<LatLon> {
         let ask = move |operations: &mut Operations, _| operations.fleet().system(vessel).and_then(fix);
         let fix = self.router.ask(ask).await.ok()??;
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
-    /// Where a vessel that is heard now is.
+    /// Position of a vessel that is heard now.
     pub async fn place_now(&self, vessel: Address) -> Option<LatLon> {
         let ask = move |operations: &mut Operations, now: Now| {
             let live = |system: &&System| system.liveness(now.mono) == hub::Liveness::Live;
@@ -59,8 +59,8 @@ impl Fleet {
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
-    /// What the vessel's own guard goes by, as it told its parameters; `base` stands for what it did not tell. `None`
-    /// where it told no depths that it keeps to, as vessels of other programs. It is asked where that is long ago.
+    /// The limits of the vessel's own guard, from its reported parameters; `base` fills in what it did not report. `None`
+    /// where it reported no depth limits, as with vessels of other programs. Old reports are requested again.
     pub async fn guard_limits(&self, vessel: Address, base: &GuardLimits) -> Option<GuardLimits> {
         let ask = move |operations: &mut Operations, now: Now| {
             ask_limits(operations, now, vessel);
@@ -73,8 +73,8 @@ impl Fleet {
         guard_limits(vessel, &self.router.ask(ask).await.ok()?, base)
     }
 
-    /// What changed after `since`, how the systems are if `described`, and of who
-    /// commands, of commands and of alarms after `control`; `None` when the owner is gone.
+    /// Changes after `since`, the state of the systems if `described`, and changes of leases, commands and alarms after
+    /// `control`; `None` when the owner has ended.
     pub async fn changes(
         &self,
         since: u64,
@@ -103,7 +103,7 @@ impl Fleet {
     }
 }
 
-/// Asks a vessel that has such parts for their parameters, where it has not reported them lately.
+/// Requests the parameters of such entities from a vessel that has them and has not reported them lately.
 fn ask_limits(operations: &mut Operations, now: Now, vessel: Address) {
     let Some(system) = operations.fleet().system(vessel) else { return };
     let reports = operations.commands().reports();
@@ -113,20 +113,20 @@ fn ask_limits(operations: &mut Operations, now: Now, vessel: Address) {
     };
     let labels = GUARD_PARTS.map(|part| part.label_and_task().0);
     let has = |label: &&str| system.entities().values().any(|entity| entity == *label);
-    // One that has no guard has nothing to tell of it.
+    // A vessel without a guard has no limits to report.
     if !has(&labels[0]) {
         return;
     }
     let wanted = labels.into_iter().filter(has).filter(|label| stale(label));
     let questions: Vec<Question> = wanted.map(|label| Question::Parameters(label.to_owned())).collect();
-    // Too many questions at once: the next check asks again.
+    // With too many open requests the next check asks again.
     let packets = operations.commands_mut().reports_mut().ask(now, vessel, &questions).unwrap_or_default();
     for packet in &packets {
         operations.hub_mut().send(now, packet);
     }
 }
 
-/// The limits of a vessel that told these parameters of its parts.
+/// The limits of a vessel that reported these parameters.
 fn guard_limits(
     vessel: Address,
     told: &[EntityReport; GUARD_PARTS.len()],
@@ -136,8 +136,8 @@ fn guard_limits(
     settings.grounding.limits = *base;
     let mut taken = BTreeSet::new();
     for (part, told) in GUARD_PARTS.into_iter().zip(told) {
-        // Lutra's own vessels tell what the next start will have; of others a parameter of the same name may mean
-        // something else.
+        // Lutra's own vessels also report saved values, for the next start; with others a parameter of the same name may
+        // mean something else.
         let own = told.parameters.values().any(|one| one.saved.is_some());
         let values = told.parameters.iter().map(|(name, one)| (name.as_str(), one.value.as_str()));
         taken.extend(onboard::parameters::take_told(&mut settings, part, values.filter(|_| own)));
@@ -217,7 +217,7 @@ fn latest<T: imc::messages::Payload>(system: &System) -> Option<(PacketView<'_>,
     Some((view, message))
 }
 
-/// Degrees of a place on Earth; 0/0 is what senders say that do not know.
+/// Degrees of a position; `None` for 0/0, which senders use for an unknown position.
 fn place(lat_rad: f64, lon_rad: f64) -> Option<(f64, f64)> {
     let known = lat_rad != 0.0 || lon_rad != 0.0;
     let earthly = lat_rad.abs() <= std::f64::consts::FRAC_PI_2 && lon_rad.abs() <= std::f64::consts::PI;
@@ -229,7 +229,7 @@ fn turn(angle_rad: f64) -> Option<f64> {
     angle_rad.is_finite().then(|| angle_rad.rem_euclid(std::f64::consts::TAU))
 }
 
-/// What changed, not decoded yet: the hub's task only copies, so that many clients do not hold up the relay.
+/// Changes, not decoded yet: the hub's task only copies, so that many clients do not delay the relay.
 struct Raw {
     revision: u64,
     systems: Vec<api::System>,

@@ -1,6 +1,6 @@
-//! What a data folder holds: the names that Lutra makes in one, and by what one is known.
+//! Contents of a data folder: the names that Lutra makes in it, and how a data folder is recognised.
 //!
-//! A slip of the finger in `--data` names somebody's home or a whole disk. Nothing is made there, and nobody loses rights.
+//! A typo in `--data` may name a home folder or a whole disk. There nothing is created, and no permissions are changed.
 
 use anyhow::{Context as _, bail, ensure};
 use std::fs;
@@ -37,8 +37,8 @@ const FOLDERS: [&str; 11] = [
     "uploads",
     "vpn",
 ];
-/// Any of these says that a folder was made by Lutra, whatever else lies in it. Other names of ours are found elsewhere
-/// too: `archive` in many a home.
+/// Any of these marks a folder as made by Lutra, whatever else it holds. Lutra's other names are too common: many homes
+/// have an `archive`.
 const MARKS: [&str; 8] = [
     "app.db",
     "archive/definitions",
@@ -49,13 +49,13 @@ const MARKS: [&str; 8] = [
     "history/catalogue.sqlite",
     "tls/ca-key.pem",
 ];
-/// What may lie in a new folder: what each new disk holds, and the configuration.
+/// What a new folder may hold: the entry of every new file system, and the configuration.
 const NO_MATTER: [&str; 2] = ["lost+found", "server.toml"];
 
-/// The folder in which a restore is under way, within the data folder or, with the data folder's name before it, beside it.
+/// Working folder of a restore: inside the data folder or, prefixed with the data folder's name, beside it.
 pub const RESTORING: &str = ".restoring";
 
-/// Whether Lutra makes this, named by its way below the data folder.
+/// Whether Lutra makes this entry, given by its path below the data folder.
 pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
     match way {
         [name] if is_folder => *name == "archive" || HISTORIES.contains(name) || FOLDERS.contains(name),
@@ -86,10 +86,10 @@ fn is_day(name: &str) -> bool {
     name.len() == 8 && name.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// Refuses a folder in which others keep their things and nothing of Lutra's stands. One that is absent or empty is right.
+/// Refuses a folder that holds other files and none of Lutra's. An absent or empty one is accepted.
 ///
 /// # Errors
-/// It is such a folder, or cannot be read.
+/// It is such a folder, or it cannot be read.
 pub fn check(folder: &Path) -> anyhow::Result<()> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -126,7 +126,7 @@ pub fn check(folder: &Path) -> anyhow::Result<()> {
     )
 }
 
-/// Refuses a folder in which a later version wrote what this one would misread. Nothing is written, not even a lock.
+/// Refuses a folder with data of a later version that this one would misread. Nothing is written, not even a lock.
 ///
 /// # Errors
 /// It is such a folder; the error says what to do. Or it cannot be read.

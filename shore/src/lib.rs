@@ -1,21 +1,20 @@
-//! What a shore server does, without HTTP: supervised services that pages, programs, the demo and tests use alike.
+//! The services of a shore server, without HTTP: supervised, and used alike by pages, programs, the demo and tests.
 //!
-//! [`Shore`] holds one handle for each service. Whoever owns state is a task or a thread, watched by [`owners`]; others send
-//! it typed requests over bounded channels, or read what it publishes. Everything that commands a vessel goes through
-//! [`commands::Commands`].
+//! [`Shore`] holds one handle for each service. Each piece of state is owned by one task or thread, watched by [`owners`];
+//! others send it typed requests over bounded channels, or read what it publishes. Everything that commands a vessel goes
+//! through [`commands::Commands`].
 //!
-//! - [`router::Router`]: the task that owns the hub and what people do with it ([`operations::Operations`]).
+//! - [`router::Router`]: the task that owns the hub, leases, commands and alarms ([`operations::Operations`]).
 //! - [`commands`]: control, orders, STOP, steering by hand; [`alarms`]; [`reports`] of vessels.
 //! - [`links`]: the vessel link's sessions; the sockets are the server's.
-//! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
-//! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
-//!   and the audit log.
-//! - [`areas`]: what people close to all vessels.
-//! - [`logbook`], [`missions`], [`register`]: what people write down; [`datasets`]: what they publish and share.
-//! - [`notices`]: alarms told by mail and webhook.
+//! - [`recorder`], [`history`], [`sinks`], [`backup`]: recording and storage.
+//! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans, accounts and the audit log.
+//! - [`areas`]: no-go areas for all vessels.
+//! - [`logbook`], [`missions`], [`register`]: records that people keep; [`datasets`]: data that they publish and share.
+//! - [`notices`]: alarms sent by mail and webhook.
 //!
-//! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
-//! settings of its own.
+//! It may depend on every crate below it, and has no knowledge of HTTP, pages, or the server's configuration: each service
+//! has its own settings.
 pub mod alarms;
 pub mod areas;
 pub mod backup;
@@ -87,15 +86,15 @@ pub struct Shore {
     pub commands: Commands,
     /// The guard against grounding.
     pub grounding: Grounding,
-    /// What is wrong.
+    /// Alarms of vessels and of the server.
     pub alarms: Alarms,
-    /// What vessels report when they are asked.
+    /// Reports of vessels on request.
     pub reports: Reports,
     /// Accounts, sessions, tokens.
     pub people: People,
-    /// The fleet as it is.
+    /// The present state of the fleet.
     pub fleet: Fleet,
-    /// The fleet as it was.
+    /// The recorded history of the fleet.
     pub history: History,
     /// Logs that were uploaded.
     pub imports: Imports,
@@ -107,7 +106,7 @@ pub struct Shore {
     pub routing: Routing,
     /// The log book that people keep.
     pub logbook: Logbook,
-    /// Missions that people record.
+    /// Recorded missions.
     pub missions: Missions,
     /// The register of studies: tags, animals, receivers.
     pub register: Register,
@@ -115,23 +114,23 @@ pub struct Shore {
     pub datasets: Datasets,
     /// Messages about alarms.
     pub notices: Notices,
-    /// The vessels that came in by the link.
+    /// The vessels' links.
     pub links: Links,
-    /// Who steers which vessel by hand.
+    /// The vessels that are steered by hand.
     pub helms: Helms,
     /// The hub: routing and the fleet's state.
     pub router: Router,
     /// The archive and history.
     pub recorder: Recorder,
-    /// What everything here is decided and recorded by.
+    /// The clock of all services.
     pub clock: Clock,
-    /// Whether those who own state are there.
+    /// Watches the owners of state.
     pub owners: Owners,
-    /// How each store that follows the archive gets on.
+    /// State of each sink that follows the archive.
     pub sinks: Vec<watch::Receiver<SinkState>>,
-    /// Says that the server is about to end.
+    /// Cancelled when the server is about to end.
     pub stop: CancellationToken,
-    /// Work that outlives its request; the end waits for it.
+    /// Tasks that outlive their request; the shutdown waits for them.
     pub tasks: TaskTracker,
 }
 

@@ -1,16 +1,16 @@
-//! What a page sends again because no answer came is done once.
+//! Idempotency: a request that a page repeats, because no answer came, is carried out once.
 //!
-//! A page makes a key for what it sends. The first request with a key of a person is carried out; what comes with the same key
-//! afterwards gets the number of what was made then. [`Once`] looks and writes in one transaction.
+//! A page makes a key for each request. A person's first request with a key is carried out; later ones with the same key
+//! get the number of the object made then. [`Once`] looks up and writes in one transaction.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{Fault, Request};
 use sqlx::SqliteConnection;
 
-/// Letters of a key.
+/// Most characters of a key.
 const LETTERS: usize = 64;
 
-/// What is made by a key; app.db keeps the numbers.
+/// Kinds of objects that are made by key; their numbers are stored in app.db.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Made {
     /// A note of the log book.
@@ -21,7 +21,7 @@ pub(crate) enum Made {
     NoGoArea = 2,
 }
 
-/// A key of one person for one kind of thing.
+/// A key of one person for one kind of object.
 #[derive(Debug, Clone)]
 pub(crate) struct Key {
     made: Made,
@@ -30,7 +30,7 @@ pub(crate) struct Key {
 }
 
 impl Key {
-    /// The key that came with a request, if one came.
+    /// The key of a request, if it has one.
     ///
     /// # Errors
     /// It is empty or too long.
@@ -43,7 +43,7 @@ impl Key {
     }
 }
 
-/// The number of what was made by a key.
+/// The number of the object that was made by this key.
 impl Request for Key {
     type Answer = Option<i64>;
 
@@ -54,7 +54,7 @@ impl Request for Key {
     }
 }
 
-/// Makes something, unless it was made by this key before; its number.
+/// Makes an object unless it was made by this key before; returns its number.
 #[derive(Debug)]
 pub(crate) struct Once<R> {
     pub(crate) key: Option<Key>,
@@ -83,7 +83,7 @@ mod tests {
     use crate::identity::{Fault, Request, migrated};
     use sqlx::SqliteConnection;
 
-    /// Makes the thing of this number, or fails.
+    /// Test request: makes the object of this number, or fails.
     struct Make(Option<i64>);
 
     impl Request for Make {

@@ -1,9 +1,9 @@
-//! Watches the tasks and threads that own state: the hub, the recorder, app.db and those beside them.
+//! Watches the tasks and threads that own state: the hub, the recorder, app.db and others.
 //!
-//! Each holds a [`Duty`] while it lives. One that is dropped before its owner said that it is done was lost to a fault:
-//! [`Owners::failed`] tells, the program flushes what can be flushed and ends with an error, and its service starts it
-//! again. An owner that has worked on one thing for longer than `HANGS_AFTER` is told by `/healthz`: its disk hangs,
-//! most likely, and no restart helps.
+//! Each holds a [`Duty`] while it lives. A duty that is dropped before its owner called [`Duty::done`] means that the owner
+//! panicked: [`Owners::failed`] reports it, the program flushes what it can and ends with an error, and its service
+//! restarts it. An owner that has worked on one job for longer than `HANGS_AFTER` is reported by `/healthz`: most likely
+//! its disk hangs, which a restart does not cure.
 
 use crate::clock::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,33 +11,33 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// Work on one thing that takes longer is told.
+/// Work on one job that takes longer is reported.
 const HANGS_AFTER: Duration = Duration::from_secs(5);
 
-/// Everyone who owns state; cheap to clone.
+/// All owners of state; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Owners(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
     clock: Clock,
-    /// The first that was lost.
+    /// The first owner that was lost.
     lost: watch::Sender<Option<&'static str>>,
     all: Mutex<Vec<Arc<Pulse>>>,
 }
 
-/// What is known of one owner.
+/// State of one owner.
 #[derive(Debug)]
 struct Pulse {
     name: &'static str,
-    /// Milliseconds from the start until it began to work on what it works on, and one; 0 while it rests.
+    /// When its current job began, in milliseconds since the start, plus one; 0 while it is idle.
     busy_since_ms: AtomicU64,
-    /// Makes a watched task panic.
+    /// Makes a watched task panic, for tests.
     #[cfg(any(test, feature = "testing"))]
     fault: tokio::sync::Notify,
 }
 
-/// Held by an owner as long as it does its work.
+/// Held by an owner while it is in service.
 #[derive(Debug)]
 pub struct Duty {
     owners: Owners,
@@ -45,17 +45,17 @@ pub struct Duty {
     done: bool,
 }
 
-/// Work on one thing, until it is dropped.
+/// One job, until it is dropped.
 #[derive(Debug)]
 pub struct Busy(Arc<Pulse>);
 
 impl Owners {
-    /// Nobody yet, and the clock by which they may hang.
+    /// No owners yet; `clock` times their jobs.
     pub fn new(clock: Clock) -> Self {
         Self(Arc::new(Inner { clock, lost: watch::Sender::new(None), all: Mutex::default() }))
     }
 
-    /// A new owner, by the name that people know it by.
+    /// Registers an owner, by the name that is shown to people.
     pub fn duty(&self, name: &'static str) -> Duty {
         let pulse = Arc::new(Pulse {
             name,
@@ -67,7 +67,7 @@ impl Owners {
         Duty { owners: self.clone(), pulse, done: false }
     }
 
-    /// A task that is an owner as long as it runs.
+    /// Watches a task as an owner while it runs.
     pub fn watch<T, F: Future<Output = T>>(
         &self,
         name: &'static str,
@@ -83,7 +83,7 @@ impl Owners {
         }
     }
 
-    /// Waits until an owner is lost, and says which.
+    /// Waits until an owner is lost, and returns its name.
     pub async fn failed(&self) -> &'static str {
         let mut lost = self.0.lost.subscribe();
         match lost.wait_for(Option::is_some).await.ok().and_then(|lost| *lost) {
@@ -92,7 +92,7 @@ impl Owners {
         }
     }
 
-    /// What is wrong with the owners, if anything: for anyone.
+    /// What is wrong with the owners, if anything; safe to show to anyone.
     pub fn trouble(&self) -> Option<String> {
         if let Some(name) = *self.0.lost.borrow() {
             return Some(format!("{name} was lost to a fault; the server ends"));
@@ -108,12 +108,12 @@ impl Owners {
         })
     }
 
-    /// Whether all are there.
+    /// Whether no owner is lost.
     pub fn are_there(&self) -> bool {
         self.0.lost.borrow().is_none()
     }
 
-    /// Loses a watched task to a fault, as a bug in it would; whether there is one of this name.
+    /// For tests: makes a watched task panic, as a bug would; returns whether there is one of this name.
     #[cfg(any(test, feature = "testing"))]
     pub fn lose(&self, name: &str) -> bool {
         let all = self.0.all.lock().unwrap_or_else(PoisonError::into_inner);
@@ -125,7 +125,7 @@ impl Owners {
     }
 }
 
-/// A task that panics once a test wants it to.
+/// Runs the task, and panics when a test requests it.
 #[cfg(any(test, feature = "testing"))]
 async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
     tokio::select! {
@@ -136,13 +136,13 @@ async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
 }
 
 impl Duty {
-    /// The owner begins to work on one thing.
+    /// The owner begins a job.
     pub fn busy(&self) -> Busy {
         self.pulse.busy_since_ms.store(self.owners.now_ms(), Ordering::Relaxed);
         Busy(Arc::clone(&self.pulse))
     }
 
-    /// The owner ends as it should.
+    /// The owner ends normally.
     pub fn done(mut self) {
         self.done = true;
     }

@@ -1,4 +1,4 @@
-//! Parameters of vessels, with what those of Lutra mean: by the schema that the vessels read their files with.
+//! Parameters of vessels; those of Lutra are described by the schema that the vessels read their files with.
 
 use api::{ParameterAbout, VesselParameters};
 use config::{Kind, Length, ParamSpec, SectionSpec};
@@ -9,16 +9,17 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use units::UtcTime;
 
-/// What a vessel told, by its entities' labels.
+/// Reported parameters, by entity label.
 pub(crate) type ByEntity = BTreeMap<String, EntityReport>;
 
-/// What a vessel told since the server started.
+/// Parameters that a vessel reported since the server started.
 pub(crate) fn reported(operations: &Operations, vessel: Address) -> ByEntity {
     let of = operations.commands().reports().entities(vessel).filter(|(_, entity)| entity.at.is_some());
     of.map(|(label, entity)| (label.to_owned(), entity.clone())).collect()
 }
 
-/// What a vessel told last by its history: `EntityParameters` of its entities, as [`super::history::at`] gives them.
+/// Parameters that a vessel reported last, by its history: `EntityParameters` of its entities, as [`super::history::at`]
+/// gives them.
 pub(crate) fn recorded(at: &api::At) -> ByEntity {
     let mut all = ByEntity::new();
     for update in at.values.iter().filter(|update| update.abbrev == "EntityParameters") {
@@ -34,11 +35,11 @@ pub(crate) fn recorded(at: &api::At) -> ByEntity {
     all
 }
 
-/// What was told, with what it means.
+/// Reported parameters with their descriptions.
 pub(crate) fn described(entities: ByEntity, recorded: bool) -> VesselParameters {
     let known = parameters::all();
-    // Lutra's own vessels tell what the next start will have; others are not described, for their parameters of the
-    // same name may mean something else.
+    // Lutra's own vessels also report saved values, for the next start; others are not described, as their parameters of
+    // the same name may mean something else.
     let lutra =
         entities.values().flat_map(|entity| entity.parameters.values()).any(|one| one.saved.is_some());
     let entity = |(label, entity): (String, EntityReport)| {
@@ -61,8 +62,8 @@ pub(crate) fn described(entities: ByEntity, recorded: bool) -> VesselParameters 
     VesselParameters { entities: entities.into_iter().map(entity).collect(), recorded }
 }
 
-/// What a parameter means. Where several sections have one of its name, that one counts which has most of the names
-/// that were told with it: it is the one that runs.
+/// The description of a parameter. If several sections have one of its name, the section that shares the most names with
+/// the report is taken: it is the one in use.
 fn about(known: &[Parameter], label: &str, told: &[&str], name: &str) -> Option<ParameterAbout> {
     let usual = |one: &&Parameter| one.entity.label_and_task().0 == label;
     let called: Vec<&Parameter> = known.iter().filter(|one| one.name == name).collect();
@@ -97,7 +98,7 @@ fn description(parameter: &Parameter, section: &SectionSpec, spec: &ParamSpec) -
         Kind::Choice { options, .. } => format!("{} One of: {}.", spec.doc, options.join(", ")),
         _ => spec.doc.to_owned(),
     };
-    // What is as wide as the numbers themselves is no limit.
+    // A limit as wide as the number type is no limit.
     let limit = |value: f64| Some(value).filter(|value| value.abs() < f64::MAX);
     ParameterAbout {
         section: section.name().to_owned(),

@@ -1,4 +1,4 @@
-//! What lies in the data folder is for the user who runs the server alone: passwords' hashes, keys, where vessels are.
+//! The data folder is readable only by the user who runs the server: it has password hashes, keys and vessel positions.
 
 use crate::folder::is_ours;
 use std::fs::{self, Metadata};
@@ -6,20 +6,20 @@ use std::io;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
-/// Rights that others have.
+/// Permission bits of other users.
 const OTHERS: u32 = 0o077;
 
-/// What was looked at.
+/// Result of a check.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Files and folders that others could reach.
+    /// Files and folders that other users could access.
     pub open: u64,
-    /// The first that belongs to somebody else, and how many there are.
+    /// The first that belongs to another user, and how many there are.
     pub foreign: Option<(PathBuf, u64)>,
 }
 
 impl Found {
-    /// What people are to be told, if anything; `changed` says whether it was put right.
+    /// Messages for people, if any; `changed` says whether the permissions were corrected.
     pub fn told(&self, changed: bool) -> Vec<String> {
         let mut told = Vec::new();
         if self.open > 0 {
@@ -42,12 +42,12 @@ impl Found {
     }
 }
 
-/// From here on this process makes files and folders for its own user alone.
+/// From here on this process makes files and folders only for its own user.
 pub fn begin() {
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(OTHERS));
 }
 
-/// Looks who may reach what Lutra made in a folder of data.
+/// Checks who may access what Lutra made in a data folder.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -55,9 +55,9 @@ pub fn look(data: &Path) -> io::Result<Found> {
     walk(data, false)
 }
 
-/// Takes from others what they could reach of what Lutra made in a folder of data, which [`crate::folder::check`] found to
-/// be one. Names that Lutra does not make are left as they are, and so is what lies on another disk or beyond a symbolic
-/// link. What belongs to somebody else is only told.
+/// Removes the access of other users to what Lutra made in a data folder that passed [`crate::folder::check`]. Names that
+/// Lutra does not make are left as they are, and so is everything on another disk or behind a symbolic link. Entries of
+/// another user are only reported.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -76,7 +76,7 @@ fn walk(data: &Path, change: bool) -> io::Result<Found> {
     let disk = about.dev();
     let mut folders = vec![(data.to_owned(), Vec::<String>::new())];
     while let Some((folder, way)) = folders.pop() {
-        // What goes while it is looked at, or cannot be read, is nothing that can be put right.
+        // Entries that vanish during the check, or cannot be read, cannot be corrected.
         let Ok(entries) = fs::read_dir(&folder) else { continue };
         for entry in entries.flatten() {
             let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
@@ -129,7 +129,7 @@ mod tests {
             fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
         }
         fs::set_permissions(deep.join("Data.lsf"), fs::Permissions::from_mode(0o644)).unwrap();
-        // What a link leads to is somebody else's business.
+        // Targets of links are not touched.
         let elsewhere = tempfile::NamedTempFile::new().unwrap();
         fs::set_permissions(elsewhere.path(), fs::Permissions::from_mode(0o644)).unwrap();
         std::os::unix::fs::symlink(elsewhere.path(), data.join("app.db")).unwrap();
@@ -138,7 +138,7 @@ mod tests {
         fs::write(&beyond, "x").unwrap();
         fs::set_permissions(&beyond, fs::Permissions::from_mode(0o644)).unwrap();
         std::os::unix::fs::symlink(others.path(), data.join("tls")).unwrap();
-        // And so is what somebody put there.
+        // Nor are files that a person put there.
         let put = [data.join("letter.txt"), deep.join("notes.txt"), data.join("sub/script.sh")];
         fs::create_dir(data.join("sub")).unwrap();
         for path in &put {

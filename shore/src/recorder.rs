@@ -1,10 +1,9 @@
 //! The thread that owns the store: everything the hub wants recorded goes to the archive and the history here.
 //!
-//! The hub never waits for a disk. Records wait in a queue; the thread takes all of them, and makes them durable
-//! at least every `COMMIT_EVERY`. What came by the vessel link is acknowledged only then, and stays queued
-//! however long the disk is in trouble: the link's window bounds it, and the vessel keeps its copy. Of other transports
-//! [`WAITING_BYTES`] may wait; beyond that packets are not recorded, which is counted, told to the page and
-//! logged, for nobody can send them again.
+//! The hub never waits for a disk. Records wait in a queue; the thread takes all of them, and makes them durable at least
+//! every `COMMIT_EVERY`. Packets of the vessel link are acknowledged only then, and stay queued however long the disk
+//! fails: the link's window limits them, and the vessel keeps its copy. Of other transports [`WAITING_BYTES`] may be
+//! queued; further packets are not recorded, which is counted, shown on the page and logged, as they cannot be sent again.
 
 use crate::owners::{Duty, Owners};
 use hub::Record;
@@ -18,15 +17,15 @@ use tokio::sync::{oneshot, watch};
 
 /// How long an accepted packet may wait for the disk.
 const COMMIT_EVERY: Duration = Duration::from_millis(100);
-/// How often the history is looked after while nothing comes: roll-ups of what ended, progress to save.
+/// How often the history is maintained while no records arrive: roll-ups, and saving its progress.
 const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
-/// Bytes of packets of other transports than the link that may wait.
+/// Most queued bytes of packets of transports other than the link.
 pub const WAITING_BYTES: usize = 16 << 20;
-/// Bytes of packets that are given to the store before a commit: until then it holds them a second time.
+/// Bytes of packets that are given to the store before a commit: until then it holds a second copy.
 const SLICE_BYTES: usize = 2 << 20;
-/// What a waiting packet costs beside its bytes.
+/// Memory of a queued packet besides its bytes.
 const OVERHEAD_BYTES: usize = size_of::<Record>();
 
 /// The highest durable number of each link stream that was heard since the start.
@@ -38,27 +37,27 @@ type Work = Box<dyn FnOnce(&mut Store) + Send>;
 /// Why nothing can be recorded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Trouble {
-    /// For anyone.
+    /// Safe to show to anyone.
     pub short: &'static str,
-    /// With what to do and the system's own words, for people who are logged in.
+    /// With the remedy and the system's error text, for logged-in users.
     pub text: String,
 }
 
-/// How recording goes, for people.
+/// State of the recording, for people.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RecorderState {
     /// Why nothing can be recorded at the moment.
     pub trouble: Option<Trouble>,
-    /// Why the history does not hold all of the archive.
+    /// Why the history lacks part of the archive.
     pub history_behind: Option<String>,
     /// Packets recorded since the start.
     pub recorded: u64,
-    /// Packets that could not wait any longer and are not recorded.
+    /// Packets that were dropped because the queue was full.
     pub not_recorded: u64,
 }
 
 impl RecorderState {
-    /// What people must know, if anything.
+    /// A message for people, if something is wrong.
     pub fn problem(&self) -> Option<String> {
         let behind = |reason: &String| format!("the history is behind the archive: {reason}");
         let trouble = self.trouble.as_ref().map(|trouble| trouble.text.clone());
@@ -66,7 +65,7 @@ impl RecorderState {
     }
 }
 
-/// The way to the thread; cheap to clone.
+/// Handle of the thread; cheap to clone.
 #[derive(Clone)]
 pub struct Recorder {
     shared: Arc<Shared>,
@@ -82,7 +81,7 @@ struct Shared {
 #[derive(Default)]
 struct Waiting {
     records: Vec<Record>,
-    /// What is not on disk yet, whoever holds it.
+    /// Bytes that are not on disk yet, in the queue or in the thread.
     bytes: usize,
     work: Vec<Work>,
     not_recorded: u64,
@@ -90,16 +89,16 @@ struct Waiting {
 }
 
 impl Recorder {
-    /// Starts the thread. It ends, with everything durable that can be, after [`Recorder::close`].
+    /// Starts the thread. It ends after [`Recorder::close`], once everything is durable that can be.
     ///
     /// # Errors
-    /// There is no thread to be had.
+    /// The thread cannot be started.
     pub fn start(store: Store, owners: &Owners) -> std::io::Result<(Self, JoinHandle<()>)> {
         let shared = Arc::new(Shared {
             waiting: Mutex::default(),
             ready: Condvar::new(),
             durable: watch::Sender::default(),
-            // Told from the first moment: whoever asks before the first commit must not take the history for whole.
+            // Set from the start: before the first commit the history must not be taken as complete.
             state: watch::Sender::new(RecorderState {
                 history_behind: store.behind(),
                 ..RecorderState::default()
@@ -130,12 +129,12 @@ impl Recorder {
         self.shared.ready.notify_one();
     }
 
-    /// Bytes that wait for the disk.
+    /// Queued bytes.
     pub fn waiting_bytes(&self) -> usize {
         self.shared.lock().bytes
     }
 
-    /// Runs `work` where the store lives and gives what it returns; `None` when the thread has ended.
+    /// Runs `work` on the thread that owns the store and returns its result; `None` when the thread has ended.
     pub async fn with_store<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Store) -> T + Send + 'static,
@@ -150,7 +149,7 @@ impl Recorder {
         answer.await.ok()
     }
 
-    /// Whether the thread is there to do the work.
+    /// Queues work; returns whether the thread is running.
     fn queue(&self, work: Work) -> bool {
         let mut waiting = self.shared.lock();
         if !waiting.closed {
@@ -160,17 +159,17 @@ impl Recorder {
         !waiting.closed
     }
 
-    /// What is durable of each stream, as it grows.
+    /// The last durable number of each stream, as it grows.
     pub fn durable(&self) -> watch::Receiver<Durable> {
         self.shared.durable.subscribe()
     }
 
-    /// How recording goes.
+    /// State of the recording.
     pub fn state(&self) -> watch::Receiver<RecorderState> {
         self.shared.state.subscribe()
     }
 
-    /// Lets the thread end once what waits is on disk.
+    /// Lets the thread end once the queue is on disk.
     pub fn close(&self) {
         self.shared.lock().closed = true;
         self.shared.ready.notify_one();
@@ -186,18 +185,18 @@ impl Shared {
 struct Thread {
     store: Store,
     shared: Arc<Shared>,
-    /// Records that were taken from the queue and are not accepted yet, first one last.
+    /// Records taken from the queue and not accepted yet, in reverse order.
     taken: Vec<Record>,
     committed: Instant,
-    /// What was accepted since the last commit: it waits for the disk as well as what is not.
+    /// Bytes accepted since the last commit, which also wait for the disk.
     accepted_bytes: usize,
     /// Whether something was accepted since the last commit.
     dirty: bool,
 }
 
 impl Thread {
-    /// Records until the end. After a fault what was taken is made durable, if that can still be done, and nobody waits
-    /// for an answer any more.
+    /// Records until the end. After a panic, records that were taken are made durable if possible, and pending requests are
+    /// dropped.
     fn serve(mut self, duty: Duty) {
         if catch_unwind(AssertUnwindSafe(|| self.run(&duty))).is_ok() {
             if let Err(error) = self.store.close() {
@@ -242,8 +241,8 @@ impl Thread {
         }
     }
 
-    /// Takes what waits; waits for something, but not longer than a commit may. Whether the end is asked for, and work
-    /// to be done.
+    /// Takes the queue; waits for records, but not past the next commit. Returns whether the end is requested, and work to
+    /// be done.
     fn take(&mut self) -> (bool, Vec<Work>) {
         let shared = Arc::clone(&self.shared);
         let mut waiting = shared.lock();
@@ -256,7 +255,7 @@ impl Thread {
             waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
             self.take_records(&mut waiting);
             if !self.dirty && !self.taken.is_empty() {
-                // What comes after a pause waits as long as anything does, for more to be committed with it.
+                // The first record after a pause waits a full interval too, so that more are committed with it.
                 self.committed = Instant::now();
             }
         }
@@ -279,10 +278,10 @@ impl Thread {
                 transport: record.transport,
                 link: record.link,
             };
-            // The hub looked at its checksum.
+            // The hub has checked its checksum.
             match self.store.accept_checked(&accepted) {
                 Ok(_) => {}
-                // As much waits as may: make room, then go on with this one.
+                // The store's buffer is full: make room, then continue with this one.
                 Err(StoreError::Full { .. }) => {
                     self.dirty = true;
                     self.commit(true)?;
@@ -324,13 +323,13 @@ impl Thread {
                 durable.extend(committed.durable.iter().map(|link| (link.stream, link.seq)));
             });
         }
-        // Acknowledged first: the history follows from the archive, whatever becomes of it.
+        // Acknowledge first: the history can always be rebuilt from the archive.
         let behind = self.store.index().map_or_else(|error| Some(error.to_string()), |_| self.store.behind());
         self.tell(committed.packets, behind);
         Ok(())
     }
 
-    /// How long to wait between two commits. A history that lacks something gets a slice of it with each.
+    /// Interval between two commits. An incomplete history catches up by a slice with each.
     fn every(&self) -> Duration {
         if self.dirty || self.store.is_behind() { COMMIT_EVERY } else { IDLE_EVERY }
     }
@@ -370,7 +369,7 @@ impl Thread {
         });
     }
 
-    /// Waits before the next attempt, but not when the end is asked for.
+    /// Waits before the next attempt, but not when the end is requested.
     fn pause(&self) {
         let waiting = self.shared.lock();
         let open = |waiting: &mut Waiting| !waiting.closed;

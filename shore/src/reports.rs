@@ -1,5 +1,5 @@
-//! What vessels report of themselves when they are asked: parameters, and the plan that they sail. Asking commands nothing,
-//! so whoever may see a vessel may ask it; the hub asks each question once, however many people look.
+//! Reports of vessels on request: parameters, and the plan that they execute. A request commands nothing, so every user who
+//! may see a vessel may send one; the hub sends each request once for all users.
 
 use crate::commands::Grounding;
 use crate::error::{Error, ErrorKind, Result, slow};
@@ -12,7 +12,7 @@ use imc::messages::PlanSpecification;
 use operations::{Operations, Question};
 use units::Now;
 
-/// Letters of a plan's or an entity's name.
+/// Characters of a plan's or an entity's name.
 const NAME: std::ops::RangeInclusive<usize> = 1..=100;
 
 /// The reports of vessels; cheap to clone.
@@ -43,10 +43,10 @@ impl Reports {
         Ok(parameters::described(parameters::recorded(&at), true))
     }
 
-    /// Asks a vessel.
+    /// Sends a request to a vessel.
     ///
     /// # Errors
-    /// The question is not valid, or the vessel has not reported which entities it has.
+    /// The request is not valid, or the vessel has not reported which entities it has.
     pub async fn ask(&self, vessel: Address, asked: VesselQuery) -> Result<VesselQuerySent> {
         if let VesselQuery::Plan { plan_id: name } = &asked
             && (!NAME.contains(&name.chars().count()) || name.chars().any(char::is_control))
@@ -68,7 +68,7 @@ impl Reports {
         self.router.ask(send).await?
     }
 
-    /// The plan that a vessel sails, as far as it is known.
+    /// The plan that a vessel executes, as far as it is known.
     ///
     /// # Errors
     /// Plans cannot be read, or the server is stopping.
@@ -94,7 +94,7 @@ impl Reports {
                 "The vessel has not reported this plan, and none kept ashore has its digest.".to_owned();
             return Ok(PlanUnderWay { trouble: Some(trouble), ..under_way });
         };
-        // Laying out a long plan takes some milliseconds, which others need not wait for.
+        // Laying out a long plan takes some milliseconds and must not block other tasks.
         let draw = move || (imc::plan_digest::plan_md5(&plan).ok().map(hex::encode), plans::route(&plan));
         let (digest, route) = slow(draw).await?;
         let under_way = PlanUnderWay { source: Some(source.to_owned()), digest, ..under_way };
@@ -107,7 +107,7 @@ impl Reports {
     }
 }
 
-/// The questions, and of which entities they are.
+/// The requests, and their entities.
 fn questions(
     operations: &Operations,
     vessel: Address,
@@ -138,7 +138,7 @@ fn questions(
     Ok((asked.iter().cloned().map(Question::Parameters).collect(), asked))
 }
 
-/// What the hub knows of the plan that a vessel sails.
+/// What the hub knows of the plan that a vessel executes.
 struct Known {
     plan_id: String,
     maneuver: String,

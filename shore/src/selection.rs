@@ -1,14 +1,14 @@
-//! What somebody wants to see of the fleet and may see, and what changed of it.
+//! The part of the fleet that a user requests and may see, and its changes.
 
 use crate::decode;
 use crate::identity::Grants;
 use api::{Detection, System, Update};
 use std::collections::BTreeSet;
 
-/// What somebody wants to see and may see.
+/// What a user requests and may see.
 #[derive(Debug, Clone, Default)]
 pub struct Wanted {
-    /// What the person may see.
+    /// The user's roles.
     pub grants: Grants,
     /// IMC addresses; `None` for all.
     pub systems: Option<BTreeSet<u16>>,
@@ -16,12 +16,12 @@ pub struct Wanted {
     pub messages: Option<BTreeSet<String>>,
     /// Abbreviations of messages that are wanted of all other systems; `None` for nothing of those.
     pub of_others: Option<BTreeSet<String>>,
-    /// Whether events are wanted.
+    /// Whether events are requested.
     pub events: bool,
 }
 
 impl Wanted {
-    /// Whether this system may be seen and something of it is wanted.
+    /// Whether this system may be seen, and something of it is requested.
     pub fn admits_system(&self, address: u16) -> bool {
         self.grants.on(address).is_some() && (self.lists(address) || self.of_others.is_some())
     }
@@ -40,9 +40,9 @@ impl Wanted {
 /// What changed.
 #[derive(Debug, Default)]
 pub struct Changes {
-    /// To ask with next time.
+    /// Revision for the next query.
     pub revision: u64,
-    /// All wanted systems as they are, if that was asked for.
+    /// The state of all requested systems, if asked for.
     pub systems: Vec<System>,
     /// Series with a new value.
     pub values: Vec<Update>,
@@ -50,14 +50,14 @@ pub struct Changes {
     pub events: Vec<Update>,
     /// Detections among them and those of the past that came late.
     pub detections: Vec<Detection>,
-    /// Events that were forgotten since.
+    /// Number of events that were dropped since.
     pub events_missed: u64,
-    /// Who commands, where that changed.
+    /// Leases that changed.
     pub leases: Vec<api::Lease>,
-    /// Commands that got further.
+    /// Commands that changed.
     pub commands: Vec<api::Command>,
     /// Alarms that changed.
     pub alarms: Vec<api::Alarm>,
-    /// To ask with next time for these three.
+    /// Revisions of these three for the next query.
     pub control: (u64, u64, u64),
 }

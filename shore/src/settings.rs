@@ -1,9 +1,9 @@
-//! What the shore is told once, at its start.
+//! Settings of the shore, fixed at its start.
 
 use crate::{charts, identity, notices, sinks};
 use std::path::PathBuf;
 
-/// What all services are told.
+/// Settings of all services.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// The folder of archive, history and people.

@@ -1,4 +1,4 @@
-//! Starts everything that a shore consists of, and ends it in order.
+//! Starts all services of a shore, and ends them in order.
 
 use crate::alarms::{Alarms, Watch};
 use crate::areas::NoGoAreas;
@@ -30,20 +30,20 @@ use store::Store;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-/// How long what waits may take to get to the disk at the end.
+/// Time limit for writing the queue to disk at the end.
 const LAST_WRITE: Duration = Duration::from_secs(30);
-/// How long open sockets may take to say good-bye.
+/// Time limit for closing open sockets.
 const GOOD_BYE: Duration = Duration::from_secs(2);
 
-/// The data folder is open and the hub runs, so that transports can be opened; nobody is let in yet.
+/// The data folder is open and the hub runs, so that transports can be opened; no client is admitted yet.
 pub struct Opened {
     /// The hub.
     pub router: Router,
-    /// Whether those who own state are there.
+    /// Watches the owners of state.
     pub owners: Owners,
-    /// Work that outlives its request.
+    /// Tasks that outlive their request.
     pub tasks: TaskTracker,
-    /// Says that the server is about to end.
+    /// Cancelled when the server is about to end.
     pub stop: CancellationToken,
     clock: Clock,
     settings: Settings,
@@ -51,7 +51,7 @@ pub struct Opened {
     recording: std::thread::JoinHandle<()>,
 }
 
-/// A shore that runs.
+/// A running shore.
 pub struct Running {
     /// Its services.
     pub shore: Arc<Shore>,
@@ -91,8 +91,8 @@ impl Opened {
         Ok(Self { router, owners, tasks, stop, clock, settings, recorder, recording })
     }
 
-    /// Starts all services, and what they do by themselves. The caller lets nobody in before this is done: then it is known
-    /// who has a link.
+    /// Starts all services and their background tasks. The caller must not admit clients before this is done: only then are
+    /// the vessels with a link known.
     ///
     /// # Errors
     /// app.db or a sink cannot be used.
@@ -104,14 +104,14 @@ impl Opened {
         Ok(running)
     }
 
-    /// Starts all services, which do nothing by themselves: tests drive them.
+    /// Starts all services without their background tasks: tests drive them.
     ///
     /// # Errors
     /// As [`Opened::start`].
     pub async fn assemble(self) -> anyhow::Result<Running> {
         let Self { router, owners, tasks, stop, clock, settings, recorder, recording } = self;
         let open_sinks = Sinks::open(&settings.sinks, &settings.data, &recorder, &clock)?;
-        // Last of all that can fail: a one-time password that is made must also be told.
+        // Last of the steps that can fail: a new one-time password must also be shown.
         let (people, first_admin) =
             People::start(&settings.data, &settings.people, &owners, clock.clone()).await?;
         let (history, imports) = (History::new(&settings.data), Imports::new(&settings, clock.clone()));
@@ -167,7 +167,7 @@ impl Opened {
 }
 
 impl Running {
-    /// Starts what goes on by itself: the audit log, the chart set as it changes, sinks, the watch for alarms.
+    /// Starts the background tasks: the audit log, changes of the chart set, sinks, the alarm watch.
     fn keep(&mut self) {
         let Shore {
             people,
@@ -205,7 +205,7 @@ impl Running {
         );
     }
 
-    /// Ends the services, once nobody is let in any more and [`Shore::stop`] was cancelled.
+    /// Ends the services, once no clients are admitted and [`Shore::stop`] was cancelled.
     pub async fn end(self) {
         let Shore { tasks, people, recorder, .. } = &*self.shore;
         tasks.close();

@@ -11,8 +11,8 @@ use tokio_rustls::TlsConnector;
 /// A connector that trusts the authorities of a PEM file; `key` is the setting that names it.
 ///
 /// # Errors
-/// The file cannot be read, holds no certificate, or none that can be used. A certificate that cannot be used beside
-/// others that can is passed over: bundles of a system hold such.
+/// The file cannot be read, holds no certificate, or none that can be used. An unusable certificate among usable ones is
+/// skipped: system bundles contain such.
 pub(crate) fn trusting(key: &str, file: &Path) -> anyhow::Result<TlsConnector> {
     let wrong = || format!("{key} {}", file.display());
     let mut roots = RootCertStore::empty();

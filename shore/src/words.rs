@@ -1,8 +1,8 @@
-//! Words in the language of who reads them: pages, and messages about alarms.
+//! Texts in the reader's language: for pages, and messages about alarms.
 //!
-//! The English text is the key: code stays readable, and what the catalogue lacks is shown in English. The catalogue
-//! (`words/nb.json`) is that of the scripts too; `web/test/words.test.mjs` finds what it lacks, has too much, or says with
-//! other placeholders.
+//! The English text is the key: code stays readable, and texts that the catalogue lacks are shown in English. The catalogue
+//! (`words/nb.json`) is shared with the scripts; `web/test/words.test.mjs` finds missing and unused entries, and different
+//! placeholders.
 
 use crate::identity::Language;
 use api::{AlarmSaying, Said};
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::LazyLock;
 
-/// English texts and what they are in Bokmål.
+/// English texts and their Bokmål translations.
 static BOKMAL: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("../../words/nb.json")).expect("a test reads the catalogue")
 });
 
-/// A text with its values, to be shown.
+/// A translated text with its values.
 #[derive(Debug, Clone)]
 pub struct Text {
     text: &'static str,
@@ -24,7 +24,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// Puts a value in the place of `{name}`.
+    /// Replaces `{name}` by a value.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl fmt::Display) -> Self {
         self.values.push((name, value.to_string()));
@@ -43,7 +43,7 @@ pub fn t(language: Language, english: &'static str) -> Text {
     Text { text: said(language, english), values: Vec::new() }
 }
 
-/// As [`t`], of a word without places for values that is chosen while the program runs.
+/// As [`t`], for a text without placeholders that is chosen at run time.
 pub fn said(language: Language, english: &str) -> &str {
     match language {
         Language::English => english,

@@ -1,6 +1,6 @@
-//! Arrows between crates point down, and cores stay free of sockets, threads and clocks.
+//! Dependencies between crates point to lower layers, and cores stay free of sockets, threads and clocks.
 //!
-//! ARCHITECTURE.md draws the layers; this is the same picture for the compiler's eyes.
+//! ARCHITECTURE.md draws the layers; this test enforces them.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
@@ -24,13 +24,14 @@ const LAYERS: [(u8, &[&str]); 8] = [
     (7, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];
 
-/// Modules of each crate that stand in circles. There may be fewer, never more: who breaks one takes the smaller number.
+/// Number of modules of each crate in dependency cycles. There may be fewer, never more: after breaking one, lower the
+/// number.
 const IN_CIRCLES: [(&str, usize); 2] = [("charts", 10), ("imc", 5)];
 
 /// Only `hub` and `onboard` translate between IMC and these.
 const NEVER_KNOW_IMC: [&str; 6] = ["charts", "control", "guard", "mission", "planner", "tiles"];
 
-/// What a core has no use for: runtimes, sockets, clocks, randomness of its own.
+/// Crates that a core must not use: runtimes, sockets, clocks, randomness.
 const NOT_IN_CORES: [&str; 12] = [
     "async-std",
     "axum",
@@ -120,14 +121,14 @@ fn cores_are_pure() {
     }
 }
 
-/// Files and folders that the documents for who changes the code name, by their backticks and a slash.
+/// Files and folders that the developer documents name, recognised by backticks and a slash.
 #[test]
 fn what_the_documents_name_is_there() {
     for document in ["ARCHITECTURE.md", "CONTRIBUTING.md", "docs/extending.md"] {
         let text = std::fs::read_to_string(testkit::repository().join(document)).unwrap();
         let named = text.split('`').skip(1).step_by(2).filter(|name| {
             let path = |letter: char| letter.is_ascii_alphanumeric() || "/._-".contains(letter);
-            // Paths on other computers begin otherwise; files of a checkout's neighbour are not part of it.
+            // Absolute paths are on other computers; paths outside of the checkout are ignored.
             name.contains('/')
                 && !name.starts_with("target/")
                 && name.starts_with(|first: char| first.is_ascii_lowercase())

@@ -1,4 +1,4 @@
-//! The computer's two clocks: one for deadlines, which only goes forth, and one for records, which may be set.
+//! The computer's two clocks: a monotonic one for deadlines, and UTC for records, which may be set.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -6,7 +6,7 @@ use units::{MonoTime, Now, UtcTime};
 
 type Read<T> = Arc<dyn Fn() -> T + Send + Sync>;
 
-/// Where time comes from: every part of the program that keeps deadlines of the vessel reads this one.
+/// The source of time: every part of the program with deadlines of the vessel uses this clock.
 #[derive(Clone)]
 pub(crate) struct Clock {
     elapsed: Read<Duration>,
@@ -26,7 +26,7 @@ impl Clock {
         Self::of(move || started.elapsed(), system_utc)
     }
 
-    /// Clocks of whatever kind.
+    /// Clocks of any kind.
     pub(crate) fn of(
         elapsed: impl Fn() -> Duration + Send + Sync + 'static,
         utc: impl Fn() -> UtcTime + Send + Sync + 'static,
@@ -34,7 +34,7 @@ impl Clock {
         Self { elapsed: Arc::new(elapsed), utc: Arc::new(utc) }
     }
 
-    /// The moment, by both clocks.
+    /// The current time of both clocks.
     pub(crate) fn now(&self) -> Now {
         Now { mono: MonoTime::default() + self.elapsed(), utc: self.utc() }
     }
@@ -44,13 +44,13 @@ impl Clock {
         (self.elapsed)()
     }
 
-    /// What the computer takes for UTC.
+    /// The computer's UTC.
     pub(crate) fn utc(&self) -> UtcTime {
         (self.utc)()
     }
 }
 
-/// A clock before 1970 is one that was never set; the satellites show that it is off.
+/// A clock before 1970 was never set; GNSS time shows that it is wrong.
 fn system_utc() -> UtcTime {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     // Until the year 294 000.

@@ -1,4 +1,4 @@
-//! The devices that have drivers: what people, the log book and the parts of the vessel call them.
+//! The devices that have drivers: their names for people, for the log book and as entities.
 
 use onboard::Entity;
 
@@ -32,7 +32,7 @@ impl Device {
         }
     }
 
-    /// The part that its warnings are of in the log book. The card of the motors has no part of its own.
+    /// The entity of its warnings in the log book. The motor card has no entity of its own.
     pub(crate) const fn book(self) -> Entity {
         match self {
             Self::Compass => Entity::Gps,
@@ -44,7 +44,7 @@ impl Device {
         }
     }
 
-    /// The parts of the vessel whose state it is.
+    /// The entities whose state depends on it.
     pub(crate) const fn entities(self) -> &'static [Entity] {
         match self {
             Self::Compass => &[Entity::Gps],

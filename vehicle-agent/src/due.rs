@@ -1,4 +1,4 @@
-//! What a program has to do when the brain has spoken, in this order.
+//! What the program must do after a call of the brain, in this order.
 
 use crate::disk::recording::{input_record, output_record};
 use crate::vehicle::BrainEvent;
@@ -8,13 +8,13 @@ use units::Now;
 /// One thing to do.
 #[derive(Debug)]
 pub(crate) enum Due {
-    /// A record of what passed is to be kept: its kind and its bytes.
+    /// A record is to be stored: its kind and its bytes.
     Record(u8, Vec<u8>),
-    /// The brain wanted this at a moment.
+    /// The brain produced this output at this time.
     Output(Now, Output),
 }
 
-/// Notes what passes between the brain and the program; records of it only where they are kept.
+/// Collects inputs and outputs of the brain; records only if `records`.
 pub(crate) fn noting(due: &mut Vec<Due>, records: bool) -> impl FnMut(Now, BrainEvent<'_>) {
     move |now, event| {
         if records {

@@ -1,4 +1,4 @@
-//! Why and how the program ends: by a signal or by a fault of its own, the motors first in either case.
+//! How the program ends: by a signal or a panic; in either case the motors are stopped first.
 
 use crate::motor_gate::MotorGate;
 use anyhow::Context as _;
@@ -8,12 +8,12 @@ use std::panic::PanicHookInfo;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What the names of the threads between vessel and shore begin with.
+/// Prefix of the names of the threads between vessel and shore.
 pub(crate) const UPLINK_THREADS: &str = "uplink";
-/// The thread that looks for routes.
+/// The thread that plans routes.
 pub(crate) const ROUTING_THREAD: &str = "routing";
 
-/// The program broke off by a fault of its own.
+/// The program ended by a panic.
 #[derive(Debug)]
 pub(crate) struct Fault;
 
@@ -27,7 +27,7 @@ impl std::fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// Whether the end has come.
+/// Whether the program is to end.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Ending {
     asked: Arc<AtomicBool>,
@@ -35,8 +35,8 @@ pub(crate) struct Ending {
 }
 
 impl Ending {
-    /// Ends at SIGTERM, SIGINT (Ctrl-C) and SIGHUP. The last is what a closed terminal sends: whoever looked
-    /// after the vessel there is gone, so that it stops. A configuration is read again only by starting again.
+    /// Ends at SIGTERM, SIGINT (Ctrl-C) and SIGHUP. The last is sent when a terminal is closed: its operator is gone, so
+    /// the vessel stops. The configuration is read again only by a restart.
     pub(crate) fn at_signals() -> anyhow::Result<Self> {
         let ending = Self::default();
         for signal in [SIGTERM, SIGINT, SIGHUP] {
@@ -45,12 +45,11 @@ impl Ending {
         Ok(ending)
     }
 
-    /// Ends also when standard input does. Whoever holds its other end need not say anything for that: it is closed
-    /// however that program ends.
+    /// Ends also when standard input is closed, which happens in any case when the program at its other end ends.
     pub(crate) fn at_end_of_input(&self) -> anyhow::Result<()> {
         let asked = Arc::clone(&self.asked);
         let read = move || {
-            // An input that cannot be read says as little as one that has ended.
+            // An input that cannot be read is treated as closed.
             io::copy(&mut io::stdin().lock(), &mut io::sink()).ok();
             asked.store(true, Ordering::Relaxed);
         };
@@ -58,8 +57,8 @@ impl Ending {
         Ok(())
     }
 
-    /// Ends at a panic of any thread but those of the way to the shore and the one that looks for routes, which command no
-    /// motor and go on: its first deed is to stop the motors.
+    /// Ends at a panic of any thread, first stopping the motors. Exceptions are the uplink's threads and the one that plans
+    /// routes, which command no motor and continue.
     pub(crate) fn at_panics(&self, gate: &Arc<MotorGate>) {
         let (gate, ending) = (Arc::clone(gate), self.clone());
         std::panic::set_hook(Box::new(move |panic| {
@@ -76,7 +75,7 @@ impl Ending {
 
     fn panicked(&self, thread: &str, panic: &PanicHookInfo<'_>) {
         self.fault.store(true, Ordering::SeqCst);
-        // Not by the usual hook, which waits for whoever reads standard error.
+        // Not by the default hook, which may block on the reader of standard error.
         tracing::error!(thread, "motors stopped: {panic}");
     }
 
@@ -85,7 +84,7 @@ impl Ending {
         self.asked.load(Ordering::Relaxed) || self.has_fault()
     }
 
-    /// Whether a fault is the reason.
+    /// Whether a panic is the reason.
     pub(crate) fn has_fault(&self) -> bool {
         self.fault.load(Ordering::SeqCst)
     }
@@ -106,7 +105,7 @@ mod tests {
         ending.at_panics(&gate);
         let ahead = MotorPair { port: 0.5, starboard: 0.5 };
         gate.command(ahead);
-        // The way to the shore is not the vessel.
+        // A panic of the uplink does not end the program.
         let uplink = std::thread::Builder::new().name(UPLINK_THREADS.to_owned());
         assert!(uplink.spawn(|| panic!("a letter was lost")).unwrap().join().is_err());
         assert!(!ending.is_near() && !ending.has_fault());

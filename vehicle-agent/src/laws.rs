@@ -1,9 +1,7 @@
-//! How paths are followed, how an operator's stick steers and how maneuvers behave, from the configuration
-//! files.
+//! Control laws from the configuration files: path following, manual steering and maneuvers.
 //!
-//! These are choices between laws and the parameters that belong to one of them; what consoles may change
-//! while the vessel runs is in `onboard::parameters`. A set of values that a controller refuses changes
-//! nothing and is told.
+//! These are the choices between laws and the parameters of each; parameters that consoles may change at run time are in
+//! `onboard::parameters`. A set of values that a controller refuses changes nothing and is reported.
 
 use config::schema::control::remote;
 use config::schema::mission::maneuver;
@@ -18,11 +16,11 @@ use onboard::Settings;
 use std::time::Duration;
 use units::Speed;
 
-/// In so long a held button changes the throttle by one step (s): the originals step once a message, of which
-/// consoles send ten a second.
+/// Time in which a held button changes the throttle by one step (s): the original controllers step once for each message,
+/// of which consoles send ten a second.
 const STEP_S: f64 = 0.1;
 
-/// Takes over what the files say.
+/// Takes over the values of the files.
 pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
     for spec in [&ilos::ILOS, &path::PURE_PURSUIT, &vector_field::VECTOR_FIELD] {
         for section in config.running(spec) {
@@ -54,7 +52,7 @@ pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<S
     }
 }
 
-/// What all laws share: when a path is over, and who watches over it.
+/// Settings of all laws: when a path is done, and its monitoring.
 fn tracking(section: &Section, usual: PathConfig) -> PathConfig {
     let radius_m = section.get(&path::RADIUS_TO_ENDPOINT);
     let uncertainty = section.get(&path::CROSS_UNCERTAINTY);

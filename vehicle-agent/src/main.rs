@@ -1,8 +1,8 @@
 //! The program aboard an Otter: it runs [`onboard::Brain`] against the clock, the devices, the network and the disk.
 //!
-//! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `motor_gate` stops the motors
-//! when the loop stalls. `net`, `disk`, `uplink` and `routing` have threads of their own. It decides nothing about the voyage: that is
-//! `onboard`. It knows the shore by `link` only.
+//! `run::Agent` is the main loop and the only owner of the clock. `hull::Hull` gives readings and takes thrust,
+//! `motor_gate` stops the motors when the loop stalls. `net`, `disk`, `uplink` and `routing` have their own threads. All
+//! decisions about the voyage are in `onboard`. The shore is reached by `link` only.
 
 mod board;
 mod clock;
@@ -43,7 +43,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The configuration that is used where none is given.
+/// The configuration that is used if none is given.
 pub(crate) const OTTER_INI: &str = include_str!("../etc/otter.ini");
 
 const RUN_ENDS: &str = "Exit codes:
@@ -73,29 +73,28 @@ enum Command {
     /// configuration has off), and one when it ends. The log goes to standard error.
     #[command(after_help = RUN_ENDS)]
     Run(run::RunArguments),
-    /// Sail a simulated vessel by a virtual clock, as fast as this computer can.
+    /// Sail a simulated vessel with a virtual clock, as fast as this computer can.
     ///
     /// Prints track, speed and cross-track error as it goes, and a summary. Without a plan a short
     /// demonstration is sailed. With --open-loop the bare hull answers constant propeller speeds.
     Simulate(Box<simulate::SimulateArguments>),
-    /// Be the devices of a simulated Otter on pseudo-terminals, for `run --profile Hardware`, until SIGTERM or Ctrl-C.
+    /// Simulate the devices of an Otter on pseudo-terminals, for `run --profile Hardware`, until SIGTERM or Ctrl-C.
     ///
     /// Prints one line `devices gnss=PATH motors=PATH hydrophone=PATH`; the motors' card is behind an adapter, so that its
     /// path is configured as `slcan:PATH`. Lines on standard input break devices: `unplug`, `plug`, `silence`, `babble`,
     /// `nonsense` or `mend`, and `gnss`, `motors` or `hydrophone`; `refuse motors` (no power channel is switched), `restart motors`
-    /// (their CAN adapter). `report hydrophone` and the end tell at which instants its clock was set.
+    /// (their CAN adapter). `report hydrophone` prints at which instants its clock was set, and so does the end.
     SimulateDevices(simulate_devices::SimulateDevicesArguments),
-    /// See whether all is ready to sail: configuration, devices, clock, disk, shore and chart, and what to do where it is not.
+    /// Check that the vessel is ready to sail: configuration, devices, clock, disk, shore and chart, with remedies.
     ///
-    /// Opens the ports of the devices and listens: no motor is commanded, nothing is set or switched. While an agent uses the
-    /// folder of data no port is opened. Ends with 0 when the vessel can sail, with 1 when something must be mended first.
+    /// Opens the ports of the devices and listens: no motor is commanded, nothing is set or switched. While an agent uses
+    /// the data folder no port is opened. Ends with 0 when the vessel can sail, with 1 when something must be fixed first.
     Doctor(doctor::DoctorArguments),
-    /// Make this computer the one of a vessel, from the bundle that `lutra-server fleet bundle` wrote.
+    /// Make this computer a vessel's, from the bundle that `lutra-server fleet bundle` wrote.
     ///
     /// Asks for the passphrase of the bundle, verifies it, writes configuration, token, VPN and chart to the places that the
-    /// package uses, and says what the boat lacks beside. All files are on the disk before the first is put in its place; a second
-    /// time changes nothing.
-    /// No service is started.
+    /// package uses, and prints what else the boat lacks. All files are on the disk before the first is put in its place; a
+    /// second run changes nothing. No service is started.
     Provision(provision::ProvisionArguments),
     /// Try the motors.
     #[command(subcommand)]
@@ -107,10 +106,10 @@ enum Command {
         /// The recording.
         file: PathBuf,
     },
-    /// Read a configuration and print what is in force, where it comes from, and every problem at once.
+    /// Read a configuration and print the values in force, where they come from, and every problem at once.
     ///
-    /// Also tries the course and speed controller on the model of the hull, and tells when it oscillates or does not
-    /// reach the speed asked for.
+    /// Also tries the course and speed controller on the model of the hull, and warns when it oscillates or does not reach
+    /// the requested speed.
     ///
     /// Ends with 0 when there is no error, with 1 otherwise.
     Check {
@@ -119,7 +118,7 @@ enum Command {
         /// Profile.
         #[arg(long, default_value = "Simulation")]
         profile: String,
-        /// Folder of data, as of `run`: what consoles saved there counts, too.
+        /// Data folder, as of `run`: values that consoles saved there apply, too.
         #[arg(long)]
         data: Option<PathBuf>,
         /// Print JSON instead of text.
@@ -129,7 +128,7 @@ enum Command {
     /// Convert plans between IMC JSON, GeoJSON and GPX.
     #[command(subcommand)]
     Plan(plan::PlanCommand),
-    /// Print what a device says: from its serial port, a recording, or - for standard input.
+    /// Print a device's data: from its serial port, a recording, or - for standard input.
     ///
     /// Ends with the recording or the pipe; a port is read until Ctrl-C. The port must not be in use by a running agent.
     #[command(after_help = sniff::HELP)]
@@ -141,8 +140,8 @@ enum Command {
 
 #[derive(Debug, Subcommand)]
 enum MotorsCommand {
-    /// Turn each motor gently for two seconds, after you have said that nobody is near, ask which side turned, and say
-    /// what to configure. No agent may run meanwhile.
+    /// Turn each motor gently for two seconds, after you have confirmed that no one is near, ask which side turned, and
+    /// print what to configure. No agent may run meanwhile.
     Test(motors_test::MotorsTestArguments),
 }
 
@@ -153,7 +152,7 @@ fn main() -> ExitCode {
             .and_then(|level| Voice::start(run.log_format, level)),
         _ => say::level(None, false).and_then(|level| Voice::start(LogFormat::Human, level)),
     };
-    // The log speaks until everything else is over.
+    // The log runs until everything else has ended.
     let (_voice, outcome) = match voice {
         Ok(voice) => (Some(voice), obey(command)),
         Err(error) => (None, Err(error)),

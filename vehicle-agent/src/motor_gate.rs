@@ -1,8 +1,8 @@
-//! The motors' gate: the last thing between the loop that steers and the motors, with a watchdog of its own.
+//! The motor gate: the last stage between the control loop and the motors, with its own watchdog.
 //!
-//! A command is good for [`COMMAND_LIFE`]. When the loop does not refresh it in time, whatever the reason, a
-//! thread that does nothing else stops the motors. After [`MotorGate::end`] nothing but a stop reaches them: that is
-//! the first thing that happens when the program ends, by a signal, by an error or by a panic.
+//! A command is valid for [`COMMAND_LIFE`]. When the loop does not refresh it in time, for any reason, a dedicated thread
+//! stops the motors. After [`MotorGate::end`] only a stop reaches them: it is called first when the program ends, by a
+//! signal, an error or a panic.
 
 use control::MotorPair;
 use onboard::COMMAND_LIFE;
@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// The way to the motors; it must not wait.
+/// Sends a command to the motors; it must not wait.
 type Device = Box<dyn FnMut(MotorPair) + Send>;
 
-/// What is in force at the motors, and since when.
+/// The command in force, and since when.
 struct Held {
     device: Device,
     motors: MotorPair,
@@ -36,7 +36,7 @@ impl std::fmt::Debug for MotorGate {
 }
 
 impl Held {
-    /// Stops the motors when their command is too old at `now`; answers whether it was.
+    /// Stops the motors if their command is too old at `now`; returns whether it was.
     fn lapse(&mut self, now: Instant) -> bool {
         let lapsed =
             self.motors != MotorPair::STOPPED && now.saturating_duration_since(self.given) >= COMMAND_LIFE;
@@ -90,18 +90,18 @@ impl MotorGate {
         self.changed.notify_all();
     }
 
-    /// Whether nothing but a stop goes out any more.
+    /// Whether only stops are passed on.
     #[cfg(test)]
     pub(crate) fn has_ended(&self) -> bool {
         self.ended.load(Ordering::SeqCst) && self.lock().motors == MotorPair::STOPPED
     }
 
-    /// How often the loop was too late.
+    /// How often the loop was late.
     pub(crate) fn lapses(&self) -> u64 {
         self.lock().lapses
     }
 
-    /// Lets the watchdog go, the motors being stopped.
+    /// Ends the watchdog; the motors are stopped.
     pub(crate) fn close(&self) {
         self.end();
         self.lock().closed = true;
@@ -120,7 +120,7 @@ impl MotorGate {
             if self.ended.load(Ordering::SeqCst) && held.motors != MotorPair::STOPPED {
                 held.put(now, MotorPair::STOPPED);
             }
-            // An `end` that finds the lock taken is seen after this time at the latest.
+            // An `end` that found the lock held is noticed after this time at the latest.
             let left = COMMAND_LIFE.saturating_sub(now.saturating_duration_since(held.given));
             let wait = if left.is_zero() { COMMAND_LIFE } else { left };
             held = self.changed.wait_timeout(held, wait).unwrap_or_else(PoisonError::into_inner).0;
@@ -147,7 +147,7 @@ mod tests {
         let (gate, got) = gate();
         gate.command(AHEAD);
         assert_eq!(got.recv().unwrap(), AHEAD);
-        // The loop does nothing more: the watchdog stops the motors by itself.
+        // The loop does nothing more: the watchdog stops the motors.
         assert_eq!(got.recv_timeout(DEADLINE).unwrap(), MotorPair::STOPPED);
         assert_eq!(gate.lapses(), 1);
         gate.command(AHEAD);

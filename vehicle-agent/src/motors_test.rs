@@ -1,9 +1,9 @@
-//! `lutra-agent motors test`: finds out by trying which motor is on which side and which way it turns.
+//! `lutra-agent motors test`: determines by trial which motor is on which side and in which direction it turns.
 //!
-//! Each motor of the card turns gently ahead for two seconds, after a person has said that nobody is near. What the person
-//! saw becomes the lines of the configuration. No agent may steer meanwhile: its folder of data is taken, and so is the port,
-//! where two agents with folders of their own are kept apart. The program commands twenty times a second; when it ends, however it
-//! does, the driver or the card stops the motors within a second.
+//! Each motor of the card turns gently ahead for two seconds, after a person has confirmed that no one is near. The
+//! person's observations become lines of the configuration. No agent may steer meanwhile: its data folder is locked, and so
+//! is the port, against agents with other folders. The program commands twenty times a second; when it ends in any way, the
+//! driver or the card stops the motors within a second.
 
 use crate::clock::Clock;
 use crate::disk::DataLock;
@@ -24,11 +24,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Throttle of the trial: the least that surely turns a propeller in water.
+/// Throttle of the trial: the least that reliably turns a propeller in water.
 const GENTLE: f64 = 0.15;
 /// How long a motor turns.
 const TURN: Duration = Duration::from_secs(2);
-/// Commands are renewed so often.
+/// Commands are refreshed at this interval.
 const RENEW: Duration = Duration::from_millis(50);
 /// How long the card may take to answer.
 const ANSWER: Duration = Duration::from_secs(8);
@@ -142,7 +142,7 @@ impl Card {
         Ok(Some(Seen { side, reversed: pushed == Some("no") }))
     }
 
-    /// Turns one motor; answers the fastest that it reported (rpm).
+    /// Turns one motor; returns the highest reported speed (rpm).
     fn turn(&self, motor: u8) -> Option<f64> {
         while self.reports.try_recv().is_ok() {}
         let (command, side) = match motor {
@@ -198,7 +198,7 @@ fn ask(
     }
 }
 
-/// Says what to configure.
+/// Prints what to configure.
 fn conclude(motor_0: Option<Seen>, motor_1: Option<Seen>) -> anyhow::Result<()> {
     let (Some(zero), Some(one)) = (motor_0, motor_1) else {
         bail!(

@@ -1,4 +1,4 @@
-//! The bare hull under constant propeller speeds, for checks of the model.
+//! The bare hull under constant propeller speeds, for checking the model.
 
 use crate::simulate::{SimulateArguments, pair};
 use anyhow::{Context as _, bail};

@@ -1,9 +1,9 @@
 //! A plot of a run as one self-contained SVG: a map on the left, curves over time on the right.
 //!
 //! Metres on the map have the same length on both axes, north is up. Curves lose only points that lie within
-//! a third of a pixel of what is drawn. What is not finite is left out, so that the file never holds NaN.
-//! Colours are Okabe and Ito's (2008), which readers with any colour vision tell apart; start, end and plan
-//! differ in shape too.
+//! a third of a pixel of what is drawn. Values that are not finite are left out, so that the file never contains NaN.
+//! Colours are Okabe and Ito's (2008), which can be distinguished with any colour vision; start, end and plan differ in
+//! shape too.
 
 /// East and north (m), or time (s) and a value.
 pub(crate) type Point = (f64, f64);
@@ -48,7 +48,7 @@ pub(crate) struct Plot {
 /// A value over time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Curve {
-    /// What it is, with its unit.
+    /// Quantity and unit.
     pub(crate) title: String,
     /// Unit for the axis.
     pub(crate) unit: String,
@@ -58,9 +58,9 @@ pub(crate) struct Curve {
     pub(crate) second: Vec<Vec<Point>>,
     /// Name of that value.
     pub(crate) second_title: String,
-    /// What was wanted, as stretches: time (s) and value.
+    /// The setpoint, as stretches: time (s) and value.
     pub(crate) wanted: Vec<Vec<Point>>,
-    /// Name of what was wanted.
+    /// Name of the setpoint.
     pub(crate) wanted_title: String,
     /// Times to be shaded (s).
     pub(crate) shades: Vec<(f64, f64)>,
@@ -77,7 +77,7 @@ struct Panel {
     height: f64,
 }
 
-/// What a panel shows of each axis.
+/// Range of each axis in a panel.
 #[derive(Debug, Clone, Copy)]
 struct View {
     panel: Panel,
@@ -343,7 +343,7 @@ fn escaped(text: &str) -> String {
     legal.collect::<String>().replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// About how wide a text of 11.5 px is (px).
+/// Approximate width of a text of 11.5 px (px).
 fn width_of(text: &str) -> f64 {
     6.8 * text.chars().count() as f64
 }

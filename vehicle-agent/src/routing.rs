@@ -1,8 +1,8 @@
-//! A thread that looks for routes, so that the loop that steers never waits for one.
+//! A thread that plans routes, so that the control loop never waits for one.
 //!
-//! One request waits at most: a newer one takes its place, and ends the work on an older one. The chart is the brain's own,
-//! shared and not loaded again; the water prepared on it is kept for the next request. What is found only goes back to the
-//! brain, which judges it. A fault of the planner is an answer like any other: the vessel goes on without a route.
+//! At most one request is queued: a newer one replaces it, and cancels the work on an older one. The chart is the brain's
+//! own, shared and not loaded again; the prepared water on it is kept for the next request. A route is only returned to the
+//! brain, which checks it. A panic of the planner is an answer like any other: the vessel continues without a route.
 
 use crate::ending::ROUTING_THREAD;
 use onboard::{Chart, RouteAnswer, RouteRequest, Routes};
@@ -13,15 +13,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 /// Planning recurses over the chart's trees: more than a thread has by default.
 const STACK_BYTES: usize = 8 << 20;
 
-/// The way to the thread; the thread ends with it.
+/// Handle of the thread; the thread ends with it.
 #[derive(Debug)]
 pub(crate) struct Routing {
     desk: Arc<Desk>,
-    /// Names the chart that was in force at the last look.
+    /// Digest of the chart that was in force at the last call.
     digest: Option<[u8; 32]>,
 }
 
-/// What the thread does next.
+/// An order for the thread.
 enum Order {
     Find(Chart, Box<RouteRequest>),
     KeepTo(Chart),
@@ -36,9 +36,9 @@ struct Desk {
 #[derive(Debug, Default)]
 struct Orders {
     waiting: Option<(Chart, Box<RouteRequest>)>,
-    /// The chart in force, until the thread has seen that it is another.
+    /// A new chart in force, until the thread has taken it.
     chart: Option<Chart>,
-    /// The number of the only request whose answer is still wanted.
+    /// The number of the only request whose answer is still needed.
     wanted: Option<u32>,
     over: bool,
 }
@@ -89,7 +89,7 @@ impl Routing {
                 let wanted = || work.wants(request.number);
                 let found = AssertUnwindSafe(|| routes.answer(&chart, &request, &Cancel::unless(&wanted)));
                 let found = catch_unwind(found).unwrap_or_else(|_| {
-                    // What the fault left behind is not relied upon.
+                    // State from before the panic is discarded.
                     routes = Routes::default();
                     let why = "the planner failed by a fault of its own; please report what the log says"
                         .to_owned();
@@ -103,7 +103,7 @@ impl Routing {
         Ok(Self { desk, digest: None })
     }
 
-    /// Tells which chart is in force: another one and what was made of it does not stay in memory beside it.
+    /// Sets the chart in force: an earlier one and its prepared data do not stay in memory.
     pub(crate) fn keep_to(&mut self, chart: &Chart) {
         let digest = chart.digest();
         if digest != self.digest {
@@ -113,7 +113,7 @@ impl Routing {
         }
     }
 
-    /// Looks for this route on this chart, in place of the one before; for none any more without a request.
+    /// Plans this route on this chart, in place of the previous one; without a request it only cancels.
     pub(crate) fn ask(&self, chart: &Chart, request: Option<Box<RouteRequest>>) {
         let mut orders = self.desk.lock();
         orders.wanted = request.as_ref().map(|request| request.number);

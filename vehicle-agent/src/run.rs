@@ -1,6 +1,6 @@
-//! The vessel in real time: one loop that owns the clock, the hull and the brain. It waits for nothing but packets
-//! and deadlines: the disk, sockets and printed lines have threads of their own, and the motors a watchdog that
-//! stops them when this loop does not come round.
+//! The vessel in real time: one loop that owns the clock, the hull and the brain. It waits only for packets and deadlines:
+//! the disk, sockets and printed lines have their own threads, and the motors a watchdog that stops them when this loop
+//! stalls.
 
 use crate::clock::Clock;
 use crate::disk::recording::{Beginning, Recorder};
@@ -38,20 +38,20 @@ mod tests;
 
 use hulls::{HullContext, hardware, simulated};
 
-/// The loop looks at the signals at least this often.
+/// The loop checks for signals at least this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
-/// Events taken before the brain's own deadlines are looked at again.
+/// Events taken before the brain's own deadlines are checked again.
 const EVENTS_AT_ONCE: usize = 64;
 /// How long the end waits for the disk, the motors having been stopped.
 const DISK_END: Duration = Duration::from_secs(10);
-/// What the disk could not take is told at most this often.
+/// Work that the disk could not take is reported at most this often.
 const LOST_TOLD: Duration = Duration::from_secs(5);
 
 /// The profile with a simulated hull.
 const SIMULATION: &str = "Simulation";
 
-/// The shore among the peers. What is sent to it goes over the link, which carries everything anyway.
+/// The shore as a peer. Packets to it go over the link, which carries everything anyway.
 const SHORE: Peer = Peer::Tcp(u32::MAX);
 
 #[derive(Debug, Args)]
@@ -64,7 +64,7 @@ pub(crate) struct RunArguments {
     /// Folder for plans and logs; one agent at a time may use it.
     #[arg(long, default_value = "lutra-data")]
     data: PathBuf,
-    /// Record everything the brain is told and wants, for `replay`.
+    /// Record all inputs and outputs of the brain, for `replay`.
     #[arg(long)]
     record: Option<PathBuf>,
     /// Listen on this address only.
@@ -87,7 +87,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) log_format: LogFormat,
     /// What is logged: error, warn, info, debug, trace or off, also by part as in `warn,vessel=debug`;
-    /// without this what the variable LUTRA_LOG says, else `info`.
+    /// without this the value of the variable LUTRA_LOG, else `info`.
     #[arg(long)]
     pub(crate) log_level: Option<String>,
     /// Log only warnings and errors.
@@ -95,7 +95,7 @@ pub(crate) struct RunArguments {
     pub(crate) quiet: bool,
 }
 
-/// Everything the loop owns.
+/// State of the loop.
 struct Agent<H> {
     clock: Clock,
     gate: Arc<MotorGate>,
@@ -119,7 +119,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
         ending.at_end_of_input()?;
     }
     let config = setup::load_aboard(&arguments.config, &arguments.profile, &arguments.data)?;
-    // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
+    // The vessel's clock counts from here, before the rest of the start: otherwise its times would lag by that.
     let clock = Clock::system();
     if arguments.profile == SIMULATION {
         Agent::start(arguments, config, clock, simulated)?.run(&ending)
@@ -137,7 +137,7 @@ impl<H: Hull> Agent<H> {
     ) -> anyhow::Result<Self> {
         let lock = DataLock::take(&arguments.data)?;
         let utc = clock.utc();
-        // A number that differs at every start, as others expect of it.
+        // A number that differs at every start, as other systems expect.
         let uid = utc.micros().unsigned_abs() / 1000;
         let (settings, mut doubts) = setup::settings(&config, uid)?;
         doubts.extend(trial::doubts(&config, &settings));
@@ -210,14 +210,14 @@ impl<H: Hull> Agent<H> {
         Ok(agent)
     }
 
-    /// Steers until the end, and ends well.
+    /// Steers until the end, and ends in order.
     fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
         let lifeline = Lifeline::start().context("starting a thread")?;
         say!("listening {}", self.net.listening);
         std::io::stdout().flush().ok();
         service::ready();
         ending.at_panics(&self.gate);
-        // A panic has stopped the motors when it comes here; the log is closed all the same.
+        // A panic has already stopped the motors; the log is closed all the same.
         catch_unwind(AssertUnwindSafe(|| self.sail(ending, &lifeline))).ok();
         service::ending();
         self.end(ending)
@@ -236,7 +236,7 @@ impl<H: Hull> Agent<H> {
     /// Motors first, then the log.
     fn end(mut self, ending: &Ending) -> anyhow::Result<()> {
         self.gate.end();
-        // After a fault of its own the brain is asked nothing more.
+        // After a panic the brain is not called any more.
         if !ending.has_fault() {
             self.tell(Input::Shutdown);
             self.tell_lost();
@@ -264,18 +264,18 @@ impl<H: Hull> Agent<H> {
         Ok(())
     }
 
-    /// Tells the brain something and carries out what it wants.
+    /// Passes an input to the brain and carries out its outputs.
     fn tell(&mut self, input: Input) {
         let (due, records) = (&mut self.due, self.disk.is_recording());
         self.vehicle.tell(input, &mut noting(due, records));
         self.carry_out();
     }
 
-    /// Comes to this moment: the hull is polled and the brain told.
+    /// Advances to the present: polls the hull and calls the brain.
     fn catch_up(&mut self) {
         let now = self.clock.now();
         let behind = now.mono.since(self.vehicle.now.mono);
-        // The start takes its time, but then nothing moves yet.
+        // The start may be slow, but nothing moves yet then.
         if behind > COMMAND_LIFE && self.vehicle.now.mono > MonoTime::default() {
             let held_up_s = behind.as_secs_f64();
             tracing::error!(held_up_s, "the loop was held up; the motors were stopped meanwhile");
@@ -323,7 +323,7 @@ impl<H: Hull> Agent<H> {
         }
     }
 
-    /// Carries out all that is wanted.
+    /// Carries out all outputs.
     fn carry_out(&mut self) {
         for due in std::mem::take(&mut self.due) {
             match due {
@@ -338,7 +338,7 @@ impl<H: Hull> Agent<H> {
 
     fn do_one(&mut self, now: Now, output: Output) {
         match output {
-            // The hull has been commanded.
+            // The hull has got these already.
             Output::Motors(_) | Output::Power { .. } => {}
             Output::Packet { bytes, to } => {
                 self.net.send(&bytes, &to);
@@ -359,21 +359,21 @@ impl<H: Hull> Agent<H> {
         }
     }
 
-    /// What the vessel says goes to the shore.
+    /// Passes a packet of the vessel to the uplink.
     fn record(&self, packet: &[u8]) {
         if let Some(uplink) = &self.uplink {
             uplink.record(packet);
         }
     }
 
-    /// Tells the shore which chart is in force.
+    /// Reports the chart in force to the shore.
     fn tell_chart(&self) {
         if let Some(uplink) = &self.uplink {
             uplink.chart(chart_aboard(&self.vehicle.brain, self.takes_chart));
         }
     }
 
-    /// What the log needs once a second, and what was lost on the way.
+    /// Periodic work once a second: the log's tick, and reports of losses.
     fn each_second(&mut self) {
         let elapsed = self.clock.elapsed();
         if elapsed < self.next_second {
@@ -405,7 +405,7 @@ impl<H: Hull> Agent<H> {
         }
     }
 
-    /// Tells what the disk could not take; answers whether there was something.
+    /// Reports work that the disk could not take; returns whether there was any.
     fn tell_lost(&mut self) -> bool {
         let lost = self.disk.take_lost();
         if lost.is_none() {
@@ -416,7 +416,7 @@ impl<H: Hull> Agent<H> {
     }
 }
 
-/// Commands of the shore wait with those of other peers; it is told when there is no room.
+/// Commands of the shore are queued like those of other peers; the shore is informed when there is no room.
 fn start_uplink(
     settings: UplinkSettings,
     chart: ChartAboard,
@@ -424,8 +424,8 @@ fn start_uplink(
     clock: Clock,
 ) -> anyhow::Result<Uplink> {
     let (inbox, its_clock) = (Arc::clone(&net.inbox), clock.clone());
-    // The shore hears at once of what the brain will not obey, and for that an order is decoded here too: the brain looks again
-    // when the order's turn comes.
+    // The shore is informed at once of an order that the brain would refuse, so orders are decoded here too: the brain
+    // checks again when the order's turn comes.
     let mut gate = LeaseGate::default();
     let deliver = move |what: FromShore<'_>| {
         let now = clock.now().mono;
@@ -455,7 +455,7 @@ fn start_uplink(
     Uplink::start(settings, chart, its_clock, Box::new(deliver))
 }
 
-/// The chart in force, as the shore is told.
+/// The chart in force, as reported to the shore.
 fn chart_aboard(brain: &Brain, takes: bool) -> ChartAboard {
     let edition = match brain.chart() {
         Chart::Loaded(file) => file.edition(),
@@ -469,7 +469,7 @@ fn chart_aboard(brain: &Brain, takes: bool) -> ChartAboard {
     }
 }
 
-/// The chart that the shore sent last, or that an operator put there.
+/// The chart that the shore sent last, or that an operator copied there.
 fn chart_of_shore(data: &Path, doubts: &mut Vec<String>) -> Option<ChartFile> {
     let loaded = ChartFolder::new(data).load();
     loaded.unwrap_or_else(|error| {
@@ -478,7 +478,7 @@ fn chart_of_shore(data: &Path, doubts: &mut Vec<String>) -> Option<ChartFile> {
     })
 }
 
-/// What the brain says, into the program's log; answers the level's name.
+/// Writes a message of the brain into the program's log; returns the level's name.
 fn print(level: Level, text: &str) -> &'static str {
     match level {
         Level::Debug => {

@@ -1,8 +1,8 @@
-//! Words for people, which must never stop the vessel.
+//! Output for people, which must never block the vessel.
 //!
-//! A closed pipe, a full disk behind a redirected log or a terminal that nobody reads is no reason for a program
-//! that steers a boat to fail or to wait. Lines of the log (`tracing`) go to standard error through a thread of
-//! their own; at most [`WAITING_LINES`] wait for a slow reader, more are dropped, counted and told later.
+//! A closed pipe, a full disk behind a redirected log or a stopped terminal must not make a program that steers a boat fail
+//! or wait. Lines of the log (`tracing`) go to standard error through their own thread; at most [`WAITING_LINES`] are
+//! queued for a slow reader, further ones are dropped, counted and reported later.
 
 use anyhow::Context as _;
 use clap::ValueEnum;
@@ -17,19 +17,19 @@ use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// Lines that may wait for a slow reader.
+/// Lines that may be queued for a slow reader.
 const WAITING_LINES: usize = 1_000;
-/// How long the end of the program waits for the last lines to be taken.
+/// How long the end of the program waits for the last lines to be written.
 const LAST_WORDS: Duration = Duration::from_millis(300);
-/// Where the level comes from when no option gives it.
+/// Variable with the level if no option gives it.
 const LEVEL_VARIABLE: &str = "LUTRA_LOG";
 
-/// As `println!`, without failing when nobody reads.
+/// As `println!`, without failing when the reader is gone.
 macro_rules! say {
     ($($text:tt)*) => { $crate::say::out(format_args!($($text)*)) };
 }
 
-/// As `eprintln!`, without failing when nobody reads.
+/// As `eprintln!`, without failing when the reader is gone.
 macro_rules! complain {
     ($($text:tt)*) => { $crate::say::err(format_args!($($text)*)) };
 }
@@ -44,7 +44,7 @@ pub(crate) fn err(text: Arguments<'_>) {
     writeln!(io::stderr().lock(), "{text}").ok();
 }
 
-/// As [`say!`], giving up when nobody takes it within a moment.
+/// As [`say!`], giving up when the reader does not take it within a short time.
 pub(crate) fn briefly(text: String) {
     let (end, ended) = mpsc::channel();
     let work = move || {
@@ -67,7 +67,7 @@ pub(crate) enum LogFormat {
     Json,
 }
 
-/// The log's lines on their way to standard error, until this is dropped.
+/// Writes the log's lines to standard error, until dropped.
 #[derive(Debug)]
 pub(crate) struct Voice {
     ended: Receiver<()>,
@@ -79,7 +79,7 @@ enum Line {
     End,
 }
 
-/// The way into the queue, which never waits.
+/// Non-blocking handle of the queue.
 #[derive(Debug, Clone)]
 struct Lines {
     waiting: SyncSender<Line>,
@@ -87,7 +87,7 @@ struct Lines {
 }
 
 impl Write for Lines {
-    /// Takes a whole line, as the formatter hands it over.
+    /// Takes a whole line from the formatter.
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
         if self.waiting.try_send(Line::Text(line.to_vec())).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -111,7 +111,7 @@ impl<'a> MakeWriter<'a> for Lines {
 /// What is logged: `info`, or by part of the program as in `warn,vessel=debug`.
 ///
 /// # Errors
-/// When the text is no such thing.
+/// When the text is not valid.
 pub(crate) fn level(option: Option<&str>, quiet: bool) -> anyhow::Result<Targets> {
     let variable = std::env::var(LEVEL_VARIABLE).ok();
     let (text, from) = match (option, quiet, &variable) {
@@ -126,7 +126,7 @@ pub(crate) fn level(option: Option<&str>, quiet: bool) -> anyhow::Result<Targets
 }
 
 impl Voice {
-    /// Lets the log speak from here on; once in a program.
+    /// Starts the log; once in a program.
     pub(crate) fn start(format: LogFormat, level: Targets) -> anyhow::Result<Self> {
         let (voice, lines) = Self::to(io::stderr())?;
         let layer = tracing_subscriber::fmt::layer().with_writer(lines).with_ansi(false);
@@ -161,7 +161,7 @@ impl Voice {
 }
 
 impl Drop for Voice {
-    /// Gives the last lines a moment, and no more.
+    /// Waits a short time for the last lines.
     fn drop(&mut self) {
         if self.end.try_send(Line::End).is_ok() {
             self.ended.recv_timeout(LAST_WORDS).ok();
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use std::sync::mpsc::{Sender, channel};
 
-    /// A reader that takes lines when it is told to.
+    /// A reader that takes lines on request.
     struct Slow(Receiver<()>, Sender<String>);
 
     impl Write for Slow {

@@ -1,8 +1,8 @@
 //! The sea chart that the shore sends, on the disk.
 //!
-//! The folder holds `chart.lutra-index`, the last that came whole, and `<digest>.part`, what there is of the next. A
-//! part becomes the chart by one rename, after its digest was compared and all of it was read as a chart: whatever
-//! happens before, the old one is there. A `chart.lutra-index` that an operator puts there is read at the next start.
+//! The folder holds `chart.lutra-index`, the last complete one, and `<digest>.part`, the received part of the next. A part
+//! becomes the chart by one rename, after its digest was compared and all of it was read as a chart: until then the old one
+//! stays. A `chart.lutra-index` that an operator puts there is read at the next start.
 
 use link::{ChartDigest, ChartOffer};
 use onboard::ChartFile;
@@ -13,11 +13,11 @@ use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 
 const FILE: &str = "chart.lutra-index";
-/// A chart leaves this free on the disk, for what the vessel records.
+/// Disk space that a chart must leave free, for the vessel's records.
 const RESERVE_BYTES: u64 = 64 << 20;
-/// A chart in force is in memory as a whole.
+/// Largest chart: the chart in force is in memory as a whole.
 const MOST_BYTES: u64 = 512 << 20;
-/// What came is brought to the disk after so much.
+/// Received data are synced to disk after so many bytes.
 const SYNC_EVERY_BYTES: u64 = 1 << 20;
 
 /// The folder, and the part that is being written.
@@ -36,7 +36,7 @@ struct Coming {
 }
 
 impl ChartFolder {
-    /// The folder in the agent's folder of data; it is made when it is needed.
+    /// The folder in the agent's data folder; it is made when needed.
     pub(crate) fn new(data: &Path) -> Self {
         Self { folder: data.join("chart"), coming: None }
     }
@@ -49,10 +49,10 @@ impl ChartFolder {
         self.folder.join(format!("{}.part", hex::encode(digest)))
     }
 
-    /// The chart that is there, if any.
+    /// The stored chart, if any.
     ///
     /// # Errors
-    /// When it cannot be read, in words.
+    /// When it cannot be read.
     pub(crate) fn load(&self) -> Result<Option<ChartFile>, String> {
         let path = self.path();
         let name = path.display().to_string();
@@ -63,10 +63,10 @@ impl ChartFolder {
         }
     }
 
-    /// Prepares to take a chart; answers how much of it is there.
+    /// Prepares to receive a chart; returns how many bytes of it are there.
     ///
     /// # Errors
-    /// When it cannot be taken, in words for people ashore.
+    /// When it cannot be received; the text is for people ashore.
     pub(crate) fn begin(&mut self, offer: ChartOffer) -> Result<u64, String> {
         self.coming = None;
         if offer.bytes > MOST_BYTES {
@@ -98,7 +98,7 @@ impl ChartFolder {
         Ok(have)
     }
 
-    /// Forgets what came of other charts.
+    /// Removes parts of other charts.
     fn forget_others(&self, part: &Path) -> io::Result<()> {
         for entry in fs::read_dir(&self.folder)? {
             let path = entry?.path();
@@ -109,11 +109,11 @@ impl ChartFolder {
         Ok(())
     }
 
-    /// Keeps a part of the chart that was begun; answers how much of it is there. Nothing for a part of another one
-    /// or from another place.
+    /// Stores a part of the chart; returns how many bytes of it are there. `None` for a part of another chart or with
+    /// another offset.
     ///
     /// # Errors
-    /// When the disk does not take it, in words for people ashore.
+    /// When it cannot be written; the text is for people ashore.
     pub(crate) fn keep(
         &mut self,
         digest: &ChartDigest,
@@ -143,15 +143,16 @@ impl ChartFolder {
         Ok(Some(end))
     }
 
-    /// Whether all of the chart that was begun is there.
+    /// Whether the chart is complete.
     pub(crate) fn is_whole(&self) -> bool {
         self.coming.as_ref().is_some_and(|coming| coming.have == coming.offer.bytes)
     }
 
-    /// Puts the chart that came whole in the place of the one before, if it is what was offered, and a chart.
+    /// Replaces the previous chart by the complete new one, if it matches the offer and is a valid chart.
     ///
     /// # Errors
-    /// When it is not, or the disk does not do it, in words for people ashore. What came is forgotten if it is to blame.
+    /// When it is not, or a file operation fails; the text is for people ashore. Received data that are not valid are
+    /// removed.
     pub(crate) fn finish(&mut self) -> Result<ChartFile, String> {
         let Some(Coming { offer, file, .. }) = self.coming.take() else {
             return Err("no chart was begun".to_owned());
@@ -210,7 +211,7 @@ mod tests {
             let middle = bytes.len() / 2;
             assert_eq!(folder.begin(offer.clone()), Ok(0));
             assert_eq!(folder.keep(&offer.digest, 0, &bytes[..middle]), Ok(Some(middle as u64)));
-            // What is no continuation is not kept.
+            // A part that does not continue the stored one is not stored.
             assert_eq!(folder.keep(&offer.digest, 0, &bytes[..middle]), Ok(None));
             assert_eq!(folder.keep(&[0; 32], middle as u64, &bytes[middle..]), Ok(None));
             folder = ChartFolder::new(data.path());
@@ -239,7 +240,7 @@ mod tests {
         let (better, mut damaged) = chart(30.0);
         damaged[100] ^= 1;
         assert!(bring(better, &damaged).unwrap_err().contains("came damaged"));
-        // A hostile shore: the digest fits, what it names is not a chart.
+        // A hostile shore: the digest matches, but the file is not a chart.
         assert!(bring(offer(&damaged), &damaged).unwrap_err().contains("cannot be used aboard"));
         assert!(bring(offer(b"not a chart"), b"not a chart").unwrap_err().contains("cannot be used aboard"));
         let huge = ChartOffer { bytes: u64::MAX, ..good.clone() };
@@ -255,7 +256,7 @@ mod tests {
         let (old, _) = chart(10.0);
         folder.begin(old.clone()).unwrap();
         let (new, bytes) = chart(20.0);
-        // A file that takes nothing.
+        // A file that cannot be written.
         std::os::unix::fs::symlink("/dev/full", folder.part(&new.digest)).unwrap();
         assert_eq!(folder.begin(new.clone()), Ok(0));
         assert!(!folder.part(&old.digest).exists());

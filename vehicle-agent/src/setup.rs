@@ -1,4 +1,4 @@
-//! From configuration files to the settings of the brain and of the simulated vessel.
+//! Converts configuration files to the settings of the brain and of the simulated vessel.
 
 use crate::hardware::motors_config;
 use anyhow::{Context as _, bail};
@@ -16,7 +16,7 @@ use std::path::Path;
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 
-/// Which part of the vessel a task of the files is.
+/// The entity of each task in the files.
 const TASKS: [(&SectionSpec, Entity); 27] = [
     (&loops::course_speed::COURSE_SPEED, Entity::Control),
     (&loops::course_speed_force::COURSE_SPEED_FORCE, Entity::Control),
@@ -49,15 +49,15 @@ const TASKS: [(&SectionSpec, Entity); 27] = [
 
 /// The batteries by their numbers on the bus.
 const BATTERIES: [Entity; 4] = [Entity::Battery0, Entity::Battery1, Entity::Battery2, Entity::Battery3];
-/// The power rails by theirs.
+/// The power rails by their numbers.
 const RAILS: [Entity; 5] = [Entity::Rail0, Entity::Rail1, Entity::Rail2, Entity::Rail3, Entity::Rail4];
 
-/// The configuration, or all that is wrong with it.
+/// The configuration, or all its errors.
 pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
     usable(Config::load(&config::Disk, path, &[profile]), path)
 }
 
-/// The same with what consoles saved in the folder of data.
+/// The same, with the values that consoles saved in the data folder.
 pub(crate) fn load_aboard(path: &Path, profile: &str, data: &Path) -> anyhow::Result<Config> {
     usable(Config::load_aboard(&config::Disk, path, &[profile], data), path)
 }
@@ -69,7 +69,7 @@ fn usable(config: Config, path: &Path) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// The brain's settings, and what of the files could not be followed.
+/// The brain's settings, and warnings about values that could not be applied.
 pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, Vec<String>)> {
     let address = config
         .address()
@@ -112,7 +112,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     Ok((settings, doubts))
 }
 
-/// Where the hydrophone is, and how long what it hears lasts.
+/// Position of the hydrophone, and duration of transmissions.
 fn hydrophone(config: &Config, settings: &mut Settings) {
     use device::{hydrophone as schema, line_receiver};
     for section in config.running(&schema::HYDROPHONE).chain(config.running(&line_receiver::LINE_RECEIVER)) {
@@ -127,16 +127,16 @@ fn hydrophone(config: &Config, settings: &mut Settings) {
     }
 }
 
-/// What the motor card's section gives names to: motors, batteries, power rails and power channels.
+/// Names from the motor card's section: motors, batteries, power rails and power channels.
 fn card_names(config: &Config, settings: &mut Settings) {
     use device::torqeedo::{BATTERY_LABEL, MOTOR_LABEL, PORT_MOTOR, RAIL_LABEL, TORQEEDO};
     for section in config.running(&TORQEEDO) {
-        // By the card's numbers, of which either may be to port.
+        // By the card's numbers; either may be the port motor.
         let mut motors = [Entity::MotorPort, Entity::MotorStarboard];
         if section.get(&PORT_MOTOR) == 1 {
             motors.reverse();
         }
-        // A section that cannot be is refused, by name, where its driver is made.
+        // An invalid section is refused where its driver is made.
         let channels = motors_config(section).map(|card| card.channels).unwrap_or_default();
         let named = channels.into_iter().map(|one| PowerChannel { name: one.name, rail: one.rail });
         settings.power.extend(named);
@@ -152,8 +152,7 @@ fn card_names(config: &Config, settings: &mut Settings) {
     }
 }
 
-/// What percent, rpm and m/s mean to each other, and a guess of the power they take: the hotel load and what
-/// grows with the cube of speed.
+/// Relation of percent, rpm and m/s, and an estimate of the power: the hotel load plus a term with the cube of speed.
 fn model(general: &Section) -> Option<VehicleModel> {
     let actuation = general.get(&general::CONVERSION_ACTUATION);
     let rpm = general.get(&general::CONVERSION_RPM);
@@ -170,7 +169,7 @@ fn model(general: &Section) -> Option<VehicleModel> {
     VehicleModel::new(rows.collect()).ok()
 }
 
-/// The controllers that run, before their parameters are looked at.
+/// The enabled controllers, before their parameters are read.
 fn base(config: &Config, settings: &mut Settings) {
     let runs = |spec| config.running(spec).next().is_some();
     if runs(&loops::course_speed::COURSE_SPEED) {
@@ -194,11 +193,11 @@ fn base(config: &Config, settings: &mut Settings) {
     }
 }
 
-/// The values of the parameters that the brain knows, from the files or, where these say nothing, from the
-/// schema: what `check` prints is what is in force.
+/// The values of the brain's parameters, from the files or, by default, from the schema: so `check` prints the values in
+/// force.
 fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
     let mut waiting = parameters::all();
-    // Values that bound each other can need more than one round; each round takes at least one of them.
+    // Values that limit each other may need several rounds; each round applies at least one of them.
     loop {
         let before = waiting.len();
         let mut refused = Vec::new();
@@ -224,7 +223,7 @@ fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
     }
 }
 
-/// The section in force in which a parameter stands, and its value as text.
+/// The active section of a parameter, and its value as text.
 fn home(config: &Config, parameter: &Parameter) -> Option<(String, String)> {
     let general = std::ptr::eq(*parameter.homes.first()?, &raw const general::GENERAL);
     let section = if general {
@@ -236,10 +235,10 @@ fn home(config: &Config, parameter: &Parameter) -> Option<(String, String)> {
     Some((section.name().to_owned(), value))
 }
 
-/// Puts the values of an entity's parameters where the next start reads them.
+/// Saves the values of an entity's parameters for the next start.
 ///
 /// # Errors
-/// When one has no section in the files that runs: it would not be read.
+/// When one has no active section in the files: it would not be read.
 pub(crate) fn save(
     config: &Config,
     saved: &mut config::Saved,
@@ -267,11 +266,11 @@ fn monitored(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>)
             labels.extend(section.get(&watch::entities::MONITORED_HARDWARE));
         }
         let motors = [Entity::MotorPort, Entity::MotorStarboard];
-        // In order and once each; the vessel never sails without its motors' feedback.
+        // In order and once each; the vessel never sails without feedback of its motors.
         let known = parts(config, settings, section, &labels, doubts);
         let all: BTreeSet<Entity> = known.into_iter().chain(motors).collect();
         settings.watch.monitored = all.into_iter().collect();
-        // Lutra's parts are in one program: those that can fall silent are the devices.
+        // Lutra's tasks are in one program: only devices can fall silent.
         let silence = Duration::from_secs_f64(section.get(&watch::entities::REPORT_TIMEOUT));
         settings.watch.gnss_timeout = settings.watch.gnss_timeout.min(silence);
         settings.watch.motor_timeout = settings.watch.motor_timeout.min(silence);
@@ -283,15 +282,15 @@ fn monitored(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>)
             settings.watch.vital = vital;
         }
         settings.mission.supervisor_report_hz = section.get(&watch::vehicle::FREQUENCY);
-        // A maneuver whose path control does not answer for so long has failed; a second is the least that a
-        // compass of one position a second leaves room for.
+        // A maneuver whose path control is silent for this long has failed; at least a second, for a compass with one
+        // position a second.
         let answer_s = section.get(&watch::vehicle::HANDLING_TIMEOUT).max(1.0);
         settings.mission.engine.maneuver.path_silence = Duration::from_secs_f64(answer_s);
     }
 }
 
-/// The parts of the vessel with these labels. The motor card stands for both motors; what else is a task of
-/// the files but no part that Lutra watches is told.
+/// The entities with these labels. The motor card's label means both motors; other tasks of the files that Lutra does not
+/// watch are reported.
 fn parts(
     config: &Config,
     settings: &Settings,
@@ -361,7 +360,7 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
                 None
             }
         };
-        // Without a remedy they are watched and told of.
+        // Without an action they are only watched and reported.
         let remedy = remedy(section.get(&watch::limits::ACTION), &home);
         settings.mission.limits.area.clone_from(&area);
         settings.watch.limits = LimitsConfig {
@@ -374,7 +373,7 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
     }
 }
 
-/// The grounding supervisor's words; its numbers come with all others.
+/// The grounding supervisor's text settings; its numbers are parameters like all others.
 fn grounding(config: &Config, settings: &mut Settings) {
     use watch::grounding as schema;
     let Some(section) = config.running(&schema::GROUNDING).next() else { return };
@@ -402,7 +401,7 @@ pub(crate) fn takes_chart(config: &Config) -> bool {
     config.running(&schema::GROUNDING).next().is_some_and(|section| section.get(&schema::FROM_SHORE))
 }
 
-/// The plan that brings the vessel home.
+/// Name of the plan that brings the vessel home.
 fn home_plan(config: &Config) -> String {
     let section = config.running(&watch::lost_comms::LOST_COMMS).next();
     section.map_or_else(|| "lost_comms".to_owned(), |section| section.get(&watch::lost_comms::PLAN))
@@ -458,7 +457,7 @@ pub(crate) fn vessel(config: &Config, start: UtcTime, seed: u64) -> anyhow::Resu
         vessel.environment.current.speed_mps = north.hypot(east);
         vessel.environment.current.to_rad = east.atan2(north);
     }
-    // Receivers of several simulated vessels are told apart by their numbers, as real ones are.
+    // Receivers of several simulated vessels are distinguished by their serial numbers, as real ones are.
     vessel.hydrophone.serial += u32::from(config.address().unwrap_or_default());
     vessel.fish =
         config.running(&simulate::fish::FISH).map(|fish| tagged(fish, start)).collect::<Result<_, _>>()?;

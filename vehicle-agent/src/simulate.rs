@@ -1,4 +1,4 @@
-//! The vessel by a virtual clock.
+//! The vessel with a virtual clock.
 
 use crate::disk::Journal;
 use crate::disk::recording::{Beginning, Recorder};
@@ -27,9 +27,9 @@ use units::{MonoTime, Now, UtcTime};
 
 /// The console that starts the plan.
 const CONSOLE: Address = Address(0x4001);
-/// A plan that is not done by then is given up (s).
+/// A plan that takes longer is given up (s).
 const LONGEST_S: f64 = 7.0 * 86_400.0;
-/// Readiness is awaited so long (s).
+/// How long readiness is awaited (s).
 const READY_S: f64 = 60.0;
 
 #[derive(Debug, Args)]
@@ -43,7 +43,7 @@ pub(crate) struct SimulateArguments {
     /// When to end: DONE (the plan is over) or a number of seconds.
     #[arg(long, default_value = "DONE")]
     until: String,
-    /// When it begins, ISO 8601 UTC; the same at every run unless given, so that runs can be compared.
+    /// Start time, ISO 8601 UTC; the same at every run unless given, so that runs can be compared.
     #[arg(long, value_name = "TIME", default_value = "2026-09-21T14:13:20Z")]
     start: UtcTime,
     /// Simulated seconds per second: `max`, or a number.
@@ -58,10 +58,10 @@ pub(crate) struct SimulateArguments {
     /// Write logs below this folder.
     #[arg(long)]
     log: Option<PathBuf>,
-    /// Record everything the brain is told and wants, for `replay`.
+    /// Record all inputs and outputs of the brain, for `replay`.
     #[arg(long)]
     record: Option<PathBuf>,
-    /// Seed of all chance.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A compass without errors.
@@ -94,7 +94,7 @@ pub(crate) struct SimulateArguments {
     pub(crate) csv: PathBuf,
 }
 
-/// What is known from the packets.
+/// State known from the packets.
 #[derive(Default)]
 struct Watch {
     plan: PlanControlState,
@@ -102,7 +102,7 @@ struct Watch {
     cross_m: Option<f64>,
     worst_m: f64,
     squares: (f64, u64),
-    /// How much the motors did while the plan ran.
+    /// Motor activity while the plan ran.
     activity: MotorActivity,
     packets: u64,
     bytes: u64,
@@ -198,7 +198,7 @@ impl Run {
         Ok(Self { vehicle, own, recorder, journal, watch: Watch::default(), track: None, due: Vec::new() })
     }
 
-    /// Uploads and starts the plan when the vessel is ready, and goes on to the end.
+    /// Uploads and starts the plan when the vessel is ready, and continues to the end.
     fn sail(
         &mut self,
         plan: &PlanSpecification,
@@ -265,7 +265,7 @@ impl Run {
         self.tell(Input::Packet(Peer::Tcp(1), Packet::new(header, message).encode()?))
     }
 
-    /// Records and logs what happened, and looks at it.
+    /// Records and logs what happened, and updates the state.
     fn take(&mut self) -> anyhow::Result<()> {
         while !self.due.is_empty() {
             for due in std::mem::take(&mut self.due) {

@@ -1,8 +1,8 @@
-//! Where a simulated vessel truly was while its plan ran, measured against the plan.
+//! The true track of a simulated vessel while its plan ran, compared with the plan.
 //!
-//! A leg begins where the maneuver before it was to end; the first one where the vessel was when the plan
-//! began. Cross-track errors are positive to starboard of the leg. A vessel counts as settled
-//! from 40 m after the beginning of a leg up to 15 m before its end.
+//! A leg begins at the planned end of the previous maneuver; the first one at the vessel's position when the plan began.
+//! Cross-track errors are positive to starboard of the leg. A vessel counts as settled from 40 m after the beginning of a
+//! leg up to 15 m before its end.
 
 use crate::plot::{Curve, Plot, Point};
 use control::MotorPair;
@@ -15,10 +15,10 @@ const PERIOD_S: f64 = 0.5;
 const SETTLED_AFTER_M: f64 = 40.0;
 /// A leg counts until so long before its end (m).
 const SETTLED_BEFORE_M: f64 = 15.0;
-/// A course change that swings a vessel out (rad).
+/// Least course change that makes a vessel swing out (rad).
 const TURN_RAD: f64 = 0.3;
 
-/// What a maneuver wants.
+/// The reference of a maneuver.
 #[derive(Debug, Clone, Copy)]
 enum Want {
     Leg { to: LocalPoint, speed_mps: Option<f64> },
@@ -33,9 +33,9 @@ struct Sample {
     speed_mps: f64,
     /// Index of the maneuver.
     stage: usize,
-    /// What the motors were commanded.
+    /// The motor command.
     motors: MotorPair,
-    /// Whether a motor was wanted to turn since the sample before.
+    /// Whether a motor was commanded to turn since the previous sample.
     turning: bool,
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Nothing sailed yet.
+    /// An empty track.
     pub(crate) fn new(plan: &PlanSpecification, frame: &LocalFrame) -> Self {
         let stages = plan.maneuvers.of::<PlanManeuver>().map(|node| {
             let want = node.data.get().map_or(Want::Other, |data| want(&data, frame));
@@ -74,13 +74,13 @@ impl Track {
         }
     }
 
-    /// What the motors are commanded from here on.
+    /// Sets the motor command from here on.
     pub(crate) fn command(&mut self, motors: MotorPair) {
         self.motors = motors;
         self.turned_since |= motors != MotorPair::STOPPED;
     }
 
-    /// Time passed; the maneuver is that of a running plan, place and speed are the true ones.
+    /// Adds a sample: the maneuver of a running plan, true position and speed.
     pub(crate) fn see(&mut self, now_s: f64, maneuver: Option<&str>, at: LocalPoint, speed_mps: f64) {
         let Some(stage) = maneuver.and_then(|id| self.stages.iter().position(|(name, _)| name == id)) else {
             return;
@@ -120,7 +120,7 @@ impl Track {
         }
     }
 
-    /// What a run comes to, in one line.
+    /// The figures of a run, in one line.
     fn figures(&self) -> String {
         let mut parts = Vec::new();
         let settled: Vec<f64> = self.samples.iter().filter_map(|sample| self.settled(sample)).collect();
@@ -150,7 +150,7 @@ impl Track {
         parts.join("; ")
     }
 
-    /// What the motors did for it, in one line.
+    /// The motor effort of a run, in one line.
     fn effort(&self, activity_per_s: Option<f64>) -> String {
         let mut parts = Vec::new();
         if let Some((made_mps, planned_mps)) = self.mean_speed_mps() {
@@ -199,7 +199,7 @@ impl Track {
         (from.distance_m(to) > 0.1).then_some(Leg { from, to })
     }
 
-    /// The cross-track error where it counts.
+    /// The cross-track error where the vessel counts as settled.
     fn settled(&self, sample: &Sample) -> Option<f64> {
         let leg = self.leg(sample.stage)?;
         let (along_m, cross_m) = leg.measure(sample.at);
@@ -408,7 +408,7 @@ mod tests {
         }
         let figures = track.figures();
         assert!(figures.contains("largest 11.00 m, inside 75.0 %"), "{figures}");
-        // A motor that was on at the end of a period was on in the next one too, until told otherwise.
+        // A motor that was on at the end of a period stays on in the next one until commanded otherwise.
         assert!(figures.contains("motors on 50.0 %"), "{figures}");
         let plot = track.plot("", None);
         assert_eq!((plot.curves[2].pieces[0][4].1, plot.curves[2].second[0][4].1), (0.3, -0.3));

@@ -1,4 +1,4 @@
-//! From the configuration's transports to what is opened: a task that is not enabled is not there.
+//! Converts the configuration's transports to sockets and settings; tasks that are not enabled are ignored.
 
 use crate::disk::{Journal, Room};
 use crate::net::{AnnouncePorts, Listen, Ports};
@@ -12,7 +12,7 @@ use std::net::Ipv4Addr;
 use std::path::Path;
 use std::time::Duration;
 
-/// Ports that the command line gives in place of the configured ones.
+/// Ports from the command line, in place of the configured ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Given {
     pub(crate) bind: Ipv4Addr,
@@ -21,7 +21,7 @@ pub(crate) struct Given {
     pub(crate) announce: Option<u16>,
 }
 
-/// Where to listen and announce, and what of the command line has no effect.
+/// Where to listen and announce, and warnings about options without effect.
 pub(crate) fn ports(config: &Config, given: Given) -> (Ports, Vec<String>) {
     let listen = |section: &Section, given: Option<u16>, configured: i64| Listen {
         port: given.unwrap_or(port(configured)),
@@ -29,7 +29,7 @@ pub(crate) fn ports(config: &Config, given: Given) -> (Ports, Vec<String>) {
     };
     let udp = config.running(&udp::UDP).next();
     let udp = udp.map(|section| listen(section, given.udp, section.get(&udp::PORT)));
-    // The option is the first server's; the others have it only where the system is to choose.
+    // The option is for the first server; others use it only if the system is to choose.
     let of_server = |number: usize| given.tcp.filter(|port| number == 0 || *port == 0);
     let tcp: Vec<Listen> = servers(config)
         .enumerate()
@@ -74,7 +74,7 @@ fn port(number: i64) -> u16 {
     u16::try_from(number).unwrap_or(0)
 }
 
-/// What the brain has to know of the transports.
+/// The brain's settings of the transports.
 pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
     let announces = config.running(&announce::ANNOUNCE).next().is_some();
     settings.node.tcp = servers(config)
@@ -104,7 +104,7 @@ fn datagrams(section: &Section, settings: &mut Settings, doubts: &mut Vec<String
     let TransportSettings { most_per_s, only_of, .. } = carried(section, &settings.labels, doubts);
     let node = &mut settings.node;
     (node.udp.most_per_s, node.udp.only_of) = (most_per_s, only_of);
-    // What the files list is carried; what they do not say is as DUNE's stock setup has it.
+    // Messages listed in the files are carried; without a list those of DUNE's stock setup are.
     if section.parameter(udp::MESSAGES.spec.name).is_some_and(|given| given.setting().is_some()) {
         let listed = section.get(&udp::MESSAGES);
         let all = imc::catalogue::MESSAGES.iter();
@@ -120,7 +120,7 @@ fn datagrams(section: &Section, settings: &mut Settings, doubts: &mut Vec<String
     }
 }
 
-/// What every transport's section says of messages but their list: rates, and whose they must be.
+/// A transport's settings of messages besides their list: rates and entities.
 fn carried(section: &Section, labels: &Labels, doubts: &mut Vec<String>) -> TransportSettings {
     let message = |key: &str, name: &str, doubts: &mut Vec<String>| {
         let known = imc::catalogue::by_abbrev(name).map(|message| message.id);
@@ -152,7 +152,7 @@ fn carried(section: &Section, labels: &Labels, doubts: &mut Vec<String>) -> Tran
     TransportSettings { left_out: BTreeSet::new(), most_per_s, only_of }
 }
 
-/// The log, where the configuration has it on.
+/// The log, if it is on in the configuration.
 pub(crate) fn journal(config: &Config, base: &Path, settings: &Settings, text: &str) -> Option<Journal> {
     let section = config.running(&logging::LOGGING).next()?;
     let room = Room {

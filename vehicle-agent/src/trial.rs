@@ -1,9 +1,9 @@
 //! A trial of the configured course and speed controller on the model of the hull, before it steers a boat.
 //!
-//! Gains that are too strong for the delays between compass and propellers make both motors swing for ever, also in
-//! a flat calm; that wears the drives, takes energy and top speed, and no error on the track tells of it. Here the
-//! controller holds a course from rest, then turns by a step, at three speeds, in still water with a compass
-//! without errors: whatever still moves at the end of a stretch, the controller does by itself.
+//! Gains that are too high for the delays between compass and propellers make both motors oscillate permanently, even in a
+//! flat calm; that wears the drives and costs energy and top speed, without a visible cross-track error. Here the
+//! controller holds a course from rest, then turns by a step, at three speeds, in still water with a compass without
+//! errors: any motion at the end of a stretch is caused by the controller.
 
 use crate::setup;
 use config::Config;
@@ -25,7 +25,7 @@ const STEP_RAD: f64 = FRAC_PI_3;
 /// When it comes (s); until then the vessel gathers way and settles.
 const STEP_AT_S: f64 = 60.0;
 const END_S: f64 = 120.0;
-/// What counts as settled: so long before the step and before the end (s), several periods of any oscillation.
+/// Time before the step and before the end in which the vessel counts as settled (s): several periods of any oscillation.
 const SETTLED_S: f64 = 20.0;
 /// The greatest speed asked for, as a share of what the hull makes at the greatest actuation allowed: the rest
 /// is what turning takes.
@@ -37,12 +37,12 @@ const PARTS: [f64; 3] = [1.0 / 3.0, 2.0 / 3.0, 1.0];
 const MOST_ACTIVITY_PER_S: f64 = 0.03;
 /// Nor does the bow of a settled vessel swing (rad).
 const MOST_SWING_RAD: f64 = 0.02;
-/// Speed that may be missing, as a share of what was asked for.
+/// Acceptable speed deficit, as a share of the requested speed.
 const MOST_MISSING: f64 = 0.05;
-/// Positions a second of a compass of which no section tells the rate (Hz): those of the Otters' own.
+/// Position rate of a compass without a configured one (Hz): that of the Otters.
 const USUAL_RATE_HZ: u32 = 5;
 
-/// What the controller made of one speed.
+/// Result of the controller at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trial {
     /// Speed asked for (m/s).
@@ -61,19 +61,19 @@ impl Trial {
         self.activity_per_s > MOST_ACTIVITY_PER_S
     }
 
-    /// Whether the bow still moves though the motors hardly do: the controller is too weak to settle.
+    /// Whether the bow still swings though the motors hardly move: the gains are too low to settle.
     fn is_unsettled(&self) -> bool {
         !self.oscillates() && self.swing_rad > MOST_SWING_RAD
     }
 
-    /// Whether the vessel comes short of the speed asked for.
+    /// Whether the vessel does not reach the requested speed.
     fn is_slow(&self) -> bool {
         self.made_mps < (1.0 - MOST_MISSING) * self.asked_mps
     }
 }
 
-/// What the configured controller does badly on the model of the hull, in a line with figures and the remedy; nothing
-/// of a sound one.
+/// Faults of the configured controller on the model of the hull, each in a line with figures and remedy; none for a sound
+/// one.
 pub(crate) fn doubts(config: &Config, settings: &Settings) -> Vec<String> {
     let tried = hull(config).and_then(|hull| {
         let trials = trials(settings, &hull)?;
@@ -94,7 +94,7 @@ fn hull(config: &Config) -> anyhow::Result<VesselConfig> {
     Ok(hull)
 }
 
-/// Where the gains stand.
+/// The section of the gains.
 fn section(config: &Config, settings: &Settings) -> String {
     let specs = [&course_speed::COURSE_SPEED, &course_speed_force::COURSE_SPEED_FORCE];
     let running = specs.into_iter().find_map(|spec| config.running(spec).next());
@@ -102,7 +102,7 @@ fn section(config: &Config, settings: &Settings) -> String {
     format!("[{name}]")
 }
 
-/// What is wrong, by the worst trial of each kind.
+/// The faults, by the worst trial of each kind.
 fn faults(trials: &[Trial]) -> Option<String> {
     let by =
         |figure: fn(&Trial) -> f64| move |one: &&Trial, other: &&Trial| figure(one).total_cmp(&figure(other));
@@ -134,7 +134,7 @@ fn faults(trials: &[Trial]) -> Option<String> {
     (!faults.is_empty()).then(|| format!("on the model of the hull in a flat calm {}", faults.join("; ")))
 }
 
-/// The usual gains if they help, with turning first if that is needed too; else what may.
+/// The default gains if they help, with priority for turning if needed; else a general remedy.
 fn remedy(settings: &Settings, hull: &VesselConfig) -> anyhow::Result<String> {
     let (usual, speed) = match settings.control.drive {
         Drive::Rpm { .. } => (CourseSpeedConfig::fossen_rpm(), course_speed::SPEED_GAINS.spec.name),
@@ -216,7 +216,7 @@ fn sail(settings: &Settings, vessel: &VesselConfig, asked_mps: f64) -> anyhow::R
 }
 
 impl Sailing {
-    /// Holds a course until the end of a stretch, and tells of the stretch.
+    /// Holds a course until the end of a stretch, and returns its figures.
     fn settle(&mut self, period: Duration, course_rad: f64, stretch_s: Range<f64>) -> Settled {
         let wanted = Setpoint {
             yaw: Some(YawTarget::Course { course_rad, turn_rate_rad_s: 0.0 }),
@@ -243,7 +243,7 @@ impl Sailing {
     fn steer(&mut self, wanted: &Setpoint) -> MotorPair {
         while let Some(timed) = self.vessel.poll_output() {
             if let sim::Output::Reading(Reading::Gnss(reading)) = timed.output {
-                // A position that navigation does not use is reckoned over.
+                // A position that navigation rejects is bridged by dead reckoning.
                 self.navigation.read(timed.at, &reading).ok();
             }
         }

@@ -1,7 +1,7 @@
-//! A brain and the hull that it steers, at one moment.
+//! A brain and its hull, with a common time.
 //!
-//! Time comes from outside: [`Vehicle::come_to`] the computer's, or [`Vehicle::advance`] a virtual clock that jumps
-//! from event to event: the next reading of a sensor, the next deadline of the brain. Two vehicles with the same
+//! Time comes from outside: [`Vehicle::come_to`] with the computer's, or [`Vehicle::advance`] with a virtual clock that
+//! jumps from event to event: the next reading of a sensor, the next deadline of the brain. Two vehicles with the same
 //! settings under a virtual clock give the same outputs at the same times.
 
 use super::hull::Hull;
@@ -10,12 +10,12 @@ use planner::Cancel;
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
-/// What passed between the brain and the program around it.
+/// An input or output of the brain.
 #[derive(Debug, PartialEq)]
 pub(crate) enum BrainEvent<'a> {
-    /// It is told this.
+    /// An input.
     Input(&'a Input),
-    /// It wants this.
+    /// An output.
     Output(Output),
 }
 
@@ -24,23 +24,23 @@ pub(crate) enum BrainEvent<'a> {
 pub(crate) struct Vehicle<H> {
     /// Sensors and thrusters.
     pub(crate) hull: H,
-    /// What steers.
+    /// The brain.
     pub(crate) brain: Brain,
-    /// The moment that both have come to.
+    /// The time that both have reached.
     pub(crate) now: Now,
-    /// Whether plans and parameters are kept by pretending; otherwise the caller tells what became of them.
+    /// Whether storing plans and parameters is simulated; otherwise the caller passes the outcome.
     pub(crate) virtual_disk: bool,
-    /// Who answers at once for what routes the brain looks; otherwise the caller does.
+    /// Answers route requests at once; otherwise the caller does.
     pub(crate) routes: Option<Routes>,
 }
 
 impl<H: Hull> Vehicle<H> {
-    /// A hull and its brain at a moment, with a virtual disk and routes that are there at once.
+    /// A hull and its brain, with a virtual disk and immediate routes.
     pub(crate) fn new(hull: H, brain: Brain, now: Now) -> Self {
         Self { hull, brain, now, virtual_disk: true, routes: Some(Routes::default()) }
     }
 
-    /// Tells the brain something at this moment.
+    /// Passes an input to the brain, at the present time.
     pub(crate) fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         let now = self.now;
         sink(now, BrainEvent::Input(&input));
@@ -66,18 +66,18 @@ impl<H: Hull> Vehicle<H> {
             }
             sink(now, BrainEvent::Output(output));
         }
-        // A virtual disk never fails and takes no time, nor does looking for a route.
+        // A virtual disk never fails and takes no time, nor does planning a route.
         for input in answers {
             self.tell(input, sink);
         }
     }
 
-    /// When there is something to do at the latest, if nothing else happens before.
+    /// The next time at which there is something to do without other events.
     pub(crate) fn poll_timeout(&self) -> Option<MonoTime> {
         [self.hull.poll_timeout(), self.brain.poll_timeout()].into_iter().flatten().min()
     }
 
-    /// Comes to a moment: the brain is told what was read by then, or that time has passed if it waits for that.
+    /// Advances to a time: the brain gets the readings up to then, or a tick if its deadline is due.
     pub(crate) fn come_to(&mut self, now: Now, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         self.now = now;
         while let Some(input) = self.hull.poll(now.mono) {
@@ -89,10 +89,10 @@ impl<H: Hull> Vehicle<H> {
         self.hull.attend(&self.brain);
     }
 
-    /// Lets the virtual clock jump to the next event, but not beyond `until`.
+    /// Advances the virtual clock to the next event, but not beyond `until`.
     pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, BrainEvent<'_>)) {
         let before = self.now;
-        // At least a microsecond, so that a deadline that is not met cannot stop the clock.
+        // At least a microsecond, so that a missed deadline cannot stop the clock.
         let due = self.poll_timeout().unwrap_or(until).min(until);
         let mono = due.max(before.mono + Duration::from_micros(1));
         // A step of the clock fits 63 bits of microseconds.

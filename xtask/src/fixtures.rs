@@ -1,7 +1,7 @@
-//! Data of this version, small, kept for ever: a shore's folder and a vessel's spool, made by the real programs.
+//! Small data of this version, kept permanently: a shore's folder and a vessel's spool, made by the real programs.
 //!
-//! A simulated Otter sails for some seconds, its shore is stopped, and it goes on until something waits in its spool. Each
-//! file is packed by gzip. A test of every later version opens them. Run once for each version, before its tag:
+//! A simulated Otter sails for some seconds, its shore is stopped, and it continues until its spool has data. Each file is
+//! compressed by gzip. A test of every later version opens them. Run once for each version, before its tag:
 //! `cargo build --workspace && cargo xtask fixtures`.
 
 use anyhow::{Context as _, bail, ensure};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Bytes of packets that come ashore, and that wait in the spool, before the next step.
+/// Bytes of packets that must arrive ashore, and then be in the spool, before the next step.
 const ENOUGH_BYTES: u64 = 20_000;
-/// How long anything here may take.
+/// Time limit of each step.
 const PATIENCE: Duration = Duration::from_mins(1);
-/// What is of a moment only, or what every program makes again.
+/// Temporary files, and files that every program makes again.
 const LEFT_OUT: [&str; 7] =
     ["lock", "agent.lock", "otter.ini", "definitions", "IMC.xml.gz", "logs", "errors"];
 
@@ -31,7 +31,7 @@ impl Drop for Running {
 }
 
 impl Running {
-    /// Ends it in order.
+    /// Ends it normally.
     fn end(&mut self) -> anyhow::Result<()> {
         let told = Command::new("kill").arg(self.0.id().to_string()).status()?;
         ensure!(told.success() && self.0.wait()?.success(), "a program did not end well");

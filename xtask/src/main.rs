@@ -1,5 +1,5 @@
-//! Chores of the repository. `cargo xtask codegen` writes the generated code again, `cargo xtask fixtures` the data of this
-//! version by which later ones are tested.
+//! Maintenance tasks of the repository. `cargo xtask codegen` regenerates the code, `cargo xtask fixtures` the data of this
+//! version with which later ones are tested.
 
 mod fixtures;
 mod imc;

@@ -8,12 +8,12 @@ use anyhow::Context as _;
 use imc::{FrameError, MAX_PACKET_BYTES, PacketView, ShortPayload};
 use std::io::{self, Read as _, Write as _};
 
-/// Bytes looked at to tell hex text from packets.
+/// Bytes examined to distinguish hex text from packets.
 const LOOK: usize = 512;
 /// Bytes of a line that are kept; of a longer line the rest is only counted.
 const KEPT: usize = 2 * MAX_PACKET_BYTES;
 
-/// Whether the input is hex text: it begins with a sync number in digits, or with nothing but digits.
+/// Whether the input is hex text: it begins with a sync number in digits, or has only digits.
 ///
 /// Packets cannot be taken for text, because neither byte of the sync number is a digit or a space.
 pub(super) fn looks_like_text(input: &mut Input) -> anyhow::Result<bool> {
@@ -94,7 +94,7 @@ impl Text {
     }
 }
 
-/// A line as far as it was read.
+/// The part of a line read so far.
 #[derive(Debug, Default)]
 struct Line {
     /// Characters of any kind.
@@ -133,7 +133,7 @@ impl Line {
         *self = Self { bytes: std::mem::take(&mut self.bytes), ..Self::default() };
     }
 
-    /// Appends what the line says. Whether it is a packet that could be decoded.
+    /// Appends the decoded line. Returns whether it is a packet that could be decoded.
     fn show(&self, out: &mut Vec<u8>, number: u64, short: ShortPayload) -> bool {
         let place = Place { line: Some(number), ..Place::default() };
         if let Some((offset, message)) = self.bad_hex() {

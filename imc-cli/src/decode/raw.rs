@@ -49,7 +49,7 @@ struct Stream {
 }
 
 impl Stream {
-    /// Prints all that is whole.
+    /// Prints all complete packets.
     fn print(&mut self, out: &mut Output) -> io::Result<()> {
         while let Some(frame) = self.deframer.next_frame() {
             self.lines.clear();

@@ -129,7 +129,7 @@ impl Show {
     }
 }
 
-/// Shows what comes over a connection, and over the next when it is lost.
+/// Shows packets of a connection, and of the next when it is lost.
 fn follow<L: Link>(
     name: &str,
     connect: impl Fn() -> anyhow::Result<L>,
@@ -160,7 +160,7 @@ fn follow<L: Link>(
     }
 }
 
-/// Shows what comes over one connection until it is lost or nothing more is wanted.
+/// Shows packets of one connection until it is lost or no more are wanted.
 fn drain(link: &mut impl Link, deadline: Deadline, sink: &mut Sink<'_>) -> anyhow::Result<Flow> {
     while let Some(wait) = deadline.wait(TICK) {
         match link.receive(wait, sink)? {

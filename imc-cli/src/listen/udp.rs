@@ -1,4 +1,4 @@
-//! Listening by UDP, as a console that vehicles know of.
+//! Listening by UDP, as an announced console.
 
 use super::Show;
 use crate::net::Deadline;
@@ -127,13 +127,13 @@ fn show(datagram: &Datagram, sink: &mut Sink<'_>) -> anyhow::Result<Flow> {
     Ok(flow)
 }
 
-/// A system that is told of this console.
+/// A system that gets this console's announcements.
 struct Contact {
     /// Where it hears packets.
     to: SocketAddrV4,
-    /// Whether that was given, so that what it announces changes nothing.
+    /// Whether that was given, and overrides its announcements.
     fixed: bool,
-    /// The own address that it sees.
+    /// Our address as it sees it.
     own: Ipv4Addr,
 }
 
@@ -145,12 +145,12 @@ struct Station<'a> {
     contacts: Vec<Contact>,
     beats: u64,
     due: Instant,
-    /// The trouble with sending that was told last.
+    /// The last reported send error.
     told: Option<String>,
 }
 
 impl Station<'_> {
-    /// Gives the signs of life that are due. How long until the next.
+    /// Sends due heartbeats and announcements. Returns the time until the next.
     fn beat(&mut self) -> Duration {
         let now = Instant::now();
         if now >= self.due {
@@ -195,7 +195,7 @@ impl Station<'_> {
             }
             let Ok(Some(announce)) = imc::decode::<Announce>(&view) else { continue };
             let told = services::udp_socket(&announce.services.to_str_lossy(), from);
-            // Anybody can announce anything; packets go only where the user said.
+            // Any host can announce anything; packets are sent only to destinations that the user gave.
             let Some(told) = told.filter(|told| *told.ip() == from) else { continue };
             for contact in
                 self.contacts.iter_mut().filter(|contact| !contact.fixed && *contact.to.ip() == from)

@@ -91,12 +91,12 @@ impl Condition {
         Err(format!("--where: `{first}` is no field of {whose}{hint}"))
     }
 
-    /// Whether one of a packet's fields is as wanted.
+    /// Whether one of a packet's fields meets the condition.
     pub(crate) fn holds(&self, fields: &[Field<'_>]) -> bool {
         fields.iter().any(|field| self.is_place(&field.path) && self.is_value(field))
     }
 
-    /// Whether the place is the one wanted, in lists at any index unless one is given.
+    /// Whether the path matches, in lists at any index unless one is given.
     fn is_place(&self, path: &str) -> bool {
         if path == self.path {
             return true;
@@ -137,7 +137,7 @@ impl Condition {
         wanted.map_or(self.op == Op::Unequal, |wanted| self.compare(value as f64, wanted))
     }
 
-    /// A single is equal to the decimal number that it is nearest to.
+    /// A single-precision value equals the decimal number that it represents.
     fn is_single(&self, value: f32) -> bool {
         let Some(wanted) = self.number else { return false };
         match self.op {

@@ -44,7 +44,7 @@ struct Cells {
     /// Leave text that looks like a formula as it is
     #[arg(long)]
     raw_text: bool,
-    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are told apart by semicolons
+    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are separated by semicolons
     #[arg(long, value_enum, value_name = "SIGN")]
     spreadsheet: Option<Spreadsheet>,
 }
@@ -126,12 +126,12 @@ impl Csv {
     }
 }
 
-/// What is in no table.
+/// Counts of what is in no table.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Passed {
-    /// Pieces of logs that are no packets, and packets whose fields do not fit.
+    /// Pieces of logs that are not packets, and packets with invalid fields.
     damaged: u64,
-    /// Packets that the catalogue does not explain.
+    /// Packets that the catalogue does not define.
     unexplained: u64,
 }
 
@@ -195,7 +195,7 @@ impl<'o> Tables<'o> {
         table.append(&self.line, self.out)
     }
 
-    /// Begins a table: its headings wait in `line`.
+    /// Begins a table: its headings are put into `line`.
     fn begin(&mut self, desc: &'static MessageDesc) -> anyhow::Result<Table> {
         let file = self.csv.output.as_deref().map(|folder| self.create(folder, desc)).transpose()?;
         let (format, fields) = (self.csv.cells.format(), tables::fields(desc, self.csv.cells.style()));

@@ -34,14 +34,14 @@ pub(crate) struct Cut {
     /// New log to write, gzip'd if its name ends in .gz; standard output unless given
     #[arg(long, short, value_name = "FILE.lsf")]
     output: Option<PathBuf>,
-    /// Keep all packets that tell names of entities and systems too, so that the part explains itself
+    /// Keep all packets with names of entities and systems too, so that the new log has all names
     #[arg(long)]
     keep_names: bool,
 }
 
 impl Cut {
     pub(crate) fn run(&self, out: &mut Output) -> anyhow::Result<Outcome> {
-        // Before the new file is made, so that a mistake leaves nothing behind.
+        // Before the new file is made, so that an error leaves no file.
         let files = self.files.iter().map(|file| log_file(file)).collect::<anyhow::Result<Vec<_>>>()?;
         let selections =
             files.iter().map(|path| self.select.on(path, false)).collect::<anyhow::Result<Vec<_>>>()?;

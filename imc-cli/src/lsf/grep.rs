@@ -1,4 +1,4 @@
-//! `imc lsf grep`: finds packets by what they say.
+//! `imc lsf grep`: finds packets by their text.
 
 use super::scan::{Printing, log_file, scan};
 use super::select::Select;
@@ -33,7 +33,7 @@ pub(crate) struct Grep {
     files: Vec<PathBuf>,
     #[command(flatten)]
     select: Select,
-    /// Only tell how many packets are found in each file
+    /// Only print how many packets are found in each file
     #[arg(long, short, conflicts_with = "json")]
     count: bool,
     /// Print the packets as JSON lines
@@ -92,7 +92,7 @@ impl Grep {
     }
 }
 
-/// Where a text stands in a line, in any case.
+/// Position of a text in a line, ignoring case.
 fn find(line: &str, wanted: &str) -> Option<std::ops::Range<usize>> {
     let lower = line.to_lowercase();
     let start = lower.find(wanted)?;

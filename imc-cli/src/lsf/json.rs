@@ -50,7 +50,7 @@ impl Json {
     }
 }
 
-/// Appends the line of a thing found. Whether it is a packet that could be decoded.
+/// Appends the line of an item. Returns whether it is a packet that could be decoded.
 pub(super) fn append(line: &mut Vec<u8>, item: &LogItem<'_>) -> bool {
     let (place, short) = (Place::default(), ShortPayload::default());
     match item {

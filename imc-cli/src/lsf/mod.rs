@@ -1,4 +1,4 @@
-//! `imc lsf`: logs looked at, searched, exported and cut.
+//! `imc lsf`: inspects, searches, exports and cuts logs.
 
 mod condition;
 mod csv;

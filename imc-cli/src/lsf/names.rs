@@ -1,4 +1,4 @@
-//! What a log itself says its systems and entities are called.
+//! Names of systems and entities from the log itself.
 
 use super::scan::{Printing, scan};
 use imc::lsf::LogItem;
@@ -7,7 +7,7 @@ use imc::{Address, PacketView};
 use std::path::Path;
 use units::UtcTime;
 
-/// All that a log says.
+/// All names in a log.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -22,7 +22,7 @@ pub(crate) fn of_log(path: &Path) -> anyhow::Result<Names> {
     Ok(names)
 }
 
-/// Takes note of what a packet says about names.
+/// Learns names from a packet.
 pub(crate) fn learn(names: &mut Names, view: &PacketView<'_>) {
     if imc::names::are_in(view.id()) {
         names.hear(view, time_us(view));
@@ -45,7 +45,7 @@ pub(crate) fn labels(names: &Names) -> impl Iterator<Item = &str> {
     names.entities.values().flat_map(|runs| runs.runs.values()).map(|run| run.name.as_str())
 }
 
-/// When a packet was said; what has no time comes before all.
+/// Time of a packet; packets without one come first.
 pub(crate) fn time_us(view: &PacketView<'_>) -> i64 {
     view.header().time().map_or(i64::MIN, UtcTime::micros)
 }

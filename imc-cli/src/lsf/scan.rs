@@ -1,4 +1,4 @@
-//! Going through a log from end to end, with a progress bar for the patient.
+//! Reads a log from end to end, with a progress bar.
 
 use anyhow::{Context as _, bail};
 use imc::lsf::{LogItem, LogReader};
@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 /// Files from which on progress is shown.
 const LONG_BYTES: u64 = 32 << 20;
 
-/// Whether lines go to standard output while a log is read; a bar would stand between them at a terminal.
+/// Whether lines go to standard output while a log is read; a bar would disturb them on a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Printing {
-    /// All the while.
+    /// During the reading.
     Meanwhile,
-    /// Only at the end, or not there.
+    /// Only at the end, or not at all.
     AtTheEnd,
 }
 
@@ -37,7 +37,7 @@ pub(crate) fn log_file(path: &Path) -> anyhow::Result<PathBuf> {
     found.with_context(|| format!("{} holds neither Data.lsf nor Data.lsf.gz", path.display()))
 }
 
-/// Hands everything in a log to `visit`, in order.
+/// Passes everything in a log to `visit`, in order.
 ///
 /// # Errors
 /// When the file cannot be read, or `visit` fails.

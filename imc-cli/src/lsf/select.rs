@@ -23,7 +23,7 @@ pub(crate) struct Select {
     /// Not after this time
     #[arg(long, value_name = "TIME")]
     to: Option<Moment>,
-    /// Only from this entity, by number, or by label: from whoever had it then; may be given several times
+    /// Only from this entity, by number, or by the label that it had then; may be given several times
     #[arg(long, short = 'e', value_name = "ENTITY")]
     entity: Vec<String>,
     /// Only where a field has such a value, such as 'sog>0.5'; of several, all must hold
@@ -36,15 +36,15 @@ pub(crate) struct Selection<'s> {
     select: &'s Select,
     from_s: f64,
     to_s: f64,
-    /// What the log says of names, where that was needed.
+    /// The log's names, if needed.
     pub(crate) names: Names,
 }
 
 impl Select {
-    /// Reads what must be known of a log beforehand; its names if `with_names` or the choice needs them.
+    /// Prepares the selection for a log; reads its names if `with_names` or the selection needs them.
     ///
     /// # Errors
-    /// When the log cannot be read, or a condition is on a field, or a label one of an entity, that there is not.
+    /// When the log cannot be read, or the field of a condition, or the entity of a label, does not exist.
     pub(crate) fn on(&self, path: &Path, with_names: bool) -> anyhow::Result<Selection<'_>> {
         for condition in &self.conditions {
             condition.check(&self.pick.messages).map_err(anyhow::Error::msg)?;

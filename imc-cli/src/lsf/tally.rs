@@ -1,4 +1,4 @@
-//! What is in a log, counted.
+//! Counts of a log's contents.
 
 use super::names;
 use imc::lsf::LogItem;
@@ -17,20 +17,20 @@ pub(crate) struct Tally {
     pub(crate) start_s: Option<f64>,
     /// By message and sender.
     pub(crate) messages: BTreeMap<u16, BTreeMap<Sender, Count>>,
-    /// Whole packets that cannot be read, by class.
+    /// Complete packets that cannot be decoded, by class.
     pub(crate) undecodable: BTreeMap<&'static str, u64>,
     pub(crate) damage: Damage,
     pub(crate) names: Names,
 }
 
-/// Bytes that are no packets.
+/// Bytes that are not packets.
 #[derive(Debug, Default)]
 pub(crate) struct Damage {
     pub(crate) runs: u64,
     pub(crate) bytes: u64,
     /// Where the first begins.
     pub(crate) first: Option<u64>,
-    /// Where packed data cannot be unpacked any more, and why.
+    /// Where decompression failed, and why.
     pub(crate) cut: Option<(u64, String)>,
 }
 
@@ -54,7 +54,7 @@ impl Count {
         });
     }
 
-    /// Takes the packets of another kind too.
+    /// Adds the packets of another kind.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.packets += other.packets;
         self.bytes += other.bytes;
@@ -68,7 +68,7 @@ impl Count {
 }
 
 impl Tally {
-    /// Takes note of names, whether or not the packet is counted.
+    /// Learns names, whether or not the packet is counted.
     pub(crate) fn learn(&mut self, view: &PacketView<'_>) {
         names::learn(&mut self.names, view);
     }
@@ -89,7 +89,7 @@ impl Tally {
         *self.undecodable.entry(class).or_default() += 1;
     }
 
-    /// Counts what is no packet.
+    /// Counts an item that is not a packet.
     pub(crate) fn other(&mut self, item: &LogItem<'_>) {
         match item {
             LogItem::Packet { .. } => {}
@@ -125,7 +125,7 @@ impl Tally {
         sources
     }
 
-    /// Whether anything is not as it should be.
+    /// Whether there is any damage.
     pub(crate) fn is_damaged(&self) -> bool {
         self.damage.runs > 0 || self.damage.cut.is_some() || !self.undecodable.is_empty()
     }

@@ -9,7 +9,7 @@ pub(crate) mod ws;
 use crate::sink::{Flow, Sink};
 use std::time::{Duration, Instant};
 
-/// A way to and from another system.
+/// A connection with another system.
 pub(crate) trait Link {
     /// Sends one packet.
     ///
@@ -17,13 +17,13 @@ pub(crate) trait Link {
     /// When it cannot be sent.
     fn send(&mut self, packet: &[u8]) -> anyhow::Result<()>;
 
-    /// Waits for at most this long and hands what came to the sink.
+    /// Waits for at most this long and passes received data to the sink.
     ///
     /// # Errors
-    /// When the sink cannot take it. A link that is lost is [`Flow::Closed`].
+    /// When the sink fails. A lost link is [`Flow::Closed`].
     fn receive(&mut self, wait: Duration, sink: &mut Sink<'_>) -> anyhow::Result<Flow>;
 
-    /// Says good-bye so that nothing sent is lost.
+    /// Closes the connection so that no sent data are lost.
     fn close(&mut self);
 }
 
@@ -32,7 +32,7 @@ pub(crate) trait Link {
 pub(crate) struct Deadline(Option<Instant>);
 
 impl Deadline {
-    /// After this long; a time beyond all clocks is never.
+    /// After this long; never if that is beyond the clock's range.
     pub(crate) fn after(span: Option<Duration>) -> Self {
         Self(span.and_then(|span| Instant::now().checked_add(span)))
     }
@@ -45,13 +45,13 @@ impl Deadline {
     }
 }
 
-/// Reads a positive number of seconds, as flags have it.
+/// Parses a positive number of seconds from a flag.
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| "expected seconds, such as 2.5".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
-/// Whether an error of reading only says that nothing came in time.
+/// Whether a read error is only a timeout.
 fn is_timeout(error: &std::io::Error) -> bool {
     use std::io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted)

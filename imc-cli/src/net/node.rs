@@ -1,8 +1,8 @@
-//! This command as a system among others: a console that announces itself and gives signs of life.
+//! This command as an IMC node: a console that announces itself and sends heartbeats.
 //!
 //! A DUNE sends nothing by UDP to a system before that system has announced an `imc+udp` address, and stops
-//! when it hears nothing for 30 s. It also takes only signs of life from control units (0x4000 to 0x5FFF)
-//! for the presence of an operator.
+//! when it hears nothing for 30 s. It also counts only heartbeats from control units (0x4000 to 0x5FFF) as the presence of
+//! an operator.
 
 use anyhow::Context as _;
 use imc::messages::{Announce, Heartbeat, SystemType};
@@ -11,7 +11,7 @@ use imc::{ANY_ENTITY, Address, Header, Packet, catalogue};
 use std::net::SocketAddrV4;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Who this command says it is.
+/// Identity of this command.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Node {
     /// Address to be known by; a control unit's (0x4000 to 0x5FFF), or vehicles will not see an operator
@@ -28,7 +28,7 @@ pub(crate) fn now_s() -> f64 {
 }
 
 impl Node {
-    /// A node known by these.
+    /// A node with this address and name.
     pub(crate) fn new(id: Address, name: &str) -> Self {
         Self { id, name: name.to_owned() }
     }

@@ -1,4 +1,4 @@
-//! Where to send, and where not to send without being told twice.
+//! Destinations, and a check of those that need confirmation.
 
 use crate::report;
 use anyhow::{Context as _, bail};
@@ -37,7 +37,7 @@ impl FromStr for Peer {
 }
 
 impl Peer {
-    /// The IPv4 address, with a port where none was given.
+    /// The IPv4 address, with `default_port` if none was given.
     ///
     /// # Errors
     /// When the host has none.
@@ -53,8 +53,7 @@ impl Peer {
     }
 }
 
-/// Refuses destinations that reach more than one system unless that is wanted, and mentions those that are
-/// anywhere in the world.
+/// Refuses destinations that reach more than one system unless that is wanted, and prints a note for public addresses.
 ///
 /// # Errors
 /// When the destination is a broadcast or multicast address and `broadcast` is not set.
@@ -66,7 +65,7 @@ pub(crate) fn guard(to: Ipv4Addr, broadcast: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Says when packets go to an address outside local networks.
+/// Prints a note if packets go to an address outside local networks.
 pub(crate) fn mention_public(to: IpAddr) {
     let local = match to {
         IpAddr::V4(to) => {
@@ -89,7 +88,7 @@ pub(crate) fn mention_public(to: IpAddr) {
 /// Connects to the first address of `HOST:PORT` that answers.
 ///
 /// # Errors
-/// When the text is no address or none answers.
+/// When the text is not an address or none answers.
 pub(crate) fn connect(host_port: &str) -> anyhow::Result<TcpStream> {
     let place = || format!("cannot find {host_port}: expected HOST:PORT, such as 127.0.0.1:6003");
     let mut last = None;

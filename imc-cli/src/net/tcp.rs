@@ -9,7 +9,7 @@ use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-/// How long to wait for the other side to take the last bytes.
+/// How long to wait for the other side to read the last bytes.
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
 
 /// A connection.

@@ -16,7 +16,7 @@ pub(crate) const ANNOUNCE_PORTS: RangeInclusive<u16> = 30_100..=30_104;
 pub(crate) const ANNOUNCE_GROUP: Ipv4Addr = Ipv4Addr::new(224, 0, 75, 69);
 /// Where a DUNE hears packets unless configured otherwise.
 pub(crate) const VEHICLE_PORT: u16 = 6002;
-/// Datagrams that wait to be shown; when there are more, the system's own buffer fills and then drops.
+/// Most queued datagrams; beyond that the system's own buffer fills and then drops.
 const QUEUE: usize = 1024;
 
 /// A datagram and its sender.
@@ -25,7 +25,7 @@ pub(crate) struct Datagram {
     pub(crate) from: SocketAddr,
 }
 
-/// A socket of our own, destinations, and all that is heard on it and on others.
+/// Our socket, destinations, and the datagrams received on it and on others.
 pub(crate) struct UdpLink {
     socket: Arc<UdpSocket>,
     destinations: Vec<SocketAddrV4>,
@@ -34,10 +34,10 @@ pub(crate) struct UdpLink {
 }
 
 impl UdpLink {
-    /// Starts to hear on a socket.
+    /// Starts to receive on a socket.
     ///
     /// # Errors
-    /// When there is no thread for it.
+    /// When no thread can be started.
     pub(crate) fn new(socket: UdpSocket) -> anyhow::Result<Self> {
         let (sender, queue) = sync_channel(QUEUE);
         let link = Self { socket: Arc::new(socket), destinations: Vec::new(), queue, sender };
@@ -45,10 +45,10 @@ impl UdpLink {
         Ok(link)
     }
 
-    /// Hears on another socket too.
+    /// Receives on another socket too.
     ///
     /// # Errors
-    /// When there is no thread for it.
+    /// When no thread can be started.
     pub(crate) fn hear_also(&self, socket: UdpSocket) -> anyhow::Result<()> {
         hear(Arc::new(socket), self.sender.clone())
     }
@@ -61,7 +61,7 @@ impl UdpLink {
     /// The own port.
     ///
     /// # Errors
-    /// When the system does not tell.
+    /// When the system does not report it.
     pub(crate) fn port(&self) -> io::Result<u16> {
         Ok(self.socket.local_addr()?.port())
     }
@@ -116,7 +116,7 @@ fn hear(socket: Arc<UdpSocket>, sender: SyncSender<io::Result<Datagram>>) -> any
         loop {
             let received = match socket.recv_from(&mut buffer) {
                 Ok((count, from)) => Ok(Datagram { bytes: buffer[..count].to_vec(), from }),
-                // What an earlier datagram of ours met, not this socket's trouble.
+                // The ICMP error of an earlier datagram, not a failure of this socket.
                 Err(error) if is_bounce(&error) => continue,
                 Err(error) => Err(error),
             };
@@ -163,7 +163,7 @@ pub(crate) fn own_address(bind: Ipv4Addr, to: SocketAddrV4) -> anyhow::Result<Ip
         return Ok(bind);
     }
     let probe = UdpSocket::bind((bind, 0))?;
-    // Nothing is sent: this asks the system for the way.
+    // Nothing is sent: this asks the system for the route.
     probe.set_broadcast(true)?;
     probe.connect(to).with_context(|| format!("there is no way to {}", to.ip()))?;
     match probe.local_addr()? {
@@ -172,7 +172,7 @@ pub(crate) fn own_address(bind: Ipv4Addr, to: SocketAddrV4) -> anyhow::Result<Ip
     }
 }
 
-/// Resolves a destination and checks that it is meant.
+/// Resolves a destination and checks that it is intended.
 ///
 /// # Errors
 /// When it cannot be found, or is a broadcast or multicast address and `broadcast` is not set.

@@ -23,7 +23,7 @@ pub(crate) struct WsLink {
     url: String,
     socket: WebSocket<TcpStream>,
     pinged: Instant,
-    /// Whether it was told that text messages are passed over.
+    /// Whether it was reported that text messages are ignored.
     text_told: bool,
 }
 
@@ -31,7 +31,7 @@ impl WsLink {
     /// Connects to `ws://HOST[:PORT][/PATH]`.
     ///
     /// # Errors
-    /// When the URL is not valid, nobody answers, or no WebSocket server does.
+    /// When the URL is not valid, no host answers, or it is not a WebSocket server.
     pub(crate) fn connect(url: &str) -> anyhow::Result<Self> {
         let stream = peer::connect(&host_port(url)?)?;
         stream.set_read_timeout(Some(HANDSHAKE_WAIT))?;
@@ -87,7 +87,7 @@ impl Link for WsLink {
                 Flow::More
             }
             Ok(Message::Close(_)) => {
-                // Answers the other side's good-bye.
+                // Answers the other side's close frame.
                 self.socket.flush().ok();
                 Flow::Closed("the other side closed the connection".to_owned())
             }

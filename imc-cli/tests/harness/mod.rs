@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Long enough for a loaded machine; nothing waits this long unless it fails.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What a finished command left.
+/// Output and status of a finished command.
 #[derive(Debug)]
 pub(crate) struct Finished {
     pub(crate) status: i32,
@@ -29,7 +29,7 @@ impl Finished {
         self.text().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
-    /// Fails with all that was said unless the status is right and nothing panicked.
+    /// Fails with the whole output unless the status is as expected and nothing panicked.
     pub(crate) fn expect(self, status: i32) -> Self {
         assert_eq!(self.status, status, "{}", self.stderr);
         assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &[&str], input: &[u8]) -> Finished {
     }
 }
 
-/// A command that runs on; killed when dropped.
+/// A running command; killed when dropped.
 pub(crate) struct Running {
     child: Child,
     pub(crate) stdin: Option<ChildStdin>,
@@ -77,7 +77,7 @@ impl Running {
         Self { child, stdin, stdout, stderr }
     }
 
-    /// Most memory that it has had so far, where the system tells as Linux does.
+    /// Peak memory so far, on Linux.
     pub(crate) fn peak_kib(&self) -> u64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
         let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();

@@ -1,4 +1,4 @@
-//! A server on free ports and the transport by which benchmarks speak to it.
+//! A server on free ports and the transport that benchmarks use.
 
 use imc::Header;
 use imc::messages::Payload;

@@ -1,8 +1,8 @@
-//! Whether the configured backup protects: its folder lies on a disk of its own, and what is there is whole and not old.
+//! Checks the configured backup: it must be on its own disk, complete and recent.
 //!
-//! A disk that is not mounted leaves its folder behind, on the disk below: there a backup would fill the disk of the data, or the
-//! root disk, without which nothing runs. So the folder's disk is compared with both (`place`), before each backup that
-//! goes by the configuration and, while the server runs, every ten minutes (`watched`, which a disk that hangs does not hold up).
+//! If a disk is not mounted, its mount point is a folder on the disk below: a backup there would fill the disk of the data,
+//! or the root disk that the system needs. So the folder's disk is compared with both (`place`), before each configured
+//! backup and, while the server runs, every ten minutes (`watched`, which does not block on a disk that hangs).
 
 mod place;
 mod watched;
@@ -19,12 +19,12 @@ use units::UtcTime;
 
 const HOUR_US: i64 = 3_600_000_000;
 
-/// The configured backup as it was found.
+/// The last known state of the configured backup.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct State {
-    /// When the newest whole backup was made; `None` without a backup, or where it cannot be reached.
+    /// When the newest complete backup was made; `None` without a backup, or if it cannot be accessed.
     pub(crate) made: Option<UtcTime>,
-    /// Why it does not protect, with the remedy; `None` while it does, or where no backup is wanted.
+    /// The problem and remedy; `None` if it is in order, or no backup is configured.
     pub(crate) trouble: Option<String>,
     /// Whether a backup was set up.
     pub(crate) is_set_up: bool,
@@ -54,7 +54,7 @@ pub(crate) fn look(config: &Config, now: UtcTime) -> State {
     State { made: Some(made), ..without(aged(config, made, now).or_else(|| aside(folder))) }
 }
 
-/// What the age of a backup says against it.
+/// The problem with a backup that is too old.
 fn aged(config: &Config, made: UtcTime, now: UtcTime) -> Option<String> {
     let (folder, when) = (config.backup.folder.display(), clock::written(made));
     let age_h = now.micros().saturating_sub(made.micros()) / HOUR_US;
@@ -84,7 +84,7 @@ fn aside(folder: &Path) -> Option<String> {
     }
 }
 
-/// As the doctor says it.
+/// The result in the form of the doctor's checks.
 fn checked(config: &Config, State { made, trouble, .. }: State) -> Check {
     let name = "backup";
     let found = match (&made, trouble) {

@@ -1,7 +1,8 @@
-//! Where the configured backup would come to lie: on a disk of its own, or where it protects from nothing and fills another.
+//! The disk of the configured backup: its own, or one where it gives no protection and may fill another's space.
 //!
-//! File systems are compared by their numbers, and the disks below them by what Linux says at `/sys/dev/block`: another partition
-//! of the data's disk is lost with it. Where Linux names no disk (a network share, btrfs, overlays) the file system alone counts.
+//! File systems are compared by their device numbers, and the disks below them by `/sys/dev/block`: another partition on
+//! the data's disk would be lost with it. Where Linux names no disk (a network share, btrfs, overlays) only the file
+//! systems are compared.
 
 use crate::config::{self, Config};
 use std::collections::BTreeSet;
@@ -10,25 +11,25 @@ use std::io::{Error, ErrorKind};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
-/// Partitions that a bare folder, whose own disk is not mounted, may lie on.
+/// Partitions that may hold the bare mount point of a disk that is not mounted.
 const OF_THE_SYSTEM: [&str; 2] = ["/", "/var"];
-/// Disks that a disk is made of are looked for so deep: encryption on a volume on an array.
+/// Greatest depth of stacked block devices: encryption on a volume on an array.
 const DEEPEST: u32 = 8;
 
-/// Where `backup.folder` lies.
+/// The place of `backup.folder`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Place {
     /// No backup is configured: the folder is empty.
     Off,
-    /// The folder of the packages, which is not there: no backup was set up.
+    /// The default folder of the packages does not exist: no backup was set up.
     NotSetUp,
-    /// It cannot be used: why, and what to do.
+    /// It cannot be used: the reason and remedy.
     Refused(String),
-    /// On a disk where it may lie.
+    /// It is on a suitable disk.
     Usable,
 }
 
-/// Where the configured folder lies.
+/// Determines the place of the configured folder.
 pub(crate) fn place(config: &Config) -> Place {
     let folder = &config.backup.folder;
     if folder.as_os_str().is_empty() {
@@ -44,7 +45,7 @@ pub(crate) fn place(config: &Config) -> Place {
     if !is_there && *folder == config::Backup::default().folder {
         return Place::NotSetUp;
     }
-    // One that is not there yet comes to the disk of the folder that is to hold it.
+    // A folder that does not exist yet will be on the disk of its parent.
     let holds = folder.ancestors().find_map(Disk::of);
     let (Some(holds), Some(data)) = (holds, Disk::of(&config.data)) else { return Place::Usable };
     let system = OF_THE_SYSTEM.map(|path| Disk::of(Path::new(path)));
@@ -58,10 +59,10 @@ pub(crate) fn place(config: &Config) -> Place {
     })
 }
 
-/// Whether a folder is there.
+/// Whether a folder exists.
 ///
 /// # Errors
-/// That cannot be known, or a link leads nowhere: why, and what to do.
+/// This cannot be determined, or a link is broken: the reason and remedy.
 pub(crate) fn is_there(folder: &Path) -> Result<bool, String> {
     let path = folder.display();
     match fs::metadata(folder) {
@@ -86,7 +87,7 @@ fn out_of_reach(folder: &Path, error: &Error) -> String {
     format!("backup.folder {} cannot be reached ({error}): {remedy}", folder.display())
 }
 
-/// What a folder lies on.
+/// The file system and disks of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Disk {
     /// The number of the file system.
@@ -126,7 +127,7 @@ fn disks_below(device: &Path, deeper: u32, whole: &mut BTreeSet<PathBuf>) {
     }
 }
 
-/// On which disk a backup does not belong, if it lies there.
+/// Names the unsuitable disk that a backup is on, if so.
 fn wrong_disk(folder: &Disk, data: &Disk, system: &[Option<Disk>; 2]) -> Option<&'static str> {
     if folder.file_system == data.file_system {
         return Some("the disk of the data, which it would fill, and with which it would be lost");
@@ -161,7 +162,7 @@ mod tests {
         let (data, own) = (disk(3, "sdb"), disk(4, "sdc"));
         assert_eq!(wrong(&own, &data, &root, &var), "");
         assert!(wrong(&data, &data, &root, &var).contains("disk of the data"));
-        // Its disk is not mounted, and the folder is the bare one below.
+        // Its disk is not mounted, and the folder is the bare mount point.
         assert!(wrong(&root, &data, &root, &root).contains("root disk"));
         assert!(wrong(&var, &data, &root, &var).contains("partition of /var"));
         // One disk in partitions: /, /var with the data, and another.
@@ -169,9 +170,9 @@ mod tests {
         assert!(wrong(&root, &var, &root, &var).contains(partition));
         assert!(wrong(&disk(9, "sda"), &var, &root, &var).contains(partition));
         assert!(wrong(&var, &root, &root, &var).contains(partition));
-        // A partition of its own on the system's disk does, where the data has another disk.
+        // Its own partition on the system's disk is suitable, if the data has another disk.
         assert_eq!(wrong(&disk(9, "sda"), &data, &root, &var), "");
-        // What Linux does not name is told apart by its file system alone.
+        // Disks that Linux does not name are distinguished only by their file system.
         assert_eq!(wrong(&disk(9, ""), &disk(8, ""), &root, &var), "");
     }
 
@@ -210,7 +211,7 @@ mod tests {
         std::os::unix::fs::symlink(scratch.path().join("gone"), &link).unwrap();
         assert!(is_there(&link).unwrap_err().contains("is a link to"));
         assert_eq!((is_there(&scratch.path().join("none")), is_there(scratch.path())), (Ok(false), Ok(true)));
-        // A file where a folder should be stands for any other error.
+        // A file in place of a folder represents any other error.
         let file = scratch.path().join("file");
         fs::write(&file, "").unwrap();
         assert!(is_there(&file.join("backup")).unwrap_err().contains("cannot be reached (Not a directory"));

@@ -1,7 +1,7 @@
-//! Looking at the configured backup, and at what may be deleted because it is there, without being held up by its disk.
+//! Checks the configured backup, and which recordings may be deleted thanks to it, without blocking on its disk.
 //!
-//! A disk or a share that hangs answers no call, and no thread comes back from it. So each look has a thread of its own and a
-//! limit; while one hangs no other begins, and what is said is that it hangs. Pages ask for what was found last.
+//! System calls on a disk or share that hangs do not return. So each check runs in its own thread with a time limit; while
+//! one hangs no other begins, and the state says that it hangs. Pages show the last result.
 
 use super::{State, checked, look};
 use crate::config::Config;
@@ -15,16 +15,16 @@ use tokio::sync::{oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
-/// How often a running server looks.
+/// How often a running server checks.
 const LOOK_EVERY: Duration = Duration::from_mins(10);
-/// A disk that has not answered by then hangs; one that slept takes 15 s to turn.
+/// A disk that has not answered by then counts as hanging; a sleeping one takes 15 s to spin up.
 const LOOK_WITHIN: Duration = Duration::from_secs(30);
 
-/// What was found.
+/// Result of a check.
 #[derive(Debug, Clone)]
 pub(crate) struct Seen {
     pub(crate) state: State,
-    /// What the next removal of recordings would do, which goes by the backup.
+    /// What the next removal of recordings would do, which depends on the backup.
     retention: Check,
 }
 
@@ -33,7 +33,7 @@ impl Seen {
         Self { state: look(config, now), retention: retention::check(config, now) }
     }
 
-    /// Nothing has been found, for this reason.
+    /// No result, for this reason.
     fn not(why: String) -> Self {
         let retention = Check {
             name: retention::NAME,
@@ -57,7 +57,7 @@ impl Seen {
     }
 }
 
-/// Begins a look, in a thread of its own.
+/// Begins a check, in its own thread.
 fn begin(
     look: impl FnOnce() -> Seen + Send + 'static,
     done: impl FnOnce(Seen) + Send + 'static,
@@ -65,7 +65,7 @@ fn begin(
     std::thread::Builder::new().name("backup-look".to_owned()).spawn(move || done(look())).map(drop)
 }
 
-/// For the doctor: looks now.
+/// For the doctor: checks now.
 pub(crate) fn checks(config: &Config, now: UtcTime) -> [Check; 2] {
     let (sender, receiver) = mpsc::channel();
     let its = config.clone();
@@ -81,7 +81,7 @@ pub(crate) fn checks(config: &Config, now: UtcTime) -> [Check; 2] {
 
 const FAULT: &str = "the backup could not be looked at, by a fault of this program: its log has more";
 
-/// The backup as a running server saw it last.
+/// The last result of a running server.
 #[derive(Debug, Clone)]
 pub(crate) struct Watched(watch::Sender<Option<Seen>>);
 
@@ -90,19 +90,19 @@ impl Watched {
         Self(watch::Sender::new(None))
     }
 
-    /// As it was found last; `None` before the first look has come to its end.
+    /// The last state; `None` before the first check has finished.
     pub(crate) fn state(&self) -> Option<State> {
         self.0.borrow().as_ref().map(|seen| seen.state.clone())
     }
 
-    /// For the page *Storage*: as they were found last.
+    /// For the page *Storage*: the last results.
     pub(crate) fn checks(&self, config: &Config) -> [Check; 2] {
         let seen = self.0.borrow().clone();
         seen.unwrap_or_else(|| Seen::not("it is being looked at: ask again in a minute".to_owned()))
             .checks(config)
     }
 
-    /// Looks until the server ends.
+    /// Checks periodically until the server ends.
     pub(crate) async fn keep(self, config: Arc<Config>, clock: clock::Clock, stop: CancellationToken) {
         let mut every = tokio::time::interval(LOOK_EVERY);
         every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -114,8 +114,8 @@ impl Watched {
         }
     }
 
-    /// Looks once. At the `limit` it says that the disk hangs; it comes to its end when the look has come back, however long that
-    /// takes, so no other begins before.
+    /// Checks once. At the `limit` it reports that the disk hangs; it returns only when the check has returned, however
+    /// long that takes, so that no other begins before.
     async fn look(
         &self,
         look: impl FnOnce() -> Seen + Send + 'static,
@@ -141,13 +141,14 @@ impl Watched {
         self.take(seen.unwrap_or_else(|_| Seen::not(FAULT.to_owned())));
     }
 
-    /// Takes over what was found. When the last one was made stays known while it cannot be reached, so that its age grows on.
+    /// Stores a result. The time of the last backup is kept while the disk cannot be accessed, so that its age continues to
+    /// grow.
     fn take(&self, mut seen: Seen) {
         let before = self.state().unwrap_or(State { made: None, trouble: None, is_set_up: false });
         let state = &mut seen.state;
         state.made = state.made.or(before.made);
         match (&before.trouble, &state.trouble) {
-            // Where no backup was set up, each start would say so: the doctor does.
+            // If no backup was set up, only the doctor reports it, not the log of each start.
             (None, Some(trouble)) if !state.is_set_up => tracing::debug!("{trouble}"),
             (None, Some(trouble)) => tracing::warn!("{trouble}"),
             (Some(_), None) => tracing::info!("the backup is well again"),

@@ -32,14 +32,15 @@ pub(super) struct ImportArguments {
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(super) struct ExportArguments {
-    /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue explains,
-    /// and how many are left out is told. `_raw` alone, as CSV: what it does not explain, with id and payload.
+    /// Messages by name or number, like EstimatedState or 0x15e; may be repeated. Without it: all that the catalogue
+    /// defines; the number of others is reported. `_raw` alone, as CSV: messages that it does not define, with id and
+    /// payload.
     #[arg(long = "message", value_name = "NAME")]
     messages: Vec<String>,
     /// Vessels by name or address, like 0x2810; may be repeated. Without it: all.
     #[arg(long = "vessel", value_name = "VESSEL")]
     vessels: Vec<String>,
-    /// Entities by number, or by label: what they said while they had it; may be repeated. Without it: all.
+    /// Entities by number, or by label: their messages while they had it; may be repeated. Without it: all.
     #[arg(long = "entity", value_name = "ENTITY")]
     entities: Vec<String>,
     /// Fields by name, like psi or EulerAngles.psi; may be repeated. Without it: all.
@@ -60,13 +61,13 @@ pub(super) struct ExportArguments {
     /// Angles in degrees instead of radians.
     #[arg(long)]
     degrees: bool,
-    /// Numbers that have names by these names.
+    /// Enumerated values by name instead of number.
     #[arg(long)]
     labels: bool,
-    /// Also when each message first came ashore.
+    /// Also when each message was first received ashore.
     #[arg(long)]
     received: bool,
-    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are told apart by semicolons.
+    /// For a spreadsheet: a byte order mark, and its decimal sign; with `comma` cells are separated by semicolons.
     #[arg(long, value_enum, value_name = "SIGN")]
     spreadsheet: Option<Spreadsheet>,
     /// Of each series only the first row in each span of so many seconds.
@@ -113,7 +114,7 @@ enum Format {
 
 #[derive(Debug, Args)]
 pub(super) struct ReindexArguments {
-    /// Go on although days were removed from the archive that the history still holds; they are given up.
+    /// Continue although days were removed from the archive that the history still holds; they are lost.
     #[arg(long)]
     accept_loss: bool,
 }
@@ -127,8 +128,8 @@ pub(super) struct BackupArguments {
     /// Do not read again what the earlier backup has: faster, and damage to it is not noticed.
     #[arg(long)]
     quick: bool,
-    /// For a timer: only end with 0 if backup.folder is there and on a disk of its own, with 1 if no backup was set up, with 255 if
-    /// a person must look, as where the disk is not mounted.
+    /// For a timer: only end with 0 if backup.folder exists on its own disk, with 1 if no backup was set up, with 255 if a
+    /// person must look, for example if the disk is not mounted.
     #[arg(long, conflicts_with_all = ["to", "quick"])]
     check: bool,
 }
@@ -140,7 +141,7 @@ pub(super) struct RestoreArguments {
     from: PathBuf,
 }
 
-/// Rewrites one line on a terminal, not more than ten times a second; says nothing elsewhere.
+/// Rewrites one line on a terminal, not more than ten times a second; prints nothing elsewhere.
 pub(super) struct Progress {
     last: Option<Instant>,
     shown: bool,
@@ -167,7 +168,7 @@ impl Drop for Progress {
     }
 }
 
-/// The data folder, which must be one: a slip of the finger is no empty history.
+/// The data folder, which must be one: a typo must not look like an empty history.
 pub(super) fn folder(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load_to_write()?.data;
     ensure!(
@@ -224,7 +225,7 @@ pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Re
     to_output(arguments.output.as_deref(), is_text, &mut |out| write(&data, &selection, arguments, out))
 }
 
-/// Writes to a file, or to the standard output; `is_text` is what a terminal can show.
+/// Writes to a file, or to the standard output; `is_text` if a terminal can show it.
 pub(super) fn to_output(
     output: Option<&Path>,
     is_text: bool,
@@ -240,7 +241,7 @@ pub(super) fn to_output(
             outcome => outcome.map(drop),
         };
     };
-    // Under another name until it is whole: a file that is there is never half an export.
+    // Written under another name until complete: an existing file is never a partial export.
     let mut part = path.to_owned().into_os_string();
     part.push(".part");
     let part = PathBuf::from(part);
@@ -259,7 +260,7 @@ pub(super) fn to_output(
     Ok(())
 }
 
-/// Says how many messages have no row in a table.
+/// Reports how many messages have no row in a table.
 fn tell_left_out(data: &Path, selection: &Selection) -> anyhow::Result<()> {
     let count = store::unexplained(&mut Reader::open(data)?, selection)?;
     if count > 0 {
@@ -344,7 +345,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> ExitCode {
     }
 }
 
-/// Whether a backup is configured and can be made. Where none is, a timer passes it over; a disk that is not mounted is a fault.
+/// Whether a backup is configured and possible. Without one a timer skips it; a disk that is not mounted is an error.
 fn may_back_up(common: &Common) -> anyhow::Result<bool> {
     folder(common)?;
     let config = common.load(Vec::new())?;
@@ -365,7 +366,7 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
         Some(to) => to,
         None => configured(&config)?,
     };
-    // What came before it begins is in it for sure.
+    // Everything recorded before this point is in the backup.
     let covered = store::covered(&data)?;
     let mut progress = Progress::new();
     let done = shore::backup::make(
@@ -417,7 +418,7 @@ fn back_up(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The folder of the configuration, if a backup may go there.
+/// The configured folder, if it is suitable for a backup.
 fn configured(config: &Config) -> anyhow::Result<&PathBuf> {
     let folder = &config.backup.folder;
     match backups::place(config) {
@@ -431,7 +432,7 @@ fn configured(config: &Config) -> anyhow::Result<&PathBuf> {
     }
 }
 
-/// Tells what was set aside this time.
+/// Reports what was set aside this time.
 fn tell_aside(aside: &[Aside], to: &Path) {
     for Aside { path, at, good } in aside {
         let (path, at) = (path.display(), to.join(at));
@@ -471,7 +472,7 @@ pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::
     Ok(())
 }
 
-/// What time the recordings of a folder cover, by vessel.
+/// Reports the time that recordings cover, by vessel.
 fn tell_covered(covered: Vec<Covered>) {
     for Covered { system, from, to, days } in covered {
         let (from, to) = (clock::written(from), clock::written(to));

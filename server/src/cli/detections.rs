@@ -19,7 +19,7 @@ use units::UtcTime;
 pub(super) enum DetectionsCommand {
     /// Write detections as a file, with what the register knows of tags, animals and receivers.
     Export(Box<ExportArguments>),
-    /// List the formats of files, and who reads them.
+    /// List the formats of files, and the programs that read them.
     Formats,
 }
 
@@ -37,8 +37,8 @@ pub(super) struct ExportArguments {
     /// Projects of the register by name: of the tag, or of the animal that carried it; may be repeated. Without it: all.
     #[arg(long = "project", value_name = "PROJECT")]
     projects: Vec<String>,
-    /// What was heard within an area alone: its corners, 3 to 100, as "LAT,LON;LAT,LON;..." in degrees, in the order in which one
-    /// sails around it. What was heard where nobody knows is left out then. Without it: everywhere.
+    /// Only detections within an area: its corners, 3 to 100, as "LAT,LON;LAT,LON;..." in degrees, in order around it.
+    /// Detections without a known position are left out then. Without it: everywhere.
     #[arg(long, value_name = "CORNERS", allow_hyphen_values = true)]
     area: Option<String>,
     /// Reported from this time on, ISO 8601, UTC unless it has an offset like +02:00, by the vessels' clocks.

@@ -1,4 +1,4 @@
-//! `lutra-server doctor`: looks whether all is well, and says what to do where it is not.
+//! `lutra-server doctor`: checks the server and its data, and prints remedies.
 
 use super::say::{complain, say};
 use super::{Common, files};
@@ -16,13 +16,13 @@ pub(super) struct DoctorArguments {
     /// Read the whole archive and every page of the history, too. Takes long.
     #[arg(long)]
     thorough: bool,
-    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
-    /// mended. Without it: 1 when something must be mended, else 0.
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 for a warning, 2 when something must be fixed. Without
+    /// it: 1 when something must be fixed, else 0.
     #[arg(long)]
     json: bool,
 }
 
-/// Prints a line for each thing looked at, or JSON.
+/// Prints a line for each check, or JSON.
 pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> ExitCode {
     let checks = match common.load(Vec::new()) {
         Ok(config) => {

@@ -1,4 +1,4 @@
-//! How many files this process may have open: each connection is one, and the store needs some to record at all.
+//! Limit of open files of this process: each connection is one, and the store needs some to record at all.
 
 use crate::config::Config;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -16,10 +16,10 @@ fn needed(config: &Config) -> u64 {
     (sockets + OWN) as u64
 }
 
-/// Raises what this process may have open to what it needs, as far as the system lets it.
+/// Raises the process's limit of open files to what it needs, as far as the system permits.
 ///
 /// # Errors
-/// It does not: what to do.
+/// The limit is too low; the error says what to do.
 pub(super) fn raise(config: &Config) -> Result<String, String> {
     let needed = needed(config);
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);

@@ -22,8 +22,8 @@ use shore::folder;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What a command for timers ends with where a person must look. systemd takes it from a condition for a fault; anything lower
-/// only skips the unit.
+/// Exit code of a command for timers if a person must look. As a condition, systemd treats it as a failure; lower codes
+/// only skip the unit.
 const LOOK: u8 = 255;
 
 /// Lutra's shore server: telemetry, history and control of a fleet of vessels from a browser.
@@ -88,19 +88,19 @@ enum Command {
     /// The register of studies: tables of projects, people, animals, tags, receivers and deployments, in and out.
     #[command(subcommand)]
     Register(register::RegisterCommand),
-    /// Make the history again from the archive. The server must not run.
+    /// Rebuild the history from the archive. The server must not run.
     Reindex(data::ReindexArguments),
     /// Copy everything into another folder, also while the server runs.
     Backup(data::BackupArguments),
-    /// Make a new data folder of a backup: all or nothing, and only of what is as it was copied.
+    /// Make a new data folder of a backup: all or nothing, and only of undamaged files.
     Restore(data::RestoreArguments),
-    /// Remove what is old. The server must not run.
+    /// Remove old recordings. The server must not run.
     Prune(prune::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
     Chart(chart::ChartArguments),
     /// Plans without a running server: routes on the sea chart.
     Plan(plan::PlanArguments),
-    /// Look whether all is well, and say what to do where it is not.
+    /// Check whether all is well, and print remedies where it is not.
     Doctor(doctor::DoctorArguments),
     /// Write manual pages and completions for shells, for packages.
     #[command(hide = true)]
@@ -114,7 +114,7 @@ enum Command {
 }
 
 impl Command {
-    /// Whether it writes to the data folder or a backup of it, and not to a file that somebody asked for.
+    /// Whether it writes to the data folder or a backup of it, and not only to a requested file.
     fn keeps_data(&self) -> bool {
         !matches!(
             self,
@@ -141,7 +141,7 @@ impl Common {
         Ok(config::load(self.config.as_deref(), &overrides)?)
     }
 
-    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's, or of a later version, is refused.
+    /// As [`Self::load`], for commands that write to the data folder: a foreign one, or one of a later version, is refused.
     fn load_to_write(&self) -> anyhow::Result<Config> {
         let config = self.load(Vec::new())?;
         folder::check(&config.data)?;
@@ -150,14 +150,14 @@ impl Common {
     }
 }
 
-/// Reads the command line and does as told.
+/// Reads the command line and runs the command.
 pub fn main() -> ExitCode {
     let is_condition = std::env::args_os().any(|argument| argument == "--check");
     if is_condition { condition(run) } else { run() }
 }
 
-/// Runs what a timer asks before its unit. For systemd 0 is yes, 255 a fault, and all between a quiet no, which only 1 means here: a
-/// command line that is not understood ends with 2, and a panic would end with 101.
+/// Runs the condition of a systemd unit. For systemd 0 is yes, 255 a failure, and anything between a silent no, which here
+/// only 1 may mean: an invalid command line would end with 2, and a panic with 101.
 fn condition(run: impl FnOnce() -> ExitCode) -> ExitCode {
     let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
     let is_meant = |code: &ExitCode| [ExitCode::SUCCESS, ExitCode::FAILURE].contains(code);
@@ -193,7 +193,7 @@ fn run() -> ExitCode {
         Command::Restore(arguments) => data::restore(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Plan(arguments) => plan::plan(&common, &arguments),
-        // What they found is what they end with.
+        // Their result is the exit code.
         Command::Prune(arguments) => return prune::prune(&common, &arguments),
         Command::Doctor(arguments) => return doctor::doctor(&common, &arguments),
         Command::Manual(arguments) => {
@@ -223,7 +223,7 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, like http.max_connections=100")?;
     Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
-/// An error with its causes, none of them twice: many tell their cause themselves.
+/// An error with its causes, none of them twice: many errors include their cause.
 fn told(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(told(Err(cause()).context("cannot start")), "cannot start: no such file");
     }
 
-    /// An error whose own words hold its cause's.
+    /// An error whose text includes its cause's.
     fn named(text: &'static str, cause: std::io::Error) -> anyhow::Error {
         anyhow::Error::from(cause).context(text)
     }

@@ -238,7 +238,7 @@ async fn find(db: &mut Connection, vessel: Option<&str>) -> Result<Option<u16>, 
 /// Who acts, in the audit log.
 pub(super) const ACTOR: &str = "command line";
 
-/// Does something with its line in the audit log.
+/// Carries out a request, with its line in the audit log.
 pub(super) async fn act<R: Request>(
     db: &mut Connection,
     action: &'static str,

@@ -1,4 +1,4 @@
-//! `lutra-server prune`: what is old goes.
+//! `lutra-server prune`: removes old recordings.
 
 use super::Common;
 use super::data::folder;
@@ -20,21 +20,22 @@ pub(super) struct PruneArguments {
     /// Remove months of the history that ended before this day.
     #[arg(long, value_name = "DATE")]
     history_before: Option<UtcTime>,
-    /// Remove days of the archive that ended before this day. What is only there is lost for ever.
+    /// Remove days of the archive that ended before this day. Data that are only there are lost for ever.
     #[arg(long, value_name = "DATE")]
     archive_before: Option<UtcTime>,
-    /// What is more than `[retention]` of the configuration keeps: for a timer. Only what the backup holds goes.
+    /// Remove what exceeds `[retention]` of the configuration: for a timer. Removes only what the backup holds.
     #[arg(long, conflicts_with_all = ["history_before", "archive_before"])]
     as_configured: bool,
-    /// Only end with 0 if something would go, with 1 if nothing, with 255 if a person must look. The server may run.
+    /// Only end with 0 if something would be removed, with 1 if nothing, with 255 if a person must look. The server may
+    /// run.
     #[arg(long, conflicts_with = "yes")]
     check: bool,
-    /// Do it. Without this, only what would be removed is told.
+    /// Do it. Without this, only print what would be removed.
     #[arg(long)]
     yes: bool,
 }
 
-/// Does as told.
+/// Runs the command.
 pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> ExitCode {
     let outcome =
         if arguments.as_configured { unattended(common, arguments) } else { by_date(common, arguments) };
@@ -48,7 +49,7 @@ pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> ExitCode {
     }
 }
 
-/// Whether something went, or would go.
+/// Returns whether anything was removed, or would be.
 fn by_date(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> {
     let data = folder(common)?;
     let PruneArguments { history_before, archive_before, yes, .. } = *arguments;
@@ -68,7 +69,7 @@ fn by_date(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> 
 fn unattended(common: &Common, arguments: &PruneArguments) -> anyhow::Result<bool> {
     folder(common)?;
     let config = common.load(Vec::new())?;
-    // Held before it is looked: nobody writes meanwhile.
+    // Opened before the check, so that no other program writes meanwhile.
     let mut store = if arguments.yes { Some(Store::open(&config.data)?) } else { None };
     let Next { verdict, notes } = retention::next(&config, clock::now(), true)?;
     for note in notes {

@@ -26,7 +26,7 @@ pub(super) enum RegisterCommand {
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Take a table as CSV into the register: whole, or not at all. Without --yes it is only told what would be changed.
+    /// Take a table as CSV into the register: whole, or not at all. Without --yes only the changes are printed.
     ///
     /// A line changes the entry of its name, or adds one. Columns that the table does not have stay as they are.
     Import {
@@ -40,7 +40,7 @@ pub(super) enum RegisterCommand {
         #[arg(long)]
         yes: bool,
     },
-    /// List the columns of a table, and what they tell.
+    /// List the columns of a table, and their meaning.
     Columns {
         /// person, project, animal, tag, receiver or deployment.
         #[arg(value_parser = kind)]
@@ -124,7 +124,7 @@ fn import(common: &Common, kind: RegisterKind, file: &Path, apply: bool) -> anyh
     Ok(())
 }
 
-/// What would be changed, and what is wrong.
+/// Prints the changes and problems.
 fn tell(told: &RegisterImport) {
     for change in &told.changes {
         let what = if change.is_new { "new" } else { "changed" };

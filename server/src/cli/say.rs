@@ -1,14 +1,14 @@
-//! Words for people, which do not fail when nobody reads them.
+//! Output for people, which does not fail when the reader is gone.
 
 use std::fmt::Arguments;
 use std::io::{self, Write as _};
 
-/// As `println!`, without failing when nobody reads.
+/// As `println!`, without failing when the reader is gone.
 macro_rules! say {
     ($($text:tt)*) => { $crate::cli::say::out(format_args!($($text)*)) };
 }
 
-/// As `eprintln!`, without failing when nobody reads.
+/// As `eprintln!`, without failing when the reader is gone.
 macro_rules! complain {
     ($($text:tt)*) => { $crate::cli::say::err(format_args!($($text)*)) };
 }

@@ -67,7 +67,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
             ),
         }
     });
-    // A thread that waits for a disk that hangs must not keep the program.
+    // A thread that waits for a disk that hangs must not keep the program running.
     runtime.shutdown_background();
     ended
 }
@@ -80,8 +80,8 @@ async fn reload_when_asked(serving: &Serving, hang_up: &mut Signal) {
     std::future::pending::<()>().await;
 }
 
-/// Says that the server lives as long as the hub answers, through which everything goes. A disk that hangs is no reason to
-/// start again: what waits in memory would be lost.
+/// Feeds systemd's watchdog while the hub, which everything depends on, answers. A disk that hangs is no reason for a
+/// restart: queued data would be lost.
 async fn beat(serving: &Serving, lifeline: &service::Lifeline) {
     let Some(every) = service::watched_every() else { return std::future::pending().await };
     let mut due = tokio::time::interval(every / 2);

@@ -22,7 +22,7 @@ pub(super) enum TlsCommand {
         #[arg(long)]
         renew: bool,
     },
-    /// Make the server's certificate anew, by the authority of `tls init` that made it; its key and names stay.
+    /// Renew the server's certificate with the authority of `tls init` that made it; its key and names stay.
     ///
     /// A running server takes it within seconds. Boats and browsers that trust the authority accept it as it is.
     Renew {
@@ -32,13 +32,14 @@ pub(super) enum TlsCommand {
         /// Only if it ends within so many days: for a timer that runs every day.
         #[arg(long, value_name = "DAYS")]
         within: Option<u32>,
-        /// Only end with 0 if a certificate that `tls init` made is to be renewed, with 1 if not, with 255 if that cannot be told.
+        /// Only end with 0 if a certificate that `tls init` made is to be renewed, with 1 if not, with 255 if that cannot
+        /// be determined.
         #[arg(long, requires = "within", conflicts_with = "names")]
         check: bool,
     },
 }
 
-/// Does as told.
+/// Runs the command.
 pub(super) fn tls(common: &Common, command: TlsCommand) -> ExitCode {
     let (outcome, trouble) = match command {
         TlsCommand::Init { names, renew } => (init(common, names, renew).map(|()| true), 1),
@@ -61,7 +62,7 @@ fn is_due(common: &Common, within: u32) -> anyhow::Result<bool> {
     authority::is_due(&folder, &named(config, &folder), within, clock::now())
 }
 
-/// The certificate that is configured, or what `tls init` made before it is.
+/// The configured certificate, or the one that `tls init` made if none is configured yet.
 fn named(config: Config, folder: &Path) -> Tls {
     if config.tls.is_given() {
         return config.tls;

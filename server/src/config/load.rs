@@ -1,7 +1,7 @@
 //! Reads the configuration: defaults, then the file, then `LUTRA_*` variables, then flags.
 //!
-//! The layers are laid here and not by figment: it names file and key of what is wrong, but neither line nor column, and
-//! takes any variable with the prefix, misspelt ones too.
+//! Implemented here and not with figment: it reports file and key of an error, but neither line nor column, and accepts any
+//! variable with the prefix, misspelt ones too.
 
 use super::Config;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub enum ConfigError {
         #[source]
         source: std::io::Error,
     },
-    /// The file is no TOML, or says something the server does not know.
+    /// The file is not TOML, or has an unknown key.
     #[error("configuration {path}: {text}\nEvery key with its meaning: lutra-server config")]
     Malformed {
         /// The file.
@@ -39,12 +39,12 @@ pub enum ConfigError {
         /// What is wrong with it.
         text: String,
     },
-    /// The parts are well formed but make no sense.
+    /// The values are well-formed but not consistent.
     #[error("the configuration cannot be used:\n  {}", .0.join("\n  "))]
     Senseless(Vec<String>),
 }
 
-/// What flags and environment say on top of the file.
+/// Values from flags and environment that override the file.
 #[derive(Debug, Default)]
 pub struct Overrides {
     /// `LUTRA_*` variables of the environment.
@@ -77,7 +77,7 @@ pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Config, Config
             path: path.to_owned(),
             text: error.to_string().trim_end().to_owned(),
         };
-        // The typed reading knows line and column of what is wrong; the untyped one can be overlaid.
+        // Parsing into the type gives line and column of an error; the untyped table can be overridden.
         toml::from_str::<Config>(&text).map_err(malformed)?;
         table = text.parse().map_err(malformed)?;
     }
@@ -125,7 +125,7 @@ fn variable(key: &str) -> String {
     format!("LUTRA_{}", key.replace('.', "_").to_uppercase())
 }
 
-/// Refuses a variable that is nearly one of ours. Others may belong to other programs.
+/// Refuses a variable that is nearly one of ours. Unknown ones may belong to other programs.
 fn misspelt(overrides: &Overrides, keys: &[(String, toml::Value)]) -> Result<(), ConfigError> {
     let known: Vec<String> =
         keys.iter().map(|(key, _)| variable(key)).chain([FILE_VARIABLE.to_owned()]).collect();
@@ -173,7 +173,7 @@ fn lay(
     };
     let mut alone = toml::Table::new();
     insert(&mut alone, key, value.clone());
-    // Read by itself first, so that the message can name this variable or flag.
+    // Read alone first, so that an error can name this variable or flag.
     alone.try_into::<Config>().map_err(|error: toml::de::Error| ConfigError::Override {
         place: place.to_owned(),
         text: format!("{key}: {}", error.message()),

@@ -1,7 +1,7 @@
-//! What the server may be told: the typed configuration, its defaults and what makes no sense.
+//! The server's configuration: types, defaults and validation.
 //!
-//! Every key stands with its default in `etc/server.toml`, which is also what `lutra-server config` prints; a
-//! test holds both together. [`load`] reads the file and lays `LUTRA_*` variables and flags over it.
+//! Every key is in `etc/server.toml` with its default, which is also what `lutra-server config` prints; a test keeps both
+//! in agreement. [`load`] reads the file and applies `LUTRA_*` variables and flags.
 
 mod load;
 mod transports;
@@ -19,10 +19,10 @@ pub const DOCUMENTED: &str = include_str!("../../etc/server.toml");
 
 /// Where the packages expect the second disk.
 const BACKUP: &str = "/var/backups/lutra-server";
-/// So many days with recordings stay at least, where anything goes by itself: a slip of the finger takes no season.
+/// Least number of days with recordings that automatic removal must keep: a typo must not delete a season.
 const LEAST_ARCHIVE_DAYS: u16 = 90;
 
-/// Everything the server can be told.
+/// The whole configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
@@ -36,11 +36,11 @@ pub struct Config {
     pub people: identity::Settings,
     /// The server as a system on the IMC network.
     pub imc: Imc,
-    /// The ways in for IMC that is not the vessel link.
+    /// Transports for IMC besides the vessel link.
     pub transports: Transports,
-    /// Other stores that get everything too.
+    /// Other stores that also get all data.
     pub sinks: sinks::Settings,
-    /// Messages about alarms to people who look at no page.
+    /// Messages about alarms to people who have no page open.
     pub notices: notices::Settings,
     /// The sea chart.
     pub charts: charts::Settings,
@@ -48,7 +48,7 @@ pub struct Config {
     pub backup: Backup,
     /// How long recordings are kept.
     pub retention: Keep,
-    /// What the server tells about itself.
+    /// The server's log.
     pub log: Log,
 }
 
@@ -82,7 +82,7 @@ pub struct Tls {
     pub key: PathBuf,
 }
 
-/// The backup that `lutra-server backup` makes without being told where, and without which nothing goes by itself.
+/// The default target of `lutra-server backup`; automatic removal of recordings depends on it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Backup {
@@ -90,7 +90,7 @@ pub struct Backup {
     pub folder: PathBuf,
     /// Whether it may lie on the disk of the data, or on the root disk where the data has another one.
     pub on_any_disk: bool,
-    /// So many hours after the last one the next is due. What makes it is a timer; the doctor and `/metrics` go by it.
+    /// Hours after the last backup at which the next is due. A timer makes it; the doctor and `/metrics` use this value.
     pub every_h: u16,
 }
 
@@ -100,7 +100,7 @@ impl Default for Backup {
     }
 }
 
-/// How much of the recordings is kept; 0 for ever. `lutra-server prune --as-configured` goes by it.
+/// How much of the recordings is kept; 0 for ever. Used by `lutra-server prune --as-configured`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Keep {
@@ -110,7 +110,7 @@ pub struct Keep {
     pub archive_days: u16,
 }
 
-/// What the server tells about itself.
+/// The server's log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Log {
@@ -177,7 +177,7 @@ impl Tls {
 }
 
 impl Config {
-    /// The files that it names, wherever they lie, with the one that it was read from: without them the server is another.
+    /// The files that it names, with the configuration file itself: a backup must include them.
     pub(crate) fn files(&self, read_from: Option<&Path>) -> Vec<PathBuf> {
         let set = self.chart_set();
         let index = chartdb::index_path(&set);
@@ -192,7 +192,7 @@ impl Config {
         self.shore().chart_set()
     }
 
-    /// What the shore's services are told.
+    /// Settings of the shore's services.
     pub fn shore(&self) -> Settings {
         Settings {
             data: self.data.clone(),
@@ -206,7 +206,7 @@ impl Config {
         }
     }
 
-    /// Everything that is well formed but makes no sense, each with its key and remedy.
+    /// Values that are well-formed but not consistent, each with its key and remedy.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         let mut check = |good: bool, text: &str| {

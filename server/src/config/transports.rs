@@ -13,11 +13,11 @@ pub struct Imc {
     pub address: String,
     /// The name that it announces.
     pub name: String,
-    /// Whether it takes part as a console or only listens.
+    /// Whether it is an active console or only listens.
     pub active: bool,
 }
 
-/// The ways in for IMC that is not the vessel link.
+/// Transports for IMC besides the vessel link.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transports {
@@ -118,7 +118,7 @@ impl Default for Udp {
 }
 
 impl Imc {
-    /// What the hub is told.
+    /// Settings of the hub.
     pub(crate) fn settings(&self) -> Settings {
         let address = self.address.parse().unwrap_or(Address(0x4F00));
         Settings { address, name: self.name.clone(), active: self.active }

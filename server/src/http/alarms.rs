@@ -1,4 +1,4 @@
-//! What is wrong, for people to acknowledge or to put aside.
+//! Alarms, for people to acknowledge or shelve.
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
@@ -45,7 +45,7 @@ pub(crate) async fn history(
 /// From the least urgent.
 pub(crate) const PRIORITIES: [&str; 4] = ["caution", "warning", "alarm", "emergency"];
 
-/// The vessels that somebody may see; `None` for all.
+/// The vessels that a user may see; `None` for all.
 pub(crate) fn seen(who: &Principal) -> Option<Vec<u16>> {
     if who.grants.everywhere().is_some() {
         return None;
@@ -53,7 +53,7 @@ pub(crate) fn seen(who: &Principal) -> Option<Vec<u16>> {
     Some(who.grants.vessels_with(Role::Viewer).collect())
 }
 
-/// What stands in the path of one alarm.
+/// Path parameters of one alarm.
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub(crate) struct OneAlarm {
     id: u64,

@@ -1,4 +1,4 @@
-//! Alarms from the fleet's silence to somebody's word and the audit log.
+//! Alarms from the fleet's silence to an acknowledgement and the audit log.
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
@@ -12,7 +12,7 @@ use shore::identity::vessels;
 use std::time::Duration;
 use units::Now;
 
-/// Lets the hub look as if `seconds` had passed.
+/// Lets the hub evaluate alarms as if `seconds` had passed.
 async fn later(shore: &Shore, seconds: u64, seen: ShoreState) {
     let look = move |operations: &mut Operations, now: Now| {
         operations.watch(Now { mono: now.mono + Duration::from_secs(seconds), ..now }, &seen);
@@ -44,12 +44,12 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     later(&shore, 0, ShoreState::default()).await;
     assert!(standing(&shore, &viewer).await.is_empty());
     later(&shore, 20, ShoreState::default()).await;
-    // At rest its silence is a caution, which needs nobody.
+    // At rest its silence is a caution, which needs no acknowledgement.
     let silent = standing(&shore, &viewer).await;
     assert_eq!((silent.len(), &*silent[0].kind, &*silent[0].priority), (1, "not_heard", "caution"));
     assert!(!silent[0].action.is_empty() && !silent[0].wants_acknowledgement);
     assert!(standing(&shore, &elsewhere).await.is_empty(), "not theirs to see");
-    // As its page calls it: by its own name, unless people gave it one.
+    // As on its page: by its own name, unless people gave it one.
     assert_eq!(silent[0].vessel_name.as_deref(), Some("otter-0"));
     let named = vessels::Add { address: FIRST, name: "northern-otter".to_owned(), now: clock::now() };
     shore.state.shore.people.change(named).await.unwrap();
@@ -57,7 +57,7 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     let acknowledge = format!("{}/acknowledge", silent[0].id);
     assert_eq!(post(&shore, &acknowledge, &operator, "").await.0, StatusCode::UNPROCESSABLE_ENTITY);
 
-    // The server's own trouble is everybody's.
+    // The server's own alarms are visible to all.
     let full = ShoreState { recording: Some("the disk is full".to_owned()), ..ShoreState::default() };
     later(&shore, 21, full).await;
     let all = standing(&shore, &elsewhere).await;

@@ -1,4 +1,4 @@
-//! No-go areas: who may close them, and that plans, routes and the chart for the vessels know them at once.
+//! No-go areas: permissions, and that plans, routes and the chart for the vessels have them at once.
 
 use super::charts_tests::archipelago;
 use super::tests::{Answer, Shore, bearer};
@@ -42,7 +42,7 @@ async fn what_is_closed_is_gone_around_from_then_on_until_it_is_lifted() {
         serde_json::from_str::<ChartSet>(&answer.body).unwrap()
     };
     let offered = || shore.state.shore.charts.offered().borrow().as_ref().unwrap().digest();
-    // A server answers before it has read what it offers vessels.
+    // A server answers before it has read the package for vessels.
     shore.state.shore.charts.look();
     let (before, aboard_before) = (chart().await, offered());
     let (beyond, inside) = ([63.4460, 10.3475], [63.4460, 10.3450]);
@@ -91,7 +91,7 @@ fn through() -> Value {
     json!({"name": "a", "description": "", "vessel": null, "repeat": false, "maneuvers": [goto("a", 63.4452), goto("b", 63.4468)]})
 }
 
-/// What the guard says of a plan.
+/// The guard's verdict on a plan.
 async fn guard(shore: &Shore, token: &str, plan: &Value) -> Value {
     let answer = say(shore, "POST", "/api/v1/plans/check", token, plan).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
@@ -114,7 +114,7 @@ async fn nothing_is_closed_without_a_chart_and_a_chart_that_is_made_anew_has_wha
     assert_eq!(say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await.status, StatusCode::OK);
     let refused = guard(&shore, &operator, &through()).await;
     assert_eq!(refused["reasons"][0]["area"], "Salmon farm", "{refused}");
-    // Gone, nothing is known to be open; made anew, the area is in it.
+    // Without the file no area is known to be safe; once made again, it has the area.
     std::fs::remove_file(shore.data().join("charts/chart.gpkg")).unwrap();
     charts.look();
     assert!(list(&shore, &operator).await.trouble.unwrap().contains("there is no sea chart"));
@@ -138,7 +138,7 @@ async fn an_area_is_in_the_chart_although_who_closed_it_did_not_wait() {
         }
     };
     tokio::select! { _ = asked => {}, () = kept => {} }
-    // Once the page has its answer to the same again, the chart holds it.
+    // Once the page has the answer to its repeated request, the chart holds it.
     let again = say(&shore, "POST", path, &operator, &body).await;
     assert_eq!(again.status, StatusCode::OK, "{}", again.body);
     let listed = list(&shore, &operator).await;
@@ -150,7 +150,7 @@ async fn an_area_is_in_the_chart_although_who_closed_it_did_not_wait() {
 async fn a_chart_that_cannot_take_an_area_lets_no_plan_pass_until_it_does() {
     let shore = Shore::with(archipelago).await;
     let operator = shore.token(None, Role::Operator).await;
-    // Somebody imports charts at this moment.
+    // Charts are being imported at this moment.
     let lock = std::fs::File::create(shore.data().join("charts/chart.gpkg.lock")).unwrap();
     lock.lock().unwrap();
     let answer = say(&shore, "POST", "/api/v1/no-go-areas", &operator, &farm()).await;
@@ -161,7 +161,7 @@ async fn a_chart_that_cannot_take_an_area_lets_no_plan_pass_until_it_does() {
     let ask = json!({"points": [[63.4452, 10.345], [63.4468, 10.345]]});
     let route = say(&shore, "POST", "/api/v1/chart/route", &operator, &ask).await;
     assert_eq!(route.status, StatusCode::SERVICE_UNAVAILABLE, "{}", route.body);
-    // A set that comes meanwhile is not for vessels either.
+    // A set that arrives meanwhile is not offered to vessels either.
     let offered = || shore.state.shore.charts.offered().borrow().as_ref().unwrap().digest();
     let before = offered();
     let db = shore.data().join("charts/chart.gpkg");
@@ -261,7 +261,7 @@ async fn areas_of_a_file_are_closed_together_or_not_at_all() {
         shore.audit().await.into_iter().filter(|one| one.action == "area.close" && one.outcome == "done");
     let subjects: Vec<String> = acts.map(|one| one.subject).collect();
     assert_eq!(subjects, ["3 areas, the first one a net"]);
-    // No part of a file that has no room as a whole.
+    // A file that does not fit as a whole is not taken in part.
     let many: Vec<Value> = (0..198).map(|_| farm()).collect();
     let full = say(&shore, "POST", "/api/v1/no-go-areas/batch", &operator, &json!({ "areas": many })).await;
     assert!(full.body.contains("3 areas are closed; 198 more would be above 200"), "{}", full.body);
@@ -295,7 +295,7 @@ async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_
     let before = offered();
     let db = rusqlite::Connection::open(shore.data().join("app.db")).unwrap();
     db.execute("UPDATE no_go_area SET body = '{}' WHERE id = ?1", [first.id]).unwrap();
-    // The next change has the chart told of all that is closed.
+    // The next change gives the chart all closed areas.
     let wreck = northwards("a wreck", 20);
     assert_eq!(say(&shore, "POST", "/api/v1/no-go-areas", &operator, &wreck).await.status, StatusCode::OK);
     let listed = list(&shore, &operator).await;
@@ -305,7 +305,7 @@ async fn while_an_area_cannot_be_read_no_plan_passes_and_vessels_keep_the_chart_
     assert_eq!(offered(), before, "that one has the area which is lost here");
     let near = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345", &operator).await;
     assert!(near.body.contains("Salmon farm"), "the chart is the last to know where it lies: {}", near.body);
-    // Lifted, as it says.
+    // Lifted, as the message says.
     let unreadable = listed.areas.iter().find(|one| one.id == first.id).unwrap();
     let lift = json!({"revision": unreadable.revision, "area": unreadable.area, "closed": false});
     let path = format!("/api/v1/no-go-areas/{}", first.id);

@@ -1,6 +1,5 @@
-//! The same plans before the guard ashore and the one aboard, each by its whole way: a document through the API here,
-//! a PlanSpecification to a brain that floats in a simulated hull there. The server knows of the vessel what the vessel
-//! told it.
+//! The same plans checked by the guard ashore and the one aboard, each end to end: a document through the API here, a
+//! PlanSpecification to a brain in a simulated hull there. The server knows only what the vessel reported.
 
 #[path = "../../../vehicle-agent/src/hull/mod.rs"]
 #[allow(dead_code, reason = "the agent uses more of it")]
@@ -77,7 +76,7 @@ impl Afloat {
         self.tell(Input::Packet(PEER, Packet::new(header, message).encode().unwrap()));
     }
 
-    /// All that was said since the last time.
+    /// All packets since the last call.
     fn heard(&mut self) -> Vec<Bytes> {
         std::mem::take(&mut self.said)
     }
@@ -182,7 +181,7 @@ fn plan(numbers: &mut Numbers) -> PlanDocument {
     }
 }
 
-/// Lets the server hear the vessel: who it is, where, and what its guard goes by.
+/// Lets the server hear the vessel: identity, position, and limits of its guard.
 async fn introduce(boats: &Boats, afloat: &mut Afloat, shore: &Shore) {
     let of = |bytes: &&Bytes, ids: &[u16]| PacketView::new(bytes).is_ok_and(|view| ids.contains(&view.id()));
     let heard = afloat.heard();
@@ -217,7 +216,7 @@ async fn agree(shore: &Shore, settings: Settings, seed: u64) -> [u32; 2] {
     let mut outcomes = [0_u32; 2];
     for number in 0..plans_each() {
         if number % 5 == 0 {
-            // What is not heard is not live, however slow the computer is.
+            // Only a vessel that is heard is live, however slow the computer is.
             let heard = Packet::new(
                 Header { timestamp: clock::now().seconds(), src: OTTER, ..Header::default() },
                 imc::messages::Heartbeat,

@@ -45,19 +45,19 @@ async fn the_first_page_shows_the_fleet() {
     script.await.unwrap();
 }
 
-/// What the boat of a test does, as its script says.
+/// Behaviour of a test's boat, as set by its script.
 #[derive(Default)]
 struct Doing {
     silent: AtomicBool,
     empty: AtomicBool,
     astray: AtomicBool,
-    /// It tells everything but where it is.
+    /// It reports everything but its position.
     placeless: AtomicBool,
-    /// Of each priority something is wrong with it.
+    /// It has a fault of each priority.
     wrecked: AtomicBool,
 }
 
-/// Parts that are not well, an alarm of each priority together.
+/// Faulty entities, which together give an alarm of each priority.
 const WRECK: [(u8, &str, EntityStateState); 5] = [
     (20, "Grounding", EntityStateState::Error),
     (21, "Motor Port", EntityStateState::Error),
@@ -82,7 +82,7 @@ impl Doing {
         what.store(is, Ordering::Relaxed);
     }
 
-    /// What the boat says at a time; nothing while it is silent.
+    /// The boat's packets at a time; none while it is silent.
     fn said(&self, now: UtcTime) -> Vec<Bytes> {
         if self.silent.load(Ordering::Relaxed) {
             return Vec::new();
@@ -132,7 +132,7 @@ impl Doing {
     }
 }
 
-/// Lets the boat speak five times a second, for as long as the test lasts.
+/// Lets the boat send five times a second, for the duration of the test.
 async fn speak(boats: Boats, clock: Clock, doing: Arc<Doing>) {
     let mut interval = tokio::time::interval(Duration::from_millis(200));
     loop {
@@ -141,7 +141,7 @@ async fn speak(boats: Boats, clock: Clock, doing: Arc<Doing>) {
     }
 }
 
-/// Every page and what opens on it, with an alarm of each priority, before axe.
+/// Every page and what opens on it, with an alarm of each priority, checked by axe.
 #[tokio::test(flavor = "multi_thread")]
 async fn every_page_is_accessible_in_all_palettes_and_with_every_alarm() {
     if !testkit::browser::is_there() {
@@ -164,7 +164,7 @@ async fn alarms_are_told_acknowledged_and_over() {
     before_a_boat("alarms.mjs").await;
 }
 
-/// Alarms told by a webhook to who looks at no page.
+/// Alarms sent by a webhook to people who have no page open.
 #[tokio::test(flavor = "multi_thread")]
 async fn alarms_reach_people_who_look_at_no_page() {
     before_a_boat("notices.mjs").await;
@@ -182,7 +182,7 @@ async fn a_rule_of_messages_is_changed_in_its_place() {
     before_a_boat("notices-change.mjs").await;
 }
 
-/// What the server or a vessel refuses is said in the person's language, listed and marked, from the refusal itself.
+/// A refusal by the server or a vessel is shown in the person's language, listed and marked.
 #[tokio::test(flavor = "multi_thread")]
 async fn where_an_order_was_refused_is_said_and_marked() {
     if !testkit::browser::is_there() {
@@ -201,7 +201,7 @@ async fn where_an_order_was_refused_is_said_and_marked() {
     serving.stop().await;
 }
 
-/// Areas are closed and lifted on the map, and nobody sends a vessel into one.
+/// Areas are closed and lifted on the map, and no user can send a vessel into one.
 #[tokio::test(flavor = "multi_thread")]
 async fn an_area_is_closed_on_the_map_and_nobody_is_sent_into_it() {
     if !testkit::browser::is_there() {
@@ -218,7 +218,7 @@ async fn an_area_is_closed_on_the_map_and_nobody_is_sent_into_it() {
     serving.stop().await;
 }
 
-/// A boat that says where it lies in the archipelago, ten times a second, for as long as the test lasts.
+/// A boat that reports its position in the archipelago, ten times a second, for the duration of the test.
 async fn lies_in_deep_water(boats: Boats) {
     let (lat, lon) = (63.446_f64.to_radians(), 10.345_f64.to_radians());
     let mut interval = tokio::time::interval(Duration::from_millis(100));
@@ -257,31 +257,31 @@ async fn alarms_and_people_are_managed_by_keyboard_alone() {
     before_a_boat("keyboard-admin.mjs").await;
 }
 
-/// Animals and tags by hand and by a table, with what is wrong told before anything is changed.
+/// Animals and tags by hand and by a table, with errors reported before anything is changed.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_biologist_registers_tags_and_animals() {
     before_a_boat("register.mjs").await;
 }
 
-/// A system that nobody registered and that is gone does not come to the main STOP.
+/// An unregistered system that is gone does not appear in the main STOP.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_lost_stranger_never_takes_the_main_stop() {
     before_a_boat("stranger.mjs").await;
 }
 
-/// A part of a page that fails leaves nothing that looks fresh.
+/// If a part of a page fails, nothing on it looks fresh.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_page_that_fails_says_so_and_is_grey() {
     before_a_boat("failing.mjs").await;
 }
 
-/// Control whose page was closed ends by itself, and who watches reads that it expired.
+/// Control ends automatically when its page is closed, and other viewers see that it expired.
 #[tokio::test(flavor = "multi_thread")]
 async fn control_whose_page_is_gone_ends_by_itself() {
     before_a_boat("lease-left.mjs").await;
 }
 
-/// Over a path that keeps connections open and delivers nothing.
+/// Over a network path that keeps connections open and delivers nothing.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stop_gets_through_as_soon_as_anything_does() {
     before_a_boat("stop-hole.mjs").await;
@@ -313,7 +313,7 @@ async fn stop_all_goes_to_each_vessel_after_two_steps() {
     assert_eq!(aborted, BTreeSet::from([first, second]), "each vessel that is heard");
 }
 
-/// A person who chose Bokmål reads it on every page, nothing is cut off, and STOP stops the one that it names.
+/// With Bokmål chosen every page is in Bokmål, nothing is cut off, and STOP stops the vessel that it names.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_pages_speak_bokmal_to_who_chose_it() {
     let Some(aborted) = before_two_boats("bokmal.mjs").await else { return };
@@ -343,7 +343,7 @@ async fn before_two_boats(script: &'static str) -> Option<BTreeSet<u16>> {
             for packet in boats.heard_together(Abort::ID).await {
                 let vessel = imc::PacketView::new(&packet).unwrap().header().dst.0;
                 told.lock().unwrap().insert(vessel);
-                // The first one does what it is told, the second goes on.
+                // The first one stops, the second continues.
                 stopped.fetch_or(vessel == super::testing::FIRST, Ordering::Relaxed);
             }
         }
@@ -356,7 +356,7 @@ async fn before_two_boats(script: &'static str) -> Option<BTreeSet<u16>> {
     Some(all)
 }
 
-/// Two boats that say what they do, ten times a second, for as long as the test lasts.
+/// Two boats that report their state, ten times a second, for the duration of the test.
 async fn two_sail(boats: Boats, stopped: Arc<AtomicBool>) {
     let mut interval = tokio::time::interval(Duration::from_millis(100));
     loop {
@@ -372,14 +372,14 @@ async fn two_sail(boats: Boats, stopped: Arc<AtomicBool>) {
     }
 }
 
-/// Runs a script before a boat that does what the script says.
+/// Runs a script with a boat that does what the script says.
 async fn before_a_boat(script: &'static str) {
     if testkit::browser::is_there() {
         Scene::set().await.play(script).await;
     }
 }
 
-/// A server by a clock that is moved, and a boat before it.
+/// A server with a clock that can be moved, and a boat.
 struct Scene {
     serving: Serving,
     boats: Boats,
@@ -413,7 +413,7 @@ impl Scene {
             if let Some(seconds) = line.strip_prefix("advance ") {
                 let by = Duration::from_secs(seconds.parse().unwrap());
                 let (hand, then) = (self.hand.clone(), self.clock.utc().micros() + by.as_micros() as i64);
-                // A boat that speaks is heard before anybody looks whether it does: the hub does first what it is asked first.
+                // The boat's packets are processed before a check whether it is heard: the hub works in order.
                 let moved = router.inspect(move |_, _| hand.advance(by));
                 let spoken = self.boats.say(self.doing.said(UtcTime::from_micros(then)));
                 tokio::join!(moved, spoken).0.unwrap();
@@ -429,8 +429,8 @@ impl Scene {
     }
 }
 
-/// What the boat says of a tag of this number: `brief` by a TBRFishTag alone, `whole` by both messages, `nameless` of a
-/// coding without a number and by a clock that is not set, `late` as a record of ten minutes ago.
+/// The boat's detection of a tag of this number: `brief` as a TBRFishTag alone, `whole` as both messages, `nameless` with a
+/// coding without a number and a clock that is not set, `late` as a record of ten minutes ago.
 fn heard(what: &str, now: UtcTime) -> Vec<Incoming> {
     let (number, how) = what.split_once(' ').unwrap();
     let (tag_id, late) = (number.parse().unwrap(), how == "late");
@@ -460,13 +460,13 @@ fn heard(what: &str, now: UtcTime) -> Vec<Incoming> {
     brief.into_iter().chain(whole).enumerate().map(incoming).collect()
 }
 
-/// A tag that is heard is on the page at once, and nobody asks for it; what was missed is asked for once.
+/// A detection appears on the page at once, without a request; missed ones are requested once.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_tag_that_is_heard_comes_by_itself() {
     before_a_boat("heard.mjs").await;
 }
 
-/// Where the server is not reached, a page that is opened says so, and comes by itself when it is.
+/// If the server cannot be reached, an opened page says so, and appears automatically when it can.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_page_that_is_opened_without_a_link_says_so_and_comes_later() {
     before_a_boat("offline.mjs").await;
@@ -478,7 +478,7 @@ async fn the_map_goes_with_the_vessel_that_is_chosen() {
     before_a_boat("maptools.mjs").await;
 }
 
-/// Keys and words, by one key on every page.
+/// Help on keys and terms, by one key on every page.
 #[tokio::test(flavor = "multi_thread")]
 async fn help_is_one_key_away() {
     before_a_boat("help.mjs").await;
@@ -490,13 +490,13 @@ async fn the_place_of_the_person_is_shown_and_not_sent() {
     before_a_boat("own-place.mjs").await;
 }
 
-/// All detections: by themselves, filtered, and the file of exactly what is shown.
+/// All detections: loaded automatically, filtered, and the file of exactly what is shown.
 #[tokio::test(flavor = "multi_thread")]
 async fn all_detections_are_shown_filtered_and_taken_away() {
     before_a_boat("detections.mjs").await;
 }
 
-/// What nobody should believe to be names and values.
+/// Hostile names and values.
 fn hostile(entity: &imc::Text) -> EntityParameters {
     let one = |name: &str, value: &str| EntityParameter { name: name.into(), value: value.into() };
     let (long, longer) = ("n".repeat(400), "<b>v</b> ".repeat(3_000));
@@ -509,7 +509,7 @@ fn hostile(entity: &imc::Text) -> EntityParameters {
     EntityParameters { name: entity.clone(), params: params.into_iter().collect() }
 }
 
-/// A vessel of another program: its parameters are names and values, whatever stands in them.
+/// A vessel of another program: its parameters are shown as names and values, whatever they contain.
 #[tokio::test(flavor = "multi_thread")]
 async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
     if !testkit::browser::is_there() {
@@ -522,7 +522,7 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
             for asked in boats.heard_together(QueryEntityParameters::ID).await {
                 let asked: QueryEntityParameters =
                     imc::decode(&imc::PacketView::new(&asked).unwrap()).unwrap().unwrap();
-                // Some parts of a vessel say nothing.
+                // Some entities of a vessel are silent.
                 if asked.name != "Spare" {
                     boats.say(vec![packet(0, 1, clock.utc(), hostile(&asked.name))]).await;
                 }
@@ -597,25 +597,25 @@ fn long_past(data: &Path) {
     super::history_tests::put(data, &said);
 }
 
-/// CSV holds what the page shows, value by value, and more of it where the page shows a part.
+/// CSV contains what the page shows, value by value, and the rest where the page shows only a part.
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_taken_away_is_what_is_shown() {
     over_a_long_past("taken.mjs").await;
 }
 
-/// Files of the history: their size before they are fetched, errors at their field, and in them what was promised.
+/// Files of the history: their size before the download, errors at their field, and the promised contents.
 #[tokio::test(flavor = "multi_thread")]
 async fn files_are_chosen_by_day_and_hold_what_was_promised() {
     over_a_long_past("data.mjs").await;
 }
 
-/// Plots of detections by a question in the page's address, and their files.
+/// Plots of detections by a query in the page's address, and their files.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_biologist_explores_detections() {
     over_a_long_past("explore.mjs").await;
 }
 
-/// A dataset of what the explorer shows, published, and given by a link to somebody without an account.
+/// A dataset of what the explorer shows, published, and shared by a link with a person without an account.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_biologist_publishes_a_dataset_and_shares_it() {
     over_a_long_past("datasets.mjs").await;
@@ -627,25 +627,25 @@ async fn notes_are_written_found_and_corrected() {
     over_a_long_past("logbook.mjs").await;
 }
 
-/// A note whose answer is lost goes again by itself, and is one note.
+/// A note whose answer is lost is sent again automatically, and stored once.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_note_whose_answer_is_lost_is_sent_again_and_is_one_note() {
     over_a_long_past("logbook-retry.mjs").await;
 }
 
-/// Missions that others begin, change and withdraw come and go in the list by themselves.
+/// Missions that other users begin, change and withdraw are updated in the list automatically.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_list_of_missions_follows_what_others_do() {
     over_a_long_past("missions-follow.mjs").await;
 }
 
-/// A mission: written down, changed, with its replay, summary, files and notes, printed and withdrawn.
+/// A mission: recorded, changed, with its replay, summary, files and notes, printed and withdrawn.
 #[tokio::test(flavor = "multi_thread")]
 async fn missions_are_written_down_summed_up_and_printed() {
     over_a_long_past("missions.mjs").await;
 }
 
-/// Runs a script on a server with [`long_past`], whose span it is told.
+/// Runs a script on a server with [`long_past`], and passes it the time span.
 async fn over_a_long_past(script: &'static str) {
     if !testkit::browser::is_there() {
         return;
@@ -661,7 +661,7 @@ async fn over_a_long_past(script: &'static str) {
     serving.stop().await;
 }
 
-/// A server on a free port that says nothing itself.
+/// A server on a free port that sends nothing itself.
 pub(super) fn quiet(data: &Path) -> Config {
     let mut config = Config { data: data.to_owned(), ..Config::default() };
     config.imc.active = false;

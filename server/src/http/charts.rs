@@ -17,14 +17,14 @@ use std::io::Read as _;
 use std::sync::Arc;
 use units::LatLon;
 
-/// Objects within this distance are told unless asked otherwise (m), and the most that may be asked for.
+/// Default distance within which objects are reported (m), and its maximum.
 const WITHIN_M: f64 = 25.0;
 const MOST_WITHIN_M: f64 = 2_000.0;
 /// Points of a way, half its width (m) and its length (m).
 const POINTS: std::ops::RangeInclusive<usize> = 2..=500;
 const MOST_HALF_WIDTH_M: f64 = 1_000.0;
 const LONGEST_M: f64 = 1e6;
-/// What a tile is.
+/// Media type of a tile.
 const TILE: &str = "application/vnd.mapbox-vector-tile";
 
 /// `GET /api/v1/chart`.
@@ -44,7 +44,7 @@ pub(crate) async fn tile(
         let text = "That chart set is no longer in force; GET /api/v1/chart tells which is.";
         return Err(ApiError::new(StatusCode::GONE, "another_set", text));
     }
-    // For good where the address names the set; else to be asked for again.
+    // Cached for ever if the address names the set; else to be revalidated.
     let kept = if query.set.is_some() { "private, max-age=31536000, immutable" } else { "private, no-cache" };
     let tag = format!("\"{}-{z}-{x}-{y}\"", &set.digest[..16]);
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
@@ -159,7 +159,7 @@ fn length(name: &str, value_m: f64, most_m: f64) -> Result<f64, ApiError> {
     Err(ApiError::bad_request(format!("{name}: {value_m} is not within 0 to {most_m} m")))
 }
 
-/// What takes some milliseconds, which others need not wait for.
+/// Runs work of some milliseconds, which must not block other tasks.
 async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R, ApiError> {
     tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
 }

@@ -1,4 +1,4 @@
-//! The chart through the API, by the fictitious archipelago.
+//! The chart through the API, with the fictitious archipelago.
 
 use super::tests::{Shore, bearer};
 use api::{ChartCorridor, ChartNear, ChartSet, Role, SeaRouteAnswer};
@@ -98,7 +98,7 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
     let [near, far] = told.pieces.as_slice() else { panic!("{body}") };
     assert!((near.length_m - 111.46).abs() < 0.1 && (far.from_m - near.length_m).abs() < 1e-9);
     assert!(near.worst.autonomous && near.worst.navigable);
-    // Land, or what lies beyond the chart: both are nowhere to go.
+    // Land, or beyond the chart: neither is navigable.
     assert!(!far.worst.autonomous && far.along_m >= far.from_m && far.along_m <= told.length_m);
     let profile = &told.profile;
     assert!(profile.windows(2).all(|pair| pair[0].along_m <= pair[1].along_m));
@@ -138,7 +138,7 @@ async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
     assert_eq!((answer.asked_depth_m, found.points.len()), (5.0, found.legs.len() + 1));
     assert!(found.least_depth_m.unwrap() >= 5.0 && found.least_clearance_m.unwrap() >= 11.2);
     assert!((found.duration_s.unwrap() - found.length_m / 1.5).abs() < 1e-6);
-    // By way of a place far off it is longer; less water than the guard wants is given, and said so.
+    // Through a distant place it is longer; less depth than the guard demands is accepted with a warning.
     let by = json!({"points": [east, [63.4552, 10.3600], west]});
     let by: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &by).await.1).unwrap();
     assert!(by.route.unwrap().length_m > found.length_m + 500.0);
@@ -162,7 +162,7 @@ async fn a_route_for_a_turning_radius_says_which_turns_leave_the_water() {
     let found = answer.route.expect("a route");
     assert!(found.guarded, "{:?}", found.guard);
     let texts: Vec<&String> = found.legs.iter().filter_map(|leg| leg.turn_text.as_ref()).collect();
-    // It goes back on itself at the place in the west.
+    // It doubles back at the place in the west.
     assert!(texts.iter().any(|text| text.starts_with("The legs are too short for a turn")), "{texts:?}");
     assert!(texts.len() < found.legs.len() / 2, "{texts:?}");
     let bad = json!({"points": [east, west], "turn_radius_m": -1});
@@ -195,7 +195,7 @@ async fn a_route_keeps_out_of_areas_and_says_when_they_are_in_the_way() {
     assert!(avoided.length_m > plain.length_m + 10.0, "{} {}", avoided.length_m, plain.length_m);
     let inside = |[a, b]: [f64; 2]| (a - lat).abs() < 0.0008 && (b - lon).abs() < 0.0016;
     assert!(!avoided.points.iter().any(|point| inside(*point)), "{:?}", avoided.points);
-    // From shore to shore of the chart nothing but the area is in the way; outside of one nothing begins or ends.
+    // Only the area blocks the way across the chart; a route cannot begin or end outside of an allowed area.
     let wall = json!([[63.2, 10.332], [63.2, 10.334], [63.7, 10.334], [63.7, 10.332]]);
     let wall = ask(json!([{"kind": "avoid", "corners": wall}]));
     let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &wall).await.1).unwrap();
@@ -263,7 +263,7 @@ async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
     let refusal = answer.refusal.unwrap();
     let closed = refusal.closed.unwrap();
     assert_eq!((&*refusal.code, &*closed.code, closed.depth_m), ("closed_goal", "no-data", None));
-    // Too narrow: what would do is really enough.
+    // Too narrow: the proposed clearance is really sufficient.
     let wide = |clearance_m: f64| json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "clearance_m": clearance_m, "explain": true});
     let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &wide(190.0)).await.1).unwrap();
     let refusal = answer.refusal.unwrap();

@@ -38,7 +38,7 @@ async fn a_stop_goes_to_its_vessel_by_name_of_the_server_and_into_the_audit_log(
     assert_eq!(entries.len(), 1);
     assert_eq!(entries[0].outcome, "asked");
 
-    // Another vessel is not this person's to stop, and nothing went out.
+    // This person may not stop another vessel, and nothing was sent.
     assert_eq!(stop(&shore, "2069", &operator).await, Err(StatusCode::FORBIDDEN));
     let viewer = shore.token(Some(FIRST), Role::Researcher).await;
     assert_eq!(stop(&shore, "2068", &viewer).await, Err(StatusCode::FORBIDDEN));

@@ -1,4 +1,4 @@
-//! Who commands a vessel, and what it is ordered to do.
+//! Leases of vessels, orders and commands.
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, OfVessel, QueryParams, Remote, Who};
@@ -75,7 +75,7 @@ pub(crate) async fn commands(
     Ok(Json(state.shore.commands.latest(vessel).await?))
 }
 
-/// What stands in the path of one command.
+/// Path parameters of one command.
 #[derive(Debug, Deserialize)]
 pub(crate) struct OneCommand {
     id: u64,
@@ -126,7 +126,7 @@ pub(crate) async fn plan(
     Ok(Json(state.shore.reports.plan(vessel).await?))
 }
 
-/// An order as the hub has it.
+/// Converts an order for the hub.
 fn understood(order: OrderWanted) -> Result<Order, ApiError> {
     Ok(match order {
         OrderWanted::PlanStart { plan_id } => Order::StartPlan { plan_id },

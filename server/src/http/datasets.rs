@@ -119,7 +119,7 @@ pub(crate) async fn detections(
     download(frozen, query.gzip.unwrap_or(false)).answer(&state, &asked).await
 }
 
-/// The file of a dataset, ready to be asked for.
+/// The download of a dataset's file.
 pub(super) fn download(frozen: Frozen, gzip: bool) -> Download {
     let frozen = Arc::new(frozen);
     let (of_write, of_version) = (Arc::clone(&frozen), Arc::clone(&frozen));
@@ -134,13 +134,13 @@ pub(super) fn download(frozen: Frozen, gzip: bool) -> Download {
     }
 }
 
-/// Where pages and files of a version are, for those who have an account.
+/// Addresses of a version's page and files, for users with an account.
 fn addresses(origin: &str, id: i64, number: u32) -> (String, String) {
     let file = format!("{origin}/api/v1/datasets/{id}/versions/{number}/detections.csv");
     (format!("{origin}/datasets/{id}?version={number}"), file)
 }
 
-/// What describes a version, in one of the ways there are.
+/// Metadata of a version, in one of several formats.
 async fn described(
     state: &AppState,
     who: &shore::identity::Principal,

@@ -1,4 +1,4 @@
-//! Datasets by the API: from a draft to a published version that never changes, its files, and who may what.
+//! Datasets by the API: from a draft to a published version that never changes, its files, and permissions.
 
 use super::history_tests::put;
 use super::testing::FIRST;
@@ -65,7 +65,7 @@ pub(super) async fn kari(shore: &Shore, token: &str) {
     let _: Value = done(shore, "POST", "/register", token, person).await;
 }
 
-/// A draft with all that publication needs, and with what is changed of it.
+/// A draft with everything that publication needs, and with the given changes.
 pub(super) fn draft(change: &[(&str, Value)]) -> Value {
     let mut draft = json!({
         "title": "Salmon in the fjord", "description": "Heard by one boat.", "publisher": "NTNU",
@@ -127,7 +127,7 @@ async fn a_published_version_never_changes_and_its_bytes_have_the_sha256_that_it
     let same = shore.get(&format!("/api/v1/detections.csv?vessel={FIRST}"), &token).await;
     assert_eq!(csv.body, same.body, "it is the canonical CSV");
 
-    // What is published is not changed; a new version begins with what the last one said.
+    // A published version is not changed; a new one begins with the contents of the last.
     let late = say(&shore, "PUT", &at, &token, json!({"revision": out.revision, "draft": draft(&[])})).await;
     assert_eq!(late.status, StatusCode::UNPROCESSABLE_ENTITY);
     let next: Dataset =
@@ -203,7 +203,7 @@ async fn what_has_changed_since_is_told_plainly() {
     assert!(check.is_same, "{check:?}");
     let tag = json!({"kind": "tag", "protocol": "S256", "tag_id": 101});
     let _: Value = done(&moved, "POST", "/register", &token, tag).await;
-    // The register names a tag: other bytes of as many rows. A check that is some minutes old holds no longer.
+    // The register now names a tag: other bytes in as many rows. An older check is no longer valid.
     let held: DatasetCheck = done(&moved, "GET", &path, &token, json!({})).await;
     assert_eq!(held, check, "within some minutes it is not computed again");
     hand.advance(std::time::Duration::from_mins(11));
@@ -244,14 +244,14 @@ async fn a_dataset_is_seen_and_changed_by_the_roles_on_its_vessels() {
     {
         assert_eq!(say(&shore, "GET", &file, token, json!({})).await.status, status);
     }
-    // A draft does not reach for vessels that are not its writer's.
+    // A draft must not include vessels on which its author has no role.
     let next: Dataset =
         done(&shore, "POST", &format!("{at}/versions"), &own, json!({"revision": out.revision})).await;
     let more =
         json!({"revision": next.revision, "draft": draft(&[("query", json!({"vessels": [FIRST, OTHER]}))])});
     assert_eq!(say(&shore, "PUT", &at, &own, more).await.status, StatusCode::FORBIDDEN);
 
-    // Withdrawn, it is named with its reason, and gives nothing.
+    // Once withdrawn, it is listed with its reason, without data.
     let step = json!({"revision": next.revision, "reason": " "});
     let empty = say(&shore, "POST", &format!("{at}/withdraw"), &own, step).await;
     assert!(empty.status == StatusCode::BAD_REQUEST && empty.body.contains("reason: "), "{}", empty.body);
@@ -317,7 +317,7 @@ async fn a_question_that_finds_nothing_or_names_nothing_known_is_refused_at_its_
         "{}",
         empty.body
     );
-    // Flags leave out what has them: of these, no receiver's clock was lost, and nothing is known of a ping interval.
+    // Flags exclude detections that have them: here no receiver's clock was lost, and no ping interval is known.
     let clocks =
         published(&shore, &token, &[("query", json!({"without": ["clock_not_set", "unconfirmed"]}))]).await;
     assert_eq!(clocks.versions[0].content.rows, 3);
@@ -330,7 +330,8 @@ async fn a_question_that_finds_nothing_or_names_nothing_known_is_refused_at_its_
     assert_eq!(off.versions[0].content.rows, 1);
 }
 
-/// Tag 101 after 1 and 3 s, and tag 102 after 2 s; with `later` both again a minute after that. Their clocks run with the vessel's.
+/// Tag 101 after 1 and 3 s, and tag 102 after 2 s; with `later` both again a minute after that. Their clocks agree with the
+/// vessel's.
 fn two_tags(data: &Path, later: bool) {
     let tell = |(id, at_s): (u32, u32)| {
         let time = START_US + i64::from(at_s) * 1_000_000;

@@ -1,9 +1,9 @@
 //! Files that are written while they are sent: whole, a part of one, or visibly cut.
 //!
-//! The same question to the same data gives the same bytes, which its `ETag` stands for; so a download that broke off goes on
-//! (`Range`, `If-Range`). A part is written from the beginning too, and what was sent before is passed over; for its length
-//! the file is written once more before, to nowhere. The last bytes of a part go out only when the data are still those that
-//! the tag stands for.
+//! The same query on the same data gives the same bytes, identified by the `ETag`; so an interrupted download can be
+//! resumed (`Range`, `If-Range`). A part is written from the beginning too, and the bytes before it are skipped; to find
+//! its length, the file is written once more before, to a null sink. The last bytes of a part are sent only if the data
+//! still match the tag.
 
 use crate::AppState;
 use crate::web::ApiError;
@@ -27,24 +27,24 @@ use tokio_util::sync::CancellationToken;
 const CHUNK: usize = 64 * 1024;
 /// Chunks that may wait for a slow reader; the export waits with them.
 const CHUNKS: usize = 4;
-/// A reader that takes nothing for so long is let go: an export holds a place and a view of the database.
+/// A reader that takes nothing for this long is disconnected: an export holds a place and a snapshot of the database.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Writes a file from a data folder; called more than once where a part is asked for.
 pub(super) type Writer = Arc<dyn Fn(&Path, &mut dyn Write) -> store::Result<()> + Send + Sync>;
-/// Which state of the data it would be written from.
+/// Version of the data that it would be written from.
 pub(super) type Version = Arc<dyn Fn(&Path) -> store::Result<u64> + Send + Sync>;
 
-/// What bounds how many files are written at once; free again when it is dropped.
+/// Limits how many files are written at once; released when dropped.
 pub(super) type Place = Box<dyn Send>;
 
-/// A file that can be asked for.
+/// A file that can be downloaded.
 pub(super) struct Download {
     pub(super) name: String,
     pub(super) media: &'static str,
-    /// Whether it is packed as a file.
+    /// Whether it is a gzip file.
     pub(super) gzip: bool,
-    /// What was asked, in words that differ when the bytes may.
+    /// The query as a text that differs whenever the bytes may differ.
     pub(super) question: String,
     pub(super) write: Writer,
     pub(super) version: Version,
@@ -78,7 +78,7 @@ impl Download {
             Wanted::Part(span) => {
                 let (data, write, gzip) =
                     (state.shore.history.data().to_owned(), Arc::clone(&self.write), self.gzip);
-                // Who does not wait for it any more has nothing reckoned, and holds their place until that has ended.
+                // If the client is gone, the computation is cancelled; the place is held until it has ended.
                 let given_up = CancellationToken::new();
                 let _here = given_up.clone().drop_guard();
                 let reckon = move || Ok((place, length(gzip, given_up, |out| write(&data, out))?));
@@ -100,7 +100,7 @@ impl Download {
             headers.insert(header::CONTENT_LENGTH, part.bytes().into());
             headers.insert(header::CONTENT_RANGE, value(&part.told()));
         }
-        // What is packed on its way has other bytes, of which no part can be asked for.
+        // Compression on the way changes the bytes, so no ranges of them can be requested.
         let tag = if packed_on_its_way && part.is_none() { format!("W/{tag}") } else { tag };
         headers.insert(header::ETAG, value(&tag));
         headers.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
@@ -113,7 +113,7 @@ impl Download {
         format!("\"{}\"", hex::encode(&Sha256::digest(text)[..12]))
     }
 
-    /// What is sent, while it is written: all, or a part of what the data of a version give.
+    /// The body, sent while it is written: all, or a part of a version's file.
     async fn body(self, state: &AppState, place: Place, part: Option<(Part, u64)>) -> Result<Body, ApiError> {
         let data = state.shore.history.data().to_owned();
         let (chunks, taken) = mpsc::channel(CHUNKS);
@@ -135,11 +135,11 @@ impl Download {
                 _ => Ok(()),
             };
             let whole = written.and_then(|()| unchanged());
-            // The end of a part is sent only when it is known that all of it is of one version.
+            // The end of a part is sent only when all of it is known to be of one version.
             let sent = if whole.is_ok() || part.is_none() { out.send().map_err(unwritable) } else { Ok(()) };
             if let Err(error) = whole.and(sent) {
                 tracing::info!(%error, "an export was cut or refused");
-                // Ends the connection without the mark of a whole answer, so that nobody takes it for one.
+                // Ends the connection without the end mark of a complete answer, so that no client takes it for one.
                 runtime.block_on(tokio::time::timeout(PATIENCE, chunks.send(Err(error)))).ok();
             }
         });
@@ -147,7 +147,7 @@ impl Download {
     }
 }
 
-/// Work that waits for the disk.
+/// Runs work that waits for the disk.
 async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> store::Result<T> + Send + 'static,
 ) -> Result<T, ApiError> {
@@ -155,7 +155,7 @@ async fn blocking<T: Send + 'static>(
     Ok(done?)
 }
 
-/// A header's value of letters that are known to be fit for one.
+/// A header's value from characters that are known to be valid.
 fn value(text: &str) -> HeaderValue {
     HeaderValue::from_str(text).unwrap_or(HeaderValue::from_static(""))
 }
@@ -167,22 +167,22 @@ fn accepts_gzip(asked: &HeaderMap) -> bool {
         .any(|one| one.to_str().is_ok_and(|text| text.contains("gzip")))
 }
 
-/// There is no such part.
+/// The answer for a range that does not exist.
 fn beyond(total: u64, tag: &str) -> Response {
     let headers = [(header::CONTENT_RANGE, value(&format!("bytes */{total}"))), (header::ETAG, value(tag))];
     (StatusCode::RANGE_NOT_SATISFIABLE, headers).into_response()
 }
 
-/// What of a file is wanted.
+/// The requested part of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Whole,
-    /// Who asks has it.
+    /// The client has it already.
     Nothing,
     Part(Span),
 }
 
-/// A part as it is asked for.
+/// A requested range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Span {
     /// From a byte on, up to another that belongs to it, or to the end.
@@ -221,7 +221,7 @@ impl Span {
     }
 }
 
-/// By RFC 9110: of several parts, or of another state than the one that is had, all is given.
+/// By RFC 9110: for several ranges, or if the client has another version, the whole file is sent.
 fn wanted(asked: &HeaderMap, tag: &str) -> Wanted {
     let text = |name| asked.get(name).and_then(|value: &HeaderValue| value.to_str().ok());
     let same = |one: &str| one == "*" || one.trim().trim_start_matches("W/") == tag;
@@ -247,7 +247,7 @@ fn span(text: &str) -> Option<Span> {
     }
 }
 
-/// How long the file is; reckoned until it is given up.
+/// The length of the file; the computation can be cancelled.
 fn length(
     gzip: bool,
     given_up: CancellationToken,
@@ -264,7 +264,7 @@ fn length(
     Ok(counted.bytes)
 }
 
-/// Takes bytes only to count them.
+/// A sink that only counts bytes.
 struct Counted {
     bytes: u64,
     given_up: CancellationToken,
@@ -288,21 +288,21 @@ fn unwritable(source: io::Error) -> StoreError {
     StoreError::Io { path: "the export".into(), source }
 }
 
-/// Writes, packed if wanted, up to the last chunk, which is not sent yet. What was cut gets no ending, by which programs that
-/// unpack notice.
+/// Writes, compressed if requested, up to the last chunk, which is not sent yet. A cut file gets no end mark, so that
+/// decompressors notice.
 fn finish(
     mut out: Chunks,
     gzip: bool,
     write: impl FnOnce(&mut dyn Write) -> store::Result<()>,
 ) -> (Chunks, store::Result<()>) {
     let written = if gzip {
-        // The quickest: the link is seldom as slow as a better one would be.
+        // Fastest level: the network is seldom slow enough to benefit from a better one.
         let mut packed = GzEncoder::new(&mut out, Compression::fast());
         match write(&mut packed) {
             Ok(()) => packed.finish().map(drop).map_err(unwritable),
             Err(error) => {
                 packed.flush().ok();
-                // The encoder ends the file when it is dropped.
+                // The encoder would complete the file when dropped.
                 packed.get_mut().is_cut = true;
                 Err(error)
             }
@@ -310,7 +310,7 @@ fn finish(
     } else {
         write(&mut out)
     };
-    // Once all of a part is there, what follows is not written any more.
+    // Once the part is complete, the rest is not written.
     let written = if out.left == 0 { Ok(()) } else { written };
     (out, written)
 }
@@ -330,7 +330,7 @@ async fn first_then_rest(mut taken: mpsc::Receiver<Chunk>) -> Result<Body, ApiEr
         };
         Some((chunk, (None, taken)))
     });
-    // The compression asks again after the end.
+    // The compression layer polls again after the end.
     Ok(Body::from_stream(rest.fuse()))
 }
 
@@ -341,7 +341,7 @@ struct Chunks {
     runtime: Handle,
     /// Whether nothing may follow.
     is_cut: bool,
-    /// Bytes before the part that is wanted.
+    /// Bytes before the requested part.
     skip: u64,
     /// Bytes of that part.
     left: u64,
@@ -364,14 +364,14 @@ impl Write for Chunks {
         Ok(bytes.len())
     }
 
-    /// What fills no chunk waits for more, or for the end.
+    /// An incomplete chunk waits for more, or for the end.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
 }
 
 impl Chunks {
-    /// Hands over what has gathered.
+    /// Sends the chunk.
     fn send(&mut self) -> io::Result<()> {
         if self.buffer.is_empty() {
             return Ok(());
@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(asked(&[(header::IF_NONE_MATCH, "\"b\"")]), Wanted::Whole);
     }
 
-    /// A file of ten bytes, from data that are of another version each time somebody looks if they change.
+    /// A file of ten bytes; with `changes` the data have another version at each check.
     fn ten_bytes(changes: bool) -> Download {
         let looks = std::sync::atomic::AtomicU64::new(0);
         let version = move |_: &Path| {

@@ -1,7 +1,7 @@
 //! Detections counted, for plots.
 //!
-//! Counting takes memory for each detection, so that no more than `shore` has places for are counted at the same time. What comes
-//! beyond that waits its turn; where that takes too long it is answered with 503 and `Retry-After`. The page asks again by itself.
+//! Counting takes memory for each detection, so `shore` limits the number of concurrent counts. Further requests wait in a
+//! queue; after too long they are answered with 503 and `Retry-After`. The page repeats them automatically.
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
@@ -17,9 +17,9 @@ use std::time::Duration;
 use store::{DetectionsWanted, Reader, StoreError, TimeRange};
 use tokio::sync::OwnedSemaphorePermit;
 
-/// So long may be waited for what is not read yet, before a size is asked for again.
+/// How long a size waits for data that are not read yet, before the client must ask again.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// After so long it may be asked for again (s).
+/// `Retry-After` (s).
 const AGAIN_S: u64 = 2;
 
 /// `GET /api/v1/detections/summary`.
@@ -48,7 +48,7 @@ pub(crate) async fn summary(
     counted(&history.counts, move || explorer.summary(&prepared, &study)).await.map(Json)
 }
 
-/// Counts where slow work may be done, in its turn.
+/// Counts on a thread for blocking work, in its turn.
 async fn counted<R: Send + 'static>(
     counts: &Places,
     count: impl FnOnce() -> R + Send + 'static,
@@ -118,7 +118,7 @@ fn still_reads() -> ApiError {
     ApiError::busy_for(AGAIN_S, "The server still reads these detections; try again in a moment.")
 }
 
-/// The detections of a file, as they are counted.
+/// The query that counts the detections of a file.
 fn summary_of(query: DetectionsFileQuery) -> DetectionsSummaryQuery {
     DetectionsSummaryQuery {
         from_us: query.from_us,

@@ -1,4 +1,4 @@
-//! Exports: what is asked for, and who may have it.
+//! Exports, and who may have them.
 
 use super::download::Download;
 use crate::AppState;
@@ -99,7 +99,7 @@ pub(crate) async fn detections(
     download.answer(&state, &asked).await
 }
 
-/// `GET /api/v1/export.json`: what stands in the columns of the CSV.
+/// `GET /api/v1/export.json`: describes the columns of the CSV.
 pub(crate) async fn description(
     State(state): State<AppState>,
     Who(who): Who,
@@ -134,7 +134,7 @@ pub(crate) async fn size(
     Ok(Json(ExportSize { rows, bytes, estimated: true }))
 }
 
-/// Whose data the person may take out.
+/// Vessels whose data the person may export.
 pub(super) fn may(
     who: Principal,
     vessels: &[String],
@@ -151,7 +151,7 @@ pub(super) fn may(
 /// Writes a selection from a data folder.
 type WriteSelection = dyn Fn(&Path, &Selection, &mut dyn Write) -> store::Result<Exported> + Send + Sync;
 
-/// What is written of a selection, and which state of the data that is.
+/// How a selection is written, and the version of its data.
 struct Written {
     ending: &'static str,
     media: &'static str,

@@ -1,4 +1,4 @@
-//! Exports: what they hold, how they are refused, and that a cut one is never taken for whole.
+//! Exports: contents, refusals, and that a truncated one is never taken for complete.
 
 use super::history_tests::put;
 use super::testing::FIRST;
@@ -113,7 +113,7 @@ async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
     let all = counted("", &token).await;
     assert_eq!((all.detections, all.tags_all, all.read_from_us), (3, 2, None));
     assert_eq!((&*all.tags[0].tag, all.tags[0].detections), ("S256-101", 2));
-    // The file and the list have what the plots count.
+    // File and list agree with the plots.
     let area = "area=62.9,11;63.6,11;63.6,12;62.9,12";
     assert_eq!(counted(area, &token).await.detections, 2);
     let file = shore.get(&format!("/api/v1/detections.csv?{area}"), &token).await;
@@ -122,7 +122,7 @@ async fn detections_are_counted_for_whom_may_see_them_and_for_nobody_else() {
     let size: api::ExportSize = serde_json::from_str(&size.body).unwrap();
     assert_eq!((size.rows, size.bytes), (2, file.body.len() as u64));
     assert!(!size.estimated);
-    // Exports take no place from it.
+    // Exports do not use its places.
     let exports = &shore.state.shore.history.exports;
     let taken = exports.acquire_many(exports.available_permits() as u32).await.unwrap();
     let beside = shore.get(&format!("/api/v1/detections/size?{area}"), &token).await;
@@ -291,7 +291,7 @@ async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
     assert!(nothing.body.contains("nothing is recorded that you may export"), "{}", nothing.body);
 }
 
-/// Takes 10 s: a question waits 5 s for its turn, twice.
+/// Takes 10 s: a query waits 5 s for its turn, twice.
 #[tokio::test]
 async fn questions_beyond_the_places_are_asked_to_come_again() {
     let shore = Shore::with(made_up).await;
@@ -322,10 +322,10 @@ async fn exports_beyond_the_places_are_told_to_wait() {
     assert_eq!(shore.state.shore.history.exports.available_permits(), places, "the place is free again");
 }
 
-/// How a whole answer in chunks ends.
+/// End of a complete chunked answer.
 const WHOLE: &[u8] = b"0\r\n\r\n";
 
-/// Over a real connection, where the mark of a whole answer can be seen.
+/// Over a real connection, where the end mark of an answer is visible.
 #[tokio::test(flavor = "multi_thread")]
 async fn an_export_that_meets_a_broken_disk_does_not_end_as_a_whole_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -388,7 +388,7 @@ async fn get_with(
     shore.send(request, Body::empty()).await
 }
 
-/// A download that broke off goes on to the same bytes, over a restart of the server too, and not to those of another state.
+/// An interrupted download is resumed with the same bytes, after a restart of the server too, but not from another version.
 #[tokio::test]
 async fn a_download_that_broke_off_goes_on_to_the_same_bytes() {
     let shore = Shore::with(|data| {
@@ -425,7 +425,7 @@ async fn a_download_that_broke_off_goes_on_to_the_same_bytes() {
         let same = get_with(&shore, path, &token, &[(header::IF_NONE_MATCH, tag.clone())]).await;
         assert_eq!((same.status, same.bytes.len()), (StatusCode::NOT_MODIFIED, 0), "{path}");
     }
-    // A part of another state is not given, but all of the new one.
+    // For another version the whole new file is sent, not a part.
     let path = "/api/v1/export.csv?message=Voltage";
     let before = shore.get(path, &token).await;
     let tag = before.headers[header::ETAG].to_str().unwrap().to_owned();
@@ -470,7 +470,7 @@ async fn vessels_have_names_and_times_offsets() {
     for query in [
         format!("message=0x{:x}&vessel={name}", imc::catalogue::by_abbrev("Voltage").unwrap().id),
         "message=Voltage&vessel=2068&from=2026-11-21T10:00:00%2B02:00".to_owned(),
-        // As a page's address has a plus.
+        // With a plus, as in a page's address.
         "message=Voltage&to=2026-11-21T10:00:02+02:00".to_owned(),
     ] {
         assert_eq!(csv(&query).await.body, whole, "{query}");

@@ -1,4 +1,4 @@
-//! The guard against grounding before an order is given, by the fictitious archipelago.
+//! The grounding guard before an order is given, with the fictitious archipelago.
 
 use super::charts_tests::archipelago;
 use super::testing::{Boats, FIRST, boat, packet};
@@ -18,7 +18,7 @@ use shore::{clock, plans};
 const OPEN: [[f64; 2]; 2] = [[63.4465, 10.3500], [63.4485, 10.3530]];
 const SHOAL: [[f64; 2]; 2] = [[63.4460, 10.3516], [63.4424, 10.3516]];
 
-/// A shore with the chart, a boat at the start of the demonstration and somebody who has control of it.
+/// A shore with the chart, a boat at the start of the demonstration and an operator who has control of it.
 struct Scene {
     shore: Shore,
     boats: Boats,
@@ -55,7 +55,7 @@ impl Scene {
         self.post("vessels/2068/commands", &json!({"order": order, "window": "a"})).await
     }
 
-    /// Keeps a plan and saves it; its number and document.
+    /// Saves a plan; returns its number and document.
     async fn plan(&self, name: &str, places: [[f64; 2]; 2]) -> (i64, Value) {
         let goto = |(n, [lat_deg, lon_deg]): (usize, [f64; 2])| {
             let task = json!({"kind": "goto", "at": {"lat_deg": lat_deg, "lon_deg": lon_deg}});
@@ -86,7 +86,7 @@ fn is_refused((status, answer): &(StatusCode, Value)) {
     assert_eq!(answer["error"]["code"], "grounding", "{answer}");
     let text = answer["error"]["text"].as_str().unwrap();
     assert!(text.starts_with("The chart shows danger: ") && text.contains("XX5LUTRA"), "{text}");
-    // What a page makes its own words of, with the place.
+    // The parameters for a page's own text, with the place.
     let guard: api::Guard = serde_json::from_value(answer["error"]["guard"].clone()).unwrap();
     let leg = &guard.reasons[0];
     assert!(guard.outcome == "refused" && leg.from.is_some() && leg.to.is_some(), "{answer}");
@@ -144,7 +144,7 @@ async fn a_plan_over_a_shoal_goes_aboard_of_no_vessel() {
     let scene = Scene::start(archipelago).await;
     let (shoal, _) = scene.plan("shoal", SHOAL).await;
     is_refused(&scene.upload(shoal).await);
-    // The first that the vessel hears of is the plan in deep water.
+    // The first plan that reaches the vessel is the one in deep water.
     let (open, _) = scene.plan("open", OPEN).await;
     assert_eq!(scene.upload(open).await.0, StatusCode::ACCEPTED);
     let packet = scene.boats.heard(PlanDB::ID).await;
@@ -152,7 +152,7 @@ async fn a_plan_over_a_shoal_goes_aboard_of_no_vessel() {
     assert_eq!((sent.op, sent.plan_id.as_str()), (PlanDBOp::Set, Some("open")));
 }
 
-/// What the guard says at drawing of one place to go to, for a vessel or none.
+/// The guard's verdict while drawing a single waypoint, for a vessel or none.
 async fn drawn(scene: &Scene, [lat_deg, lon_deg]: [f64; 2], vessel: Option<u16>) -> Value {
     let task = json!({"kind": "goto", "at": {"lat_deg": lat_deg, "lon_deg": lon_deg}});
     let step = json!({"id": "P1", "speed": {"value": 1.5, "unit": "mps"}, "task": task});
@@ -179,12 +179,12 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
     let nobodys = drawn(&scene, beyond, None).await;
     assert_eq!((&nobodys["outcome"], warnings(&nobodys)), (&json!("warnings"), vec!["start-unknown"]));
     assert_eq!((&nobodys["autonomous_m"], &nobodys["of_vessel"]), (&json!(5.0), &json!(false)));
-    // Where somebody's vessel is, is not reported to others by the way.
+    // The check must not reveal a vessel's position to users who may not see it.
     let stranger = scene.shore.token(Some(FIRST + 1), Role::Operator).await;
     let other = Scene { token: stranger, ..scene };
     assert_eq!(warnings(&drawn(&other, beyond, Some(FIRST)).await), ["start-unknown"]);
     let scene = Scene { token: other.shore.token(Some(FIRST), Role::Viewer).await, ..other };
-    // The vessel's own limits count, where the server's are not stricter.
+    // The vessel's own limits apply, where the server's are not stricter.
     let tell = async |told: &[(&str, &str)]| {
         let one =
             |(name, value): &(&str, &str)| EntityParameter { name: (*name).into(), value: (*value).into() };
@@ -194,7 +194,7 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
         let guard = drawn(&scene, OPEN[0], Some(FIRST)).await;
         (guard["autonomous_m"].as_f64().unwrap(), guard["of_vessel"].as_bool().unwrap())
     };
-    // Another program's parameters of the same name, and no numbers, count for nothing.
+    // Another program's parameters of the same name, and values that are not numbers, are ignored.
     assert_eq!(tell(&[("Navigable Depth", "1"), ("Autonomous Depth", "9")]).await, (5.0, false));
     let saved = ("Autonomous Depth - Saved", "9");
     assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "x")]).await, (5.0, false));
@@ -241,13 +241,13 @@ async fn a_start_of_a_plan_that_was_drawn_here_is_refused_over_a_shoal() {
         let plan_id = name.into();
         aboard.push(PlanDBInformation { plan_id, md5: md5.into(), ..PlanDBInformation::default() });
     }
-    // One that the vessel told, though nobody drew it here under this name.
+    // A plan that the vessel reported, although none was drawn here under this name.
     let told = PlanSpecification { plan_id: "told".into(), ..over_a_shoal };
     let md5 = imc::plan_digest::plan_md5(&told).unwrap();
     let plan_id = "told".into();
     aboard.push(PlanDBInformation { plan_id, md5: md5.into(), ..PlanDBInformation::default() });
     scene.boats.say(vec![packet(0, 1, clock::now(), told)]).await;
-    // Another one, which nobody drew here or told, is judged by the vessel alone.
+    // A plan that was neither drawn here nor reported is judged by the vessel alone.
     aboard.push(PlanDBInformation { plan_id: "foreign".into(), ..PlanDBInformation::default() });
     let state = PlanDBState { plans_info: aboard.into_iter().collect(), ..PlanDBState::default() };
     let reply = PlanDB {

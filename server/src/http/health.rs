@@ -1,10 +1,10 @@
-//! Whether the server does its work, and its figures for Prometheus.
+//! Health of the server, and its metrics for Prometheus.
 //!
-//! `/healthz` is for what watches and alarms. It answers 503 while nothing can be recorded, while the audit log cannot be
-//! written, or while one of those who own the server's state hangs or is lost: a server that loses what it hears is not
-//! well, however alive. Nothing should restart the server for that: a start makes no room on a disk, and what waits in
-//! memory would be lost. systemd watches the process itself, which ends when an owner is lost. `/readyz` is for what leads
-//! people here: 503 while the server ends. Neither asks anybody: they answer from what is published.
+//! `/healthz` is for monitoring. It answers 503 while nothing can be recorded, while the audit log cannot be written, or
+//! while an owner of the server's state hangs or is lost: a server that loses data is not healthy, even if it runs. It must
+//! not trigger a restart: that frees no disk space, and queued data would be lost. systemd watches the process itself,
+//! which ends when an owner is lost. `/readyz` is for load balancers: 503 while the server ends. Both answer from published
+//! state, without a request to another task.
 
 use crate::AppState;
 use axum::Json;
@@ -23,7 +23,7 @@ pub(crate) async fn readyz(State(state): State<AppState>) -> Response {
     (StatusCode::SERVICE_UNAVAILABLE, Json(json!({ "status": "ending" }))).into_response()
 }
 
-/// `GET /healthz`. For anyone, so without the names of folders.
+/// `GET /healthz`. Accessible to anyone, so without the names of folders.
 pub(crate) async fn healthz(State(state): State<AppState>) -> Response {
     let recording =
         || state.shore.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short.to_owned());
@@ -51,7 +51,7 @@ pub(crate) async fn metrics(State(state): State<AppState>) -> Response {
     (kind, state.metrics.render()).into_response()
 }
 
-/// Figures that others keep, as they are now.
+/// Updates metrics from the state of other services.
 async fn measure(state: &AppState) {
     let recorder = state.shore.recorder.state().borrow().clone();
     metrics::gauge!("lutra_recording_trouble").set(f64::from(u8::from(recorder.trouble.is_some())));

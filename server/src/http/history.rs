@@ -1,4 +1,4 @@
-//! The fleet as it is and as it was, for programs.
+//! The present state and the history of the fleet, for programs.
 
 use crate::AppState;
 use crate::web::{ApiError, OfVessel, QueryParams, Who, extract};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 use store::Source;
 use units::UtcTime;
 
-/// Most fields of one question.
+/// Most fields of one query.
 const FIELDS: usize = 200;
 
 /// `GET /api/v1/vessels`.
@@ -30,7 +30,7 @@ pub(crate) async fn vessels(
 ) -> Result<Json<Vec<System>>, ApiError> {
     let wanted = Arc::new(Wanted { grants: who.grants, ..Wanted::default() });
     let mut systems = state.shore.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
-    // The server's own words, and those of its people, make no vessel.
+    // Systems heard only from the server itself are not vessels.
     let shore = hub::Transport::Shore.name();
     systems.retain(|system| system.transports.iter().any(|transport| transport != shore));
     Ok(Json(systems))

@@ -20,7 +20,7 @@ use units::UtcTime;
 const START_US: i64 = 1_795_248_000_000_000;
 const OTTER: u16 = 0x0814;
 
-/// Puts packets of an Otter into a folder, each said by an entity at a time.
+/// Stores packets of an Otter in a folder, each with entity and time.
 pub(super) fn put(data: &Path, packets: &[(u8, i64, Message)]) {
     let mut store = Store::open(data).unwrap();
     for (src_ent, time_us, message) in packets {
@@ -159,7 +159,7 @@ async fn how_a_vessel_was_is_told_by_the_last_of_every_series() {
     let told = |at: &At| -> Vec<(String, u8, i64)> {
         at.values.iter().map(|one| (one.abbrev.clone(), one.entity, one.time_us)).collect()
     };
-    // Nothing before the first; of what is older than a month nothing after it.
+    // Nothing before the first; and nothing after it that is older than a month.
     assert_eq!(at(second(-1)).await, At { time_us: second(-1), values: vec![], cut: false });
     assert_eq!(told(&at(second(0)).await), [("Voltage".to_owned(), 3, second(0))], "at the time itself");
     let now = at(second(6) - 1).await;
@@ -191,7 +191,7 @@ async fn silence_is_told_where_nothing_is_declared() {
         put(data, &packets);
         let mut store = Store::open(data).unwrap();
         let at = UtcTime::from_micros;
-        // What the vessel declares says more, though it begins a moment after the last packet.
+        // The vessel's declared gap takes precedence, although it begins a moment after the last packet.
         let (from, to, declared) = (at(second(4) + 300_000), at(second(20)), at(second(21)));
         let reason = "a test".to_owned();
         let gap = store::Gap {
@@ -319,7 +319,7 @@ async fn nobody_is_told_of_what_they_may_not_see() {
     }
 }
 
-/// Questions that have no answer.
+/// Queries that are refused.
 const WRONG: [(&str, &str); 25] = [
     ("at?time_us=-1", "time_us"),
     ("at?time_us=noon", "time_us"),

@@ -1,5 +1,5 @@
-//! What vessels may say, as nobody should believe it, before the pages in a browser: STOP stays on the screen, nothing
-//! is executed, no page grows wider than its window.
+//! Hostile texts from vessels, on the pages in a browser: STOP stays on the screen, nothing is executed, no page grows
+//! wider than its window.
 
 use super::browser_tests::quiet;
 use super::testing::{Boats, FIRST, boat, packet};
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use testkit::Numbers;
 
-/// Systems that speak so. The first has a name that people gave it; the last is for the script: it tells the round.
+/// Number of hostile systems. The first has a name from people; the last tells the script the round.
 const SYSTEMS: u16 = 6;
 const TELLER: u16 = 9;
 
@@ -45,7 +45,7 @@ const PIECES: [&str; 18] = [
 ];
 const LENGTHS: [usize; 6] = [1, 30, 100, 500, 5_000, 40_000];
 
-/// A text of `most` bytes at most, of one piece again and again or of many.
+/// A text of at most `most` bytes, of one repeated piece or of many.
 fn text(chance: &mut Numbers, most: usize) -> String {
     let pick = |chance: &mut Numbers, count: usize| chance.within(0.0, count as f64) as usize;
     let length = LENGTHS[pick(chance, LENGTHS.len())].min(most);
@@ -78,7 +78,7 @@ fn plans(chance: &mut Numbers) -> PlanDB {
     }
 }
 
-/// All that a system says in one round.
+/// All packets of a system in one round.
 fn says(number: u16, chance: &mut Numbers) -> Vec<Bytes> {
     let now = clock::now();
     let mut said = boat(number, now);
@@ -167,14 +167,14 @@ fn says(number: u16, chance: &mut Numbers) -> Vec<Bytes> {
     said
 }
 
-/// Lets all systems speak as the round has it, for as long as the test lasts.
+/// Lets all systems send the packets of the round, for the duration of the test.
 async fn speak(boats: Boats, round: Arc<AtomicU64>) {
     let mut interval = tokio::time::interval(Duration::from_millis(500));
     loop {
         interval.tick().await;
         let now = round.load(Ordering::Relaxed);
         for number in 0..SYSTEMS {
-            // The same words in all of a round.
+            // The same texts during a round.
             let mut chance = Numbers(now * 1_000 + u64::from(number) + 1);
             chance.share();
             boats.say(says(number, &mut chance)).await;

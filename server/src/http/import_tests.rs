@@ -1,4 +1,4 @@
-//! Uploads: what is taken, what is refused, and that nobody is disturbed.
+//! Uploads: what is accepted, what is refused, and that other users are not affected.
 
 use super::tests::{Answer, Shore, bearer};
 use api::{Import, ImportState, Role};
@@ -40,7 +40,7 @@ async fn upload(shore: &Shore, token: &str, name: &str, body: impl Into<Body>) -
     shore.send(bearer(request, token), body.into()).await
 }
 
-/// The import at its end.
+/// Waits for the end of an import.
 async fn ended(shore: &Shore, token: &str, answer: &Answer) -> Import {
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
     let begun: Import = serde_json::from_str(&answer.body).unwrap();
@@ -153,7 +153,7 @@ async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
     let token = shore.token(None, Role::Operator).await;
     let (begun, begins) = oneshot::channel();
     let (cut, hold) = oneshot::channel::<()>();
-    // A body that goes on until it is cut off; it is asked for when the upload has its place.
+    // An endless body, until it is cut off; it is read once the upload has its place.
     let start = stream::once(async {
         begun.send(()).ok();
         Ok::<_, std::io::Error>(Bytes::from(log(10)))
@@ -179,7 +179,7 @@ async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
     assert_eq!(after.added, 3);
 }
 
-/// The same packet so often that the log has `bytes` bytes: packed it is nothing.
+/// One packet repeated until the log has `bytes` bytes: compressed it is tiny.
 fn repeated(bytes: usize) -> Vec<u8> {
     let one = log(1);
     one.iter().copied().cycle().take(bytes / one.len() * one.len()).collect()
@@ -221,7 +221,7 @@ async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
     let after = ended(&shore, &token, &upload(&shore, &token, "short.lsf", log(5)).await).await;
     assert_eq!(after.state, ImportState::Done);
 
-    // What a later start finds: these two, and one that was broken off says so.
+    // State at a later start: these two, and one that is marked as interrupted.
     let path = shore.data().join("imports.json");
     let listed = || serde_json::from_slice::<Vec<Import>>(&std::fs::read(&path).unwrap()).unwrap();
     let wait = async {

@@ -1,7 +1,7 @@
 //! Uploads of logs.
 //!
-//! A log speaks for any vessel, and what it says stays in the archive: so it takes the role operator on all
-//! vessels. The body is the file as it is, plain or packed by gzip, written to the disk as it comes.
+//! A log may have data of any vessel, which stay in the archive: so it takes the role operator on all vessels. The body is
+//! the file itself, plain or compressed by gzip, written to the disk as it arrives.
 
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
@@ -17,9 +17,9 @@ use std::time::{Duration, Instant};
 
 /// Bytes that are written at once.
 const BLOCK: usize = 1 << 20;
-/// Letters of a name.
+/// Characters of a name.
 const NAME: std::ops::RangeInclusive<usize> = 1..=200;
-/// An upload that is slower than this, bytes per second, is given up after a minute: others wait.
+/// An upload that is slower than this, bytes per second, is aborted after a minute, as others wait.
 const SLOWEST: u64 = 4_096;
 
 /// `GET /api/v1/import`.
@@ -89,13 +89,13 @@ pub(crate) async fn upload(
     Ok(Json(state.shore.imports.begin(upload, name, who.name, recorder, &state.shore.tasks, stop)))
 }
 
-/// What the audit log says of somebody who did this.
+/// The line in the audit log for this action of a user.
 fn line(who: &Principal, remote: Remote, action: &'static str, subject: String) -> Line {
     let (address, outcome) = (remote.address.to_string(), "done".to_owned());
     Line { actor: who.actor(), address, action, subject, outcome }
 }
 
-/// Writes the body to the disk, and looks early whether it is a log at all.
+/// Writes the body to the disk, and checks early whether it is a log at all.
 async fn receive(mut upload: Upload, body: Body, most: u64) -> Result<Upload, ApiError> {
     let begun = Instant::now();
     let mut chunks = body.into_data_stream();

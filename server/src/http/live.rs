@@ -1,14 +1,13 @@
 //! `/api/live`: the fleet as it changes, over a WebSocket.
 //!
-//! The socket's task asks the fleet what changed since the revision it sent last, not more often than its client
-//! wants, so that a slow client gets the latest of everything and holds up nobody. Each frame is followed by a ping,
-//! which every client answers by itself: frames whose ping was not answered are still on the way, and only so many
-//! may be, or what a slow way holds would be old when it comes. At least once a second it
-//! sends a frame, by which the client knows that the server lives. When somebody's rights change, it looks again
-//! whether its own still hold.
+//! The socket's task queries the fleet for changes since the revision it sent last, not more often than its client
+//! requests, so that a slow client gets the latest values and delays no other. Each frame is followed by a ping, which
+//! every client answers automatically: frames whose ping was not answered are in flight, and their number is limited, or a
+//! slow network would deliver old data. At least once a second a frame is sent, by which the client knows that the server
+//! is alive. When any user's permissions change, the task checks its own again.
 //!
-//! What the client says is read beside all that, so that a stop is carried out however long a frame, or a look at the
-//! rights, takes. Only a client that takes nothing of what it is sent, or says more than is taken, is not read.
+//! The client's messages are read concurrently, so that a stop is carried out however long a frame, or a check of
+//! permissions, takes. Only a client that does not read, or that sends too many messages, is not read.
 
 mod compact;
 
@@ -39,21 +38,21 @@ use tokio_tungstenite::tungstenite;
 
 /// Bytes of a request at most.
 const REQUEST_BYTES: usize = 64 * 1024;
-/// Bytes that are read of one that is longer, so that its client also reads why the socket is closed.
+/// Bytes that are read of a longer one, so that its client also gets the reason why the socket is closed.
 const READ_BYTES: usize = 1 << 20;
 /// A frame is sent at least so often.
 const HEARTBEAT: Duration = Duration::from_secs(1);
-/// How systems are is told again not more often than this: each of their packets changes it a little.
+/// The state of systems is sent not more often than this: each of their packets changes it a little.
 const SYSTEMS_EVERY: Duration = Duration::from_millis(100);
-/// Frames that may be on the way to a client: enough for ten a second at 300 ms there and back.
+/// Most frames in flight to a client: enough for ten a second with a round trip of 300 ms.
 const ON_THE_WAY: u64 = 4;
-/// Rights are looked at again at least so often, as tokens and sessions also end by themselves.
+/// Permissions are checked at least this often, as tokens and sessions also expire.
 const RIGHTS_EVERY: Duration = Duration::from_secs(30);
 /// Addresses and names in a subscription at most.
 const LISTED: usize = 1_000;
 /// Bytes of the largest frame.
 const FRAME_BYTES: usize = 64 << 20;
-/// What a client said and is not answered yet, and stops that wait for their answer; beyond either it is not read.
+/// Most unanswered messages of a client, and most stops that wait for their outcome; beyond either it is not read.
 const WAITING_MESSAGES: usize = 64;
 const STOPS: usize = 32;
 
@@ -72,7 +71,7 @@ pub(crate) async fn socket(
     })
 }
 
-/// What a client said, for the half that sends.
+/// An event from the reading half, for the sending half.
 enum ClientMessage {
     Subscribe(Subscription),
     Pinged,
@@ -94,32 +93,32 @@ struct Client {
     state: AppState,
     who: watch::Sender<Principal>,
     remote: Remote,
-    /// What the client showed when it came in, to be looked at again.
+    /// The client's credentials at connection, to be checked again.
     headers: HeaderMap,
     wanted: Option<Arc<Wanted>>,
     every: Duration,
-    /// The stream of compact frames, once it asked for them, and whether it wants them now.
+    /// The stream of compact frames, once the client has requested them, and whether it wants them now.
     compact: Option<Compact>,
     is_compact: bool,
-    /// The revision up to which the client knows everything; 0 for nothing.
+    /// The last revision sent to the client; 0 for none.
     known: u64,
-    /// The same of who commands, of commands, and of alarms.
+    /// The same for leases, commands and alarms.
     known_control: (u64, u64, u64),
-    /// How many values of each series there were when it was sent last, to tell how many were skipped.
+    /// Number of values of each series when it was sent last, to count skipped ones.
     counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
-    /// What was told of each system, and when that may be told again.
+    /// The last sent state of each system, and when it may be sent again.
     systems: BTreeMap<u16, System>,
     systems_not_before: Instant,
     /// When the next frame may be sent, and when it must.
     not_before: Instant,
     not_after: Instant,
-    /// Frames that were sent, those that arrived, and when the last of either was.
+    /// Number of frames sent, number arrived, and when the last of either was.
     sent: u64,
     arrived: u64,
     moved: Instant,
 }
 
-/// Why a socket is closed: code and words of the protocol.
+/// Why a socket is closed: close code and reason.
 type End = (u16, &'static str);
 const TOO_SLOW: End = (close_code::POLICY, "too slow");
 
@@ -147,7 +146,7 @@ fn is_too_large(error: &axum::Error) -> bool {
 }
 
 impl Listener {
-    /// Reads until the client leaves or says what nobody understands.
+    /// Reads until the client leaves or sends an invalid message.
     async fn listen(self, mut stream: SplitStream<WebSocket>) -> End {
         loop {
             let said = match self.understand(stream.next().await) {
@@ -193,7 +192,7 @@ impl Listener {
         }
     }
 
-    /// Begins to stop a vessel, before anything else is looked at.
+    /// Begins to stop a vessel, before anything else is processed.
     fn stop(&self, ask: &LiveStop) -> Result<Stop, ApiError> {
         let who = self.who.borrow().clone();
         if who.grants.on(ask.vessel) < Some(Role::Operator) {
@@ -208,7 +207,7 @@ impl Listener {
     }
 }
 
-/// What became of a stop, as the client is told.
+/// The outcome of a stop, as sent to the client.
 async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<Stop, ApiError>) -> LiveAnswer {
     let outcome = match stop {
         Ok(stop) => stop.outcome().await.map_err(ApiError::from),
@@ -269,7 +268,7 @@ impl Client {
         let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
         let mut stops = FuturesUnordered::new();
         loop {
-            // While something has not left, nothing is put behind it and nothing more is taken.
+            // While a message has not been sent, none is queued behind it and no more are read.
             let free = !out.waits();
             let step = tokio::select! {
                 left = out.flushed(), if !free => self.left(left),
@@ -297,7 +296,7 @@ impl Client {
         }
     }
 
-    /// All that was put in has left, or never will.
+    /// The queued messages have been sent, or sending has failed.
     fn left(&mut self, left: Result<(), Ended>) -> Result<(), End> {
         self.moved = Instant::now();
         left.map_err(End::from)
@@ -305,7 +304,7 @@ impl Client {
 
     fn subscribe(&mut self, asked: Subscription) {
         let Subscription { systems, messages, of_others, events, every_ms, compact } = asked;
-        // The stream of a connection goes on, whatever is subscribed on it.
+        // The stream of a connection continues across subscriptions.
         if compact && self.compact.is_none() {
             self.compact = Some(Compact::new());
         }
@@ -313,7 +312,7 @@ impl Client {
         self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
         (self.known, self.known_control) = (0, (0, 0, 0));
         self.counts.clear();
-        // At once, but not faster than its own pace, however often it asks.
+        // At once, but not faster than its requested rate, however often it subscribes.
         self.not_after = self.not_before.max(Instant::now());
         self.wanted = Some(Arc::new(Wanted {
             grants: self.who.borrow().grants.clone(),
@@ -324,7 +323,7 @@ impl Client {
         }));
     }
 
-    /// Whether as much is on the way as may be.
+    /// Whether the limit of frames in flight is reached.
     fn full(&self) -> bool {
         self.sent - self.arrived >= ON_THE_WAY
     }
@@ -396,14 +395,14 @@ impl Client {
         Ok(())
     }
 
-    /// Values of a series that came and went since it was sent last.
+    /// Number of values of a series that were skipped since it was sent last.
     fn skipped(&mut self, value: &Update) -> u64 {
         let key = (value.system, value.id, value.entity, value.instance);
         let before = self.counts.insert(key, value.count);
         before.map_or(0, |before| value.count.saturating_sub(before + 1))
     }
 
-    /// Whether the client may still be here, and what it may see now.
+    /// Checks whether the client is still authorised, and updates what it may see.
     async fn check_rights(&mut self) -> Result<(), End> {
         let ended = (close_code::POLICY, "not logged in any more");
         let who = match identify(&self.state, &self.headers, self.remote).await {

@@ -16,7 +16,7 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 use units::UtcTime;
 
-/// A generous bound for anything that ought to happen.
+/// A generous time limit.
 pub(super) const DEADLINE: Duration = Duration::from_secs(20);
 
 pub(super) struct Shore {
@@ -148,7 +148,7 @@ async fn what_was_replaced_is_counted_and_events_all_come() {
     assert!(skipped > 800, "a frame a second carries the latest only, but {values} came");
 }
 
-/// A client that answers pings when it is told to.
+/// A client that answers pings on request.
 pub(super) struct Raw(pub(super) TcpStream);
 
 impl Raw {
@@ -184,7 +184,7 @@ impl Raw {
         self.0.write_all(&bytes).await.unwrap();
     }
 
-    /// What the server said next, with the ping after it.
+    /// The server's next frame, with the ping after it.
     async fn frame(&mut self) -> (LiveFrame, Vec<u8>) {
         let mut said = Vec::new();
         for opcode in [1, 9] {
@@ -212,7 +212,7 @@ async fn a_client_behind_a_slow_way_gets_what_is_and_no_queue_of_what_was() {
     let wanted = "{\"every_ms\":2,\"messages\":[\"Voltage\"]}";
     let work = async {
         let mut client = Raw::subscribed(&shore, &token, wanted).await;
-        // Nothing of it is answered, as if nothing had arrived yet.
+        // No ping is answered, as if nothing had arrived yet.
         let mut ping = Vec::new();
         for _ in 0..4 {
             ping = client.frame().await.1;
@@ -258,7 +258,7 @@ async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
     let mut socket = shore.connect("cookie", &cookie, &own).await.unwrap();
     subscribe(&mut socket, "{}").await;
     assert!(frame(&mut socket).await.is_some());
-    // Through the server, as the page does it: ended by itself from a second session.
+    // Through the server, as on the page: ended from a second session.
     let second = testing::session(folder, person).await;
     let sessions = shore.serving.state.shore.people.ask(sessions::List(Some(person))).await.unwrap();
     let first_id = sessions.iter().map(|session| session.id).min().unwrap();
@@ -385,7 +385,7 @@ async fn the_compact_form_says_the_same_and_names_a_series_once() {
                 || (sample.meanings.is_empty() && meanings.iter().all(Option::is_none))
         );
     }
-    // What is known is not described again, until everything starts over.
+    // Known series are not described again, until everything starts over.
     shore.boats.say(boat(0, clock::now())[2..4].to_vec()).await;
     let mut next = inflate.next(&mut compact).await;
     while next.samples.is_empty() {

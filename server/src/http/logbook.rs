@@ -1,4 +1,4 @@
-//! The log book that people keep, for programs and its page.
+//! The log book, for programs and its page.
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
@@ -20,7 +20,7 @@ use shore::logbook::{CSV_HEAD, Cursor, Filter, Logbook};
 
 /// Notes that are read at once for a file.
 const FILE_PAGE: u32 = 500;
-/// Letters that are searched for.
+/// Most characters of a search text.
 const SEARCH: usize = 200;
 
 /// `GET /api/v1/logbook`.
@@ -45,7 +45,7 @@ pub(crate) async fn csv(
 ) -> Result<Response, ApiError> {
     let filter = filter(&who, Role::Researcher, query, &state.shore.people.vessels())?;
     let logbook = state.shore.logbook.clone();
-    // What fails before its first byte is an ordinary error with its reason.
+    // A failure before the first byte is an ordinary error with its reason.
     let first = file_page(&logbook, &who, &filter, None).await?;
     let rest = stream::try_unfold(Some(first), move |page| {
         let (logbook, who, filter) = (logbook.clone(), who.clone(), filter.clone());
@@ -65,7 +65,7 @@ pub(crate) async fn csv(
     Ok((headers, Body::from_stream(futures_util::StreamExt::fuse(rest))).into_response())
 }
 
-/// Ends the connection without the mark of a whole answer, so that nobody takes it for one.
+/// Ends the connection without the end mark of a complete answer, so that no client takes it for one.
 fn cut(error: shore::Error) -> std::io::Error {
     tracing::info!(%error, "a file of the log book was cut");
     std::io::Error::other(error)
@@ -86,7 +86,7 @@ async fn file_page(
     Ok((bytes, next.as_deref().map(Logbook::cursor).transpose()?))
 }
 
-/// What is asked for, as far as it is of vessels on which `who` has the role `least`.
+/// The requested filter, limited to vessels on which `who` has the role `least`.
 pub(super) fn filter(
     who: &Principal,
     least: Role,
@@ -127,7 +127,7 @@ pub(crate) async fn write(
     Ok(Json(state.shore.logbook.write(&who, remote.address.to_string(), ask, sent).await?))
 }
 
-/// What stands in the path of one note.
+/// Path parameters of one note.
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub(crate) struct OneNote {
     id: i64,
@@ -190,7 +190,7 @@ pub(crate) async fn photo(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let photo = state.shore.logbook.photo(&who, id).await?;
-    // A photo never changes, and who may see it is looked at each time: a bad link brings it once.
+    // A photo never changes, and its access is checked each time: with the tag it is transferred only once.
     let tag = format!("\"{id}\"");
     let kept = [(header::CACHE_CONTROL, "private, no-cache".to_owned()), (header::ETAG, tag.clone())];
     if headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {

@@ -1,4 +1,4 @@
-//! The log book: who may read, write, correct and withdraw, and what is refused with which words.
+//! The log book: permissions to read, write, correct and withdraw, and refusals with their texts.
 
 use super::tests::{Answer, Shore, bearer};
 use api::{LogNote, LogNoteRevision, LogNotes, Role};
@@ -107,7 +107,7 @@ async fn the_author_or_an_admin_corrects_and_withdraws_and_nothing_is_lost() {
     let earlier = shore.get(&format!("/api/v1/logbook{path}/earlier"), &author).await;
     let earlier: Vec<LogNoteRevision> = serde_json::from_str(&earlier.body).unwrap();
     assert_eq!((earlier.len(), &*earlier[0].text), (1, "wind 3 m/s"));
-    // Nobody moves a note to a vessel on which they may not write.
+    // A user cannot move a note to a vessel on which they may not write.
     let away = json!({"revision": 2, "note": {"text": "x", "vessel": OWN + 1}});
     assert_eq!(say(&shore, "PATCH", &path, &author, away).await.status, StatusCode::FORBIDDEN);
     assert_eq!(say(&shore, "DELETE", &path, &admin, json!({})).await.status, StatusCode::OK);
@@ -185,7 +185,7 @@ async fn a_photo_is_kept_once_and_given_to_who_may_see_its_note() {
     let again = bearer(Request::get(&path), &viewer).header("if-none-match", &photo.headers["etag"]);
     assert_eq!(shore.send(again, Body::empty()).await.status, StatusCode::NOT_MODIFIED);
     assert_eq!(std::fs::read(shore.data().join(format!("logbook/{}", note.id))).unwrap(), PNG);
-    // Where its file is lost, that is said.
+    // A lost file is reported.
     std::fs::remove_file(shore.data().join(format!("logbook/{}", note.id))).unwrap();
     let lost = shore.get(&path, &viewer).await;
     assert!(lost.status == StatusCode::NOT_FOUND && lost.body.contains("backup"), "{}", lost.body);

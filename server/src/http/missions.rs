@@ -1,4 +1,4 @@
-//! Missions that people record, for programs and their pages.
+//! Recorded missions, for programs and their pages.
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};

@@ -1,4 +1,4 @@
-//! Missions: who may read, write, change and withdraw, and what the history tells of one.
+//! Missions: permissions to read, write, change and withdraw, and summaries from the history.
 
 use super::history_tests::put;
 use super::tests::{Answer, Shore, bearer};
@@ -58,7 +58,7 @@ async fn operators_of_all_its_vessels_keep_a_mission_and_others_see_their_part()
     };
     assert_eq!((listed(&viewer, "").await, listed(&elsewhere, "").await), (1, 0));
 
-    // Who may not see all its vessels does not change it, as some would be lost.
+    // A user who may not see all its vessels cannot change it, as some would be lost.
     let change = |revision: u32| json!({"revision": revision, "mission": ask(&[OTTER], 5, Some(9))});
     assert_eq!(say(&shore, "PATCH", &path, &one, change(1)).await.status, StatusCode::FORBIDDEN);
     assert_eq!(say(&shore, "DELETE", &path, &one, json!({})).await.status, StatusCode::FORBIDDEN);
@@ -131,7 +131,7 @@ async fn the_history_tells_distance_hours_battery_and_tags_of_a_mission() {
     assert_eq!((otter.battery_first_percent, otter.battery_last_percent), (Some(90.0), Some(80.5)));
     assert_eq!((otter.detections, otter.tags), (3, 2), "those of its time");
     assert_eq!((other.first_us, other.distance_m, other.battery_first_percent), (None, 0.0, None));
-    // While it goes on it is told up to now.
+    // While it has not ended, it is summarised up to now.
     let open = created(&shore, &operator, ask(&[OTTER], START_US + 700_000_000, None)).await;
     let told = shore.get(&format!("/api/v1/missions/{}/summary", open.id), &operator).await;
     assert_eq!(told.status, StatusCode::OK, "{}", told.body);

@@ -1,4 +1,4 @@
-//! What programs ask for and do: the API, the live stream, health and figures. [`routes`] lists it.
+//! The interface for programs: the API, the live stream, health and metrics. [`routes`] lists it.
 
 pub(crate) mod alarms;
 #[cfg(test)]

@@ -97,7 +97,7 @@ fn path_parameter(name: &str) -> Parameter {
     parameter.schema(Some(schema)).build()
 }
 
-/// `Vec<T>` and the like have no name of their own and stand in place.
+/// `Vec<T>` and the like have no name and are inlined.
 fn reference((name, schema, _): &Shape) -> RefOr<Schema> {
     match schema {
         RefOr::T(Schema::Array(_)) => schema.clone(),

@@ -39,7 +39,7 @@ pub(crate) async fn token_make(
     new: Result<Json<NewToken>, JsonRejection>,
 ) -> Result<Json<TokenMade>, ApiError> {
     if matches!(who.via, Via::Token { .. }) {
-        // Otherwise a token that ends could live on in another.
+        // Otherwise an expiring token could be extended by another.
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
     let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
@@ -85,7 +85,7 @@ pub(crate) async fn session_end(
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
     if matches!(who.via, Via::Token { .. }) && person.is_some() {
-        // Whoever got hold of a script's token must not be able to lock its person out.
+        // A stolen token must not be able to lock its person out.
         return Err(ApiError::forbidden("A token cannot end sessions: log in with a browser."));
     }
     let end = sessions::End { id, person };
@@ -98,7 +98,7 @@ pub(crate) async fn session_end(
 pub(crate) struct AuditQuery {
     /// Entries before this one; without it, the newest.
     pub(crate) before: Option<i64>,
-    /// At most so many, up to 1000.
+    /// At most this many, up to 1000.
     pub(crate) count: Option<u32>,
 }
 

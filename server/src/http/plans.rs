@@ -1,7 +1,7 @@
 //! Plans for programs and for the editor.
 //!
-//! A plan of a vessel is seen by who may see the vessel and changed by its operators; one of no vessel by all and by
-//! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
+//! A plan of a vessel is visible to users who may see the vessel and changed by its operators; a plan of no vessel is
+//! visible to all and changed by operators of any vessel. Saving drafts is not audited: the revisions have the author.
 
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who, extract};
@@ -22,7 +22,7 @@ use shore::identity::{Fault, Principal};
 use shore::plans::{self, Change, Format, Row};
 use units::UtcTime;
 
-/// Letters of a file's name.
+/// Characters of a file's name.
 const FILE_NAME: std::ops::RangeInclusive<usize> = 1..=200;
 
 type Sent<T> = Result<Json<T>, JsonRejection>;
@@ -299,12 +299,12 @@ fn taken<T>(sent: Sent<T>) -> Result<T, ApiError> {
     sent.map(|Json(sent)| sent).map_err(|error| ApiError::malformed(error.status(), error.body_text()))
 }
 
-/// Judging a long plan takes some milliseconds, which others need not wait for.
+/// Checking a long plan takes some milliseconds, which must not block other tasks.
 async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R, ApiError> {
     tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
 }
 
-/// What is told of a plan, by the chart too. Where its vessel is counts only for who may see the vessel.
+/// Checks a plan, also against the chart. The vessel's position is used only if the user may see the vessel.
 async fn judged(state: &AppState, who: &Principal, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
     let seen = plan.vessel.filter(|vessel| who.grants.on(*vessel).is_some());
     let judge = state.shore.grounding.of_drawing(seen.map(Address)).await;

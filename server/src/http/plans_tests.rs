@@ -1,4 +1,4 @@
-//! Plans through the API: who may what, conflicts, files.
+//! Plans through the API: permissions, conflicts, files.
 
 use super::tests::{Shore, bearer};
 use api::Role;

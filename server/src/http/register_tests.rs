@@ -1,4 +1,4 @@
-//! The register: who may see and change what, files in and out, and what becomes of it in files of detections.
+//! The register: permissions, import and export, and its use in files of detections.
 
 use super::history_tests::put;
 use super::testing::FIRST;
@@ -65,7 +65,7 @@ async fn researchers_of_all_vessels_keep_the_register_and_those_of_one_its_deplo
     assert_eq!(listed(&shore, &viewer, "?kind=tag").await.entries[0].record, code.record);
     assert_eq!(shore.get("/api/v1/register?kind=fish", &viewer).await.status, StatusCode::BAD_REQUEST);
 
-    // Of another vessel's deployment nobody is told, and nobody moves one to a vessel that is not theirs.
+    // Another vessel's deployment is not revealed, and no user can move one to a vessel on which they have no role.
     let at = format!("/{}", deployment.id);
     let change = |revision: u32, record: Value| json!({"revision": revision, "record": record});
     let hidden = shore.token(Some(OTHER), Role::Researcher).await;
@@ -164,7 +164,7 @@ async fn a_file_is_told_of_before_it_is_taken_whole() {
     assert_eq!((again.same, again.changed, again.version), (2, 0, 1), "what it wrote changes nothing");
     let template = shore.get("/api/v1/register.csv?kind=deployment", &token).await;
     assert_eq!(template.body, "name,receiver,vessel,project,from_time,to_time,depth_m,notes\n");
-    // Deployments of vessels that are not one's own are refused line by line.
+    // Deployments of other vessels are refused line by line.
     let own = shore.token(Some(FIRST), Role::Researcher).await;
     let lines = format!("receiver,vessel,from_time\nr,{FIRST},2026-01-01\nr,{OTHER},2027-01-01\n");
     let told: RegisterImport =

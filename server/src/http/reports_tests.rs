@@ -1,4 +1,4 @@
-//! What vessels tell when they are asked: who may ask, what is kept of it, and what of parameters is written down.
+//! Reports of vessels on request: permissions, stored reports, and the audit of parameters.
 
 use super::testing::{Boats, FIRST, boat, packet};
 use super::tests::{Shore, bearer};
@@ -54,7 +54,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
         (question.name.as_str(), question.visibility.as_str()),
         (Some("Navigation"), Some("developer"))
     );
-    // The same again: the answer may be on its way.
+    // Repeated: the answer may be on its way, so nothing is sent.
     assert_eq!(post(&shore, "ask", &operator, &ask).await.1["packets"], 0);
     let unknown = json!({"about": "parameters", "entities": ["<b>x</b>"]});
     let (status, refused) = post(&shore, "ask", &viewer, &unknown).await;

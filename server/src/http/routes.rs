@@ -1,4 +1,4 @@
-//! The routes of the API and what belongs to it. One list for each area lies beside.
+//! The routes of the API and what belongs to it. Each area has its own list in a submodule.
 
 mod alarms;
 mod datasets;
@@ -18,7 +18,7 @@ use api::{
 use axum::Json;
 use utoipa::openapi::OpenApi;
 
-/// All routes for programs, and what pages are made of.
+/// All routes for programs, and the static assets of pages.
 pub(crate) fn table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let admin = Need::Everywhere(Role::Admin);

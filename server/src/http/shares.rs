@@ -1,4 +1,4 @@
-//! Files that a link gives to those who have its address, without a login. Sessions are not looked at.
+//! Files for clients that have the address of a link, without a login. Sessions are ignored.
 
 use super::datasets::download;
 use crate::AppState;
@@ -33,7 +33,7 @@ impl From<ShareClosed> for ApiError {
     }
 }
 
-/// A link whose data somebody may have: it holds, its password is given, and no embargo stands.
+/// Checks that a link's data may be sent: the link is valid, its password is given, and there is no embargo.
 async fn given(
     state: &AppState,
     token: &str,
@@ -79,7 +79,7 @@ pub(crate) async fn detections(
     download(frozen, query.gzip.unwrap_or(false)).answer_in(Box::new(place), &state, &headers).await
 }
 
-/// What describes what a link gives.
+/// Metadata of what a link gives.
 async fn described(
     state: &AppState,
     token: &str,

@@ -1,4 +1,4 @@
-//! Links: what one gives, to whom it gives nothing, and that it opens nothing else. Generated from the table of routes.
+//! Links: what they give, when they give nothing, and that they open nothing else. Generated from the table of routes.
 
 use super::datasets_tests::{START_US, done, draft, kari, published, say, three};
 use super::testing::FIRST;
@@ -14,7 +14,7 @@ use shore::clock::{Clock, ClockHand};
 use std::time::Duration;
 
 const PASSWORD: &str = "nine grey otters";
-/// What only the data have: a tag, and digits of places.
+/// Marks of the data: a tag, and digits of positions.
 const MARKS: [&str; 4] = ["S256-101", "63.432", "10.398", "63.446"];
 
 /// A shore with a published dataset, and its researcher.
@@ -39,7 +39,7 @@ impl Scene {
         format!("/datasets/{}/shares", self.dataset.id)
     }
 
-    /// A link, with what is asked for beside its name and its days.
+    /// Makes a link, with further options.
     async fn link(&self, more: Value) -> DatasetShareMade {
         let mut asked = json!({"label": "Ola", "days": 30});
         for (field, value) in more.as_object().unwrap() {
@@ -48,7 +48,7 @@ impl Scene {
         done(&self.shore, "POST", &self.shares(), &self.token, asked).await
     }
 
-    /// What a path gives to somebody who has nothing but it.
+    /// The answer to a client that has nothing but the path.
     async fn stranger(&self, path: &str) -> Answer {
         self.shore.get(path, "").await
     }
@@ -63,7 +63,7 @@ impl Scene {
         done(&self.shore, "GET", &path, &self.token, json!({})).await
     }
 
-    /// What the form with a password gives.
+    /// The answer to the password form.
     async fn form(&self, path: &str, password: &str) -> Answer {
         let body = form_urlencoded::Serializer::new(String::new()).append_pair("password", password).finish();
         let request = Request::post(path)
@@ -74,7 +74,7 @@ impl Scene {
     }
 }
 
-/// The paths that a link reaches, from the table of routes; each format of a file by itself.
+/// The paths that a link gives access to, from the table of routes; each format of a file separately.
 fn reached(path: &str) -> Vec<String> {
     let of_link = |route: &Route| route.path.starts_with("/s/") && route.method == Method::GET;
     let mut paths: Vec<String> = table()
@@ -89,7 +89,7 @@ fn reached(path: &str) -> Vec<String> {
     paths
 }
 
-/// Nothing of the data stands in it.
+/// Checks that the answer has nothing of the data.
 fn tells_nothing(answer: &Answer, path: &str, sha256: &str) {
     for mark in MARKS.into_iter().chain([sha256]) {
         assert!(!answer.body.contains(mark), "{path} tells {mark}: {}", answer.body);
@@ -126,7 +126,7 @@ async fn every_route_of_a_link_refuses_no_link_an_ended_one_a_revoked_one_and_a_
         assert_eq!(open.status, if is_page { StatusCode::OK } else { StatusCode::FORBIDDEN }, "{path}");
         tells_nothing(&open, &path, &sha256);
         assert!(!open.body.contains("Salmon in the fjord"), "{path} names the dataset");
-        // What opens another link, and what nobody gave, open nothing.
+        // A cookie of another link, and a forged one, open nothing.
         for cookie in ["0.0", "99999999999999999.00", "x"] {
             let forged = Request::get(&path)
                 .header(header::COOKIE, format!("lutra_link_{}={cookie}", locked.share.id));
@@ -186,7 +186,7 @@ async fn under_embargo_no_route_of_a_link_gives_data() {
             }
         }
     }
-    // Who has the role takes the data from the archive anyway.
+    // A user with the role can download the data anyway.
     let own = format!("/api/v1/datasets/{}/versions/1/detections.csv", scene.dataset.id);
     assert_eq!(scene.shore.get(&own, &scene.token).await.status, StatusCode::OK);
 }
@@ -238,7 +238,7 @@ async fn a_link_gives_its_bytes_and_tells_its_owner_of_each_use() {
     );
     let listed: Vec<DatasetShare> = done(&scene.shore, "GET", &scene.shares(), &scene.token, json!({})).await;
     assert_eq!((listed[0].views, listed[0].downloads), (1, 2));
-    // Nobody else sees them, and the address itself is nowhere.
+    // Other users cannot see them, and the address itself is stored nowhere.
     let viewer = scene.shore.token(None, Role::Viewer).await;
     assert_eq!(
         scene.shore.get(&format!("/api/v1{}", scene.shares()), &viewer).await.status,
@@ -295,7 +295,7 @@ async fn a_password_opens_a_link_in_one_browser_and_is_guessed_no_more_often_tha
     assert_eq!(with(&file, &cookie).await.status, StatusCode::OK);
     let header = Request::get(&file).header("lutra-link-password", PASSWORD);
     assert_eq!(scene.shore.send(header, Body::empty()).await.status, StatusCode::OK, "a script gives it so");
-    // It opens this link alone, for half a day.
+    // It opens only this link, for half a day.
     let other = scene.link(json!({"password": "ten grey otters"})).await;
     let borrowed = cookie.replace(&format!("link_{}", link.share.id), &format!("link_{}", other.share.id));
     assert_eq!(
@@ -346,7 +346,7 @@ async fn a_link_gives_no_more_than_its_part_and_no_place_finer_than_its_cells() 
     let csv = scene.stranger(&format!("{}/detections.csv", coarse.path)).await;
     assert!(csv.body.contains(",63.43500000,10.39000000,,,"), "{}", csv.body);
     assert_eq!(hex::encode(Sha256::digest(&csv.bytes)), coarse.share.content.sha256);
-    // Another link with the same cells gives the same places, so that many links tell no more than one.
+    // Another link with the same cells gives the same places, so that many links reveal no more than one.
     let again =
         scene.link(json!({"precision_m": 1_000, "area": "63.4,10.3;63.45,10.3;63.45,10.6;63.4,10.6"})).await;
     let part = scene.stranger(&format!("{}/detections.csv", again.path)).await;

@@ -1,4 +1,4 @@
-//! A stop by both of its ways, over real connections.
+//! A stop over both of its transports, with real connections.
 
 use super::live_tests::{DEADLINE, Raw, Shore, Socket, exchange};
 use super::testing::{FIRST, boat, packet};
@@ -36,7 +36,7 @@ async fn stop(socket: &mut Socket, text: &str) -> LiveStopped {
     }
 }
 
-/// Aborts that came to the boats until now: what was said before a mark that follows them.
+/// Number of Aborts that reached the boats so far: those before a mark that is sent after them.
 async fn aborts(shore: &Shore) -> usize {
     let mark = packet(1, 255, clock::now(), LogBookEntry::default());
     let mut count = 0;
@@ -65,7 +65,7 @@ fn addressed(mark: &[u8]) -> bytes::Bytes {
     imc::Packet::new(header, message).encode().unwrap().into()
 }
 
-/// Of what waits for a connection nothing has room any more.
+/// The queue of a connection is full.
 #[tokio::test]
 async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
     let shore = Shore::start().await;
@@ -105,13 +105,13 @@ async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
     assert_eq!((by_socket.vessel, by_socket.key.as_str()), (FIRST, "one"));
     assert_eq!(by_socket.ordered.as_ref(), Some(&by_request), "{by_socket:?}");
     assert!(by_request.reached && !by_request.waits, "{by_request:?}");
-    // Again by each way, long after: the answer of the first.
+    // Repeated over each transport, long after: the answer of the first.
     assert_eq!(post(&shore, &token, "?window=w&key=one").await, by_request);
     let again = stop(&mut socket, "{\"vessel\":2068,\"key\":\"one\"}").await;
     assert_eq!(again.ordered.as_ref(), Some(&by_request));
     assert_eq!(aborts(&shore).await, 1);
 
-    // Another key, no key, and another person's same key are stops of their own.
+    // Another key, no key, and another person's same key are separate stops.
     let second = stop(&mut socket, "{\"vessel\":2068,\"key\":\"two\"}").await.ordered.unwrap();
     let third = post(&shore, &token, "").await;
     let fourth = post(&shore, &token, "").await;
@@ -150,7 +150,7 @@ async fn a_stop_is_carried_out_though_nothing_goes_back_to_its_sender() {
     let token = shore.token(None, Role::Operator).await;
     let mut client = Raw::connect(&shore, &token).await;
     client.say(1, b"{\"subscribe\":{\"every_ms\":2}}").await;
-    // More than fits on the way: the client takes nothing, so that a frame of the server's stays half sent.
+    // More than the buffers hold: the client reads nothing, so that a frame of the server stays half sent.
     let text = "x".repeat(60_000);
     for _ in 0..200 {
         let entry = LogBookEntry { text: text.as_str().into(), ..LogBookEntry::default() };
@@ -174,7 +174,7 @@ async fn who_sends_pings_and_takes_nothing_fills_no_memory_and_is_let_go() {
     let ping = [&[0x89, 0xFD, 0, 0, 0, 0][..], &[7; 125]].concat();
     let many = ping.repeat(1_000);
     let (before, begun, mut sent) = (resident_bytes(), Instant::now(), 0);
-    // What the ways hold is some MiB; a server that reads on would take all of it.
+    // The buffers hold some MiB; a server that continues to read would take all of it.
     while sent < 400 << 20 {
         let written = timeout(DEADLINE, client.0.write_all(&many)).await;
         if written.expect("it is let go in time").is_err() {
@@ -199,7 +199,7 @@ async fn pings_whose_answers_nobody_takes_fill_no_memory_at_any_socket() {
         let mut client = Raw::to(&shore, path, token).await;
         let (before, mut sent) = (resident_bytes(), 0);
         while sent < 64 << 20 {
-            // A server that lets it go, or takes no more, fills no memory either.
+            // A server that disconnects, or stops reading, fills no memory either.
             match timeout(Duration::from_secs(2), client.0.write_all(&ping)).await {
                 Ok(Ok(())) => sent += ping.len(),
                 Ok(Err(_)) | Err(_) => break,

@@ -18,14 +18,14 @@ use tokio::time::MissedTickBehavior;
 const SAY_BYTES: usize = 2 * 1024;
 /// Bytes that may wait in the socket of a browser that takes nothing.
 const WAITING_BYTES: usize = 64 * 1024;
-/// How often the server looks at what it has, and answers.
+/// Period at which the server processes its input and answers.
 const TICK: Duration = Duration::from_millis(50);
-/// A browser that takes nothing for so long is let go.
+/// A browser that reads nothing for this long is disconnected.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Looks without a word from the browser, one each [`TICK`], after which it is let go, and the helm with it: 3 s. What
-/// holds up the server lets no time pass here, as what came meanwhile is not read yet.
+/// Number of ticks, one each [`TICK`], without a message from the browser after which it is disconnected and the helm is
+/// released: 3 s. Counted in ticks, not time, as messages are not read while the server itself is delayed.
 const SILENT_LOOKS: u32 = 60;
-/// Rights are looked at again at least so often.
+/// Permissions are checked at least this often.
 const RIGHTS_EVERY: Duration = Duration::from_secs(30);
 
 /// `GET /api/v1/vessels/{vessel}/teleop`.
@@ -46,7 +46,7 @@ pub(crate) async fn socket(
     })
 }
 
-/// Why the socket is closed: code and words of the protocol.
+/// Why the socket is closed: close code and reason.
 type End = (u16, &'static str);
 
 struct Connection {
@@ -54,7 +54,7 @@ struct Connection {
     vessel: Address,
     remote: Remote,
     headers: HeaderMap,
-    /// Looks since the browser said something.
+    /// Ticks since the browser's last message.
     silent: u32,
 }
 
@@ -74,7 +74,7 @@ impl Connection {
         let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
         loop {
             let step = tokio::select! {
-                // What is due stops for certain; a flood of samples does not hold it up.
+                // Ticks come first, so that a flood of samples cannot delay a stop.
                 biased;
                 () = self.state.shore.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
                 _ = tick.tick() => self.tick(steering, socket).await,
@@ -116,11 +116,11 @@ impl Connection {
         }
     }
 
-    /// Time passes: stops what is stale, and answers.
+    /// Stops on stale sticks, and answers.
     async fn tick(&mut self, steering: &mut Steering, socket: &mut WebSocket) -> Result<(), End> {
         self.silent += 1;
         if self.silent > SILENT_LOOKS {
-            // Of a computer that lost its network nothing tells that it is gone.
+            // A computer that lost its network does not close the connection.
             return Err((close_code::POLICY, "nothing came from the window for 3 s"));
         }
         let told = steering.tick().await.map_err(stopping)?;

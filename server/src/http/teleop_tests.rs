@@ -1,4 +1,4 @@
-//! Steering by hand over real connections: who may, what the vessel gets, and what is written down.
+//! Steering by hand over real connections: permissions, packets to the vessel, and the audit log.
 
 use super::testing::{Boats, FIRST, boat};
 use crate::config::Config;
@@ -19,13 +19,13 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
-/// A generous bound for anything that ought to happen.
+/// A generous time limit.
 const DEADLINE: Duration = Duration::from_secs(30);
 
 struct Shore {
     serving: Serving,
     boats: Boats,
-    /// The boat says how it is until this is aborted.
+    /// The boat reports its state until this is aborted.
     sailing: tokio::task::JoinHandle<()>,
     folder: tempfile::TempDir,
 }
@@ -62,7 +62,7 @@ impl Shore {
         self.serving.state.shore.router.inspect(ask).await.unwrap().unwrap();
     }
 
-    /// Somebody with control of the vessel, which waits for their hands.
+    /// An operator with control of the vessel, which waits for teleoperation.
     async fn hands_of_anna(&self) -> Hands {
         let (anna, token) = self.person("anna", Role::Operator).await;
         self.control((anna, "anna"), LeaseRequest::Request(String::new())).await;
@@ -80,7 +80,7 @@ impl Shore {
         Ok(Hands { socket, seq: 0, begun: std::time::Instant::now(), told: None })
     }
 
-    /// What stands in the audit log of steering, in order: action, subject, outcome. How far the orders got is left out.
+    /// Lines of the audit log about steering, in order: action, subject, outcome; without the stages of orders.
     async fn audited(&self) -> Vec<[String; 3]> {
         let entries = self
             .serving
@@ -97,7 +97,7 @@ impl Shore {
         asked.map(|entry| [entry.action, entry.subject, entry.outcome]).collect()
     }
 
-    /// The same once it holds so many: what happened is written down soon after it did.
+    /// The same, once there are `count` lines: they are written with a short delay.
     async fn audited_all(&self, count: usize) -> Vec<[String; 3]> {
         let end = tokio::time::Instant::now() + DEADLINE;
         loop {
@@ -110,7 +110,7 @@ impl Shore {
         }
     }
 
-    /// Answers the next order to begin, and says from then on that it is steered by hand.
+    /// Answers the next order to begin, and reports teleoperation from then on.
     async fn obey(&self) {
         let packet = self.boats.heard(PlanControl::ID).await;
         let request: PlanControl = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
@@ -130,7 +130,7 @@ impl Shore {
     }
 }
 
-/// A window with a person's hands.
+/// A window of a person who steers.
 struct Hands {
     socket: WebSocketStream<MaybeTlsStream<TcpStream>>,
     seq: u64,
@@ -143,7 +143,7 @@ impl Hands {
         self.socket.send(Message::Text(text.into())).await.unwrap();
     }
 
-    /// Until the server tells what is waited for the hands rest, or steer full ahead as soon as they may.
+    /// Rests, or steers full ahead as soon as permitted, until the server reports the wanted status.
     async fn until(&mut self, steer: bool, wanted: impl Fn(&TeleopStatus) -> bool) -> TeleopStatus {
         let end = tokio::time::Instant::now() + DEADLINE;
         loop {
@@ -192,7 +192,7 @@ async fn only_who_has_control_steers_and_everything_is_written_down() {
 
     shore.control((anna, "anna"), LeaseRequest::Request(String::new())).await;
     hands.begin().await;
-    // The hands go on to speak while the vessel is asked.
+    // Samples are still sent while the vessel is asked.
     let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
     hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
     let boats = shore.boats.clone();
@@ -286,7 +286,7 @@ async fn a_vessel_without_a_link_is_stopped_and_let_go_when_control_of_it_is_los
     hands.until(true, |_| steers(&all.borrow())).await;
     shore.control((bert, "bert"), LeaseRequest::Take("it drifts".to_owned())).await;
     hands.until(true, |told| told.phase == TeleopPhase::Idle).await;
-    // And it does not wait for hands that nobody has there.
+    // And the vessel leaves teleoperation.
     let stopped = |all: &Vec<String>| {
         all.ends_with(&["Port Motor=0;Starboard Motor=0;Stop=1".to_owned(), "done".to_owned()])
     };
@@ -307,7 +307,7 @@ async fn a_window_that_falls_silent_gives_the_helm_back() {
     again.begin().await;
     let refused = again.until(false, |told| told.why.starts_with("Not begun: ")).await;
     assert!(refused.why.contains("another window"), "{refused:?}");
-    // Nothing comes from the first any more, and its connection is not closed either.
+    // The first one is silent, and its connection is not closed either.
     let ended = async || shore.audited().await.into_iter().find(|[action, ..]| action == "teleop.end");
     let written = std::sync::atomic::AtomicBool::new(false);
     let look = async {

@@ -1,4 +1,4 @@
-//! Boats that tests make up, speaking IMC, and their history.
+//! Simulated boats that send IMC, and their history.
 
 use bytes::Bytes;
 use hub::{Incoming, Peer, Role, Sources, Transport};
@@ -16,7 +16,7 @@ use units::UtcTime;
 pub(crate) const FIRST: u16 = 0x0814;
 const NOBODY: u8 = 255;
 
-/// Says what boats say.
+/// Sends packets of boats.
 #[derive(Clone)]
 pub(crate) struct Boats(Arc<Connection>);
 
@@ -36,18 +36,18 @@ impl Boats {
         self.0.give(packets.into_iter().map(Incoming::from).collect()).await.unwrap();
     }
 
-    /// Says something by a lane of the link.
+    /// Sends packets over a lane of the link.
     pub(crate) async fn give(&self, packets: Vec<Incoming>) {
         self.0.give(packets).await.unwrap();
     }
 
-    /// Begins to read again after so much waited that nothing more had room.
+    /// Begins to read again after the queue was full.
     pub(crate) async fn reopen(&self) {
         assert!(self.0.outbox.take().await.is_err());
         self.0.outbox.reopen();
     }
 
-    /// The next packet with this id that is for the boats.
+    /// The next packet with this id for the boats.
     pub(crate) async fn heard(&self, id: u16) -> Bytes {
         loop {
             let packets = self.0.outbox.take_packets().await.unwrap();
@@ -58,12 +58,12 @@ impl Boats {
         }
     }
 
-    /// The next batch of packets that are for the boats.
+    /// The next batch of packets for the boats.
     pub(crate) async fn heard_all(&self) -> Vec<Bytes> {
         self.0.outbox.take_packets().await.unwrap().into_iter().collect()
     }
 
-    /// All packets of the next batch with this id that are for the boats.
+    /// All packets with this id for the boats in the next batch.
     pub(crate) async fn heard_together(&self, id: u16) -> Vec<Bytes> {
         loop {
             let mut packets = self.0.outbox.take_packets().await.unwrap();
@@ -74,8 +74,8 @@ impl Boats {
         }
     }
 
-    /// Lets two boats and a system without a name speak ten times a second, for as long as the test lasts. A
-    /// third boat speaks once.
+    /// Lets two boats and a system without a name send ten times a second, for the duration of the test. A third boat sends
+    /// once.
     pub(crate) fn sail(&self) {
         let boats = self.clone();
         tokio::spawn(async move {
@@ -92,8 +92,8 @@ impl Boats {
     }
 }
 
-/// All that a boat says at this time: it sails a circle of 300 m around a place that its number tells. Two series
-/// of Voltage are among it, and one event, the last.
+/// All packets of a boat at this time: it sails a circle of 300 m around a place given by its number. Among them are two
+/// series of Voltage, and one event, the last.
 pub(crate) fn boat(number: u16, now: UtcTime) -> Vec<Bytes> {
     let (lat_deg, lon_deg, course_rad) = place(number, now);
     let announce = Announce {
@@ -149,8 +149,8 @@ fn place(number: u16, now: UtcTime) -> (f64, f64, f64) {
     (lat + 0.0027 * along.cos(), lon + 0.006 * along.sin(), along + std::f64::consts::FRAC_PI_2)
 }
 
-/// Fills a data folder with an hour that the first three boats sailed until now, a position every nine seconds,
-/// in place of a server that was there.
+/// Fills a data folder with the last hour of the first three boats, a position every nine seconds, as an earlier server
+/// would have.
 pub(crate) fn an_hour(data: &Path, now: UtcTime) {
     let mut store = Store::open(data).unwrap();
     for step in (0..400).rev() {

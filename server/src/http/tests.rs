@@ -1,4 +1,4 @@
-//! Who may come in, tested for every row of the table of routes, and the way from login to logout.
+//! Permissions, tested for every row of the table of routes, and sessions from login to logout.
 
 use crate::AppState;
 use crate::backups::Watched;
@@ -39,7 +39,7 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// Whether the guard turned the request away.
+    /// Whether the guard refused the request.
     pub(super) fn is_refused(&self) -> bool {
         let to = self.headers.get(header::LOCATION).and_then(|to| to.to_str().ok()).unwrap_or_default();
         matches!(self.status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN)
@@ -63,12 +63,12 @@ impl Shore {
         Self::with(|_| ()).await
     }
 
-    /// A server on a data folder that was filled before.
+    /// A server on a prepared data folder.
     pub(super) async fn with(fill: impl FnOnce(&Path)) -> Self {
         Self::by(Clock::real(), fill).await
     }
 
-    /// The same by another clock.
+    /// The same, with another clock.
     pub(super) async fn by(clock: Clock, fill: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fill(folder.path());
@@ -83,7 +83,7 @@ impl Shore {
     async fn of(folder: tempfile::TempDir, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
-        // Nothing goes on by itself: tests drive what they test.
+        // Without background tasks: tests drive what they test.
         let running = Opened::open(config.shore(), clock).unwrap().assemble().await.unwrap();
         let metrics = serve::figures();
         let shore = running.shore.clone();
@@ -98,7 +98,7 @@ impl Shore {
         self.folder.path()
     }
 
-    /// What `path` gives to who holds `token`.
+    /// The answer to a request with `token`.
     pub(super) async fn get(&self, path: &str, token: &str) -> Answer {
         let request = Request::get(path);
         self.ask(if token.is_empty() { request } else { bearer(request, token) }, "").await

@@ -1,4 +1,4 @@
-//! Who is connected, how the links and the recording go.
+//! Connected peers, and the state of links and recording.
 
 use crate::AppState;
 use crate::web::{ApiError, Who};
@@ -20,8 +20,8 @@ pub(crate) async fn transports(
     Ok(Json(peers.into_iter().filter_map(|peer| describe(peer, &who.grants)).collect()))
 }
 
-/// A peer as somebody may see it: with a role on all vessels every peer, else those that speak for vessels that
-/// one may see.
+/// A peer, if the user may see it: with a role on all vessels every peer, else those that send for vessels that the user
+/// may see.
 fn describe(figures: PeerFigures, grants: &Grants) -> Option<TransportPeer> {
     let PeerFigures { state, dropped } = figures;
     let systems: Vec<u16> =
@@ -70,7 +70,7 @@ fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> Link
     }
 }
 
-/// What a vessel said of its ways; while no link stands, none of them carries anything.
+/// A vessel's report about its ways; while the link is down, all of them count as down.
 fn ways(up: bool, report: WaysReport) -> LinkWays {
     let way = |way: WayReport| LinkWay {
         name: way.name,

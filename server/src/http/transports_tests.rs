@@ -1,4 +1,4 @@
-//! What is told of connections and of recording, also while the disk is in trouble.
+//! Reports about connections and recording, also during a disk fault.
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Answer, Shore};
@@ -63,7 +63,7 @@ async fn trouble_with_the_disk_is_told_everywhere_and_passes() {
     assert_eq!(health().await.status, StatusCode::OK);
     assert_eq!((recording().await.trouble, recording().await.waiting_bytes), (None, 0));
 
-    // A file stands where the archive's folder was.
+    // A file is in place of the archive's folder.
     let (archive, aside) = (shore.data().join("archive"), shore.data().join("aside"));
     std::fs::rename(&archive, &aside).unwrap();
     std::fs::write(&archive, "").unwrap();

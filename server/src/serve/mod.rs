@@ -28,11 +28,11 @@ pub struct Serving {
     pub address: SocketAddr,
     /// The transports that are open.
     pub transports: Open,
-    /// What handlers reach.
+    /// State of the handlers.
     pub(crate) state: AppState,
     running: Running,
     web: JoinHandle<()>,
-    /// Who serves with the certificate; `None` where nothing is encrypted.
+    /// Serves the certificate; `None` without encryption.
     keeper: Option<Arc<Keeper>>,
 }
 
@@ -42,18 +42,18 @@ impl Serving {
         self.running.first_admin.as_ref().map(|first| (first.name, first.one_time_password.as_str()))
     }
 
-    /// Waits until one of those who own the server's state is lost to a fault, and says which. The server must end then:
-    /// see [`Serving::stop`], which saves what can be saved.
+    /// Waits until an owner of the server's state is lost, and returns its name. The server must then end: see
+    /// [`Serving::stop`], which saves what it can.
     pub async fn failed(&self) -> &'static str {
         self.state.shore.owners.failed().await
     }
 
-    /// Whether the hub does what it is asked; waits for as long as it takes.
+    /// Whether the hub answers; waits without a limit.
     pub(crate) async fn hub_answers(&self) -> bool {
         self.state.shore.router.peers().await.is_ok()
     }
 
-    /// Reads certificate and key again, and says in the log how that went.
+    /// Reads certificate and key again, and logs the result.
     pub async fn reload(&self) {
         let Some(keeper) = self.keeper.clone() else {
             tracing::info!("there is no certificate to read again; other settings are read at a start");
@@ -83,7 +83,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     serve_by(Clock::real(), config).await
 }
 
-/// As [`serve`], by a clock that a test may move.
+/// As [`serve`], with a clock that a test may move.
 ///
 /// # Errors
 /// As [`serve`].
@@ -98,13 +98,13 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
         )
     })?;
     let address = listener.local_addr()?;
-    // Before anything that tells figures: what is told earlier is lost.
+    // Before anything that reports metrics: earlier ones would be lost.
     let metrics = figures();
     let opened = Opened::open(config.shore(), clock)?;
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     opened.router.ledger().opened(hub::Transport::Link, format!("{scheme}://{address}/link"));
     let waiting = transports::open(&config.transports, &config.data, &opened).await?;
-    // Nobody comes in before it is known who has a link.
+    // No client is admitted before the vessels with a link are known.
     let running = opened.start().await?;
     let shore = running.shore.clone();
     let transports = waiting.serve(&shore.tasks, &shore.owners);
@@ -122,7 +122,7 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     Ok(Serving { address, transports, state, running, web, keeper })
 }
 
-/// The recorder of figures. Only the first server of a process (tests start several) is measured.
+/// The recorder of metrics. Only the first server of a process (tests start several) is measured.
 pub(crate) fn figures() -> PrometheusHandle {
     let recorder = PrometheusBuilder::new().build_recorder();
     let handle = recorder.handle();
@@ -132,7 +132,7 @@ pub(crate) fn figures() -> PrometheusHandle {
     handle
 }
 
-/// Has figures of long ago given up until the server ends.
+/// Removes old samples of metrics periodically until the server ends.
 fn keep_figures(figures: PrometheusHandle, tasks: &TaskTracker, stop: CancellationToken) {
     tasks.spawn(async move {
         let mut interval = tokio::time::interval(Duration::from_secs(5));

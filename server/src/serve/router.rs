@@ -1,4 +1,4 @@
-//! The one table of what is where, and the router made from it.
+//! The table of all routes, and the router made from it.
 
 use crate::AppState;
 use crate::web::guard::{RouteContext, guard};
@@ -16,12 +16,12 @@ use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate as _};
 use tower_http::timeout::RequestBodyTimeoutLayer;
 
-/// Bytes of a request's body that are read unless a route allows more.
+/// Most bytes of a request's body unless a route allows more.
 const BODY_BYTES: usize = 64 * 1024;
 /// How long a body may pause.
 const BODY_PAUSE: Duration = Duration::from_secs(30);
 
-/// Every route there is.
+/// All routes.
 pub(crate) fn table() -> Vec<Route> {
     let mut table = http::routes::table();
     table.push(Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", transports::open_link));
@@ -39,7 +39,7 @@ pub(crate) fn router(state: AppState) -> Router {
             kind: route.kind,
             refusal: pages::refusal,
         };
-        // What is asked for as a packed file is not packed again.
+        // A gzip file is not compressed again.
         let unpacked = DefaultPredicate::new().and(NotForContentType::const_new("application/gzip"));
         let pack = CompressionLayer::new().compress_when(unpacked);
         let handler = if route.packed { route.handler.layer(pack) } else { route.handler };

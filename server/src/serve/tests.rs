@@ -1,4 +1,4 @@
-//! A server whose parts are lost to faults, or hang.
+//! A server whose owners panic, or hang.
 
 use super::{Serving, serve, serve_by};
 use crate::config::{Config, Tls};
@@ -16,7 +16,7 @@ async fn start(folder: &Path) -> Serving {
     config.imc.active = false;
     config.transports.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
     config.transports.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-    // Nobody listens there; the transport tries again and again.
+    // No program listens there; the transport keeps trying.
     config.transports.tcp.connect = vec!["127.0.0.1:9".to_owned()];
     serve(config).await.unwrap()
 }
@@ -32,7 +32,7 @@ async fn get(serving: &Serving, path: &str) -> (u16, String) {
     (status, String::from_utf8_lossy(&body).into_owned())
 }
 
-/// Loses the owner of this name to a fault, as a bug in it would.
+/// Makes the owner of this name panic, as a bug would.
 async fn lose(serving: &Serving, owner: &str) {
     let state = serving.state.clone();
     match owner {
@@ -52,7 +52,7 @@ async fn lose(serving: &Serving, owner: &str) {
     }
 }
 
-/// The packets of the boat's in the archive.
+/// Number of the boat's packets in the archive.
 fn kept(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let count = |path: &Path| {
@@ -90,8 +90,8 @@ async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
         let boats = Boats::join(&serving.state.shore.router).await;
         let said = boat(0, clock::now());
         boats.say(said.clone()).await;
-        // The hub does first what it is asked first, and hands on what it heard before it takes what comes after its answer: from
-        // the second answer on the recorder has what was said.
+        // The hub works in order, and passes records on before it takes requests that follow its answer: after the second
+        // answer the recorder has the packets.
         for _ in 0..2 {
             serving.state.shore.router.inspect(|_, _| ()).await.unwrap();
         }

@@ -1,8 +1,8 @@
-//! A small authority of one's own: makes the server's certificate, and renews it.
+//! A small private certificate authority: makes and renews the server's certificate.
 //!
-//! A renewed certificate keeps its key, so that one file changes, whole or not at all. Where the key changes, too, the certificate
-//! waits whole beside its place until the key is at its own: a kill at any moment leaves a pair that fits, which [`Pair`] finds and
-//! the next command brings to its place. Vessels and browsers trust `ca.pem`, which stays.
+//! A renewed certificate keeps its key, so that one file changes, atomically. If the key changes too, the new certificate
+//! is stored beside the old one until the key is in place: a kill at any moment leaves a matching pair, which [`Pair`]
+//! finds and the next command moves into place. Vessels and browsers trust `ca.pem`, which stays.
 
 use super::x509::{Facts, first_in};
 use super::{DAY_US, days_left, pair};
@@ -30,19 +30,19 @@ const AUTHORITY_DAYS: i64 = 3_650;
 /// How long a server's certificate lasts, days; browsers accept at most 825.
 const SERVER_DAYS: i64 = 820;
 
-/// Held while certificates are made. Backups leave out what ends so.
+/// Held while certificates are made. Backups omit files with this extension.
 const LOCK: &str = "making.lock";
 
-/// What `lutra-server tls init` made.
+/// Result of `lutra-server tls init`.
 pub(crate) struct Made {
-    /// For browsers and vessels to trust.
+    /// The authority's certificate, which browsers and vessels must trust.
     pub(crate) authority: PathBuf,
     pub(crate) certificate: PathBuf,
     pub(crate) key: PathBuf,
     pub(crate) until: UtcTime,
 }
 
-/// Makes a certificate for `names` in `folder`, with the authority that is there or a new one.
+/// Makes a certificate for `names` in `folder`, with the existing authority or a new one.
 ///
 /// # Errors
 /// The clock cannot be right; there is a certificate and `renew` is not asked for; a name is not valid; a file cannot be written.
@@ -54,7 +54,7 @@ pub(crate) fn make(folder: &Path, names: &[String], renew: bool, now: UtcTime) -
     refuse_replacing(&certificate, renew)?;
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let _lock = lock(folder)?;
-    // Looked at again by the one who holds it.
+    // Checked again under the lock.
     refuse_replacing(&certificate, renew)?;
     let tls = Tls { certificate, key };
     pair::finish(&tls)?;
@@ -78,8 +78,8 @@ fn refuse_replacing(certificate: &Path, renew: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Holds the folder of the authority, until the file is dropped, so that two commands do not write certificates and keys there at
-/// once. In the file stands the process that holds it.
+/// Locks the folder of the authority until the file is dropped, so that two commands do not write certificates and keys
+/// there at once. The file has the process that holds it.
 fn lock(folder: &Path) -> anyhow::Result<fs::File> {
     let path = folder.join(LOCK);
     let named = || format!("cannot write {}", path.display());
@@ -100,13 +100,13 @@ fn lock(folder: &Path) -> anyhow::Result<fs::File> {
     Ok(file)
 }
 
-/// A certificate of a time that cannot be is refused by all once the clock is right, or begins years later.
+/// A certificate made with a wrong clock is refused by all clients once the clock is right, or begins years later.
 fn refuse_clock(now: UtcTime) -> anyhow::Result<()> {
     clock::check(now).map_err(|why| anyhow::anyhow!("no certificate is made: {why}, then do this again"))
 }
 
-/// The key of the authority, which is made where there is none. An authority whose certificate is not there, as after a kill
-/// between the two files, gets another: who trusts the earlier one accepts what the same key signs.
+/// The key of the authority, which is made if there is none. If its certificate is missing, as after a kill between the two
+/// files, another is made: clients that trust the earlier one accept what the same key signs.
 fn authority_in(authority: &Path, authority_key: &Path, now: UtcTime) -> anyhow::Result<KeyPair> {
     ensure!(
         authority_key.exists() || !authority.exists(),
@@ -134,10 +134,10 @@ fn read_key(path: &Path) -> anyhow::Result<KeyPair> {
     KeyPair::from_pem(&text).with_context(|| format!("{} is no key", path.display()))
 }
 
-/// What `lutra-server tls renew` did.
+/// Result of `lutra-server tls renew`.
 #[derive(Debug)]
 pub(crate) enum Renewal {
-    /// The certificate was made anew.
+    /// The certificate was renewed.
     Renewed {
         /// For these names and addresses.
         names: Vec<String>,
@@ -151,8 +151,8 @@ pub(crate) enum Renewal {
     },
 }
 
-/// Whether [`renew`] has something to do: the authority in `folder` made the certificate, it ends within so many days, and the
-/// authority's key is there. What others made is not ours to renew.
+/// Whether [`renew`] has something to do: the authority in `folder` made the certificate, it ends within so many days, and
+/// the authority's key is there. Certificates of other authorities are not renewed here.
 ///
 /// # Errors
 /// The clock cannot be right, or a file cannot be read.
@@ -174,11 +174,11 @@ fn is_out(facts: &Facts, within_days: u32, now: UtcTime) -> bool {
     days_left(facts.until, now) < i64::from(within_days) || facts.from > now
 }
 
-/// Makes the certificate of `tls` anew with its key and by the authority in `folder` that made it; for its own names, unless
-/// others are given, and only if it ends within so many days, if that is asked.
+/// Renews the certificate of `tls` with its key and the authority in `folder` that made it; for its own names, unless
+/// others are given, and only if it ends within the given number of days, if any.
 ///
 /// # Errors
-/// The authority made another one, or its key is not here; a file cannot be read or written.
+/// The certificate is of another authority, or the authority's key is not here; a file cannot be read or written.
 pub(crate) fn renew(
     folder: &Path,
     tls: &Tls,
@@ -188,7 +188,7 @@ pub(crate) fn renew(
 ) -> anyhow::Result<Renewal> {
     let file = tls.certificate.display();
     refuse_clock(now)?;
-    // Without a folder there is no authority, which is said below.
+    // Without a folder there is no authority, which is reported below.
     let _lock = folder.is_dir().then(|| lock(folder)).transpose()?;
     pair::finish(tls)?;
     let (der, facts) = first_in(&tls.certificate).context("`lutra-server tls init` makes a certificate")?;
@@ -255,7 +255,7 @@ fn sign(
     let issuer = Issuer::new(authority_parameters(now)?, issuer_key);
     let mut parameters = CertificateParams::new(names)
         .with_context(|| format!("{} cannot be in a certificate", names.join(", ")))?;
-    // Nothing lasts longer than who made it.
+    // A certificate must not outlast its authority.
     let until = UtcTime::from_micros(now.micros() + SERVER_DAYS * DAY_US).min(facts.until);
     lasts(&mut parameters, now, until);
     parameters.distinguished_name.remove(DnType::CommonName);
@@ -264,12 +264,12 @@ fn sign(
     parameters.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
     parameters.use_authority_key_identifier_extension = true;
     let signed = parameters.signed_by(own, &issuer)?;
-    // Certificates end at midnight: what stands in it counts.
+    // Certificates end at midnight: read the actual end from it.
     let made = Facts::of(signed.der()).context("the certificate that was made cannot be read")?;
     Ok(Signed { pem: signed.pem(), until: made.until })
 }
 
-/// The same for the same key, so that what it signed later still leads to it.
+/// The same parameters for the same key, so that certificates signed later still chain to it.
 fn authority_parameters(now: UtcTime) -> anyhow::Result<CertificateParams> {
     let mut parameters = CertificateParams::new(Vec::new())?;
     lasts(&mut parameters, now, UtcTime::from_micros(now.micros() + AUTHORITY_DAYS * DAY_US));
@@ -396,7 +396,7 @@ mod tests {
             let made = make(folder.path(), &given, false, clock::now()).unwrap();
             Pair::read(&configured(&made)).unwrap();
             assert_eq!(fs::read(at("ca-key.pem")).unwrap(), key, "{missing:?}");
-            // Who trusts the certificate of before accepts it, too.
+            // Clients that trust the earlier certificate accept it, too.
             for authority in [&trusted, &first_in(&made.authority).unwrap().0] {
                 let (der, facts) = first_in(&made.certificate).unwrap();
                 made_by(authority, &der, &facts).unwrap();
@@ -408,7 +408,7 @@ mod tests {
         assert!(why.contains("tls init --renew") && why.contains("ca.pem"), "{why}");
         make(folder.path(), &given, true, clock::now()).unwrap();
         renew(folder.path(), &tls, Vec::new(), None, clock::now()).unwrap();
-        // The key of an authority that boats trust is not replaced in silence.
+        // The key of an authority that boats trust is not silently replaced.
         fs::remove_file(at("ca-key.pem")).unwrap();
         let authority = fs::read(at("ca.pem")).unwrap();
         let why = make(folder.path(), &given, true, clock::now()).err().unwrap().to_string();
@@ -453,18 +453,18 @@ mod tests {
             keep(&at(file), &format!("{file}.new"));
         }
         assert!(first != second && !pair::waiting(&tls.certificate).exists());
-        // As it lies there after a kill: which key, and which certificate is read then.
+        // The state after a kill: which key is in place, and which certificate is read.
         for (key, read) in [("old", &first), ("new", &second)] {
             keep(&at("server.pem.old"), "server.pem");
             keep(&at("server.pem.new"), "server.pem.next");
             keep(&at(&format!("server-key.pem.{key}")), "server-key.pem");
             assert_eq!(Pair::read(&tls).unwrap().certified.cert[0], *read, "{key}");
-            // A timer that has nothing to renew brings it to an end all the same.
+            // A timer that has nothing to renew still completes the change.
             assert_eq!(is_due(folder.path(), &tls, 30, clock::now()).unwrap(), key == "new");
             renew(folder.path(), &tls, Vec::new(), Some(30), clock::now()).unwrap();
             assert_eq!(facts(&tls.certificate), *read, "{key}");
         }
-        // What waits and does not fit is not used.
+        // A pending certificate that does not match the key is not used.
         keep(&at("ca-key.pem"), "server-key.pem");
         keep(&at("server.pem.old"), "server.pem.next");
         let why = Pair::read(&tls).err().unwrap().to_string();

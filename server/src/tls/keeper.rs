@@ -1,8 +1,8 @@
-//! Serves with a certificate and takes over what lies in its place, without a restart and without cutting a connection.
+//! Serves a certificate and reloads it when its files change, without a restart and without cutting a connection.
 //!
-//! The files are looked at every two seconds, and at once when somebody asks (SIGHUP). A program that renews writes
-//! certificate and key one after the other; so files that do not fit are told only when they have not for
-//! [`SETTLES`]. Until a whole pair is there that holds by the present time, the earlier one is served with.
+//! The files are checked every two seconds, and at once on request (SIGHUP). A renewal program writes certificate and key
+//! one after the other; so a mismatch is reported only after it has lasted for [`SETTLES`]. Until there is a complete pair
+//! that is valid now, the earlier one is served.
 
 use super::pair::Pair;
 use crate::config::Tls;
@@ -21,31 +21,31 @@ use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 use units::{MonoTime, Now};
 
-/// How often the files are looked at.
+/// How often the files are checked.
 const EVERY: Duration = Duration::from_secs(2);
-/// Files may be of two certificates for so long before that is told.
+/// How long the files may mismatch before that is reported.
 const SETTLES: Duration = Duration::from_secs(10);
 
-/// The one who knows with which certificate the server serves.
+/// Holds the certificate that the server uses.
 #[derive(Debug)]
 pub(crate) struct Keeper {
     tls: Tls,
     held: Mutex<Held>,
 }
 
-/// What is served with, and what is known of the files.
+/// The pair in use, and the state of the files.
 #[derive(Debug)]
 struct Held {
     pair: Pair,
-    /// The files as they were when they were read last.
+    /// Stamps of the files at the last reading.
     seen: [Option<Stamp>; 2],
     /// Since when they cannot be used, and why.
     failing: Option<(MonoTime, String)>,
-    /// Whether that was told.
+    /// Whether that was reported.
     told: bool,
 }
 
-/// By what a file is known to be another one.
+/// Identifies one version of a file.
 type Stamp = (u64, u64, i64, i64, u64);
 
 impl Keeper {
@@ -54,14 +54,14 @@ impl Keeper {
     /// # Errors
     /// As [`Pair::read`].
     pub(crate) fn open(tls: &Tls) -> anyhow::Result<Arc<Self>> {
-        // Looked at before they are read: what changes meanwhile is read once more.
+        // Taken before reading: a change meanwhile then causes another reading.
         let seen = stamps(tls);
         let pair = Pair::read(tls)?;
         let held = Held { pair, seen, failing: None, told: false };
         Ok(Arc::new(Self { tls: tls.clone(), held: Mutex::new(held) }))
     }
 
-    /// What greets those who connect, each with the pair of that moment.
+    /// The TLS acceptor, which uses the current pair for each connection.
     ///
     /// # Errors
     /// Never with the versions of TLS that rustls has.
@@ -75,12 +75,12 @@ impl Keeper {
         Ok(TlsAcceptor::from(Arc::new(config)))
     }
 
-    /// Looks at the files until the server ends, and tells the alarms how the certificate is.
+    /// Checks the files until the server ends, and reports the certificate's state to the alarms.
     pub(crate) async fn keep(self: Arc<Self>, clock: Clock, alarms: Alarms, stop: CancellationToken) {
         let mut every = tokio::time::interval(EVERY);
         while stop.run_until_cancelled(every.tick()).await.is_some() {
             let (keeper, now) = (self.clone(), clock.now());
-            // A disk that hangs holds up nobody.
+            // In a blocking thread, so that a disk that hangs delays no other task.
             if tokio::task::spawn_blocking(move || keeper.look(now)).await.is_err() {
                 tracing::error!("the files of the certificate could not be looked at");
             }
@@ -88,7 +88,7 @@ impl Keeper {
         }
     }
 
-    /// Reads the files again because somebody asked, and says how that went.
+    /// Reads the files again on request, and logs the result.
     pub(crate) fn reload(&self, now: Now) {
         let seen = stamps(&self.tls);
         let read = self.usable(now);
@@ -113,7 +113,7 @@ impl Keeper {
         }
     }
 
-    /// The pair that lies there, if it is one to serve with now.
+    /// The pair in the files, if it is usable now.
     fn usable(&self, now: Now) -> anyhow::Result<Pair> {
         let pair = Pair::read(&self.tls)?;
         let file = self.tls.certificate.display();
@@ -159,7 +159,7 @@ impl Keeper {
         }
     }
 
-    /// How it is, for the alarms.
+    /// State of the certificate, for the alarms.
     pub(crate) fn state(&self) -> CertificateState {
         let held = self.held();
         CertificateState {
@@ -170,7 +170,7 @@ impl Keeper {
     }
 
     fn held(&self) -> MutexGuard<'_, Held> {
-        // Nothing that is changed under it can be left half done.
+        // Changes under this lock are atomic.
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -210,7 +210,7 @@ mod tests {
         let keeper = Keeper::open(&tls).unwrap();
         let served = || keeper.held().pair.certified.cert.clone();
         let first = served();
-        // The key of the next one comes first, its certificate some seconds later.
+        // The next key is written first, its certificate some seconds later.
         let old_key = fs::read(&tls.key).unwrap();
         authority::make(folder.path(), &names, true, clock::now()).unwrap();
         let (next, next_key) = (fs::read(&tls.certificate).unwrap(), fs::read(&tls.key).unwrap());
@@ -222,7 +222,7 @@ mod tests {
         keeper.look(at(10));
         assert_ne!(served(), first);
         assert_eq!(keeper.held().failing, None);
-        // A key that stays the wrong one is told, with file and remedy, and mended it is forgotten.
+        // A lasting mismatch is reported, with file and remedy, and cleared once fixed.
         let second = served();
         fs::write(&tls.key, old_key).unwrap();
         keeper.look(at(20));
@@ -233,7 +233,7 @@ mod tests {
         fs::write(&tls.key, next_key).unwrap();
         keeper.look(at(31));
         assert_eq!(keeper.state().refused, None);
-        // Who asks is told at once.
+        // A request is answered at once.
         fs::remove_file(&tls.certificate).unwrap();
         keeper.reload(at(32));
         assert!(keeper.state().refused.unwrap().contains("server.pem"));

@@ -1,8 +1,8 @@
-//! Encryption: serving with a certificate that may be replaced at any time, and a small authority of one's own that makes one.
+//! TLS: serving a certificate that may be replaced at any time, and a small private authority that makes one.
 //!
 //! A browser or vessel that trusts the authority's `ca.pem` once accepts every certificate made with it, also later ones.
-//! [`Pair`] is a certificate with its key as read from their files, [`Keeper`] serves with one and takes over what lies in
-//! its place, [`authority`] makes and renews, [`x509`] reads what a certificate says of itself.
+//! [`Pair`] is a certificate with its key as read from their files, [`Keeper`] serves one and reloads it, [`authority`]
+//! makes and renews certificates, [`x509`] reads validity and names of a certificate.
 
 pub(crate) mod authority;
 mod keeper;
@@ -15,7 +15,7 @@ pub(crate) use x509::first_in;
 
 use units::UtcTime;
 
-/// From so many days before its end on, somebody should renew a certificate; the alarms know the same.
+/// Days before its end from which a certificate should be renewed; the alarms use the same.
 pub(crate) const TOLD_DAYS: i64 = 30;
 pub(crate) const DAY_US: i64 = 86_400_000_000;
 

@@ -18,8 +18,8 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// Reads certificate and key as configured. Where a change of both was broken off between them, the certificate that waits beside
-    /// the earlier one ([`waiting`]) is read in its place.
+    /// Reads certificate and key as configured. If a change of both was interrupted, the new certificate beside the earlier
+    /// one ([`waiting`]) is read instead.
     ///
     /// # Errors
     /// A file cannot be read or used, or they do not belong together; the error names file and remedy.
@@ -53,21 +53,21 @@ impl Pair {
     }
 }
 
-/// Where a certificate waits, whole, while its key is brought to its place: two files cannot be changed at once.
+/// Path of a new certificate while its key is moved into place: two files cannot be changed atomically.
 pub(super) fn waiting(certificate: &Path) -> PathBuf {
     let mut name = certificate.to_owned().into_os_string();
     name.push(".next");
     PathBuf::from(name)
 }
 
-/// Whether a change was broken off between key and certificate.
+/// Whether a change was interrupted between key and certificate.
 pub(super) fn is_unfinished(tls: &Tls) -> bool {
     let waits = waiting(&tls.certificate);
     let next = Tls { certificate: waits.clone(), key: tls.key.clone() };
     waits.exists() && Pair::of_files(tls).is_err() && Pair::of_files(&next).is_ok()
 }
 
-/// Brings a certificate to its place that waits there since a change was broken off, if it is the one for the key.
+/// Moves a certificate into place that was left by an interrupted change, if it matches the key.
 ///
 /// # Errors
 /// It cannot be moved.

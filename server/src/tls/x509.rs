@@ -1,7 +1,7 @@
-//! What a certificate says of itself: how long it lasts and for which names (RFC 5280, section 4.1).
+//! Reads validity and names of a certificate (RFC 5280, section 4.1).
 //!
-//! Signatures are rustls' to judge; this reads two fields of what the operator configured. Lengths are believed only as
-//! far as there are bytes, and what is not understood is `None`.
+//! Signatures are checked by rustls; this reads two fields of the configured file. Lengths are checked against the
+//! available bytes, and anything not understood gives `None`.
 
 use anyhow::{Context as _, ensure};
 use rustls::pki_types::CertificateDer;
@@ -24,19 +24,19 @@ const IP_ADDRESS: u8 = 0x87;
 /// 2.5.29.17, the subject's alternative names.
 const ALTERNATIVE_NAMES: &[u8] = &[0x06, 3, 0x55, 0x1D, 0x11];
 
-/// What is asked of a certificate.
+/// The data read from a certificate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Facts {
-    /// From when on it holds.
+    /// Begin of validity.
     pub(crate) from: UtcTime,
-    /// Until when.
+    /// End of validity.
     pub(crate) until: UtcTime,
-    /// The names and addresses that it is for.
+    /// Its names and addresses.
     pub(crate) names: Vec<String>,
 }
 
 impl Facts {
-    /// Reads them; `None` where the bytes are no certificate.
+    /// Reads them; `None` if the bytes are not a certificate.
     pub(crate) fn of(der: &[u8]) -> Option<Self> {
         let mut whole = Fields(der);
         let mut certificate = Fields(whole.take(SEQUENCE)?);
@@ -70,7 +70,7 @@ pub(crate) fn first_in(path: &Path) -> anyhow::Result<(CertificateDer<'static>, 
     Ok((der, facts))
 }
 
-/// The extensions are the last of what is signed; unique identifiers may stand before.
+/// The extensions are the last signed field; unique identifiers may precede them.
 fn extensions(mut signed: Fields<'_>) -> Option<&[u8]> {
     while let Some((tag, value)) = signed.next() {
         if tag == EXTENSIONS {
@@ -84,7 +84,7 @@ fn alternative_names(extensions: &[u8]) -> Option<Vec<String>> {
     let mut extensions = Fields(extensions);
     while let Some((SEQUENCE, extension)) = extensions.next() {
         let Some(rest) = extension.strip_prefix(ALTERNATIVE_NAMES) else { continue };
-        // Whether it is critical may stand before the value.
+        // The critical flag may precede the value.
         let mut fields = Fields(rest);
         let value = std::iter::from_fn(|| fields.next()).find(|(tag, _)| *tag == OCTETS)?.1;
         let mut names = Fields(Fields(value).take(SEQUENCE)?);
@@ -104,7 +104,7 @@ fn named(tag: u8, name: &[u8]) -> Option<String> {
     }
 }
 
-/// Values of DER that stand one after another.
+/// A sequence of DER values.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -130,7 +130,7 @@ impl<'a> Fields<'a> {
         self.next().filter(|(found, _)| *found == tag).map(|(_, value)| value)
     }
 
-    /// Passes over the next value if it has this tag.
+    /// Skips the next value if it has this tag.
     fn skip(&mut self, tag: u8) {
         if self.0.first() == Some(&tag) {
             self.next();
@@ -145,7 +145,7 @@ impl<'a> Fields<'a> {
         }
         let two = |at: usize| digits.get(at..at + 2).map(|two| (two[0] - b'0') * 10 + two[1] - b'0');
         let (year, at) = match (tag, digits.len()) {
-            // Two digits reach from 1950 to 2049.
+            // Two-digit years mean 1950 to 2049.
             (UTC_TIME, 12) => (if two(0)? < 50 { 2000 } else { 1900 } + i64::from(two(0)?), 2),
             (GENERALIZED_TIME, 14) => (i64::from(two(0)?) * 100 + i64::from(two(2)?), 4),
             _ => return None,

@@ -1,9 +1,9 @@
 //! The IMCProxy transport: a WebSocket server that speaks the Java IMCProxy's protocol, but transparently.
 //!
 //! One binary message is one packet, and every packet goes to all other connections with the bytes it came with.
-//! Text is ignored, as there. Beyond the original: a peer that does not read keeps nobody waiting, and what comes
-//! is also recorded. The protocol has neither names nor passwords, so the transport is off unless configured and
-//! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
+//! Text is ignored, as there. Beyond the original: a peer that does not read delays no other, and all packets are also
+//! recorded. The protocol has neither names nor passwords, so the transport is off unless configured and belongs on
+//! loopback or the VPN; `allow` restricts it to declared addresses.
 
 use super::Access;
 use api::say;
@@ -21,9 +21,9 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-/// Longest message, as the original has it.
+/// Longest message, as in the original.
 const MESSAGE_BYTES: usize = 65_536;
-/// Bytes that may wait for a peer: in its queue, in the WebSocket and in the kernel.
+/// Bytes that may be queued for a peer.
 const OUTBOX_BYTES: usize = 512 * 1024;
 const WRITE_BYTES: usize = 128 * 1024;
 const SOCKET_BYTES: usize = 256 * 1024;
@@ -31,13 +31,13 @@ const SOCKET_BYTES: usize = 256 * 1024;
 const _: () = assert!(OUTBOX_BYTES + AT_ONCE_BYTES + WRITE_BYTES + SOCKET_BYTES <= 1 << 20);
 /// Packets handed to the hub at once.
 const BATCH: usize = 256;
-/// Bytes of packets after which none are added to them.
+/// Size at which a batch is complete.
 const BATCH_BYTES: usize = 256 * 1024;
 /// How long a peer may take for its handshake.
 const HANDSHAKE: Duration = Duration::from_secs(10);
-/// A peer that takes nothing for this long is let go, as the original does.
+/// A peer that reads nothing for this long is disconnected, as in the original.
 const STALLED: Duration = Duration::from_mins(5);
-/// How often a silent peer is asked whether it is there.
+/// How often a silent peer is pinged.
 const PING: Duration = Duration::from_secs(20);
 
 type Socket = WebSocketStream<TcpStream>;
@@ -58,7 +58,7 @@ pub(super) async fn serve(
         let (stream, from) = match accepted {
             Ok(accepted) => accepted,
             Err(error) => {
-                // Out of file handles, usually: that passes, the listener stays.
+                // Usually out of file handles: that is temporary, the listener stays.
                 tracing::warn!(%error, "the IMCProxy transport cannot accept a connection");
                 let what = say("cannot accept a connection: {error}").with("error", error);
                 router.ledger().failed(Transport::Proxy, Whose::Transport, what);
@@ -128,7 +128,7 @@ async fn peer(
     outcome
 }
 
-/// Takes what the peer says, in batches of what is there.
+/// Receives packets, in batches of those available.
 async fn receive(mut stream: SplitStream<Socket>, connection: &Connection) -> anyhow::Result<()> {
     let mut next = stream.next().await;
     while next.is_some() {
@@ -137,8 +137,7 @@ async fn receive(mut stream: SplitStream<Socket>, connection: &Connection) -> an
             match message {
                 Ok(Message::Binary(packet)) => {
                     bytes += packet.len();
-                    // Copied: a message is a part of what was read at once, and would hold all of it for as long as one
-                    // packet is remembered.
+                    // Copied: a message is a slice of a larger read buffer, which one retained packet would keep in memory.
                     batch.push(Incoming::from(Bytes::copy_from_slice(&packet)));
                 }
                 Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => end = Some(Ok(())),
@@ -160,7 +159,7 @@ async fn receive(mut stream: SplitStream<Socket>, connection: &Connection) -> an
     Ok(())
 }
 
-/// Says to the peer what waits for it.
+/// Sends the queued packets to the peer.
 async fn send(mut sink: SplitSink<Socket, Message>, connection: &Connection) -> anyhow::Result<()> {
     loop {
         let packets = match tokio::time::timeout(PING, connection.outbox.take_packets()).await {

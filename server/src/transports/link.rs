@@ -14,15 +14,15 @@ use shore::links::{Event, Links, OUTGOING, Out};
 use std::time::Duration;
 use tokio::sync::mpsc;
 
-/// How long good-bye may take.
+/// Time limit for closing.
 const GOOD_BYE: Duration = Duration::from_secs(1);
-/// Bytes that may wait in a connection's socket: two of the longest messages. A vessel that pings and takes nothing gets
-/// one pong for all of its pings.
+/// Bytes that may be queued in a connection's socket: two of the longest messages. A vessel that pings and does not read
+/// gets one pong for all of its pings.
 const WAITING_BYTES: usize = 2 * MAX_MESSAGE_BYTES;
-/// How often a connection's token is looked at again: one that was revoked or ended holds no transport open.
+/// How often a connection's token is checked again: a revoked or expired one must not keep a connection open.
 const LOOK: Duration = Duration::from_secs(5);
 
-/// `GET /link`, by a vessel whose token was looked at.
+/// `GET /link`, by a vessel whose token was checked.
 pub(crate) async fn open(
     State(state): State<AppState>,
     LinkOf(vessel): LinkOf,
@@ -52,18 +52,18 @@ async fn serve(links: Links, vessel: u16, socket: WebSocket, invalid: impl Futur
     events.send(Event::Closed(id)).await.ok();
 }
 
-/// Waits until a token does not open the transport of `vessel` any more.
+/// Waits until a token is no longer valid for `vessel`.
 async fn until_invalid(people: People, token: String, vessel: u16) {
     loop {
         tokio::time::sleep(LOOK).await;
-        // Trouble with the database is no reason to part with a vessel.
+        // A database error is no reason to disconnect a vessel.
         if people.by_link_token(&token).await.is_ok_and(|holder| holder != Some(vessel)) {
             return;
         }
     }
 }
 
-/// Hands on what comes. The session decides when silence is death; this ends with the socket.
+/// Passes messages on. The session decides when a silent connection is dead; this ends with the socket.
 async fn receive(mut stream: SplitStream<WebSocket>, id: ConnectionId, events: &mpsc::Sender<Event>) {
     while let Some(Ok(message)) = stream.next().await {
         match message {
@@ -78,13 +78,13 @@ async fn receive(mut stream: SplitStream<WebSocket>, id: ConnectionId, events: &
     }
 }
 
-/// Writes what the vessel's task says until it closes the connection.
+/// Writes the messages of the vessel's task until it closes the connection.
 async fn send(mut sink: SplitSink<WebSocket, Message>, mut outgoing: mpsc::Receiver<Out>) {
     let mut reason = String::new();
     while let Some(out) = outgoing.recv().await {
         match out {
             Out::Message(bytes) => {
-                // A socket that takes nothing for so long is dead, whatever TCP hopes.
+                // A socket that accepts nothing for this long is dead, whatever TCP reports.
                 let sent = tokio::time::timeout(DEAD_AFTER, sink.send(Message::Binary(bytes))).await;
                 if !matches!(sent, Ok(Ok(()))) {
                     return;

@@ -1,8 +1,8 @@
-//! The transports by which IMC comes in and goes out, one module each.
+//! The transports of IMC, one module each.
 //!
 //! Those of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
-//! are off unless configured, belong on loopback or a VPN, and admit only declared addresses. A vessel that has a link
-//! is not believed there, unless `transports.trusted` names the transport.
+//! are off unless configured, belong on loopback or a VPN, and admit only declared addresses. Packets of a vessel that has
+//! a link are not trusted there, unless `transports.trusted` names the transport.
 
 mod imcproxy;
 mod link;
@@ -35,15 +35,15 @@ pub struct Open {
     pub announce: Option<SocketAddr>,
 }
 
-/// Transports that hold their ports and let nobody in yet.
+/// Transports that have their ports and admit no peers yet.
 pub(crate) struct Opened {
     open: Open,
-    /// Each with the name that people know it by.
+    /// Each with its name for people.
     transports: Vec<(&'static str, BoxFuture<'static, ()>)>,
 }
 
 impl Opened {
-    /// Lets them in.
+    /// Starts to admit peers.
     pub(crate) fn serve(self, tasks: &TaskTracker, owners: &Owners) -> Open {
         for (name, transport) in self.transports {
             tasks.spawn(owners.watch(name, transport));
@@ -52,7 +52,7 @@ impl Opened {
     }
 }
 
-/// Opens the configured transports. What they must know for the next start lies in the folder of `data`.
+/// Opens the configured transports. Data that they keep for the next start are in the folder `data`.
 ///
 /// # Errors
 /// A port is taken or an address is not ours; the message names the key.
@@ -92,7 +92,7 @@ pub(crate) async fn open(
     Ok(Opened { open, transports })
 }
 
-/// Whom a transport admits, and how many.
+/// Admission rules of a transport: networks, and number of peers.
 #[derive(Debug, Clone)]
 pub(super) struct Access {
     allow: Arc<[(IpAddr, u8)]>,
@@ -100,7 +100,7 @@ pub(super) struct Access {
 }
 
 impl Access {
-    /// Networks such as `10.77.0.0/24`; none given admits everyone who reaches the transport.
+    /// Networks such as `10.77.0.0/24`; an empty list admits every peer.
     fn new(allow: &[String], places: usize) -> Self {
         Self {
             allow: allow.iter().filter_map(|text| parse_network(text)).collect(),
@@ -108,18 +108,18 @@ impl Access {
         }
     }
 
-    /// Whether an address may come in.
+    /// Whether an address is admitted.
     fn admits(&self, address: IpAddr) -> bool {
         self.allow.is_empty() || self.allow.iter().any(|(network, bits)| holds(*network, *bits, address))
     }
 
-    /// A place, while there is one.
+    /// A place for a peer, if one is free.
     fn permit(&self) -> Option<OwnedSemaphorePermit> {
         Arc::clone(&self.places).try_acquire_owned().ok()
     }
 }
 
-/// Whether a network holds an address.
+/// Whether a network contains an address.
 fn holds(network: IpAddr, bits: u8, address: IpAddr) -> bool {
     match (network, address.to_canonical()) {
         (IpAddr::V4(network), IpAddr::V4(address)) => {

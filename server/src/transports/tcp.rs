@@ -1,9 +1,8 @@
-//! A stream to an IMC node, such as DUNE's TCP server: everything it says comes in, what is for it goes out.
+//! A TCP stream to an IMC node, such as DUNE's TCP server: receives all its packets, and sends those addressed to it.
 //!
-//! No announcement and no heartbeat is needed for the stream to start. A stream is cut by nobody but the node and the
-//! kernel: while either side stalls TCP keeps the bytes, and a new stream would begin without them. So a node that
-//! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
-//! again.
+//! No announcement and no heartbeat is needed for the stream to start. A stream is closed only by the node or the kernel:
+//! while either side stalls TCP keeps the bytes, and a new stream would lose them. So a node that is silent for [`SILENCE`]
+//! is only reported, and a new connection is made only if its computer does not answer for [`DEAD_AFTER`].
 
 use api::{Said, fixed, say};
 use bytes::Bytes;
@@ -17,26 +16,26 @@ use tokio::net::TcpStream;
 use tokio::net::tcp::OwnedWriteHalf;
 use tokio_util::sync::CancellationToken;
 
-/// Bytes that may wait for the node: commands are few. When they have no room they are dropped, which is told.
+/// Bytes that may be queued for the node: commands are few. Those without room are dropped, which is reported.
 const OUTBOX_BYTES: usize = 256 * 1024;
 const READ_BYTES: usize = 64 * 1024;
-/// A node that was silent for this long is told: vehicles say something each second.
+/// A node that was silent for this long is reported: vehicles send something each second.
 const SILENCE: Duration = Duration::from_secs(10);
 /// A computer that acknowledges nothing for this long is gone.
 const DEAD_AFTER: Duration = Duration::from_secs(30);
-/// After how long without a word the kernel asks whether it is there, and how often.
+/// TCP keepalive: idle time before the first probe, and interval between probes.
 const ASK: Duration = Duration::from_secs(10);
-/// After how long a packet that waits for its rest is looked behind.
+/// After how long an incomplete packet is skipped, if complete ones follow.
 const REST: Duration = Duration::from_secs(2);
-/// How often a stream on which nothing comes is looked at.
+/// How often an idle stream is checked.
 const LOOK: Duration = Duration::from_millis(500);
 const CONNECT: Duration = Duration::from_secs(5);
 /// Waits between attempts double from the first to the second of these.
 const BACK_OFF: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(15));
 
-/// Between a half and one and a half, so that what was cut off at once does not come back at once.
+/// A factor from 0.5 to 1.5, so that peers disconnected together do not reconnect together.
 fn jitter() -> f64 {
-    // Without a source of randomness all wait alike, which is no harm.
+    // Without random numbers all wait equally long, which does no harm.
     let word = getrandom::u32().unwrap_or(u32::MAX / 2);
     0.5 + f64::from(word) / f64::from(u32::MAX)
 }
@@ -114,8 +113,8 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
         let mut batch = packets(&mut deframer, node);
         if batch.is_empty() && !looked && heard.elapsed() >= REST {
             looked = true;
-            // A damaged length claims what never comes, and whole packets wait behind it. Where there are none, the
-            // rest of a packet is on its way.
+            // A damaged length field waits for bytes that never arrive, with complete packets behind it. If there are none,
+            // the rest of a packet is still on its way.
             let mut before = usize::MAX;
             while deframer.pending() < before && deframer.holds_packet() {
                 before = deframer.pending();
@@ -129,7 +128,7 @@ async fn receive<Given: Future<Output = Result<(), Stopped>>>(
     }
 }
 
-/// The whole packets that came so far.
+/// The complete packets received so far.
 fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
     let mut batch = Vec::new();
     while let Some(frame) = deframer.next_frame() {

@@ -1,7 +1,7 @@
 //! Scripts, styles and pictures that `make web` bundles into `web/dist`, within the program itself.
 //!
-//! Their names carry a hash of their content, so browsers keep them for good. A debug build reads the folder, so
-//! that a change shows without compiling.
+//! Their names contain a hash of their content, so browsers cache them for ever. A debug build reads the folder, so that a
+//! change is visible without compiling.
 
 use super::error::ApiError;
 use axum::extract::Path;
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 #[allow_missing = true]
 struct Dist;
 
-/// Where the bundle with this plain name (`main.js`) is; empty when there is none.
+/// Path of the bundle with this plain name (`main.js`); empty if there is none.
 pub(crate) fn path(name: &str) -> String {
     let manifest: Option<BTreeMap<String, String>> =
         Dist::get("manifest.json").and_then(|file| serde_json::from_slice(&file.data).ok());
@@ -37,7 +37,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         _ => return Err(ApiError::not_found("There is no such file.")),
     };
     let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or("");
-    // The smaller one first; a browser asks for Brotli over TLS and from its own computer only.
+    // The smaller one first; browsers accept Brotli only over TLS and from localhost.
     let packed = [("br", "br"), ("gzip", "gz")]
         .into_iter()
         .filter(|(coding, _)| {
@@ -66,7 +66,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
     Ok(response)
 }
 
-/// `GET /worker.js`: its name stays, so that browsers ask whether there is another.
+/// `GET /worker.js`: its name is fixed, so that browsers check for a new version.
 pub(crate) async fn worker() -> Result<Response, ApiError> {
     let file = Dist::get("worker.js").ok_or_else(|| ApiError::not_found("There is no such file."))?;
     let kind =

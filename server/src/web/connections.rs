@@ -1,8 +1,8 @@
-//! Places for connections: so many in all, and of them not more than a share from one address.
+//! Limits connections: in total, and to a share for each address.
 //!
-//! A connection keeps its place until its stream is gone, also as a WebSocket, and so what is open stays within
-//! what the system lets this process open. Who opens more than an address's share is hung up on: one machine,
-//! however slowly it speaks, cannot keep out vessels and everybody else.
+//! A connection keeps its place until its stream is closed, also as a WebSocket, so the number of open files stays within
+//! the process's limit. Connections beyond an address's share are closed: one machine, however slowly it sends, cannot lock
+//! out vessels and other users.
 
 use shore::identity::network;
 use std::collections::BTreeMap;
@@ -16,14 +16,14 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Sleep, sleep};
 
-/// One address may have this part of all places.
+/// One address may have one part in so many of all places.
 const SHARE: usize = 4;
-/// Places that an address has however few there are.
+/// Least number of places of an address.
 const LEAST: usize = 8;
-/// A peer that takes nothing of what it is sent for so long is let go.
+/// A peer that reads nothing for this long is disconnected.
 const STALLED: Duration = Duration::from_mins(1);
 
-/// Places by address; entries are there while somebody has one.
+/// Number of places by address, without zeros.
 type Taken = Arc<Mutex<BTreeMap<IpAddr, usize>>>;
 
 /// All places.
@@ -31,11 +31,11 @@ pub(crate) struct Places {
     all: Arc<Semaphore>,
     share: usize,
     taken: Taken,
-    /// Proxies connect for many.
+    /// Proxies connect for many clients.
     proxies: Vec<IpAddr>,
 }
 
-/// One of them, given back with it.
+/// A place, released when dropped.
 pub(crate) struct Place {
     _permit: OwnedSemaphorePermit,
     of: IpAddr,
@@ -49,12 +49,12 @@ impl Places {
         Self { all, share, taken, proxies: proxies.to_vec() }
     }
 
-    /// Waits until there is a place for somebody.
+    /// Waits until any place is free.
     pub(crate) async fn free(&self) -> Option<OwnedSemaphorePermit> {
         Arc::clone(&self.all).acquire_owned().await.ok()
     }
 
-    /// Gives it to an address that has its share not yet.
+    /// Gives it to an address that has not reached its share.
     pub(crate) fn take(&self, permit: OwnedSemaphorePermit, from: IpAddr) -> Option<Place> {
         let of = network(from);
         let mut taken = lock(&self.taken);
@@ -83,7 +83,7 @@ fn lock(taken: &Taken) -> MutexGuard<'_, BTreeMap<IpAddr, usize>> {
     taken.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A stream that has a place, and fails when its peer takes nothing for too long.
+/// A stream with a place; writing fails if its peer reads nothing for too long.
 pub(crate) struct Placed<S> {
     stream: S,
     _place: Place,
@@ -96,7 +96,7 @@ impl<S> Placed<S> {
         Self { stream, _place: place, patience: STALLED, stalled: None }
     }
 
-    /// What a write came to; one that waits, not longer than may be.
+    /// The result of a write, with a limit on how long it may be pending.
     fn within<T>(&mut self, context: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.stalled = None;

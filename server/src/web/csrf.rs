@@ -1,8 +1,8 @@
-//! Changes come only from our own pages.
+//! CSRF protection: changes are accepted only from our own pages.
 //!
-//! Every browser says from where a request was sent (`Sec-Fetch-Site`, `Origin`); what comes from elsewhere is
-//! refused. On top, every change repeats a token that only our pages were told: in the header `X-CSRF-Token` or
-//! in the form's field `csrf`.
+//! Every browser states the origin of a request (`Sec-Fetch-Site`, `Origin`); requests of other sites are refused. In
+//! addition, every change repeats a token that only our pages have: in the header `X-CSRF-Token` or in the form's field
+//! `csrf`.
 
 use crate::config::Http;
 use axum::body::{Body, to_bytes};
@@ -19,12 +19,12 @@ const FORM_BYTES: usize = 64 * 1024;
 #[derive(Debug)]
 pub(crate) struct BadToken;
 
-/// Whether the browser says that the request comes from one of our own pages. Without any word from it, `false`.
+/// Whether the browser says that the request comes from one of our own pages. `false` if it does not say.
 pub(crate) fn same_origin(headers: &HeaderMap, http: &Http) -> bool {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
     match text("sec-fetch-site") {
         Some("same-origin") => return true,
-        // A page of another service on our name or domain is not ours either. Typed addresses make no changes.
+        // A page of another service on our host or domain is not ours either. Typed addresses make no changes.
         Some(_) => return is_listed(text("origin"), http),
         None => {}
     }
@@ -34,7 +34,7 @@ pub(crate) fn same_origin(headers: &HeaderMap, http: &Http) -> bool {
     (!host.is_empty() && authority.eq_ignore_ascii_case(host)) || is_listed(Some(origin), http)
 }
 
-/// Whether the browser says that the request comes from elsewhere. Without any word from it, `false`.
+/// Whether the browser says that the request comes from another site. `false` if it does not say.
 pub(crate) fn is_foreign(headers: &HeaderMap, http: &Http) -> bool {
     let spoke = headers.contains_key("sec-fetch-site") || headers.contains_key(header::ORIGIN);
     spoke && !same_origin(headers, http)
@@ -44,7 +44,7 @@ fn is_listed(origin: Option<&str>, http: &Http) -> bool {
     origin.is_some_and(|origin| http.origins.iter().any(|listed| listed.eq_ignore_ascii_case(origin)))
 }
 
-/// Looks for `token` in header or form and hands the request on unchanged.
+/// Looks for `token` in header or form and returns the request unchanged.
 ///
 /// # Errors
 /// It is missing or wrong.

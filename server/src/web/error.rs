@@ -1,4 +1,4 @@
-//! How errors look to programs: a status, a code that stays, and a text for people.
+//! Errors of the API: a status, a stable code, and a text for people.
 
 use api::{Refusal, RefusalReason, Said, say};
 use axum::Json;
@@ -9,17 +9,17 @@ use shore::router::Stopped;
 use shore::{Detail, ErrorKind};
 use store::StoreError;
 
-/// Something that did not work, ready to be answered.
+/// An error, ready to be sent.
 #[derive(Debug, Clone)]
 pub(crate) struct ApiError {
     pub(crate) status: StatusCode,
-    /// For programs; stays the same.
+    /// For programs; stable.
     pub(crate) code: &'static str,
     /// For people: what is wrong and what to do.
     pub(crate) text: Said,
     /// Seconds after which to try again.
     pub(crate) wait_s: Option<u64>,
-    /// What a page makes its own words of, where there is more than the code.
+    /// Parameters from which a page makes its own text, if any.
     pub(crate) detail: Option<Box<Detail>>,
 }
 
@@ -68,7 +68,7 @@ impl ApiError {
         Self::new(StatusCode::UNAUTHORIZED, "not_logged_in", text)
     }
 
-    /// What went wrong inside is logged, not shown.
+    /// The cause is logged, not shown.
     pub(crate) fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");
         let text = say("The server failed; its log says why.");

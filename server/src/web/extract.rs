@@ -1,4 +1,4 @@
-//! What is asked for in path and query, checked: every refusal is JSON that names the parameter.
+//! Extractors for path and query, with validation: every refusal is JSON that names the parameter.
 
 use super::error::ApiError;
 use axum::Json;
@@ -9,15 +9,15 @@ use serde::de::DeserializeOwned;
 use std::ops::RangeInclusive;
 use store::{Order, TimeRange};
 
-/// Times that JavaScript holds exactly (µs since 1970 UTC): from 1970 until 2255.
+/// Times that JavaScript represents exactly (µs since 1970 UTC): from 1970 until 2255.
 const TIMES_US: RangeInclusive<i64> = 0..=LAST_US;
 /// The last of them.
 pub(crate) const LAST_US: i64 = 9_007_199_254_740_991;
 /// Most rows or events of one answer.
 const ROWS: RangeInclusive<u32> = 1..=10_000;
-/// Rows of an answer when nothing else is asked for.
+/// Default number of rows of an answer.
 const ROWS_UNASKED: u32 = 1_000;
-/// Most rows that may be passed over.
+/// Most rows that may be skipped.
 const SKIP: RangeInclusive<u32> = 0..=100_000;
 
 /// The query.
@@ -34,7 +34,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T>
     }
 }
 
-/// What stands in the path.
+/// The path parameters.
 #[derive(Debug)]
 pub(crate) struct InPath<T>(pub(crate) T);
 
@@ -61,7 +61,7 @@ pub(crate) fn time(name: &str, time_us: i64) -> Result<i64, ApiError> {
     )))
 }
 
-/// A stretch of time.
+/// A range of time.
 ///
 /// # Errors
 /// A time is not valid, or it ends before it begins.
@@ -75,7 +75,7 @@ pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
     Ok(TimeRange { from_us, to_us })
 }
 
-/// A name as it may stand in the name of a file on any computer.
+/// Turns a name into one that is valid in file names on any system.
 pub(crate) fn file_name(name: &str) -> String {
     let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_".contains(letter);
     name.chars().map(|letter| if plain(letter) { letter } else { '_' }).collect()
@@ -99,7 +99,7 @@ pub(crate) fn number(
     Err(ApiError::bad_request(format!("{name}: {number} is not within {first} to {last}")))
 }
 
-/// Which end of a stretch of time comes first.
+/// Order of an answer in time.
 ///
 /// # Errors
 /// It is neither.

@@ -1,4 +1,4 @@
-//! Stands before every route: finds out who asks and lets through who may.
+//! Middleware before every route: authenticates the requester and checks permissions.
 
 use super::csrf;
 use super::error::ApiError;
@@ -19,20 +19,20 @@ use shore::identity::{Principal, Secret, Via};
 /// The cookie of a browser's session.
 pub(crate) const SESSION_COOKIE: &str = "lutra_session";
 
-/// Makes an answer of a refusal: for whom, where somebody who logs in wants to go on, and what is refused.
+/// Makes the answer for a refusal: kind of route, where to continue after a login, and the error.
 pub(crate) type Refusal = fn(Kind, Option<&str>, ApiError) -> Response;
 
-/// What the guard knows of the route it stands before.
+/// The guard's data about its route.
 #[derive(Clone)]
 pub(crate) struct RouteContext {
     pub(crate) state: AppState,
     pub(crate) need: Need,
     pub(crate) kind: Kind,
-    /// Answers a refusal as its reader expects it.
+    /// Formats a refusal for the kind of client.
     pub(crate) refusal: Refusal,
 }
 
-/// The one who asks, for handlers behind a route that needs somebody.
+/// The requester, for handlers of routes that need authentication.
 #[derive(Debug, Clone)]
 pub(crate) struct Who(pub(crate) Principal);
 
@@ -56,7 +56,7 @@ impl<S: Sync> FromRequestParts<S> for OfVessel {
     }
 }
 
-/// The vessel (IMC address) whose link comes in, for the handler behind [`Need::Link`].
+/// The vessel (IMC address) that opens its link, for the handler behind [`Need::Link`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinkOf(pub(crate) u16);
 
@@ -67,7 +67,7 @@ impl<S: Sync> FromRequestParts<S> for LinkOf {
     }
 }
 
-/// The vessel whose link token a request shows.
+/// The vessel of the link token in a request.
 async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiError> {
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).ok_or_else(ApiError::not_logged_in)?;
@@ -75,7 +75,7 @@ async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiErr
     vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
 }
 
-/// Lets a request through, or answers why not.
+/// Passes a request on, or answers with a refusal.
 pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().copied() else {
         return refuse(&post, &request, ApiError::internal(&"a request without a connection"));
@@ -115,7 +115,7 @@ pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request
     next.run(request).await
 }
 
-/// Who asks: by token if there is one, else by session.
+/// Authenticates the requester: by token if there is one, else by session.
 pub(crate) async fn identify(
     state: &AppState,
     headers: &HeaderMap,
@@ -191,7 +191,7 @@ async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
         .map_err(|error| ApiError::bad_request(format!("vessel in the path: {error}")))
 }
 
-/// Refuses changes and sockets that a foreign page asks for with our cookie.
+/// Refuses changes and sockets that another site's page requests with our cookie.
 async fn comes_from_us(
     post: &RouteContext,
     request: Request,
@@ -210,7 +210,7 @@ async fn comes_from_us(
     if csrf::is_foreign(request.headers(), http) {
         return Err(Box::new(refuse(post, &request, foreign())));
     }
-    // Without a session (the login) the handler checks a token of its own.
+    // Without a session (the login) the handler checks its own token.
     let Some(who) = who else { return Ok(request) };
     csrf::check(request, who.csrf()).await.map_err(|csrf::BadToken| {
         let text = say("This page was too old: go back, reload it and try again.");
@@ -237,7 +237,7 @@ pub(crate) fn plain_cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a
     pairs.find(|(found, _)| *found == name).map(|(_, value)| value)
 }
 
-/// Encrypted connections use a name that browsers accept from this very host only.
+/// Encrypted connections use a name prefix that browsers accept from this host only.
 pub(crate) fn cookie_name(name: &str, remote: Remote) -> String {
     if remote.encrypted { format!("__Host-{name}") } else { name.to_owned() }
 }

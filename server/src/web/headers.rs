@@ -1,8 +1,8 @@
-//! Headers that every answer carries: what a browser may do with it, and that nobody keeps it.
+//! Headers of every answer: what a browser may do with it, and that it must not be cached.
 //!
-//! Scripts, styles, images and sockets come from this server only and never from within a page, so that text
-//! from a vessel or a person that reaches a page unescaped by some mistake still runs nowhere. One function adds them all,
-//! where tower-http takes a layer for each and has none for what depends on the request.
+//! Scripts, styles, images and sockets are allowed from this server only and never inline, so that text from a vessel or a
+//! person that reaches a page unescaped by mistake is not executed. One function adds them all: tower-http needs a layer
+//! for each and has none for those that depend on the request.
 
 use super::listen::Peer;
 use axum::extract::Request;
@@ -40,7 +40,7 @@ pub(crate) async fn add(request: Request, next: Next) -> Response {
         headers.insert(name, HeaderValue::from_static(value));
     }
     if is_link {
-        // Whoever knows the address of a link has what it gives: it belongs into no search engine, whatever it answers.
+        // The address of a link gives access to its data: no answer to it may be indexed by search engines.
         headers
             .insert(HeaderName::from_static("x-robots-tag"), HeaderValue::from_static("noindex, nofollow"));
     }
@@ -51,8 +51,8 @@ pub(crate) async fn add(request: Request, next: Next) -> Response {
     response
 }
 
-/// Whether the server was asked for by a name that is its own: `localhost` belongs to other programs too, and
-/// browsers would keep them off plain HTTP as well.
+/// Whether the request uses the server's own host name: `localhost` is shared with other programs, and browsers would block
+/// plain HTTP for these too.
 fn is_by_name(headers: &HeaderMap) -> bool {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     host.split(':').next() != Some("localhost")

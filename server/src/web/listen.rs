@@ -1,7 +1,7 @@
-//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until told to stop.
+//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until stopped.
 //!
-//! At most as many connections as allowed are open at once ([`super::connections`]); further ones wait in the kernel's
-//! queue. A peer that does not finish its TLS handshake or its request's head in ten seconds is dropped.
+//! The number of open connections is limited ([`super::connections`]); further ones wait in the kernel's queue. A peer that
+//! does not complete its TLS handshake or its request's head in ten seconds is dropped.
 
 use super::connections::{Placed, Places};
 use axum::Router;
@@ -23,10 +23,10 @@ use tower::ServiceExt as _;
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long requests that are being answered may take to end once the server stops.
 const DRAIN: Duration = Duration::from_secs(8);
-/// Bytes of a request's head that are read at most.
+/// Most bytes of a request's head.
 const HEAD_BYTES: usize = 32 * 1024;
 
-/// Who is at the other end of a connection.
+/// The other end of a connection.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Peer {
     /// Its address, or that of the last proxy before us.
@@ -35,13 +35,13 @@ pub(crate) struct Peer {
     pub(crate) encrypted: bool,
 }
 
-/// What is listened on and how.
+/// The listener and its settings.
 pub(crate) struct Web {
     pub(crate) listener: TcpListener,
     pub(crate) tls: Option<TlsAcceptor>,
     pub(crate) router: Router,
     pub(crate) max_connections: usize,
-    /// Proxies, from whose addresses many come.
+    /// Proxies, whose addresses many clients share.
     pub(crate) proxies: Vec<IpAddr>,
 }
 
@@ -62,7 +62,7 @@ impl Web {
             let (stream, address) = match accepted {
                 Ok(accepted) => accepted,
                 Err(error) => {
-                    // Out of file handles, most likely: waiting is all that helps.
+                    // Most likely out of file handles: only waiting helps.
                     tracing::warn!(%error, "cannot accept a connection");
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;

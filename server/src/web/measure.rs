@@ -1,5 +1,5 @@
-//! Numbers, counts and times requests: by route and not by path, and by the methods that exist, so that no stranger can
-//! make new series.
+//! Numbers, counts and times requests: by route and not by path, and by known methods, so that a stranger cannot create new
+//! series.
 //!
 //! A request's number is in every line that is logged while it is answered, and in the answer's `X-Request-Id`. It counts
 //! from the start of the server: tower-http's layer would take a random one, and with it one more dependency.
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use tracing::Instrument as _;
 
-/// By which number the log speaks of a request.
+/// Header with the number of a request in the log.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Measures one request, and counts it in `requests`.

@@ -1,7 +1,7 @@
-//! What stands before and around every answer: who asks and may, how a request is read, how a refusal and its headers look,
-//! how many connections there may be.
+//! Middleware around every answer: authentication and permissions, parsing of requests, refusals and headers, limits of
+//! connections.
 //!
-//! Handlers are in [`crate::http`] (for programs) and [`crate::pages`] (for people); neither is known here.
+//! Handlers are in [`crate::http`] (for programs) and [`crate::pages`] (for people); this module does not use them.
 
 pub(crate) mod assets;
 pub(crate) mod connections;

@@ -1,8 +1,8 @@
 //! The outgoing side of a WebSocket, bounded.
 //!
-//! Every ping is answered by a pong, which waits in memory until the peer takes it. A peer that sends pings and takes
-//! nothing must not fill it: whoever reads the socket stops while [`Outgoing::waits`], and one that takes nothing for
-//! [`PATIENCE`] is let go.
+//! Every ping is answered by a pong, which waits in memory until the peer reads it. A peer that sends pings and reads
+//! nothing must not fill the memory: the reading half stops while [`Outgoing::waits`], and a peer that reads nothing for
+//! [`PATIENCE`] is disconnected.
 
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use futures_util::SinkExt as _;
@@ -10,13 +10,13 @@ use futures_util::stream::SplitSink;
 use std::time::Duration;
 use tokio::time::{Instant, timeout_at};
 
-/// A peer that takes nothing for so long is let go.
+/// A peer that reads nothing for this long is disconnected.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
-/// Bytes that are read at once. The library's 128 KiB are taken for each socket, whatever comes.
+/// Size of the read buffer. The library's default of 128 KiB would be allocated for each socket.
 const READ_AT_ONCE: usize = 16 * 1024;
 
-/// An upgrade that reads messages of `read_bytes` at most, and that holds `waiting_bytes` at most of what its peer has
-/// not taken: beyond it pongs replace each other, and sending fails, with which the socket ends.
+/// An upgrade that reads messages of at most `read_bytes`, and queues at most `waiting_bytes` that its peer has not read:
+/// beyond that pongs replace each other, and sending fails, which ends the socket.
 pub(crate) fn bounded(
     upgrade: WebSocketUpgrade,
     read_bytes: usize,
@@ -33,16 +33,16 @@ pub(crate) fn bounded(
 /// Why nothing more can be sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ended {
-    /// The peer takes nothing.
+    /// The peer reads nothing.
     TooSlow,
     /// The connection is gone.
     Gone,
 }
 
-/// The half of a socket that sends. What is put in leaves by [`Self::flushed`], which can be dropped and called again.
+/// The sending half of a socket. Queued messages are sent by [`Self::flushed`], which can be cancelled and called again.
 pub(crate) struct Outgoing {
     sink: SplitSink<WebSocket, Message>,
-    /// Since when something waits.
+    /// Since when messages are queued.
     since: Option<Instant>,
 }
 
@@ -51,20 +51,20 @@ impl Outgoing {
         Self { sink, since: None }
     }
 
-    /// Whether something may not have left yet; nothing is to be put in and nothing more read until it has.
+    /// Whether a message may not have been sent yet; until then nothing may be queued or read.
     pub(crate) fn waits(&self) -> bool {
         self.since.is_some()
     }
 
-    /// A ping was read: the answer to it waits.
+    /// A ping was read: its pong is queued.
     pub(crate) fn answers_ping(&mut self) {
         self.since.get_or_insert_with(Instant::now);
     }
 
-    /// Puts a message in. It does not wait where nothing [waits](Self::waits) but what was put in just before.
+    /// Queues a message. It does not wait if nothing [waits](Self::waits) except messages queued just before.
     ///
     /// # Errors
-    /// The connection is gone, or the message is larger than all that may wait.
+    /// The connection is gone, or the message is larger than the queue.
     pub(crate) async fn put(&mut self, message: Message) -> Result<(), Ended> {
         let since = *self.since.get_or_insert_with(Instant::now);
         match timeout_at(since + PATIENCE, self.sink.feed(message)).await {
@@ -73,10 +73,10 @@ impl Outgoing {
         }
     }
 
-    /// Waits until everything has left.
+    /// Waits until everything has been sent.
     ///
     /// # Errors
-    /// The peer takes nothing, or the connection is gone.
+    /// The peer reads nothing, or the connection is gone.
     pub(crate) async fn flushed(&mut self) -> Result<(), Ended> {
         let since = *self.since.get_or_insert_with(Instant::now);
         match timeout_at(since + PATIENCE, self.sink.flush()).await {

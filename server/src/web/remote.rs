@@ -1,4 +1,4 @@
-//! From where a request comes, seen through the reverse proxies that are trusted.
+//! The origin of a request, determined through trusted reverse proxies.
 
 use super::listen::Peer;
 use crate::config::Http;
@@ -8,18 +8,18 @@ use axum::http::request::Parts;
 use std::convert::Infallible;
 use std::net::{IpAddr, Ipv4Addr};
 
-/// The one who asks, as far as the network knows.
+/// The client, as known from the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Remote {
     pub(crate) address: IpAddr,
     /// Whether the browser's connection is encrypted, here or at a trusted proxy.
     pub(crate) encrypted: bool,
-    /// Whether the request was made on this very machine and passed on by nobody.
+    /// Whether the request was made on this machine and not forwarded by a proxy.
     pub(crate) here: bool,
 }
 
 impl Remote {
-    /// Who asks, given the connection and the headers.
+    /// Determines the client from the connection and the headers.
     pub(crate) fn of(peer: Peer, headers: &HeaderMap, http: &Http) -> Self {
         let connected = peer.address.ip().to_canonical();
         let trusted = |address: &IpAddr| http.trusted_proxies.contains(address);
@@ -29,15 +29,14 @@ impl Remote {
             let here = connected.is_loopback() && hops.is_empty();
             return Self { address: connected, encrypted: peer.encrypted, here };
         }
-        // Every proxy appends the address it saw, so the last one that is no proxy of ours is the remote.
+        // Every proxy appends the address it saw, so the last one that is not our proxy is the client.
         let hops = hops.iter().rev().map_while(|hop| hop.parse::<IpAddr>().ok());
         let address = hops.map(|hop| hop.to_canonical()).find(|hop| !trusted(hop)).unwrap_or(connected);
         let scheme = headers.get("x-forwarded-proto").and_then(|value| value.to_str().ok());
         Self { address, encrypted: peer.encrypted || scheme == Some("https"), here: false }
     }
 
-    /// By which name the one who asks reaches the server, with its scheme: for addresses that they take away. What is no name of a
-    /// host is passed over.
+    /// Scheme and host name by which the client reaches the server: for addresses in files. Invalid host names are ignored.
     pub(crate) fn origin(&self, headers: &HeaderMap) -> String {
         let host =
             headers.get(axum::http::header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! One row of the table of routes: from it come the router, the OpenAPI document and the test of who may what.
+//! One row of the table of routes: the source of the router, the OpenAPI document and the test of permissions.
 
 use crate::AppState;
 use api::Role;
@@ -10,12 +10,12 @@ use utoipa::openapi::path::Parameter;
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{IntoParams, PartialSchema, ToSchema};
 
-/// What somebody must be to use a route.
+/// The permission that a route needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Need {
     /// Nothing.
     Anyone,
-    /// Logged in with a browser; also while a one-time password is still to be changed.
+    /// Logged in with a browser, even while a one-time password must be changed.
     Session,
     /// This role on some vessel; the handler shows no more than what the person may see.
     Somewhere(Role),
@@ -29,7 +29,7 @@ pub(crate) enum Need {
     Link,
 }
 
-/// Who uses a route, which decides how a refusal looks.
+/// The kind of client of a route, which determines the form of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// People: a refusal is a page, or leads to the login.
@@ -40,7 +40,7 @@ pub(crate) enum Kind {
     Socket,
 }
 
-/// What a body looks like in the OpenAPI document.
+/// Schema of a body in the OpenAPI document.
 pub(crate) type Shape = (String, RefOr<Schema>, Vec<(String, RefOr<Schema>)>);
 
 /// One row.
@@ -59,10 +59,10 @@ pub(crate) struct Route {
     /// Media type of the answer where it is not JSON.
     pub(crate) media: Option<&'static str>,
     pub(crate) query: Vec<Parameter>,
-    /// Whether the answer is compressed for who wants that. Never where a secret and what somebody sent stand in
-    /// one answer: its length would tell about the secret.
+    /// Whether the answer is compressed for clients that accept it. Never if an answer contains both a secret and text that
+    /// a client sent: its length would reveal the secret.
     pub(crate) packed: bool,
-    /// Whether it judges itself how slowly its body may come.
+    /// Whether it limits the pace of its body itself.
     pub(crate) paces: bool,
 }
 
@@ -85,7 +85,7 @@ impl Route {
         Self::new(Method::POST, path, Kind::Page, need, about, on(MethodFilter::POST, handler))
     }
 
-    /// Something for programs to read.
+    /// A GET route of the API.
     pub(crate) fn get<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
         H: Handler<T, AppState>,
@@ -94,7 +94,7 @@ impl Route {
         Self::new(Method::GET, path, Kind::Api, need, about, on(MethodFilter::GET, handler))
     }
 
-    /// Something for programs to do.
+    /// A POST route of the API.
     pub(crate) fn post<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
         H: Handler<T, AppState>,
@@ -103,7 +103,7 @@ impl Route {
         Self::new(Method::POST, path, Kind::Api, need, about, on(MethodFilter::POST, handler))
     }
 
-    /// Something for programs to change as a whole.
+    /// A PUT route of the API.
     pub(crate) fn put<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
         H: Handler<T, AppState>,
@@ -112,7 +112,7 @@ impl Route {
         Self::new(Method::PUT, path, Kind::Api, need, about, on(MethodFilter::PUT, handler))
     }
 
-    /// Something for programs to change in part.
+    /// A PATCH route of the API.
     pub(crate) fn patch<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
         H: Handler<T, AppState>,
@@ -121,7 +121,7 @@ impl Route {
         Self::new(Method::PATCH, path, Kind::Api, need, about, on(MethodFilter::PATCH, handler))
     }
 
-    /// Something for programs to undo.
+    /// A DELETE route of the API.
     pub(crate) fn delete<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
         H: Handler<T, AppState>,
@@ -182,7 +182,7 @@ impl Route {
         self
     }
 
-    /// It judges itself how slowly its body may come.
+    /// It limits the pace of its body itself.
     pub(crate) fn paces(mut self) -> Self {
         self.paces = true;
         self
@@ -206,7 +206,7 @@ impl Route {
         self
     }
 
-    /// It answers with something else than JSON.
+    /// It answers with another media type than JSON.
     pub(crate) fn media(mut self, media: &'static str) -> Self {
         self.media = Some(media);
         self

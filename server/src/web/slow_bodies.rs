@@ -1,7 +1,7 @@
-//! How long a request's body may take as a whole.
+//! Time limit for a request's whole body.
 //!
-//! Without this a stranger could hold a connection for weeks by a byte now and then. Uploads of logs are as long as
-//! they are and judge their pace themselves ([`crate::http`]'s imports).
+//! Without this a stranger could hold a connection for weeks with a byte now and then. Uploads of logs may be long and
+//! limit their pace themselves ([`crate::http`]'s imports).
 
 use axum::body::Body;
 use axum::extract::Request;
@@ -12,10 +12,10 @@ use std::io;
 use std::time::Duration;
 use tokio::time::{Instant, timeout_at};
 
-/// Enough for 4 MiB by a bad mobile link.
+/// Enough for 4 MiB over a bad mobile connection.
 const WHOLE: Duration = Duration::from_mins(2);
 
-/// Ends a body that is not whole in time by an error, so that no handler takes the part for all.
+/// Ends a body that is not complete in time with an error, so that no handler takes a part for the whole.
 pub(crate) async fn keep(request: Request, next: Next) -> Response {
     let ends = Instant::now() + WHOLE;
     next.run(request.map(|body| until(body, ends))).await

@@ -1,5 +1,5 @@
 //! The memory of a real server that is attacked: floods of logins, sockets that ping and are never read, texts and names
-//! as long as packets may be. It stays within 100 MB of what it is at rest.
+//! as long as packets may be. It stays within 100 MB of its value at rest.
 
 use crate::support::program::{Server, add_admin, link_token, run};
 use futures_util::SinkExt as _;
@@ -11,12 +11,12 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tempfile::TempDir;
 use tokio_tungstenite::tungstenite::Message as Frame;
 
-/// What an attack may cost.
+/// Most memory that an attack may cost.
 const MOST_BYTES: u64 = 100 << 20;
-/// How long a write to who does not read may take.
+/// How long a write to a peer that does not read may take.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// A socket that pings and takes no answer until the server takes no more, or `most_bytes` are sent.
+/// A socket that pings and reads no answer until the server stops reading, or `most_bytes` are sent.
 fn ping_without_reading(server: SocketAddr, path: &str, token: &str, most_bytes: usize) -> TcpStream {
     let mut stream = TcpStream::connect(server).unwrap();
     stream.set_write_timeout(Some(PATIENCE)).unwrap();
@@ -86,7 +86,7 @@ async fn an_attack_takes_no_more_than_a_hundred_megabytes() {
         assert!(now < idle + MOST_BYTES, "{what}: {idle} bytes at rest, {now} now");
     };
 
-    // Each is answered before the next hundred: what is measured is what stays, and what is held at once.
+    // Each is answered before the next hundred: this measures memory that is retained, and memory held at once.
     for hundred in 0..2 {
         let guesses: Vec<TcpStream> =
             (0..100).map(|n| login(server.web, &cookie, &csrf, hundred * 100 + n)).collect();

@@ -1,5 +1,4 @@
-//! The data folder of a real server: who may reach it, what happens when its history is damaged, and the way into a
-//! backup and back.
+//! The data folder of a real server: its permissions, a damaged history, and backup and restore.
 
 use crate::disk_full::Disk;
 use crate::support::browser::{Browser, ask};
@@ -25,7 +24,7 @@ fn packet(seq: u64) -> Vec<u8> {
     bytes
 }
 
-/// What a vessel said by its link, over two days.
+/// Packets of a vessel by its link, over two days.
 fn fill(data: &Path, numbers: std::ops::Range<u64>) {
     fs::create_dir_all(data).unwrap();
     let mut store = Store::open(data).unwrap();
@@ -47,7 +46,7 @@ fn refused(data: &Path, arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Everything below a folder with its rights.
+/// Everything below a folder with its permissions.
 fn rights(folder: &Path) -> Vec<(PathBuf, u32)> {
     let mut found = vec![(folder.to_owned(), fs::metadata(folder).unwrap().permissions().mode() & 0o777)];
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
@@ -96,7 +95,7 @@ fn others_on_the_machine_reach_nothing() {
     server.process.terminate();
     let count = server.log().matches("could be reached by other users").count();
     assert_eq!(count, 1, "{}", server.log());
-    // What somebody exports is for whom that one likes.
+    // Exported files keep the user's own permissions.
     let out = scratch.path().join("out.csv");
     let program = format!("umask 022; exec {SERVER} export -o {} --data {}", out.display(), data.display());
     assert!(Command::new("sh").args(["-c", &program]).status().unwrap().success());
@@ -116,7 +115,7 @@ async fn a_server_starts_on_a_damaged_history_says_so_and_makes_it_again() {
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
     assert!(told.contains("BAD   history: history/2026-11.sqlite") && told.contains("restart"), "{told}");
 
-    // It is killed in the middle, and goes on.
+    // It is killed in the middle, and continues.
     let mut server = Server::start(&data);
     server.process.kill();
     let mut server = Server::start(&data);
@@ -135,7 +134,7 @@ async fn a_server_starts_on_a_damaged_history_says_so_and_makes_it_again() {
     assert!(!told.lines().any(is_bad), "{told}");
 }
 
-/// Where a file of a backup lies: what was written anew has two places that it takes in turns.
+/// Path of a file in a backup: rewritten files alternate between two places.
 fn lies(backup: &Path, file: &str) -> PathBuf {
     let other = backup.join("alternate").join(file);
     if other.exists() { other } else { backup.join(file) }
@@ -179,7 +178,7 @@ fn a_backup_of_a_running_server_comes_back_whole_or_not_at_all() {
     assert_eq!(ask(again.web, "/healthz").0, 200);
     again.process.terminate();
 
-    // A folder that holds something stays what it is.
+    // A folder that is not empty is not touched.
     let text = refused(&back, &["restore", to]);
     assert!(text.contains("is not empty"), "{text}");
     // One damaged byte, one missing file, no manifest: nothing appears.
@@ -203,7 +202,7 @@ fn a_backup_of_a_running_server_comes_back_whole_or_not_at_all() {
     nothing_appears("leads out of the backup");
     fs::remove_file(backup.join("backup.json")).unwrap();
     nothing_appears("no whole backup");
-    // The history is derived: a damaged file of it is made again.
+    // The history is derived: a damaged file of it is rebuilt.
     fs::write(backup.join("backup.json"), manifest).unwrap();
     fs::write(lies(&backup, "history/2026-11.sqlite"), "no database").unwrap();
     run(&nothing, &["restore", to]);
@@ -219,12 +218,12 @@ fn after_an_older_backup_vessels_go_on_where_they_are_and_the_old_archive_fills_
         (scratch.path().join("data"), scratch.path().join("backup"), scratch.path().join("back"));
     fill(&data, 0..100);
     run(&data, &["backup", backup.to_str().unwrap()]);
-    // The vessel goes on, is acknowledged and forgets; then this shore is lost.
+    // The vessel continues, is acknowledged and deletes its packets; then this shore is lost.
     fill(&data, 100..200);
     run(&back, &["restore", backup.to_str().unwrap()]);
     let mut store = Store::open(&back).unwrap();
     assert_eq!(store.durable(STREAM), Some(99), "what was linked grew on, and is not part of the backup");
-    // Of 100 to 199 the vessel says that they were acknowledged before, and sends what comes after.
+    // The vessel declares 100 to 199 as acknowledged before, and sends the following ones.
     let (after, received) = (packet(200), UtcTime::from_micros(START_US + 3 * 86_400_000_000));
     let accepted = Accepted {
         packet: &after,
@@ -237,7 +236,7 @@ fn after_an_older_backup_vessels_go_on_where_they_are_and_the_old_archive_fills_
     store.close().unwrap();
     let samples = |folder: &Path| run(folder, &["export", "--message", "Temperature"]).lines().count() - 1;
     assert_eq!(samples(&back), 101);
-    // What of the lost shore's disk can still be read brings them in, none twice.
+    // An import of the lost shore's readable files adds them, none twice.
     let text = run(&back, &["import", data.join("archive").to_str().unwrap()]);
     assert!(text.contains("200 packets, 100 new"), "{text}");
     assert_eq!(samples(&back), 201);
@@ -253,7 +252,7 @@ fn the_home_of_somebody_is_no_data_folder_and_is_left_as_it_is() {
         fs::write(home.join(name), "x").unwrap();
         fs::set_permissions(home.join(name), fs::Permissions::from_mode(mode)).unwrap();
     }
-    // Names that are ours are others' too.
+    // Our names are also used by others.
     fs::create_dir(home.join("archive")).unwrap();
     fs::create_dir(home.join("tls")).unwrap();
     fs::write(home.join("archive/old.txt"), "x").unwrap();

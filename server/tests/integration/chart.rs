@@ -74,7 +74,7 @@ fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
     };
     let open = plan("open.geojson", [[63.4465, 10.3500], [63.4485, 10.3530]]);
     let shoal = plan("shoal.geojson", [[63.4460, 10.3516], [63.4424, 10.3516]]);
-    // Without a chart nothing is told to be safe.
+    // Without a chart nothing is reported as safe.
     let none = chart(&data, &["check", &open]);
     assert!(!none.status.success() && none.stdout.is_empty());
     json(&data, &["import", cells.to_str().unwrap()]);
@@ -92,7 +92,7 @@ fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
     // In words, the same reason.
     let words = chart(&data, &["check", &shoal]);
     assert!(String::from_utf8_lossy(&words.stdout).contains(&format!("refused: {reason}")));
-    // The way to the first place counts where it is known.
+    // The transit to the first waypoint is checked if the start is known.
     let output = chart(&data, &["check", &open, "--from", "63.4424,10.3516"]);
     assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stdout));
     for (plan, why) in [
@@ -115,7 +115,7 @@ fn plan_route(data: &Path, arguments: &[&str]) -> Output {
     command.args(["plan", "route"]).args(arguments).arg("--data").arg(data).output().unwrap()
 }
 
-/// One route in words, as GPX and as a plan that the same chart takes; many by a file, of which each line has its answer.
+/// One route as text, as GPX and as a plan that passes the chart's check; many from a file, with an answer for each line.
 #[test]
 fn routes_are_planned_by_the_command_line() {
     let folder = tempfile::tempdir().unwrap();

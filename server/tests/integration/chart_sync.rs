@@ -1,5 +1,5 @@
-//! The shore's chart on its way aboard, with the real server and a real Otter: both are killed in the middle, then it
-//! is whole, in force and obeyed, and the vessel's page tells it.
+//! The transfer of the shore's chart, with the real server and a real Otter: both are killed in the middle, then the chart
+//! is complete, in force and obeyed, and shown on the vessel's page.
 
 use crate::support::ashore::now_s;
 use crate::support::browser::Browser;
@@ -15,12 +15,11 @@ use std::process::Command;
 use tempfile::TempDir;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// Where the archipelago is, and what `[Simulators.GPS]` must say for the Otter to be there; it is more careful than
-/// the shore.
+/// Configuration of the Otter: its position in the archipelago; its guard is stricter than the shore's.
 const START: &str = "\n[Simulators.GPS]\nInitial Position = 63.446, 10.345\n\n[Supervisors.Grounding]\nAutonomous Depth = 8\n";
 const PASSWORD: &str = "seven-small-boats-at-sea";
 
-/// Brings the fictitious archipelago into the chart set.
+/// Imports the fictitious archipelago into the chart set.
 fn import(data: &Path) {
     let cells = data.join("cells");
     std::fs::create_dir_all(&cells).unwrap();
@@ -37,7 +36,7 @@ fn chart(data: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// The place on land that is nearest to the start, as the chart has it.
+/// The place on land nearest to the start, by the chart.
 fn on_land(data: &Path) -> (f64, f64) {
     let index = chartdb::load_index(&data.join("charts/chart.gpkg")).unwrap().sealed.index;
     let demand = GuardLimits::default().demand(1.0);
@@ -50,14 +49,14 @@ fn on_land(data: &Path) -> (f64, f64) {
     (land.lat_deg(), land.lon_deg())
 }
 
-/// Bytes of the chart that came and is not whole.
+/// Received bytes of the incomplete chart.
 fn part_bytes(aboard: &Path) -> u64 {
     let files = std::fs::read_dir(aboard.join("chart")).into_iter().flatten().flatten();
     let parts = files.filter(|file| file.path().extension().is_some_and(|extension| extension == "part"));
     parts.filter_map(|file| Some(file.metadata().ok()?.len())).sum()
 }
 
-/// Asks the vessel itself to load a way to a place; its answer.
+/// Asks the vessel itself to load a plan to a place; returns its answer.
 async fn load(console: &mut Client, request_id: u16, (lat_deg, lon_deg): (f64, f64)) -> PlanControl {
     let goto = Goto {
         lat: lat_deg.to_radians(),
@@ -142,13 +141,13 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
     let start = || Agent::start_with(Command::new(&program), aboard.path(), line.address, &token, START);
     let mut agent = start();
 
-    // Without a chart anywhere nothing stands in the way.
+    // Without any chart nothing is refused.
     let mut browser = Browser::log_in(&server.web.to_string(), "ada", PASSWORD);
     until("told of", || (held(&mut browser)["state"] == "none").then_some(())).await;
     import(&data);
     let land = on_land(&data);
 
-    // Slow enough for all that happens on the way.
+    // Slow enough for the kills during the transfer.
     let whole = std::fs::metadata(data.join("charts/chart.lutra-index")).unwrap().len();
     line.carries((whole / 10).max(50_000));
     let more_than = |part: u64| (part_bytes(aboard.path()) > part).then_some(());
@@ -185,7 +184,7 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
     assert_eq!(refused.r#type, PlanControlType::Failure);
     assert!(refused.info.to_str_lossy().contains("sea chart"), "{}", refused.info);
 
-    // The page tells, and so does the command line.
+    // The page shows it, and so does the command line.
     if testkit::browser::is_there() {
         let url = format!("http://{}", server.web);
         let script =
@@ -199,7 +198,7 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
     );
     assert_eq!(list["digest"], told["digest"]);
 
-    // What an operator closes comes aboard the same way: the vessel itself refuses a place that it would have gone to.
+    // A no-go area comes aboard in the same way: the vessel itself refuses a place that it would have gone to.
     let open = open_water(&mut console).await;
     close(&mut browser, open);
     let digest = told["digest"].clone();
@@ -209,7 +208,7 @@ async fn a_chart_comes_aboard_although_both_are_killed_and_plans_are_refused_by_
     assert_eq!(refused.r#type, PlanControlType::Failure);
     assert!(refused.info.to_str_lossy().contains("prohibited"), "{}", refused.info);
 
-    // It is what the next start begins with, also out of reach of the shore; and what was carried aboard by hand is.
+    // The next start uses it, even without a shore; the same for a chart that was carried aboard by hand.
     agent.process.terminate();
     std::fs::remove_file(&whole).unwrap();
     let copied = chart(&data, &["sync", "--to", aboard.path().join("chart").to_str().unwrap()]);

@@ -1,7 +1,7 @@
-//! A real server whose wall clock jumps by hours and days: nobody is disturbed. Links live by a clock that cannot be
-//! set, people stay logged in, and what comes is kept once, in the folder of the day that the shore then takes it for.
+//! A real server whose wall clock jumps by hours and days: nothing is disturbed. Links use a monotonic clock, people stay
+//! logged in, and packets are stored once, in the folder of the day by the shore's clock.
 //!
-//! Needs libfaketime (`make test` installs it); says so where it is absent.
+//! Needs libfaketime (`make test` installs it); prints a note where it is absent.
 
 use crate::support::ashore::{
     all_that_was_logged_is_ashore, archived_bytes, arrivals_s, every_number_came_once, newest_s, now_s,
@@ -27,7 +27,7 @@ fn faketime() -> Option<PathBuf> {
     library
 }
 
-/// The clock of the server is from now on so far from the computer's.
+/// Sets the offset of the server's clock from the computer's.
 fn set(clock: &Path, ahead: &str) {
     let beside = clock.with_extension("new");
     std::fs::write(&beside, ahead).unwrap();
@@ -53,7 +53,7 @@ async fn a_shore_whose_clock_jumps_disturbs_nobody() {
     until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
     let stood = server.log().matches("the link stands").count();
 
-    // Hours forth and back, days forth and back: whatever a wrong GNSS, a flat battery or a hand does to a clock.
+    // Jumps of hours and days in both directions, as by a wrong GNSS, a flat battery or a person.
     for hours in [5, -6, 30, -30, 0] {
         set(&clock, &format!("{hours:+}h"));
         until("heard at another time", || {
@@ -61,7 +61,7 @@ async fn a_shore_whose_clock_jumps_disturbs_nobody() {
             arrivals_s(&data).iter().any(|at_s| (at_s - expected_s).abs() < 60.0).then_some(())
         })
         .await;
-        // Thirty hours without a request end a session of twelve; that clock may be right.
+        // Thirty hours without a request rightly end a session of twelve.
         if hours < 12 {
             assert!(person.get("/api/v1/me").contains("nils"), "logged out by {hours} h");
         }
@@ -73,7 +73,7 @@ async fn a_shore_whose_clock_jumps_disturbs_nobody() {
     let days = archive_of(&data, OTTER).len();
     assert!((3..=4).contains(&days), "{days} days: the real one, one after and one before");
 
-    // The vessel ends in order; what it said last comes after its next start.
+    // The vessel ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
     drop(agent);

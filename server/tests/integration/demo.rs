@@ -1,4 +1,4 @@
-//! `lutra-server demo` with the real server and real agents: it shows what it promises and leaves nothing behind.
+//! `lutra-server demo` with the real server and real agents: it works as documented and leaves nothing behind.
 
 use crate::support::browser::Browser;
 use crate::support::slow::SlowLine;
@@ -16,10 +16,10 @@ use testkit::{Need, absent};
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 /// Longer than anything here takes on a loaded machine.
 const PATIENCE: Duration = Duration::from_mins(2);
-/// How often what is awaited is looked at.
+/// How often conditions are checked.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
-/// Whether the agent is there, which cargo builds with the whole workspace; says so if not.
+/// Whether the agent is there, which cargo builds with the whole workspace; prints a note if not.
 ///
 /// # Panics
 /// When it is missing and must be there: see [`absent`].
@@ -40,7 +40,7 @@ struct Demo {
 }
 
 impl Demo {
-    /// Otters that sail, and nothing else to disturb what is looked at.
+    /// Only Otters that sail, nothing else.
     fn start(arguments: &[&str]) -> Self {
         Self::whole(&[&["--no-cut", "--no-past"], arguments].concat())
     }
@@ -75,13 +75,13 @@ impl Demo {
         (url.to_owned(), server.rsplit(' ').next().unwrap().to_owned())
     }
 
-    /// A line with all these words, said already or still to come.
+    /// A line with all these words, already printed or still to come.
     fn hears(&mut self, words: &[&str]) -> String {
         let said = self.said.iter().find(|line| words.iter().all(|word| line.contains(word)));
         said.cloned().unwrap_or_else(|| self.wait_for(words))
     }
 
-    /// Waits until all these Otters sail; their agents' processes.
+    /// Waits until all these Otters sail; returns their agents' processes.
     fn sails(&mut self, names: &[&str]) -> BTreeMap<String, u32> {
         for _ in names {
             self.wait_for(&["sails"]);
@@ -113,7 +113,7 @@ fn signal(process: u32, name: &str) {
     assert!(sent.success());
 }
 
-/// Whether a process runs; one that ended and that nobody has asked about does not.
+/// Whether a process runs; a zombie does not.
 fn runs(process: u32) -> bool {
     let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     state.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
@@ -130,7 +130,7 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Where each vessel is: its place in metres north and east of the equator and Greenwich, near enough.
+/// Position of each vessel, approximately in metres north of the equator and east of Greenwich.
 fn places(browser: &mut Browser) -> BTreeMap<String, (f64, f64)> {
     let systems: Value = serde_json::from_str(&browser.get("/api/v1/vessels")).unwrap();
     let place = |system: &Value| {
@@ -161,7 +161,7 @@ fn otters_sail_before_a_browser_and_all_ends_with_it() {
     let password = server.rsplit(' ').next().unwrap();
     let mut agents = demo.sails(&["otter-1", "otter-2"]);
 
-    // No change of the password is asked for: what follows would be refused.
+    // No change of the password is required, or the next requests would be refused.
     let mut browser = Browser::log_in(host, "admin", password);
     let named = |places: BTreeMap<_, _>| Some(places).filter(|places| places.len() == 2);
     let first = until("both on the map", || named(places(&mut browser)));
@@ -179,11 +179,11 @@ fn otters_sail_before_a_browser_and_all_ends_with_it() {
     assert!(csv.lines().count() > 20, "{csv}");
     until("a tag heard", || {
         let (head, body) = browser.ask("GET /api/v1/export.csv?message=TBRFishTag", "", "");
-        // Before the first one nobody knows of such a message.
+        // Before the first one there is no such message.
         (head.contains(" 200 ") && body.lines().count() > 1).then_some(())
     });
 
-    // An agent that dies is told and comes back.
+    // An agent that dies is reported and restarted.
     signal(agents["otter-2"], "KILL");
     demo.wait_for(&["otter-2", "ended by itself", "started again"]);
     let again = demo.wait_for(&["otter-2", "starting, process "]);
@@ -217,13 +217,13 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
         _ => {}
     });
     demo.signal("CONT");
-    // What a person stopped is not set going again by the demonstration.
+    // The demonstration does not restart a vessel that a person stopped.
     demo.wait_for(&["otter-1", "commanded by admin", "leaves it alone"]);
 }
 
-/// What needs no demo for itself, on one: scripts that only look, and each that acts has an Otter that no other acts on.
-/// Two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, the past, parameters and
-/// plans by keyboard alone, and routes around islands.
+/// Scripts that can share one demo: those that only look, and those that act, each on its own Otter. Two vessels over one
+/// time, a plan that is drawn ashore, brought aboard and sailed, the past, parameters and plans by keyboard alone, and
+/// routes around islands.
 #[test]
 fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -268,7 +268,7 @@ fn the_past_is_replayed_in_a_browser() {
     testkit::browser::run("replay.mjs", &arguments, |_| {});
 }
 
-/// Parameters in a browser: read, judged, written with the vessel's word for it, saved over a start, never lost.
+/// Parameters in a browser: read, checked, written with the vessel's confirmation, saved over a restart, never lost.
 #[test]
 fn parameters_are_read_written_and_saved_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -289,7 +289,7 @@ fn parameters_are_read_written_and_saved_in_a_browser() {
     });
 }
 
-/// What the fleet sails, whoever started it: sorted, drawn, and compared with what is kept ashore.
+/// Plans that the fleet executes, started by anyone: sorted, drawn, and compared with those ashore.
 #[test]
 fn what_vessels_sail_is_seen_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -329,7 +329,7 @@ fn a_boat_is_shared_and_steered_by_keyboard_alone_in_a_browser() {
     testkit::browser::run("keyboard-control.mjs", &[&url, &password], |_| {});
 }
 
-/// Behind a slow and lossy way: pages come, values go on, orders tell their stages, and no work is lost.
+/// Over a slow and lossy network: pages load, values continue, orders show their stages, and no work is lost.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn work_goes_on_behind_a_slow_and_lossy_link() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -350,8 +350,7 @@ async fn work_goes_on_behind_a_slow_and_lossy_link() {
     script.await.unwrap();
 }
 
-/// What there is to watch beside Otters that sail: plans ashore, a mission of yesterday, a link that is cut and comes
-/// back with what was missed.
+/// Besides Otters that sail: plans ashore, a mission of yesterday, a link that is cut and returns with the missed data.
 #[test]
 fn a_cut_link_and_yesterday_are_watched_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -400,7 +399,7 @@ fn mistakes_are_told_with_their_remedy() {
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && told.contains(text), "{arguments:?}: {told}");
     };
-    // The same program where no agent lies beside it; a link, for it is large.
+    // The same program without an agent beside it; a link, because it is large.
     let alone = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let program = alone.path().join("lutra-server");
     fs::hard_link(PROGRAM, &program).unwrap();

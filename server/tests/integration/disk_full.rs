@@ -1,7 +1,7 @@
-//! A real server whose disk fills up: it acknowledges nothing, says so to machines and people, and goes on when
-//! there is room, or when it was killed meanwhile and started again. Nothing is lost.
+//! A real server whose disk fills up: it acknowledges nothing, reports it to machines and people, and continues when there
+//! is room, also after a kill and restart meanwhile. Nothing is lost.
 //!
-//! Needs root, for a disk of a few MiB in memory; says so where it cannot have one.
+//! Needs root, for a disk of a few MiB in memory; prints a note where it cannot have one.
 
 use crate::support::ashore::{
     all_that_was_logged_is_ashore, archived_bytes, every_number_came_once, newest_s, now_s,
@@ -18,14 +18,14 @@ use store::{Reader, TimeRange};
 use tempfile::TempDir;
 
 const DUNE: Address = Address(0x0801);
-/// Packets that a vessel without a spool says while the disk is full.
+/// Packets that a vessel without a spool sends while the disk is full.
 const SAID: u32 = 500;
 
 /// A small disk in memory at `data` in a folder; gone when dropped.
 pub(crate) struct Disk(TempDir);
 
 impl Disk {
-    /// `None`, and says so, where none may be mounted.
+    /// `None`, with a note, where none may be mounted.
     pub(crate) fn mount() -> Option<Self> {
         let disk = Self(TempDir::new().unwrap());
         std::fs::create_dir(disk.data()).unwrap();
@@ -47,7 +47,7 @@ impl Disk {
         self.data().join("filler")
     }
 
-    /// Takes all room there is.
+    /// Fills all free space.
     pub(crate) fn fill(&self) {
         let mut file = std::fs::File::options().create(true).append(true).open(self.filler()).unwrap();
         while file.write_all(&[0; 4096]).is_ok() {}
@@ -64,7 +64,7 @@ impl Drop for Disk {
     }
 }
 
-/// Fills the disk until the server says so, to machines and to people.
+/// Fills the disk until the server reports it, to machines and people.
 async fn fill_until_told(disk: &Disk, server: &Server, person: &mut Browser) {
     until("told", || {
         disk.fill();
@@ -72,7 +72,7 @@ async fn fill_until_told(disk: &Disk, server: &Server, person: &mut Browser) {
         (status == 503 && body.contains("the disk is full, nothing is recorded")).then_some(())
     })
     .await;
-    // What the page's banner shows, to people who were logged in before; the page itself is still served.
+    // The data of the page's banner, for people who were logged in before; the page itself is still served.
     let recording = person.get("/api/v1/recording");
     assert!(recording.contains("make room, or remove old history"), "{recording}");
     assert!(person.get("/").contains("<main"));
@@ -91,7 +91,7 @@ async fn a_full_disk_is_told_acknowledges_nothing_and_loses_nothing() {
     let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
     until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
 
-    // While it is full, the vessel keeps what it says, and of a vessel without a spool the server does.
+    // While it is full, the vessel keeps its packets, and the server keeps those of a vessel without a spool.
     fill_until_told(&disk, &server, &mut person).await;
     let archived = archived_bytes(&data);
     let mut dune = Client::connect(server.proxy).await;
@@ -117,7 +117,7 @@ async fn a_full_disk_is_told_acknowledges_nothing_and_loses_nothing() {
     let kept = || archive_of(&data, DUNE).iter().map(|log| packets_of(log).len()).sum::<usize>();
     until("all of the vessel without a spool", || (kept() >= SAID as usize).then_some(())).await;
 
-    // Full again; this time the server dies of it, as far as it can tell.
+    // Full again; this time the server is killed.
     fill_until_told(&disk, &server, &mut person).await;
     server.process.kill();
     drop(server);
@@ -127,7 +127,7 @@ async fn a_full_disk_is_told_acknowledges_nothing_and_loses_nothing() {
     let back_s = now_s();
     until("on after its start", || (newest_s(&data) > back_s).then_some(())).await;
 
-    // The vessel ends in order; what it said last comes after its next start.
+    // The vessel ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
     drop(agent);

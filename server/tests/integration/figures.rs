@@ -1,4 +1,4 @@
-//! Grafana's dashboard of `docker/` asks for figures that a real server tells, with labels that they have.
+//! Grafana's dashboard of `docker/` uses only metrics of a real server, with existing labels.
 
 use crate::support::browser::ask;
 use crate::support::program::{Agent, Server, agent_program, link_token, until};
@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// Told first when something goes wrong, or is configured: held against the source alone.
+/// Metrics that appear only after a fault or with a certain configuration: checked only against the source.
 const RARE: [&str; 11] = [
     "lutra_audit_lost_total",
     "lutra_certificate_expiry_seconds",
@@ -28,13 +28,13 @@ const CONFIGURED: [&str; 4] = [
     "lutra_udp_lost_total",
 ];
 
-/// The words of a text that are names of figures.
+/// The words of a text that are names of metrics.
 fn names(text: &str) -> BTreeSet<String> {
     let words = text.split(|sign: char| !sign.is_ascii_alphanumeric() && sign != '_');
     words.filter(|word| word.starts_with("lutra_")).map(str::to_owned).collect()
 }
 
-/// What the dashboard asks for: figures, each with the labels that it is told apart by.
+/// Metrics of the dashboard, each with its labels.
 fn asked() -> BTreeMap<String, BTreeSet<String>> {
     let file = testkit::repository().join("docker/grafana/dashboards/lutra.json");
     let dashboard: serde_json::Value = serde_json::from_slice(&fs::read(file).unwrap()).unwrap();
@@ -57,7 +57,7 @@ fn asked() -> BTreeMap<String, BTreeSet<String>> {
     asked
 }
 
-/// Figures of the source with their labels.
+/// Metrics of the source with their labels.
 fn written(folder: &Path, found: &mut BTreeMap<String, BTreeSet<String>>) {
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if path.is_dir() {

@@ -1,5 +1,5 @@
-//! A fleet from one file, by the real programs: `lutra-server fleet` ashore, `lutra-agent provision` aboard, and an agent that comes
-//! in through the tunnel that both made.
+//! A fleet from one file, by the real programs: `lutra-server fleet` ashore, `lutra-agent provision` aboard, and an agent
+//! that connects through the tunnel that both set up.
 
 use crate::disk_full::Disk;
 use crate::support::program::{Process, SERVER, Server, agent_program, until};
@@ -44,7 +44,7 @@ impl Ashore {
         Command::new(SERVER).args(arguments).arg("--data").arg(self.data()).output().unwrap()
     }
 
-    /// What a command says on both streams; it must succeed.
+    /// Output of a command on both streams; it must succeed.
     fn run(&self, arguments: &[&str]) -> String {
         let output = self.try_to(arguments);
         let said = said(&output);
@@ -90,7 +90,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
-/// What audit log and people hold, read from app.db.
+/// Rows of app.db, such as the audit log and people.
 fn rows(data: &Path, sql: &str) -> Vec<String> {
     let db = rusqlite::Connection::open(data.join("app.db")).unwrap();
     let mut asked = db.prepare(sql).unwrap();
@@ -153,7 +153,7 @@ fn a_broken_file_is_told_whole_and_nothing_is_done() {
         }
     }
     assert!(!ashore.data().join("app.db").exists());
-    // What the agent would refuse, or not know, is told ashore.
+    // What the agent would refuse, or not know, is reported ashore.
     for (old, new, told) in [
         ("\"Air Draught\" = 1.5", "\"Air Drought\" = 1.5", "Air Drought"),
         ("\"Air Draught\" = 1.5", "\"Air Draught\" = -1", "Air Draught"),
@@ -180,7 +180,7 @@ fn what_contradicts_the_database_is_told_and_nothing_is_done() {
 fn a_run_that_was_killed_is_finished_by_the_next() {
     let ashore = Ashore::example();
     ashore.apply(&[]);
-    // A token that was written down and never came into app.db; files of the VPN that were not written any more.
+    // A token file without its row in app.db; VPN files that were not written.
     let fleet = ashore.data().join("fleet");
     let known = ashore.kept("ntnu-otter-01.token");
     let unknown = known.replace(&known[known.len() - 4..], "0000");
@@ -197,7 +197,7 @@ fn a_run_that_was_killed_is_finished_by_the_next() {
     // The server's own key has its line, once.
     let server_key = "SELECT subject FROM audit WHERE action = 'fleet.vpn' AND subject = 'the server'";
     assert_eq!(rows(&ashore.data(), server_key).len(), 1);
-    // A key of the VPN that cannot be written, as where a run was killed before it: the audit log knows of it already.
+    // A VPN key that cannot be written, as after a kill before it: the audit log has it already.
     let lines = "SELECT subject FROM audit WHERE action IN ('fleet.vpn', 'fleet.rotate')";
     let before = rows(&ashore.data(), lines).len();
     let key = ashore.kept("ntnu-otter-03.vpn");
@@ -212,7 +212,7 @@ fn a_run_that_was_killed_is_finished_by_the_next() {
     assert_eq!(told[before..], ["ntnu-otter-03: VPN key", "ntnu-otter-03"]);
     fs::remove_dir_all(obstacle).unwrap();
     ashore.apply(&[]);
-    // The one that nobody holds any more ends by itself.
+    // The token that is no longer stored expires.
     let endless = "SELECT CAST(count(*) AS TEXT) FROM token WHERE vessel = 0x2810 AND expires_us IS NULL";
     assert_eq!(rows(&ashore.data(), endless), ["1"]);
 }
@@ -238,7 +238,7 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
     let conf = fs::read_to_string(ashore.data().join("vpn/lutra.conf")).unwrap();
     assert!(conf.contains("10.8.0.11/32"));
 
-    // One that leaves the file keeps what it has until it is revoked by name.
+    // A vessel that leaves the file keeps its access until it is revoked by name.
     let fleet = fs::read_to_string(ashore.file()).unwrap();
     let left = fleet.replace(
         "[[vessel]]\nname = \"ntnu-otter-01\"\nimc_address = 0x2810\nvpn_address = \"10.8.0.11\"\n",
@@ -289,7 +289,7 @@ fn boat() -> TempDir {
     root
 }
 
-/// Puts there what the package does.
+/// Installs the package's files.
 fn install(root: &Path) {
     fs::create_dir_all(root.join("etc/lutra")).unwrap();
     let packaged = testkit::repository().join("vehicle-agent/etc/otter.ini");
@@ -398,7 +398,7 @@ fn an_encrypted_link_brings_its_authority_aboard() {
     assert!(overlay.contains("Certificate Authority = ca.pem\n"), "{overlay}");
 }
 
-/// A fleet of two simulated boats whose shore is reached at 192.0.2.1, as [`Cable`] lays it.
+/// A fleet of two simulated boats whose shore is at 192.0.2.1, as set up by [`Cable`].
 const TWO: &str = "
 [server]
 public_name = \"192.0.2.1\"
@@ -418,7 +418,7 @@ imc_address = 0x2811
 vpn_address = \"10.77.0.12\"
 ";
 
-/// A `wg-quick` file put into force by hand: this kernel has no WireGuard, and names of interfaces must be unique here.
+/// Applies a `wg-quick` file by hand: this kernel has no WireGuard, and names of interfaces must be unique here.
 async fn tunnel(cable: &Cable, side: char, file: &Path, folder: &Path) -> Process {
     let (namespace, other) =
         if side == 's' { (cable.shore(), "10.77.0.0/24") } else { (cable.vessel(), "10.77.0.1/32") };
@@ -439,8 +439,8 @@ async fn tunnel(cable: &Cable, side: char, file: &Path, folder: &Path) -> Proces
     running
 }
 
-/// Whether a connection from the boat reaches this port of the shore; nothing listens on it, so that who is let through is
-/// refused at once, and who is not hears nothing.
+/// Whether a connection from the boat reaches this port of the shore; nothing listens on it, so that a permitted connection
+/// is refused at once, and a blocked one gets no answer.
 fn is_let_through(cable: &Cable, port: u16) -> bool {
     let script = format!("timeout 2 bash -c 'exec 3<>/dev/tcp/10.77.0.1/{port}' 2>&1; test $? -ne 124");
     Cable::inside(&cable.vessel(), "bash").args(["-c", &script]).status().unwrap().success()

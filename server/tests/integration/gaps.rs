@@ -1,5 +1,5 @@
-//! A stolen link token that declares everything missing: the vessel itself is asked for all of it afterwards, and
-//! what comes revokes the lie.
+//! A stolen link token declares everything missing: the vessel itself is still asked for all of it afterwards, and its
+//! packets replace the false gap.
 
 use crate::support::program::{Server, link_token, until};
 use crate::support::{OTTER, PATIENCE, packet};
@@ -18,11 +18,11 @@ use units::UtcTime;
 
 const STREAM: u64 = 77;
 
-/// One who holds the vessel's token.
+/// A client with the vessel's token.
 struct Holder(WebSocketStream<MaybeTlsStream<TcpStream>>);
 
 impl Holder {
-    /// Greets; and the number from which on the server wants records.
+    /// Says hello; returns the number from which the server requests records.
     async fn connect(server: SocketAddr, token: &str, attempt: u64) -> (Self, u64) {
         let mut request = format!("ws://{server}/link").into_client_request().unwrap();
         request.headers_mut().insert("authorization", format!("Bearer {token}").parse().unwrap());
@@ -72,7 +72,7 @@ impl Holder {
     /// Waits until everything below a number is acknowledged.
     async fn acknowledged(&mut self, below: u64) {
         loop {
-            // Acknowledgements come in answer to what is said.
+            // Acknowledgements come in answer to frames.
             self.say(&Frame::Heartbeat(Heartbeat::default())).await;
             let durable = self.hear(|frame| match frame {
                 Frame::Ack(Ack { durable, .. }) => Some(Some(durable)),
@@ -106,7 +106,7 @@ async fn what_a_token_declares_missing_is_asked_for_again_and_revoked_by_what_co
     vessel.records(0..10).await;
     vessel.acknowledged(10).await;
 
-    // The thief declares all numbers there are, under the vessel's stream.
+    // The thief declares all numbers missing, under the vessel's stream.
     let (mut thief, resume) = Holder::connect(server.web, &token, 2).await;
     assert_eq!(resume, 10);
     let time = UtcTime::from_seconds(1.8e9).unwrap();
@@ -117,7 +117,7 @@ async fn what_a_token_declares_missing_is_asked_for_again_and_revoked_by_what_co
     assert_eq!(gaps().len(), 1);
     drop(thief);
 
-    // Would the vessel be told that all is ashore, it would forget what it has.
+    // If the vessel were told that all is ashore, it would delete its packets.
     let (mut vessel, resume) = Holder::connect(server.web, &token, 3).await;
     assert_eq!(resume, 10, "the vessel is told to forget what it has");
     vessel.records(10..20).await;

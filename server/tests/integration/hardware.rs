@@ -1,5 +1,5 @@
 //! The whole chain with real programs: simulated devices on pseudo-terminals, the agent that steers by their real protocols,
-//! its link, a server, and the server's answers. Nothing is known of the vessel but what its devices said.
+//! its link, a server, and the server's answers. Everything known of the vessel comes from its devices.
 
 use crate::support::browser::Browser;
 use crate::support::program::{Agent, Process, Server, add_admin, agent_program, link_token, until};
@@ -16,7 +16,7 @@ use std::process::{ChildStdout, Command, Stdio};
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// A tag sends for so long before its line comes (s): `Transmission Time` of the configuration.
+/// Duration of a tag's transmission before its line is sent (s): `Transmission Time` of the configuration.
 const SENDING_S: f64 = 3.0;
 /// How far a detection may be from where the vessel was. The compass has no errors here: what is left is the age of its
 /// positions and the estimate between them (m).
@@ -24,7 +24,7 @@ const TOLERANCE_M: f64 = 1.5;
 /// Metres of a degree of latitude, good to 1 % anywhere.
 const DEGREE_M: f64 = 111_500.0;
 
-/// Simulated devices and what is true of the vessel.
+/// Simulated devices and the vessel's true state.
 struct Devices {
     _process: Process,
     _out: BufReader<ChildStdout>,
@@ -74,7 +74,7 @@ impl Devices {
         std::fs::read_to_string(&self.truth).unwrap().lines().filter_map(read).collect()
     }
 
-    /// The truth at a time, between the two that were written around it.
+    /// The true state at a time, interpolated.
     fn at(&self, utc_s: f64) -> Truth {
         let all = self.truth();
         let after = all.iter().position(|truth| truth.utc_s >= utc_s).unwrap();
@@ -101,7 +101,7 @@ fn devices_of(folder: &Path) -> String {
     text
 }
 
-/// Starts a plan that leads far away, as soon as the vessel is ready for one.
+/// Starts a long plan, as soon as the vessel is ready for one.
 async fn set_out(console: &mut Client) {
     let goto = Goto {
         lat: 63.34_f64.to_radians(),

@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 
-/// The next datagram of a message that is awaited.
+/// The next datagram with an expected message.
 async fn datagram(socket: &UdpSocket, id: u16) -> (Vec<u8>, SocketAddr) {
     let next = async {
         let mut buffer = vec![0; 65_536];
@@ -40,7 +40,7 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     let shore = Shore::start(|config| {
         config.imc.active = true;
         config.transports.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-        // The vehicle's own socket stands for a discovery port, so that it hears the server's announcement.
+        // The vehicle's own socket serves as a discovery port, so that it gets the server's announcement.
         config.transports.udp.announce_ports = vec![0, at.port()];
     })
     .await;
@@ -51,7 +51,7 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     assert_eq!(services, format!("imc+udp://{from}/"));
     assert_eq!(Some(from), shore.serving.transports.udp);
 
-    // Telemetry of who did not announce itself goes nowhere; afterwards it does.
+    // Telemetry of a node that has not announced itself is dropped; afterwards it is relayed.
     vehicle.send_to(&voltage(1.0), from).await.unwrap();
     let hello = packet(OTTER, Address::ANNOUNCE, 2.0, announce("otter-1", SystemType::Usv, at));
     vehicle.send_to(&hello, from).await.unwrap();
@@ -62,14 +62,14 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     }
     assert!(heard.contains(&hello) && !heard.contains(&voltage(1.0)));
 
-    // It is kept sending, is asked for its entities and gets what is for it.
+    // It gets heartbeats, is asked for its entities and gets packets addressed to it.
     datagram(&vehicle, messages::Heartbeat::ID).await;
     datagram(&vehicle, messages::EntityList::ID).await;
     let abort = packet(CONSOLE, OTTER, 4.0, messages::Abort);
     console.say(&abort).await;
     assert_eq!(datagram(&vehicle, messages::Abort::ID).await.0, abort);
 
-    // It speaks for itself only.
+    // It may send only for itself.
     let forged = packet(Address(0x2811), Address::NULL, 5.0, messages::Voltage { value: 1.0 });
     vehicle.send_to(&forged, from).await.unwrap();
     vehicle.send_to(&voltage(6.0), from).await.unwrap();
@@ -83,7 +83,7 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     shore.serving.stop().await;
 }
 
-/// A server's UDP transport without discovery ports; the vehicle announces itself to where datagrams are taken.
+/// A server's UDP transport without discovery ports; the vehicle announces itself to the data port.
 fn udp_transport(config: &mut server::config::Config, listen: &str) {
     config.transports.udp.listen = listen.to_owned().try_into().unwrap();
     config.transports.udp.announce_ports = vec![0];
@@ -101,8 +101,8 @@ async fn hear_until(console: &mut Client, last: &Bytes) -> Vec<Bytes> {
     heard
 }
 
-/// A DUNE tells all its clients what each of them said. It is reached by UDP and TCP, and another console speaks with
-/// it from the same computer: each order reaches it once, and none comes back to it.
+/// A DUNE forwards each client's packets to all its clients. It is connected by UDP and TCP, and another console uses it
+/// from the same computer: each order reaches it once, and none is returned to it.
 #[tokio::test]
 async fn a_dune_that_echoes_gets_each_order_once() {
     const NEAR: Address = Address(0x4002);
@@ -133,7 +133,7 @@ async fn a_dune_that_echoes_gets_each_order_once() {
     tcp.write_all(&voltage(3.0)).await.unwrap();
     hear_until(&mut console, &voltage(3.0)).await;
 
-    // What DUNE gets, and tells all its clients.
+    // Packets that DUNE gets, and forwards to all its clients.
     let (mut got, mut deframer, mut datagram, mut bytes) =
         (Vec::new(), imc::Deframer::new(), vec![0; 65_536], vec![0; 65_536]);
     for number in 0..3_u16 {
@@ -166,7 +166,7 @@ async fn a_dune_that_echoes_gets_each_order_once() {
                     tcp.write_all(&packet).await.unwrap();
                     got.push(packet);
                     if got.len() == 6 {
-                        // Behind all echoes; the Abort that answers it comes behind what they lead to.
+                        // After all echoes; the Abort that answers it follows their effects.
                         udp.send_to(&voltage(1_000.0), to).await.unwrap();
                         tcp.write_all(&voltage(1_001.0)).await.unwrap();
                         let mut ends = vec![voltage(1_000.0), voltage(1_001.0)];
@@ -216,7 +216,7 @@ async fn a_burst_of_datagrams_is_recorded_whole() {
     })
     .await
     .unwrap();
-    // The last word may be lost, so that it is said until it is heard.
+    // The last packet may be lost, so it is repeated until it is heard.
     let mut said = Vec::new();
     loop {
         said.push(voltage(1_000.0 + said.len() as f64));
@@ -265,7 +265,7 @@ async fn a_vessel_that_streams_is_heard_at_once_after_a_restart() {
     shore.serving.stop().await;
 }
 
-/// A second system with the IMC address of one that speaks, on the same computer or another, is not taken for it.
+/// A second system with the IMC address of an active one, on the same computer or another, is not taken for it.
 #[tokio::test]
 async fn a_second_system_of_the_same_address_takes_neither_the_place_nor_the_stop() {
     let first = UdpSocket::bind("127.0.0.1:0").await.unwrap();
@@ -299,7 +299,7 @@ async fn a_stream_outlives_a_stall_in_the_middle_of_a_packet() {
     stream.write_all(&voltage(1.0)).await.unwrap();
     assert_eq!(console.hear().await, voltage(1.0));
     stream.write_all(&voltage(2.0)[..20]).await.unwrap();
-    // The silence is what is tried: longer than the ten seconds after which it is told.
+    // Tests the silence: longer than the ten seconds after which it is reported.
     let again = tokio::time::timeout(Duration::from_secs(12), node.accept()).await;
     assert!(again.is_err(), "connected again");
     stream.write_all(&voltage(2.0)[20..]).await.unwrap();
@@ -308,8 +308,8 @@ async fn a_stream_outlives_a_stall_in_the_middle_of_a_packet() {
     shore.serving.stop().await;
 }
 
-/// A stream is taken as it comes, cut anywhere, with rubbish between packets; commands go back by it; a node that
-/// ends it is connected to again.
+/// A stream is read in pieces cut anywhere, with garbage between packets; commands are sent back over it; if a node closes
+/// it, it is connected again.
 #[tokio::test]
 async fn a_stream_survives_cuts_and_rubbish() {
     let node = TcpListener::bind("127.0.0.1:0").await.unwrap();

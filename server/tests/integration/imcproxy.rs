@@ -22,7 +22,7 @@ async fn original_bytes_go_to_all_others_and_never_back() {
             assert_eq!(console.hear().await, packet);
         }
     }
-    // The first thing the vessel hears is the console's, so nothing of its own came back.
+    // The first packet that the vessel gets is the console's, so its own were not echoed.
     let abort = packet(CONSOLE, OTTER, 1.0, messages::Abort);
     consoles[0].say(&abort).await;
     assert_eq!(vessel.hear().await, abort);
@@ -66,7 +66,7 @@ async fn who_does_not_read_holds_nobody_up() {
     let mut vessel = Client::connect(shore.proxy()).await;
     let _deaf = Client::connect(shore.proxy()).await;
     let mut console = Client::connect(shore.proxy()).await;
-    // More than the kernel and the outbox hold for the deaf one.
+    // More than the kernel and the outbox hold for the client that does not read.
     let state = messages::EstimatedState::default();
     for n in 0..100_000_u32 {
         vessel

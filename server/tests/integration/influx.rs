@@ -1,4 +1,4 @@
-//! A real InfluxDB beside the history: recorded traffic goes there whole, also what came while it was away.
+//! A real InfluxDB beside the history: it gets all recorded traffic, also from times when it was unavailable.
 
 use crate::support::program::{Process, run, until};
 use std::fs;
@@ -12,7 +12,7 @@ fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// Starts InfluxDB on a folder; `None` where there is none.
+/// Starts InfluxDB on a folder; `None` if it is not installed.
 fn influxd(folder: &Path, port: u16) -> Option<Process> {
     let rpc = free_port();
     let at = |name: &str| folder.join(name).display().to_string();
@@ -30,7 +30,7 @@ fn influxd(folder: &Path, port: u16) -> Option<Process> {
     command.spawn().ok().map(Process)
 }
 
-/// An answer of InfluxDB, its body as it comes; `None` while nobody listens.
+/// An answer of InfluxDB with its raw body; `None` while it is not listening.
 fn ask(port: u16, method: &str, path: &str) -> Option<String> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     write!(stream, "{method} {path} HTTP/1.0\r\nHost: x\r\nContent-Length: 0\r\n\r\n").ok()?;
@@ -70,7 +70,7 @@ async fn everything_goes_there_also_what_came_while_it_was_away() {
         return;
     };
     until("up", || ask(port, "GET", "/ping")).await;
-    // Without the database nothing is taken, and nothing is given up.
+    // Without the database nothing is accepted, and nothing is dropped.
     let create = "/query?q=CREATE%20DATABASE%20lutra";
     until("made", || ask(port, "POST", create).filter(|answer| answer.contains(" 200 "))).await;
     let rows = |message: &str| run(data.path(), &["export", "--message", message]).lines().count() as u64 - 1;
@@ -80,7 +80,7 @@ async fn everything_goes_there_also_what_came_while_it_was_away() {
         assert!(expected > 10, "{message}: {expected}");
         until(message, || (count(port, field, message) == expected).then_some(())).await;
     }
-    // Everything again, by a server that forgot how far it was, changes nothing.
+    // Sending everything again, by a server without its cursor, changes nothing.
     let cursor = data.path().join("sinks/influx.json");
     until("written down", || cursor.exists().then_some(())).await;
     server.terminate();

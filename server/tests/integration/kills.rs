@@ -1,5 +1,5 @@
-//! A real server and a real Otter that are killed again and again, at points by chance: what was spooled is ashore
-//! once, and what was not is declared.
+//! A real server and a real Otter that are killed repeatedly at random points: spooled packets are ashore once, others are
+//! declared as gaps.
 
 use crate::support::OTTER;
 use crate::support::ashore::{
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 const ROUNDS: usize = 5;
 const SEED: u64 = 0x1234_5678_9ABC_DEF1;
 
-/// Numbers by chance, the same in every run.
+/// Random numbers, the same in every run.
 struct Chance(u64);
 
 impl Chance {
@@ -50,12 +50,12 @@ async fn killed_in_turn_at_any_point_what_was_spooled_is_ashore_once_and_the_res
     let mut chance = Chance(SEED);
     let mut kills = Vec::new();
     for _ in 0..ROUNDS {
-        // The server dies when by chance so much more has come ashore; it may be in the middle of anything.
+        // The server dies after a random amount of further data; it may be in the middle of anything.
         let more = archived_bytes(&data) + chance.next(60_000);
         until("more ashore", || (archived_bytes(&data) > more).then_some(())).await;
         server.process.kill();
 
-        // The vessel dies with so much more in its spool, by chance before the server is back or after.
+        // The vessel dies with so much more in its spool, randomly before the server is back or after.
         let back_before = chance.next(2) == 0;
         let more = spooled_bytes(aboard.path()) + chance.next(60_000);
         if back_before {
@@ -75,7 +75,7 @@ async fn killed_in_turn_at_any_point_what_was_spooled_is_ashore_once_and_the_res
         agent = Agent::start(&program, aboard.path(), line.address, &token);
     }
 
-    // It ends in order; what it said last comes after its next start.
+    // It ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
     drop(agent);
@@ -84,7 +84,7 @@ async fn killed_in_turn_at_any_point_what_was_spooled_is_ashore_once_and_the_res
     agent.process.terminate();
     server.process.terminate();
 
-    // One number for each kill of the vessel stands for what it had not spooled; every other came once.
+    // One number for each kill of the vessel represents the packets not spooled; every other came once.
     every_number_came_once(&data, ROUNDS as u64);
     let gaps = Reader::open(&data).unwrap().gaps(Some(OTTER), TimeRange::ALL).unwrap();
     assert!(

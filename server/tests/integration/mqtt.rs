@@ -17,7 +17,7 @@ use tempfile::TempDir;
 const START_S: f64 = 1_795_248_000.0;
 const TOPIC: &str = "lutra/0x2810/Temperature/3";
 
-/// A broker without a disk: killed, it is empty.
+/// A broker without storage: after a kill it is empty.
 struct Broker {
     process: Process,
     address: SocketAddr,
@@ -25,7 +25,7 @@ struct Broker {
 }
 
 impl Broker {
-    /// Starts one with `more` in its configuration; `None`, and says so, where there is none.
+    /// Starts one with `more` in its configuration; `None`, with a note, if it is not installed.
     async fn start(more: &str) -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
@@ -49,7 +49,7 @@ impl Broker {
         command
     }
 
-    /// Writes down all that is published from here on.
+    /// Records everything that is published from here on.
     async fn subscribe(&self) -> Subscriber {
         let file = self.folder.path().join("heard");
         let mut command = self.client("mosquitto_sub");
@@ -121,7 +121,7 @@ async fn recorded(data: &Path, count: usize) {
     .await;
 }
 
-/// Waits until nothing waits to be published.
+/// Waits until everything is published.
 async fn caught_up(server: &Server) {
     until("caught up", || {
         let (_, figures) = ask(server.web, "/metrics");
@@ -132,7 +132,7 @@ async fn caught_up(server: &Server) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
-    // Without bounds of its own: what it has confirmed it has handed to whoever subscribes.
+    // Without limits of its own: everything it has confirmed was passed to the subscribers.
     let anonymous = "allow_anonymous true\nmax_inflight_messages 0\nmax_queued_messages 0";
     let Some(mut broker) = Broker::start(anonymous).await else { return };
     let scratch = TempDir::new().unwrap();
@@ -145,12 +145,12 @@ async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
     say(&mut client, 0..10).await;
     until("published", || (subscriber.values().len() == 10).then_some(())).await;
 
-    // A broker that is slow holds up nothing: all is recorded long before it is published.
+    // A slow broker delays nothing: everything is recorded long before it is published.
     line.carries(30_000);
     say(&mut client, 10..1_500).await;
     recorded(&data, 1_500).await;
     assert!(subscriber.values().len() < 1_500, "the broker was not slow");
-    // Killed in the middle, and another one, which is empty, only when more has come.
+    // Killed in the middle; a new, empty one is started only after more data.
     let mut heard = {
         broker.process.kill();
         line.cut();
@@ -175,7 +175,7 @@ async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
     caught_up(&server).await;
     assert_eq!(broker.retained(), 1_599);
 
-    // After a restart it goes on where it was, and what comes late is published and takes nothing back.
+    // After a restart it continues where it was, and late data are published without replacing newer retained values.
     server.process.terminate();
     drop(subscriber);
     let subscriber = broker.subscribe().await;
@@ -185,7 +185,7 @@ async fn all_is_published_although_the_broker_is_slow_killed_and_emptied() {
     client.say(&late).await;
     until("published late", || subscriber.values().contains(&5_000).then_some(())).await;
     caught_up(&server).await;
-    // What was retained comes with the subscription.
+    // Retained values come with the subscription.
     assert_eq!(subscriber.values(), BTreeSet::from([1_599, 5_000]));
     assert_eq!(broker.retained(), 1_599);
     say(&mut client, 1_600..1_601).await;
@@ -227,7 +227,7 @@ async fn a_broker_with_certificate_and_passwords_gets_what_was_recorded_before_i
     let secret = format!("sinks.mqtt.password_file={}", at("secret").display());
     let known = ["--set", &authority, "--set", "sinks.mqtt.user=lutra", "--set", &secret];
     let known = [&known as &[&str], &["--set", "sinks.mqtt.from_beginning=true"]].concat();
-    // What is wrong stands on the page, and a start with what is right publishes all.
+    // Errors are shown on the page, and a start with a correct configuration publishes everything.
     let troubles = [
         ("wrong", "lutra", "it does not let the server in; look at sinks.mqtt.user and password_file"),
         ("right", "elsewhere", "it does not let the server publish to elsewhere/#"),
@@ -247,7 +247,7 @@ async fn a_broker_with_certificate_and_passwords_gets_what_was_recorded_before_i
     assert!(figures.contains("lutra_sink_lines_total{sink=\"mqtt\",what=\"kept\"} 20\n"), "{figures}");
 }
 
-/// Mosquitto answers what is too large and what it does not allow by a refusal: one passes that over, and goes on. It takes some
+/// Mosquitto refuses messages that are too large or not allowed: these are skipped, and publishing continues. It takes some
 /// ten connections to find the first that is too large.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_a_broker_refuses_for_good_holds_up_nothing_and_a_broker_that_moved_gets_the_rest() {
@@ -289,7 +289,7 @@ async fn what_a_broker_refuses_for_good_holds_up_nothing_and_a_broker_that_moved
         assert!(said.count() >= 1, "{topic} in {log}");
     }
 
-    // The broker moves while something waits for it.
+    // The broker moves while messages are queued.
     broker.process.kill();
     say(&mut client, 600..650).await;
     recorded(&data, 656).await;

@@ -1,4 +1,4 @@
-//! The program itself: starting, stopping, the command line beside it, and a browser before it.
+//! The program itself: starting, stopping, the command line in parallel, and a browser.
 
 use crate::support::program;
 use rustls::pki_types::pem::PemObject as _;
@@ -213,7 +213,7 @@ fn a_first_start_that_fails_leaves_the_password_to_the_next() {
     assert!(server.line().contains("one-time password"));
 }
 
-/// Connections of a stranger that sends a login's body a byte at a time.
+/// A stranger's connections that send a login's body one byte at a time.
 #[test]
 fn one_address_cannot_keep_everybody_else_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +263,7 @@ fn garbage_is_refused_and_disturbs_nobody() {
     for (request, statuses) in cases {
         let mut stream = TcpStream::connect(host).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-        // The server may answer and hang up before it has read everything.
+        // The server may answer and close the connection before it has read everything.
         stream.write_all(request.as_bytes()).ok();
         let mut status = [0; 12];
         stream.read_exact(&mut status).unwrap();
@@ -410,7 +410,7 @@ fn plans_are_drawn_in_a_browser_and_outlive_a_killed_server() {
     });
 }
 
-/// The program as somebody who may read the folder and not write it; a superuser may write everything.
+/// The program as a user who may read the folder but not write it; root may write everything.
 fn as_reader(data: &Path, arguments: &[&str]) -> Output {
     let mut command = if rustix::process::geteuid().is_root() {
         let mut command = Command::new("setpriv");
@@ -422,7 +422,7 @@ fn as_reader(data: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).arg("--data").arg(data).output().unwrap()
 }
 
-/// As the API has it: `project` and `area`, and what is wrong with them.
+/// As in the API: `project` and `area`, and their errors.
 #[test]
 fn detections_of_projects_and_areas_are_exported() {
     let parent = tempfile::tempdir().unwrap();
@@ -519,7 +519,7 @@ fn what_nobody_may_write_can_be_exported_from() {
     let told = String::from_utf8_lossy(&slip.stderr).into_owned();
     assert!(!slip.status.success() && told.contains("did you mean `Temperature`?"), "{told}");
 
-    // What is missing in it, or cannot be read, is told.
+    // Missing or unreadable parts are reported.
     let refused = |words: &str| {
         let output = as_reader(&data, &export);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();

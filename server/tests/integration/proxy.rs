@@ -1,4 +1,4 @@
-//! Behind nginx as `deploy/proxy/nginx.conf` sets it up: pages, sockets, large uploads, and whose address is believed.
+//! Behind nginx as configured by `deploy/proxy/nginx.conf`: pages, sockets, large uploads, and the trusted client address.
 
 use crate::support::ashore::archived_bytes;
 use crate::support::program::{
@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 
 const NAME: &str = "boats.example.no";
 
-/// The example as it is in the repository, with ports and certificate of this test in the place of the usual ones.
+/// The example of the repository, with ports and certificate of this test.
 fn configuration(folder: &Path, ports: [u16; 2], server: SocketAddr) -> String {
     let example = testkit::repository().join("deploy/proxy/nginx.conf");
     let mut text = std::fs::read_to_string(example).unwrap();
@@ -88,7 +88,7 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
     };
     until("nginx listens", || std::net::TcpStream::connect(encrypted).ok()).await;
 
-    // Who comes unencrypted is sent to the door that is.
+    // Unencrypted requests are redirected to https.
     let mut stream = std::net::TcpStream::connect(plain).unwrap();
     write!(stream, "GET /fleet HTTP/1.0\r\nhost: {NAME}\r\n\r\n").unwrap();
     let mut answer = String::new();
@@ -104,8 +104,8 @@ async fn behind_nginx_pages_sockets_and_uploads_work_and_the_last_address_counts
         "{head}"
     );
 
-    // A log of several MiB, more than nginx takes unless it is told; and what somebody claims of their address stands before
-    // the one that nginx saw, which counts.
+    // A log of several MiB, above nginx's default limit; and a forged client address precedes the one that nginx saw, which
+    // counts.
     let bearer = format!("authorization: Bearer {script}\r\n");
     let log = large_log();
     let head = format!(

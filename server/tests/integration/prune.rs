@@ -1,5 +1,5 @@
-//! Old recordings go with nobody looking: only what the backup holds, and no season by a wrong clock. Each of the hundred days and more of a
-//! shore is synced by itself as it is recorded, which takes some seconds.
+//! Automatic removal of old recordings: only what the backup holds, and no season by a wrong clock. Each of a shore's more
+//! than hundred days is synced separately as it is recorded, which takes some seconds.
 
 use crate::support::program::{SERVER, Server, run};
 use imc::messages::Temperature;
@@ -15,7 +15,7 @@ const DAY_US: i64 = 86_400_000_000;
 const AT_1970: i64 = 20_777;
 const FIVE_YEARS_AHEAD: i64 = -5 * 365;
 
-/// A shore with a day of recordings for each of these, and where its configuration names a backup.
+/// A shore with a day of recordings for each of these, and a configured backup.
 struct Shore {
     scratch: tempfile::TempDir,
 }
@@ -69,7 +69,7 @@ impl Shore {
         command.arg("--data").arg(self.data()).output().unwrap()
     }
 
-    /// What a timer sees, and what it says.
+    /// Exit code and output of the timer's command.
     fn pruned(&self, more: &str) -> (Option<i32>, String) {
         let output = self.prune(more);
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
@@ -93,7 +93,7 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
     shore.configure("archive_days = 120");
     let (code, told) = shore.pruned("--check");
     assert!(code == Some(1) && told.contains("no recordings are old enough"), "{code:?} {told}");
-    // A configuration that cannot be used is no "nothing to do".
+    // An invalid configuration must not count as "nothing to do".
     shore.configure("archive_days = 36");
     let (code, told) = shore.pruned("--check");
     assert!(code == Some(255) && told.contains("90 and more"), "{code:?} {told}");
@@ -112,7 +112,7 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
     assert!(code == Some(255) && shore.days().len() == 120, "beside a running server: {told}");
     server.process.terminate();
 
-    // Of one day the backup has something else.
+    // The backup has different bytes of one day.
     let file = shore.at("backup/archive/0x2810").join(&shore.days()[3]).join("Data.lsf");
     let whole = fs::read(&file).unwrap();
     fs::remove_file(&file).unwrap();
@@ -137,7 +137,7 @@ fn what_the_backup_holds_goes_and_a_timer_is_told_all_else_by_its_code() {
 fn a_folder_is_no_backup_of_itself() {
     let shore = Shore::with_days_ago(0..110);
     shore.back_up();
-    // As if the backup had become the data in need: each file is held, by itself.
+    // As if the backup were used as the data folder: each file would be held by itself.
     fs::copy(shore.at("backup/backup.json"), shore.data().join("backup.json")).unwrap();
     fs::remove_dir_all(shore.at("backup")).unwrap();
     std::os::unix::fs::symlink(shore.data(), shore.at("backup")).unwrap();
@@ -177,7 +177,7 @@ fn more_than_waiting_explains_needs_a_person_whom_the_doctor_tells_before() {
     };
     let told = doctor(&shore.data());
     assert!(told.starts_with("WARN") && told.contains("50 of 140"), "{told}");
-    // By hand, with the date that it said.
+    // By hand, with the date that it printed.
     let date = told.split("--archive-before ").nth(1).unwrap().split(' ').next().unwrap().to_owned();
     run(&shore.data(), &["prune", "--archive-before", &date, "--yes"]);
     assert_eq!(shore.days().len(), 90);
@@ -200,9 +200,9 @@ fn months_of_the_history_go_likewise_and_come_back_from_the_archive() {
         names
     };
     let before = months();
-    // All but the oldest; the newest is not a whole one and does not count.
+    // All but the oldest; the newest is incomplete and does not count.
     shore.configure(&format!("history_days = {}", (before.len() - 2) * 31));
-    // What was written within two seconds before a backup may have changed unseen.
+    // Files written within two seconds before a backup may have changed unnoticed.
     let settled = fs::read_dir(shore.data().join("history")).unwrap().map(|entry| entry.unwrap().path());
     for path in settled {
         let file = fs::File::options().append(true).open(&path).unwrap();

@@ -14,7 +14,7 @@ use tokio::io::AsyncWriteExt as _;
 use tokio::net::TcpListener;
 use tokio_tungstenite::tungstenite::Message as Frame;
 
-/// Who says that the traffic is through. Nobody in the recordings has this address.
+/// Sender of the end marker; no system in the recordings has this address.
 const MARKER: Address = Address(0x4002);
 /// More than fits into a packet, a segment or a buffer of the transport, and never the same twice in a row.
 const ODD_CHUNKS: [usize; 7] = [1, 7, 1_449, 13, 65_537, 3, 20_011];
@@ -34,13 +34,13 @@ fn recording() -> Option<(PathBuf, Vec<Bytes>)> {
     Some((path, packets))
 }
 
-/// What a packet says of who sent it.
+/// Source of a packet.
 fn source(packet: &[u8]) -> Address {
     PacketView::new(packet).unwrap().src()
 }
 
-/// Whether archive and history hold exactly what was said: each source's bytes in order (`copies` tells whether
-/// repetitions of a sample count), each message, both propellers, every true position.
+/// Checks that archive and history hold exactly what was sent: each source's bytes in order (`copies` tells whether
+/// repeated samples count), each message, both propellers, every true position.
 fn assert_whole(data: &Path, said: &[Bytes], copies: bool) {
     let mut expected: BTreeMap<Address, Vec<u8>> = BTreeMap::new();
     let mut samples = BTreeSet::new();
@@ -90,7 +90,7 @@ fn assert_whole(data: &Path, said: &[Bytes], copies: bool) {
     assert!(track.points.len() > 500, "{} points", track.points.len());
     for point in &track.points {
         let (lat, lon) = places[&point.time.micros()];
-        // The sphere of a double's rounding: 1e-12 degrees are 0.1 µm.
+        // Rounding error of a double: 1e-12 degrees are 0.1 µm.
         assert!((point.place.lat_deg() - lat).abs() < 1e-12 && (point.place.lon_deg() - lon).abs() < 1e-12);
     }
 }
@@ -103,13 +103,13 @@ fn run(data: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Reads until the packet comes that says that all before it is through.
+/// Reads until the end marker arrives.
 async fn until_through(mut console: Client) {
     let end = async { while source(&console.hear().await) != MARKER {} };
     tokio::time::timeout(10 * PATIENCE, end).await.unwrap();
 }
 
-/// Says everything as an IMCProxy client does, and the marker last.
+/// Sends everything as an IMCProxy client, and the marker last.
 async fn say_all(shore: &Shore, packets: &[Bytes]) {
     let mut vessel = Client::connect(shore.proxy()).await;
     let console = Client::connect(shore.proxy()).await;
@@ -175,7 +175,7 @@ fn by_import_it_is_whole_and_importing_it_again_adds_nothing() {
     assert!(archived(folder.path(), OTTER) == before);
     assert_whole(folder.path(), &said, true);
 
-    // What nobody knows is kept as it came, too.
+    // Unknown packets are stored unchanged, too.
     let odd = odd_packets(1.6e9);
     let log = folder.path().join("odd.lsf");
     std::fs::write(&log, odd.concat()).unwrap();

@@ -1,4 +1,4 @@
-//! A shore that is lost in the middle of a backup: another one is made of what the backup holds, and the vessel goes on.
+//! A shore is lost in the middle of a backup: a new one is restored from the backup, and the vessel continues.
 
 use crate::support::ashore::{all_that_was_logged_is_ashore, archived_bytes, link_numbers, newest_s, now_s};
 use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_program, link_token, run, until};
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 const SEED: u64 = 0x5EED_0018;
 
-/// A number below `most` by chance, the same in every run.
+/// A random number below `most`, the same in every run.
 fn chance(state: &mut u64, most: u64) -> u64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
@@ -24,7 +24,7 @@ fn begin_backup(data: &Path, to: &Path) -> Process {
     Process(command.spawn().unwrap())
 }
 
-/// Restores into a new folder; up to which number of its stream the vessel's records are there.
+/// Restores into a new folder; returns the last number of the vessel's stream that is there.
 fn restored(from: &Path, to: &Path) -> u64 {
     let told = run(to, &["restore", from.to_str().unwrap()]);
     assert!(
@@ -80,7 +80,7 @@ async fn killed_while_it_backs_up_a_shore_is_restored_elsewhere_and_its_vessel_g
     let moved_s = now_s();
     line.passes(server.web);
     until("live again", || (newest_s(&back) > moved_s + 1.0).then_some(())).await;
-    // It ends in order; what it said last comes after its next start.
+    // It ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
     drop(agent);
@@ -94,7 +94,7 @@ async fn killed_while_it_backs_up_a_shore_is_restored_elsewhere_and_its_vessel_g
         numbers.dedup();
         assert_eq!(came, numbers.len(), "numbers of {stream:#x} came twice");
     }
-    // What the lost shore had acknowledged after the backup is in its archive, if its disk can be read.
+    // Records that the lost shore acknowledged after the backup are in its archive, if its disk can be read.
     run(&back, &["import", data.join("archive").to_str().unwrap()]);
     let compared = all_that_was_logged_is_ashore(&back, aboard.path(), |said_s| said_s >= ended_s);
     assert!(compared > 300, "{compared}");

@@ -1,7 +1,7 @@
-//! A stop, and control of a vessel, while something that they must not need is gone: a disk that hangs, a database that
-//! another program has locked, a disk without room, and a client that leaves in the middle.
+//! A stop, and control of a vessel, during faults that they must not depend on: a disk that hangs, a database locked by
+//! another program, a full disk, and a client that disconnects in the middle.
 //!
-//! Needs root, for disks of its own; says so where it cannot have one.
+//! Needs root, for its own disks; prints a note where it cannot have one.
 
 use crate::support::ashore::now_s;
 use crate::support::browser::ask;
@@ -20,11 +20,11 @@ use testkit::{Need, absent};
 
 const DUNE: Address = Address(0x0801);
 
-/// A disk in a file whose writes can be held up, as those of a disk that fails are. It goes on, and is gone, when dropped.
+/// A disk in a file whose writes can be suspended, like those of a failing disk. Resumed and removed when dropped.
 struct HangingDisk(TempDir);
 
 impl HangingDisk {
-    /// `None`, and says so, where none may be mounted.
+    /// `None`, with a note, where none may be mounted.
     fn mount() -> Option<Self> {
         let disk = Self(TempDir::new().unwrap());
         std::fs::create_dir(disk.data()).unwrap();
@@ -69,7 +69,7 @@ struct Script {
 }
 
 impl Script {
-    /// Of a server that does not run yet: a person and a token of theirs.
+    /// For a server that does not run yet: makes a person and a token.
     fn token(data: &Path) -> String {
         run(data, &["token", "create", "--person", "nils", "--role", "operator"]).trim().to_owned()
     }
@@ -99,7 +99,7 @@ impl Script {
     }
 }
 
-/// A vessel that speaks by the IMCProxy's transport and executes a plan.
+/// A vessel that uses the IMCProxy's transport and executes a plan.
 async fn vessel(server: &Server) -> Client {
     let mut vessel = Client::connect(server.proxy).await;
     let state = PlanControlState {
@@ -128,7 +128,7 @@ async fn control_and_stop(script: &Script, vessel: &mut Client) {
     assert_eq!(status, 200, "{answer}");
 }
 
-/// What the audit log says of an action, the newest first.
+/// Lines of the audit log about an action, the newest first.
 fn audited(server: &Server, token: &str, action: &str) -> Vec<String> {
     let mut stream = TcpStream::connect(server.web).unwrap();
     write!(
@@ -159,7 +159,7 @@ async fn a_disk_that_hangs_delays_no_stop_and_what_happened_is_written_when_it_i
     .await;
 
     assert!(disk.freeze("--freeze"), "util-linux has fsfreeze");
-    // What vessels say keeps the recorder at the disk, and the tokens' first use is to be written down.
+    // Packets of vessels keep the recorder waiting for the disk, and the tokens' first use must be written.
     vessel.say(&packet(DUNE, Address::NULL, now_s(), Voltage { value: 12.0 })).await;
     for token in [&first, &second] {
         let script = Script { server: server.web, token: token.clone() };
@@ -211,7 +211,7 @@ async fn a_disk_without_room_refuses_nobody() {
     let mut vessel = vessel(&server).await;
     let mut filler = std::fs::File::create(data.join("filler")).unwrap();
     while filler.write_all(&[0; 4096]).is_ok() {}
-    // The first use of the token cannot be written down.
+    // The first use of the token cannot be written.
     control_and_stop(&Script { server: server.web, token }, &mut vessel).await;
     drop(server);
     Command::new("umount").arg("--lazy").arg(&data).status().ok();
@@ -239,7 +239,7 @@ async fn an_order_is_carried_out_though_its_client_leaves_in_the_middle() {
         std::io::Read::read_to_string(&mut &stream, &mut answer).unwrap();
         answer
     };
-    // The audit log is held up while the client asks, so that it leaves before the order is sent.
+    // The audit log is blocked during the request, so that the client leaves before the order is sent.
     let other = rusqlite::Connection::open(data.join("app.db")).unwrap();
     other.execute_batch("BEGIN EXCLUSIVE").unwrap();
     let client =

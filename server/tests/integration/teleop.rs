@@ -1,6 +1,6 @@
-//! Steering by hand with the real server, a real agent and a real browser: however it fails, the vessel's own log tells
-//! that its motors stood still within 0.75 s of the last fresh sample of the person's hands, and stayed so until the
-//! sticks had passed neutral. All the while a console that has no control says full ahead, and is not obeyed.
+//! Steering by hand with the real server, a real agent and a real browser: however it fails, the vessel's own log shows
+//! that its motors stopped within 0.75 s of the last fresh stick sample, and stayed stopped until the sticks had passed
+//! neutral. All the while a console without control commands full ahead, and is not obeyed.
 
 use crate::support::ashore::now_s;
 use crate::support::program::{
@@ -20,14 +20,14 @@ use units::{LatLon, LocalFrame, LocalPoint};
 
 /// From the last fresh sample to zero thrust.
 const BOUND_S: f64 = 0.75;
-/// More than any person steers here.
+/// A greater actuation than any person commands here.
 const ROGUE: f32 = 0.9;
 
-/// What the browser's script tells.
+/// A line of the browser's script.
 #[derive(Debug)]
 enum ScriptLine {
     Fault(Fault),
-    /// From here on thrust may be seen again.
+    /// From this time on thrust is allowed again.
     May(f64),
 }
 
@@ -42,7 +42,7 @@ struct Fault {
     fresh_s: f64,
 }
 
-/// What the vessel gave its motors: time (s), motor, actuation.
+/// The vessel's motor commands: time (s), motor, actuation.
 type Thrust = [(f64, u8, f32)];
 
 fn thrust(packets: &[bytes::Bytes]) -> Vec<(f64, u8, f32)> {
@@ -63,7 +63,7 @@ fn ran(thrust: &Thrust, at_s: f64) -> bool {
     [0, 1].into_iter().all(|motor| last(motor).is_some_and(|one| one.2 != 0.0))
 }
 
-/// When both motors were told to stand still after a fault, for good as far as `until_s`.
+/// When both motors were commanded to stop after a fault, permanently until `until_s`.
 fn still_s(thrust: &Thrust, until_s: f64) -> Option<f64> {
     let before = thrust.iter().filter(|one| one.0 < until_s);
     let last = before.clone().rfind(|one| one.2 != 0.0)?;
@@ -71,7 +71,7 @@ fn still_s(thrust: &Thrust, until_s: f64) -> Option<f64> {
     Some(zero(0)?.0.max(zero(1)?.0))
 }
 
-/// A console that says full ahead ten times a second, whatever becomes of it.
+/// A console that commands full ahead ten times a second, regardless of the answers.
 async fn rogue(port: u16) {
     let Ok(stream) = TcpStream::connect(("127.0.0.1", port)).await else { return };
     let (mut from, mut to) = stream.into_split();
@@ -86,7 +86,7 @@ async fn rogue(port: u16) {
     }
 }
 
-/// The fault that a line of the script tells; `noted_s` is when it came where others than the script made it.
+/// The fault in a line of the script; `noted_s` is its time if it was not caused by the script.
 fn fault_of(words: &[&str], noted_s: Option<f64>) -> Fault {
     let [name, ran, at_ms, samples] = words else { panic!("{words:?}") };
     let at_s = noted_s.unwrap_or_else(|| at_ms.parse::<f64>().unwrap() / 1e3);
@@ -139,7 +139,7 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
             }
         });
     });
-    // The vessel's own clock goes on: what was commanded after the last fault is in the log.
+    // Wait until the commands after the last fault are in the log.
     let end_s = now_s() + 2.0;
     until("two seconds of the log after the last fault", || (now_s() > end_s).then_some(())).await;
     rogue.abort();
@@ -230,7 +230,7 @@ async fn thrust_towards_danger_is_blocked_until_the_operator_lifts_the_guard() {
     }
 }
 
-/// What an entry of the log book says.
+/// Text of an entry of the log book.
 fn log_book(packet: &bytes::Bytes) -> String {
     let entry = imc::decode::<LogBookEntry>(&PacketView::new(packet).unwrap()).ok().flatten();
     entry.map(|entry| entry.text.to_str_lossy().into_owned()).unwrap_or_default()

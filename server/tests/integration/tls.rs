@@ -1,4 +1,4 @@
-//! Certificates that are renewed and replaced under a running server, before a real vessel that trusts one authority.
+//! Certificates that are renewed and replaced under a running server, with a real vessel that trusts one authority.
 
 use crate::support::ashore::archived_bytes;
 use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_program, link_token, run, until};
@@ -20,7 +20,7 @@ fn hang_up(process: &Process) {
     assert!(status.success());
 }
 
-/// Key first, as programs that renew write them; between the two they do not fit.
+/// Key first, as renewal programs write them; in between they do not match.
 fn put(from: &Path, to: &Path) {
     for file in ["server-key.pem", "server.pem"] {
         let part = to.join("part");
@@ -29,7 +29,7 @@ fn put(from: &Path, to: &Path) {
     }
 }
 
-/// Has the vessel come in anew: its connection is broken until it has asked for another.
+/// Has the vessel reconnect: its connection is cut until it has requested another.
 async fn cut(line: &Line, server: &Server) {
     let asked = line.accepted();
     line.cut();
@@ -47,7 +47,7 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     let token = link_token(&data, "otter-1", "0x2810");
     let mut server = serve(&data);
     let tls = data.join("tls");
-    // As a bundle brings it aboard: a copy, which nobody changes again.
+    // As from a bundle: a copy that is not changed again.
     fs::copy(tls.join("ca.pem"), aboard.join("ca.pem")).unwrap();
     let ours = Trusting::new(&aboard.join("ca.pem"));
     let served = |who: &Trusting| who.certificate(server.web, "127.0.0.1").ok();
@@ -62,19 +62,19 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     let mut kept = ours.connect(server.web, "127.0.0.1").unwrap();
     assert_eq!(ask_on(&mut kept, "/readyz"), "200");
 
-    // Renewed, it is served with by itself, and whoever is connected notices nothing.
+    // The renewed certificate is used automatically, and connected clients notice nothing.
     let told = run(&data, &["tls", "renew"]);
     assert!(told.contains("server.pem is renewed until") && told.contains("127.0.0.1, localhost"), "{told}");
     until("served with the renewed one", || served(&ours).filter(|now| *now != first)).await;
     more_ashore("ashore by the same connection").await;
     assert_eq!((line.accepted(), ask_on(&mut kept, "/readyz").as_str()), (1, "200"));
-    // A vessel that comes in again accepts it.
+    // A vessel that reconnects accepts it.
     cut(&line, &server).await;
     more_ashore("ashore again").await;
     assert!(line.accepted() >= 2);
     assert!(!agent.errors().contains("certificate"), "{}", agent.errors());
 
-    // Another authority's is served with, since it is whole, and the vessel refuses it.
+    // A certificate of another authority is served, since it is valid, and the vessel refuses it.
     let (other, own) = (at("other"), at("own"));
     run(&other, &["tls", "init", "--name", "127.0.0.1"]);
     fs::create_dir(&own).unwrap();
@@ -93,7 +93,7 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     // Nothing of that reached the shore.
     assert_eq!(archived_bytes(&data), refused_at);
 
-    // With the fleet's own it comes in by itself.
+    // With the fleet's own it connects again automatically.
     put(&own, &tls);
     hang_up(&server.process);
     until("served with the own one", || served(&ours)).await;
@@ -149,7 +149,7 @@ fn two_programs_do_not_make_certificates_at_once() {
     };
     let both = [&["init", "--renew", "--name", "localhost"] as &[&str], &["renew"]];
     let read = || ["server.pem", "server-key.pem", "ca.pem"].map(|file| fs::read(tls.join(file)).unwrap());
-    // While this process holds the lock, the others change nothing and say which process it is.
+    // While this process holds the lock, others change nothing and report the process.
     let lock = fs::File::options().write(true).open(tls.join("making.lock")).unwrap();
     lock.try_lock().unwrap();
     fs::write(tls.join("making.lock"), std::process::id().to_string()).unwrap();

@@ -54,7 +54,7 @@ async fn data_of_every_version_are_opened_and_what_waits_aboard_comes_ashore() {
         assert_eq!(ask(server.web, "/healthz").0, 200);
         let token = fs::read_to_string(aboard.join("lutra.token")).unwrap();
         let mut agent = Agent::start(&program, &aboard, server.web, &token);
-        // What waited in the spool, and what it says now, have the next numbers of the same stream.
+        // Packets from the spool, and new ones, have the next numbers of the same stream.
         let goes_on = || link_numbers(&data).get(&stream).is_some_and(|all| all.len() > numbers.len() + 200);
         until("what waited is ashore", || goes_on().then_some(())).await;
         agent.process.terminate();
@@ -129,7 +129,7 @@ fn an_older_program_writes_nothing_to_newer_data_and_says_what_to_do() {
     fs::write(&format, r#"{"format":2,"program":"9.9.9"}"#).unwrap();
     is_left_alone("was written by Lutra 9.9.9 (form 2, this program knows 1)");
     fs::write(&format, kept).unwrap();
-    // A later history stops nothing: the archive is recorded into, and the history is left alone.
+    // A later history blocks nothing: recording to the archive continues, and the history is left alone.
     let catalogue = data.join("history/catalogue.sqlite");
     raise(&catalogue, 900);
     let before = fs::read(&catalogue).unwrap();

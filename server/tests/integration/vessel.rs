@@ -1,4 +1,4 @@
-//! A real server and a real Otter over the vessel link: whoever is killed and however the line fails, each packet
+//! A real server and a real Otter over the vessel link: whichever is killed and however the connection fails, each packet
 //! is ashore once, and commands arrive or expire.
 
 use crate::support::ashore::{
@@ -25,7 +25,7 @@ async fn until_more(what: &str, data: &Path) {
     until(what, || (archived_bytes(data) > before + 20_000).then_some(())).await;
 }
 
-/// The console hears the vessel as it is now, not as it was.
+/// Waits until the console gets live packets of the vessel.
 async fn until_live(console: &mut Client) {
     let live = async {
         loop {
@@ -39,7 +39,7 @@ async fn until_live(console: &mut Client) {
     tokio::time::timeout(2 * PATIENCE, live).await.unwrap();
 }
 
-/// Asks for a plan that is not there, again and again until the vessel answers.
+/// Requests a missing plan, repeatedly until the vessel answers.
 async fn ask(console: &mut Client, request_id: u16) {
     let question = PlanControl {
         r#type: PlanControlType::Request,
@@ -58,7 +58,7 @@ async fn ask(console: &mut Client, request_id: u16) {
     panic!("{request_id} was not answered");
 }
 
-/// Waits until the vessel has answered a question with no.
+/// Waits until the vessel has answered a request with a failure.
 async fn answered(console: &mut Client, request_id: u16) {
     loop {
         let heard = console.hear().await;
@@ -88,7 +88,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     until_live(&mut console).await;
     ask(&mut console, 701).await;
 
-    // More commands than there is room for do not make the way to the vessel deaf.
+    // More commands than there is room for do not block the link.
     let long = messages::PlanDB { info: "x".repeat(60_000).as_str().into(), ..Default::default() };
     for n in 0..50 {
         let said_s = now_s() + f64::from(n) * 1e-6;
@@ -103,7 +103,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     line.passes(server.web);
     until_more("on after the server died", &data).await;
 
-    // Nothing passes any more and nobody is told: the vessel gives the connection up and asks for another.
+    // Nothing passes, without any notification: the vessel drops the connection and requests another.
     let mut console = Client::connect(server.proxy).await;
     until_live(&mut console).await;
     let connections = line.accepted();
@@ -135,7 +135,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     until_live(&mut console).await;
     until_more("on after the vessel died", &data).await;
 
-    // It ends in order; what it said last comes after its next start.
+    // It ends in order; its last packets arrive after its next start.
     agent.process.terminate();
     let ended_s = now_s();
     drop(agent);
@@ -143,12 +143,12 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     until("complete", || (newest_s(&data) > ended_s + 1.0).then_some(())).await;
     agent.process.terminate();
     server.process.terminate();
-    // Of the line it says what it must, of its spool that it was killed.
+    // It logs the connection errors, and the kill as seen by its spool.
     let errors = agent.errors();
     let of_spool: Vec<&str> = errors.lines().filter(|line| line.contains("spool")).collect();
     assert!(matches!(of_spool[..], [line] if line.contains("was killed")), "{errors}");
 
-    // Every number once; missing is one, which stands for what the killed vessel had not spooled.
+    // Every number once; one is missing, which represents the packets that the killed vessel had not spooled.
     every_number_came_once(&data, 1);
     let mut reader = Reader::open(&data).unwrap();
     let gaps = reader.gaps(None, store::TimeRange::ALL).unwrap();
@@ -158,8 +158,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     );
     assert!(gaps[0].from.seconds() <= killed_s + 0.1 && gaps[0].to.seconds() >= killed_s, "{gaps:?}");
 
-    // All that the vessel's logs hold is ashore as often. A log is not asked about what the kill took, nor about
-    // what came ashore after the last of it did.
+    // Every packet of the vessel's logs is ashore as often, except around the kill, and after the last one that arrived.
     let (from_s, to_s) = (gaps[0].from.seconds() - SAID_BEFORE_S, gaps[0].to.seconds());
     let exempt = |said_s: f64| said_s >= ended_s - 1.0 || (from_s..to_s).contains(&said_s);
     let compared = all_that_was_logged_is_ashore(&data, aboard.path(), exempt);
@@ -179,7 +178,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     println!("{} different packets of the vessel ashore, {compared} compared with its logs", ashore.len());
 }
 
-/// How the transport answers a token.
+/// The transport's answer to a token.
 async fn greeted(server: &Server, token: Option<&str>) -> Result<(), u16> {
     let mut request = format!("ws://{}/link", server.web).into_client_request().unwrap();
     if let Some(token) = token {
@@ -214,7 +213,7 @@ async fn only_its_own_valid_token_lets_a_vessel_in() {
     drop(stranger);
     assert_eq!(archived_bytes(&data), 0);
 
-    // A revoked one does not open it, and who is in by it is shown out.
+    // A revoked one does not open it, and its open connection is closed.
     let agent = Agent::start(&program, aboard.path(), server.web, &token);
     until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
     let list = run(&data, &["token", "list"]);
@@ -227,7 +226,7 @@ async fn only_its_own_valid_token_lets_a_vessel_in() {
     until("shown out", || agent.errors().contains("is the token right").then_some(())).await;
 }
 
-/// A vessel that came in by its link is believed there only, from the first moment of a start on and while it is away.
+/// A vessel that has used its link is trusted only there, from the start of the server on and while it is away.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn nobody_speaks_for_a_vessel_that_has_a_link() {
     let Some(program) = agent_program() else { return };

@@ -1,7 +1,7 @@
-//! A vessel's link through a real tunnel between two network namespaces whose cable is cut for eight seconds. TCP
-//! alone needs some five seconds more than the cable to find out that it is back; the link does not wait for it.
+//! A vessel's link through a real tunnel between two network namespaces whose cable is cut for eight seconds. TCP alone
+//! needs some five more seconds to notice that the cable is back; the link does not wait for it.
 //!
-//! Needs root, `ip`, and OpenVPN or userspace WireGuard (`make test` installs them); says so where they are absent.
+//! Needs root, `ip`, and OpenVPN or userspace WireGuard (`make test` installs them); prints a note where they are absent.
 
 use crate::support::ashore::{
     all_that_was_logged_is_ashore, archived_bytes, every_number_came_once, newest_s, now_s, time_s,
@@ -21,7 +21,7 @@ use testkit::{Need, absent};
 const CUT: Duration = Duration::from_secs(8);
 const SHORE_INSIDE: &str = "10.77.0.1";
 
-/// Runs a command; what it printed, or what it complained of.
+/// Runs a command; returns its output, or its error text.
 pub(crate) fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| format!("{program}: {error}"))?;
@@ -49,7 +49,7 @@ pub(crate) struct Cable {
 }
 
 impl Cable {
-    /// Lays it; `None`, and says so, where this computer does not let us.
+    /// Sets it up; `None`, with a note, where this computer does not permit it.
     pub(crate) fn lay(kind: &str) -> Option<Self> {
         let cable = Self { id: format!("{}{}", kind.chars().next()?, std::process::id()) };
         let (shore, vessel) = (cable.shore(), cable.vessel());
@@ -203,18 +203,18 @@ async fn wireguard(cable: &Cable, folder: &Path) -> Vec<Process> {
     daemons
 }
 
-/// How often the shore has said something of the link.
+/// How often a text is in the shore's log.
 fn said(server: &Server, what: &str) -> usize {
     server.log().matches(what).count()
 }
 
-/// When the first packet that was said after `from_s` came ashore (s since 1970), as the archive knows it.
+/// Arrival of the first packet with a time after `from_s` (s since 1970), from the archive.
 fn first_ashore_s(data: &Path, from_s: f64) -> Option<f64> {
     let newer = |packet: &[u8]| PacketView::new(packet).is_ok_and(|view| view.timestamp() >= from_s);
     archived_packets(data, OTTER).iter().any(|one| newer(one)).then(now_s)
 }
 
-/// Sails through a tunnel whose cable is cut, and looks at what came of it.
+/// Sails with a tunnel whose cable is cut, and checks the outcome.
 async fn sail(name: &str, cable: &Cable, program: &Path) {
     let (shore, aboard) = (TempDir::new().unwrap(), TempDir::new().unwrap());
     let data = shore.path().join("data");
@@ -232,7 +232,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
     let cut = Instant::now();
     until("noticed by the shore", || (said(&server, "the link is down") > down).then_some(())).await;
     let shore_noticed = cut.elapsed();
-    // The cable stays cut for its time: this is what is tested, nothing is waited for.
+    // The duration of the cut is part of the test.
     tokio::time::sleep(CUT.saturating_sub(cut.elapsed())).await;
     assert_eq!(said(&server, "the link stands"), stood, "nothing passes a cut cable");
     cable.set("up");
@@ -249,7 +249,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
         ashore_s - back_s
     );
 
-    // It ends in order; what it said last comes after its next start.
+    // It ends in order; its last packets arrive after its next start.
     let ended_s = now_s();
     agent.process.terminate();
     drop(agent);

@@ -1,5 +1,5 @@
-//! A real server and a real Otter with two ways between them, each cut in turn without a word: what people see goes on, and
-//! nothing is lost, doubled or carried out twice.
+//! A real server and a real Otter with two ways (network paths) between them, each cut in turn silently: live values
+//! continue, and nothing is lost, duplicated or carried out twice.
 
 use crate::support::ashore::{
     all_that_was_logged_is_ashore, every_number_came_once, newest_s, now_s, time_s,
@@ -18,7 +18,7 @@ use tempfile::TempDir;
 use testkit::so_many;
 
 const SEED: u64 = 0x5DEE_CE66_D1CE_4E5B;
-/// What is asked in a cut is known by this and what follows it.
+/// First request id during a cut.
 const FIRST_REQUEST: u16 = 700;
 
 fn next(chance: &mut u64, most: u64) -> u64 {
@@ -28,7 +28,7 @@ fn next(chance: &mut u64, most: u64) -> u64 {
     *chance % most
 }
 
-/// Whether the server says that a way is up.
+/// Whether the server reports a way as up.
 fn is_up(server: SocketAddr, way: &str) -> bool {
     let mut stream = TcpStream::connect(server).unwrap();
     stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").unwrap();
@@ -40,7 +40,7 @@ fn is_up(server: SocketAddr, way: &str) -> bool {
         .any(|line| line.starts_with("lutra_way_up{") && line.contains(&way) && line.ends_with(" 1"))
 }
 
-/// What somebody who looks on has heard of where the vessel is.
+/// Positions of the vessel that a viewer has received.
 #[derive(Default)]
 struct Heard {
     states: u64,
@@ -87,7 +87,7 @@ fn ask(number: u16) -> PlanDB {
     }
 }
 
-/// How often each question was answered aboard.
+/// How often each request was answered aboard.
 fn answers(aboard: &std::path::Path) -> BTreeMap<u16, usize> {
     let mut answers = BTreeMap::new();
     for packet in logged(aboard) {
@@ -138,7 +138,7 @@ async fn cut_by_turns_what_is_seen_goes_on_and_all_is_ashore_once() {
         console.say(&asked).await;
         let before = heard.lock().unwrap().states;
         until("seen in spite of the cut", || (heard.lock().unwrap().states > before + 3).then_some(())).await;
-        // The rest of the cut is part of what is tried.
+        // The rest of the cut is part of the test.
         tokio::time::sleep(Duration::from_millis(next(&mut chance, 1_000))).await;
         line.passes(server.web);
         for name in names {
@@ -168,7 +168,7 @@ async fn cut_by_turns_what_is_seen_goes_on_and_all_is_ashore_once() {
         heard.overtaken,
         heard.longest.as_secs_f64()
     );
-    // As the vessel sees it: by which way, and why.
+    // From the vessel's point of view: by which way, and why.
     assert!(server.log().contains("failover"), "no way was left");
 }
 

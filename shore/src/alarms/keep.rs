@@ -1,4 +1,4 @@
-//! Alarms in app.db: what stands, so that a restart forgets no acknowledgement, and what happened, as it comes.
+//! Alarms in app.db: the active ones, so that acknowledgements survive a restart, and the log of changes.
 
 use super::notes::WriteNotes;
 use super::{EVERY, WRITE_PATIENCE};
@@ -11,14 +11,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
-/// What stands, and the revision of which that is true.
+/// Active alarms, and their revision.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Standing {
     pub(super) revision: u64,
     pub(super) alarms: Vec<api::Alarm>,
 }
 
-/// Reads what stood when the server ended.
+/// Reads the alarms that were active when the server ended.
 #[derive(Debug)]
 pub(super) struct ReadStanding;
 
@@ -39,7 +39,7 @@ impl Request for ReadStanding {
     }
 }
 
-/// Writes down what stands, in place of what stood.
+/// Replaces the stored active alarms.
 #[derive(Debug)]
 pub(super) struct WriteStanding(pub(super) Vec<api::Alarm>);
 
@@ -58,7 +58,7 @@ impl Request for WriteStanding {
     }
 }
 
-/// What happened to alarms and is not written down yet.
+/// Changes of alarms that are not in app.db yet.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PendingNotes(Arc<Mutex<VecDeque<AlarmNote>>>);
 
@@ -67,7 +67,7 @@ impl PendingNotes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Where a disk hangs for long, the oldest are given up.
+    /// If a disk hangs for long, the oldest changes are dropped.
     pub(super) fn add(&self, notes: Vec<AlarmNote>) {
         let mut waiting = self.waiting();
         waiting.extend(notes);
@@ -79,7 +79,7 @@ impl PendingNotes {
         self.waiting().iter().cloned().collect()
     }
 
-    /// The oldest are written down.
+    /// Removes the oldest, which are written.
     fn written(&self, notes: &[AlarmNote]) {
         let mut waiting = self.waiting();
         for note in notes {
@@ -90,8 +90,8 @@ impl PendingNotes {
     }
 }
 
-/// Writes down what stands and what happened whenever that changed, until the server ends, and says in `kept` up to which
-/// revision it did. Of what stands only the latest waits for a disk that hangs.
+/// Writes active alarms and changes to app.db until the server ends, and publishes in `kept` the revision that is written.
+/// While a disk hangs, only the latest set of active alarms waits.
 pub(super) async fn keep(
     people: People,
     mut standing: watch::Receiver<Standing>,
@@ -122,7 +122,7 @@ pub(super) async fn keep(
             }
         }
     }
-    // What somebody did while the server was told to end.
+    // What a user changed during the shutdown.
     if standing.has_changed().unwrap_or(true) {
         let last = standing.borrow_and_update().clone();
         if let Ok(Err(error)) = tokio::time::timeout(WRITE_PATIENCE, write(&people, &happened, last)).await {
@@ -131,7 +131,7 @@ pub(super) async fn keep(
     }
 }
 
-/// Writes down what happened, then what stands.
+/// Writes the changes, then the active alarms.
 async fn write(people: &People, happened: &PendingNotes, now: Standing) -> Result<(), Fault> {
     let notes = happened.all();
     people.change(WriteNotes(notes.clone())).await?;

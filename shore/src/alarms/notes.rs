@@ -1,4 +1,4 @@
-//! What happened to alarms, kept in app.db and asked for page by page.
+//! The log of alarm changes in app.db, read page by page.
 
 use crate::identity::{Fault, Request};
 use api::AlarmNote;
@@ -55,7 +55,7 @@ pub struct Notes {
     pub to_us: Option<i64>,
     /// Before the change with this number.
     pub before: Option<i64>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
 }
 

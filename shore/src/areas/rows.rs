@@ -15,7 +15,7 @@ const CHANGES: u32 = 200;
 /// Of those that were lifted, so many are listed.
 const LIFTED: u32 = 100;
 
-/// An area as it is kept.
+/// A stored area.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Row {
     pub(super) id: i64,
@@ -28,7 +28,7 @@ pub(super) struct Row {
     pub(super) lifted: (Option<String>, Option<i64>),
 }
 
-/// The same as the question below asks for it.
+/// A row of the query below.
 type Found = (i64, u32, String, String, i64, Option<String>, Option<i64>, Option<String>, Option<i64>);
 
 const COLUMNS: &str = "SELECT id, revision, body, by, written_us, changed_by, changed_us, lifted_by, lifted_us FROM no_go_area WHERE ";
@@ -62,7 +62,7 @@ impl Request for Closed {
     }
 }
 
-/// Those that were lifted last, newest first.
+/// Those that were lifted most recently, newest first.
 #[derive(Debug)]
 pub(super) struct Lifted;
 
@@ -167,7 +167,7 @@ impl Request for Change {
     }
 }
 
-/// Whether so many more areas can be closed.
+/// Whether `more` areas can be closed.
 async fn has_room(db: &mut SqliteConnection, more: i64) -> Result<(), Fault> {
     let sql = "SELECT count(*) FROM no_go_area WHERE lifted_us IS NULL";
     let closed: i64 = sqlx::query_scalar(sql).fetch_one(db).await?;

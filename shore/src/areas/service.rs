@@ -1,6 +1,7 @@
-//! Who may close and lift no-go areas, and how the closed ones come into the sea chart.
+//! Access rules of no-go areas, and their transfer into the sea chart.
 //!
-//! Who may see any vessel sees them. They bind all vessels, so operators of all vessels close, change and lift them.
+//! Every user who may see a vessel sees them. They apply to all vessels, so only operators of all vessels close, change and
+//! lift them.
 
 use super::rows::{CLOSED, Change, Closed, Create, Lifted, One, Row};
 use crate::charts::{Charts, NoGo};
@@ -28,7 +29,7 @@ const BORDER_M: f64 = 200e3;
 const PIECE_M: f64 = 1_000.0;
 /// Farther east or west is too near the date line (°).
 const DATE_LINE_DEG: f64 = 179.999;
-/// How often the chart is told what is closed.
+/// How often the closed areas are given to the chart.
 const TELL_EVERY: Duration = Duration::from_secs(2);
 
 /// The no-go areas; cheap to clone.
@@ -37,7 +38,7 @@ pub struct NoGoAreas {
     people: People,
     clock: Clock,
     charts: Charts,
-    /// Held from a change until the chart was told, so that what is told last is what holds.
+    /// Held from a change until the chart has it, so that the chart ends with the latest state.
     changing: Arc<Mutex<()>>,
 }
 
@@ -46,7 +47,7 @@ impl NoGoAreas {
         Self { people, clock, charts, changing: Arc::default() }
     }
 
-    /// Tells the chart which areas are closed; whoever looks at it next brings them in.
+    /// Gives the closed areas to the chart, which applies them at its next look.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -55,7 +56,7 @@ impl NoGoAreas {
         self.tell_now().await
     }
 
-    /// The same for who changes them at this moment.
+    /// The same, for a caller that holds the lock.
     async fn tell_now(&self) -> Result<()> {
         let rows = self.people.ask(Closed).await?;
         let changed_us = rows.iter().flat_map(|row| [Some(row.written_us), row.changed.1]).flatten().max();
@@ -64,7 +65,7 @@ impl NoGoAreas {
         Ok(())
     }
 
-    /// Tells the chart again and again: app.db may have taken a change although nobody waited for its answer any more.
+    /// Repeats this periodically: app.db may have committed a change whose requester was gone.
     pub(crate) async fn keep(self, stop: CancellationToken) {
         let mut every = tokio::time::interval(TELL_EVERY);
         while stop.run_until_cancelled(every.tick()).await.is_some() {
@@ -85,7 +86,7 @@ impl NoGoAreas {
         if lifted {
             rows.extend(self.people.ask(Lifted).await?);
         }
-        // What is listed counts, whatever the chart was told before.
+        // Compare with what is listed here, not with what the chart was given before.
         let trouble = self.charts.does_not_hold(Some(&in_chart(&closed)));
         Ok(api::NoGoAreas {
             areas: rows.into_iter().map(told).collect(),
@@ -95,10 +96,10 @@ impl NoGoAreas {
         })
     }
 
-    /// Closes an area. What one person sends again by the same key closes no second one: the first one is the answer.
+    /// Closes an area. If a person repeats a request with the same key, the first area is the answer.
     ///
     /// # Errors
-    /// The person may not, or the field that is named cannot be.
+    /// The person may not, or the named field is not valid.
     pub async fn create(
         &self,
         who: &Principal,
@@ -112,10 +113,10 @@ impl NoGoAreas {
         self.one(id).await
     }
 
-    /// Closes several areas by one change of the chart, all or none; what is closed then.
+    /// Closes several areas by one change of the chart, all or none; returns the closed areas.
     ///
     /// # Errors
-    /// The person may not, or the field of the area that is named cannot be.
+    /// The person may not, or the named field of an area is not valid.
     pub async fn create_all(
         &self,
         who: &Principal,
@@ -183,10 +184,10 @@ impl NoGoAreas {
         Ok(self.people.act(who, from, "area.close", subject, Once { key, make }).await?)
     }
 
-    /// Has an area be something else, lifts it, or closes it again; what it was before is kept.
+    /// Changes an area, lifts it, or closes it again; its earlier state is kept.
     ///
     /// # Errors
-    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    /// The person may not, it was changed meanwhile, or the named field is not valid.
     pub async fn change(
         &self,
         who: &Principal,
@@ -212,7 +213,7 @@ impl NoGoAreas {
             return Err(Error::new(ErrorKind::Newer, NEWER));
         }
         let closed = change.closed;
-        // Whatever it is, it can be lifted.
+        // Even an area that is not valid can be lifted.
         let area = if closed { checked(change.area)? } else { row.area.unwrap_or(change.area) };
         let word = match (closed, row.lifted.1.is_some()) {
             (false, _) => "area.lift",
@@ -227,7 +228,7 @@ impl NoGoAreas {
         self.one(id).await
     }
 
-    /// Has the chart hold what is closed, at once. Where it cannot, [`Self::list`] says why, and it is tried again.
+    /// Applies the closed areas to the chart at once. If that fails, [`Self::list`] says why, and it is tried again.
     async fn bring_in(&self) -> Result<()> {
         self.tell_now().await?;
         let charts = self.charts.clone();
@@ -248,7 +249,7 @@ impl NoGoAreas {
     }
 }
 
-/// Does something to its end, also where who asked for it has gone: a closed area must come into the chart.
+/// Runs `work` to its end even if the requester is gone: a closed area must reach the chart.
 async fn to_its_end<T: Send + 'static>(work: impl Future<Output = Result<T>> + Send + 'static) -> Result<T> {
     tokio::spawn(work).await.map_err(|_| crate::router::Stopped)?
 }
@@ -276,7 +277,7 @@ fn told(row: Row) -> NoGoArea {
     }
 }
 
-/// What is to be kept, if it can be.
+/// Validates an area.
 fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
     let name = check_text("name", &ask.name, 1..=80)?;
     if name.contains(['\n', '\t']) {
@@ -324,7 +325,8 @@ fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
     corners.iter().map(place).collect()
 }
 
-/// Areas as the chart holds them, and whether it cannot hold one: nothing writes such a one, but where it lies is not known.
+/// Converts areas for the chart, and tells whether one cannot be read: no program writes such a row, but its position is
+/// then not known.
 fn in_chart(rows: &[Row]) -> NoGo {
     let mut all = NoGo::default();
     for row in rows {

@@ -69,6 +69,6 @@ async fn so_many_are_closed_at_a_time_and_no_more() {
     change(last, 1, false).run(db).await.unwrap();
     create("in its place").run(db).await.unwrap();
     assert!(refused(&change(last, 2, true).run(db).await.unwrap_err()));
-    // What is closed can be changed all the same.
+    // Closed areas can still be changed.
     change(1, 1, true).run(db).await.unwrap();
 }

@@ -1,4 +1,4 @@
-//! What a backup holds, asked before something goes for ever.
+//! Checks the contents of a backup, before recordings are deleted.
 
 use super::manifest::{ASIDE, Entry, MANIFEST, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use units::UtcTime;
 
-/// A backup that is asked what it holds.
+/// A backup whose contents are checked.
 #[derive(Debug)]
 pub struct Held {
     folder: PathBuf,
@@ -41,8 +41,8 @@ impl Held {
         self.made
     }
 
-    /// Why it does not hold a file of a data folder, or all of a folder there, byte by byte as it is; `None` if it does.
-    /// Databases are held if they did not change since they were copied. Unless it `reads`, only lengths are compared.
+    /// Why the backup lacks a file of a data folder, or anything in a folder there, byte for byte; `None` if it has all. A
+    /// database is held if it did not change since it was copied. Unless it `reads`, only lengths are compared.
     ///
     /// # Errors
     /// Something cannot be read.
@@ -84,7 +84,7 @@ impl Held {
         if there.len() < entry.bytes || reads && hash_prefix(&copy, entry.bytes)? != entry.sha256 {
             return Ok(Some("is damaged in it".to_owned()));
         }
-        // A database is copied by what it says, not by its bytes.
+        // A database is copied by its contents, not byte for byte.
         let same = if path.starts_with("history") {
             entry.source.is_some() && entry.source == Stamp::of(&from, SystemTime::now())?
         } else {
@@ -94,7 +94,7 @@ impl Held {
         Ok((!same).then(|| "differs from the copy in it".to_owned()))
     }
 
-    /// Whether it lies on the disk of the data folder, where it protects from little.
+    /// Whether it is on the disk of the data folder, where it protects against little.
     pub fn is_on_disk_of(&self, data: &Path) -> bool {
         on_one_disk(&self.folder, data)
     }
@@ -117,7 +117,7 @@ pub fn asides(backup: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// Whether two folders lie in one file system.
+/// Whether two folders are on one file system.
 fn on_one_disk(one: &Path, other: &Path) -> bool {
     let disk = |path: &Path| fs::metadata(path).map(|about| about.dev()).ok();
     disk(one).is_some() && disk(one) == disk(other)

@@ -1,13 +1,13 @@
 //! Writing into a backup so that the earlier one in the same folder can be restored at every moment.
 //!
-//! What the earlier manifest names is never replaced and never shortened. A file that changed goes to the other of its two
-//! places ([`Entry::at`]), `history/x` or `alternate/history/x`; of a file of the archive, which only grows, what is new
-//! is appended, and the earlier manifest still knows how many bytes were its own. The manifest comes last; then what it
-//! does not name any more is removed. A kill at any moment leaves one manifest or the other, and all that it names.
+//! Files of the earlier manifest are never replaced and never shortened. A file that changed goes to the other of its two
+//! places ([`Entry::at`]), `history/x` or `alternate/history/x`; to a file of the archive, which only grows, the new bytes
+//! are appended, and the earlier manifest still has its own number of bytes. The manifest is written last; then files that
+//! it does not name are removed. A kill at any moment leaves one manifest or the other, with all its files.
 //!
-//! A file of the archive never changes but by growing. Where the server's is another one than before (its disk turned a bit, or a
-//! crash cut it short), the copy of before may be the only good one: it is set aside, as is a damaged copy of what the server has no
-//! more. Nothing takes these away but a person.
+//! A file of the archive is append-only. If the server's file differs in what was copied before (a flipped bit, or
+//! truncated by a crash), the earlier copy may be the only good one: it is set aside, as is a damaged copy of a file that
+//! the server no longer has. Only a person removes these.
 
 use super::manifest::{ALTERNATE, Entry, Manifest, Stamp, hash_prefix};
 use anyhow::{Context as _, ensure};
@@ -21,24 +21,24 @@ use std::path::{Path, PathBuf};
 /// "Input/output error", as the system numbers it.
 const EIO: i32 = 5;
 
-/// What a backup did.
+/// Result of a backup.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BackedUp {
-    /// Files that are written anew, whole.
+    /// Files that are rewritten as a whole.
     pub copied: u64,
-    /// Files of the archive to which was appended what is new.
+    /// Files of the archive to which new bytes were appended.
     pub grown: u64,
     /// Files of the archive that are links to the server's own.
     pub linked: u64,
-    /// Files that were there already as they are.
+    /// Files that were already up to date.
     pub kept: u64,
     /// Bytes that were written.
     pub bytes: u64,
-    /// Files of the earlier backup that were not as they were written, and are copied again.
+    /// Files of the earlier backup that were damaged, and are copied again.
     pub damaged: Vec<PathBuf>,
     /// Copies that a person must look at.
     pub aside: Vec<Aside>,
-    /// Files that only the earlier backup had, and that are gone from it.
+    /// Files that only the earlier backup had, and that are missing there.
     pub lost: Vec<PathBuf>,
 }
 
@@ -47,21 +47,21 @@ pub struct BackedUp {
 pub struct Aside {
     /// Below the data folder.
     pub path: PathBuf,
-    /// Where it lies below the backup.
+    /// Its path below the backup.
     pub at: PathBuf,
-    /// Whether the copy is as it was written, and the server's file another one. Else the copy is damaged, and the server has
-    /// none, or another one.
+    /// True if the copy is intact and the server's file differs. Otherwise the copy is damaged, and the server has no such
+    /// file or another one.
     pub good: bool,
 }
 
-/// Who writes a backup.
+/// Writes a backup.
 pub(super) struct Keeping<'a> {
     data: &'a Path,
     to: &'a Path,
     known: BTreeMap<PathBuf, Entry>,
     /// Whether what is kept is read and compared.
     verifies: bool,
-    /// Where copies that a person must look at come to.
+    /// Folder for copies that a person must look at.
     aside: PathBuf,
     began: std::time::SystemTime,
     entries: BTreeMap<PathBuf, Entry>,
@@ -69,7 +69,7 @@ pub(super) struct Keeping<'a> {
 }
 
 impl<'a> Keeping<'a> {
-    /// `aside` lies below `to`, and nothing is there yet.
+    /// `aside` is below `to` and does not exist yet.
     pub(super) fn new(
         data: &'a Path,
         to: &'a Path,
@@ -82,8 +82,8 @@ impl<'a> Keeping<'a> {
         Self { data, to, known, verifies, aside, began, entries, done }
     }
 
-    /// Removes halves that a backup which was broken off left at the places of what the earlier manifest names. Nothing else
-    /// is touched: the folder may hold other people's files.
+    /// Removes the partial files that an interrupted backup left beside files of the earlier manifest. Nothing else is
+    /// touched: the folder may hold other files.
     pub(super) fn sweep_parts(&self) {
         for path in self.known.keys() {
             remove_part(&self.to.join(path));
@@ -91,15 +91,15 @@ impl<'a> Keeping<'a> {
         }
     }
 
-    /// Takes a file that is written whole when it changes. `copy` writes it, as it is at one moment, to a place that is free;
-    /// its source is `from`.
+    /// Backs up a file that is rewritten as a whole when it changes. `copy` writes a consistent state of it to a free
+    /// place; its source is `from`.
     pub(super) fn take(
         &mut self,
         path: &Path,
         from: &Path,
         copy: impl FnOnce(&Path) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        // Looked at before it is copied: what changes meanwhile is copied the next time.
+        // Read before copying: a change during the copy is then copied the next time.
         let stamp = Stamp::of(from, self.began).with_context(|| from.display().to_string())?;
         if let Some(entry) = self.known.get(path).cloned()
             && stamp.is_some()
@@ -112,7 +112,7 @@ impl<'a> Keeping<'a> {
         self.write(path, stamp, copy)
     }
 
-    /// Takes a file of the archive: only what it has grown by since the earlier backup is copied.
+    /// Backs up a file of the archive: only the bytes added since the earlier backup are copied.
     pub(super) fn grow(&mut self, path: &Path, grows_now: bool) -> anyhow::Result<()> {
         let from = self.data.join(path);
         let named = || from.display().to_string();
@@ -120,7 +120,7 @@ impl<'a> Keeping<'a> {
         let stamp = Stamp::of(&from, self.began).with_context(named)?;
         let Some(entry) = self.known.get(path).cloned() else { return self.begin(path, stamp, grows_now) };
         let unchanged = stamp.is_some() && entry.source == stamp;
-        // A start after a crash may have cut off what an earlier backup still saw.
+        // A start after a crash may have truncated bytes that an earlier backup still copied.
         let same = unchanged
             || length >= entry.bytes && hash_prefix(&from, entry.bytes).with_context(named)? == entry.sha256;
         if !same {
@@ -148,7 +148,8 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// A file of the archive that is not here yet: a link where that can be and it grows no more, else a copy.
+    /// A file of the archive that is not in the backup yet: a hard link if possible and the file grows no more, else a
+    /// copy.
     fn begin(&mut self, path: &Path, stamp: Option<Stamp>, grows_now: bool) -> anyhow::Result<()> {
         let from = self.data.join(path);
         let is_new = !self.known.contains_key(path);
@@ -168,7 +169,7 @@ impl<'a> Keeping<'a> {
         })
     }
 
-    /// Writes a file anew to the place that the earlier backup does not use.
+    /// Rewrites a file at the place that the earlier backup does not use.
     fn write(
         &mut self,
         path: &Path,
@@ -194,13 +195,13 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// What the manifest says of a file that lies here.
+    /// The manifest entry of a file in the backup.
     fn entry(&self, path: &Path, at: Option<PathBuf>, source: Option<Stamp>) -> anyhow::Result<Entry> {
         let full = self.to.join(at.as_deref().unwrap_or(path));
         let read = || -> io::Result<Entry> {
             let about = fs::metadata(&full)?;
             let (bytes, mode) = (about.len(), about.permissions().mode() & 0o7777);
-            // A link may grow on while it is read; what came later is not part of this backup.
+            // A linked file may grow while it is read; later bytes are not part of this backup.
             let sha256 = hash_prefix(&full, bytes)?;
             Ok(Entry { path: path.to_owned(), at, bytes, sha256, mode, source })
         };
@@ -216,7 +217,7 @@ impl<'a> Keeping<'a> {
         self.entries.insert(entry.path.clone(), entry);
     }
 
-    /// Whether what lies here is what the earlier backup wrote; what is not, is remembered.
+    /// Whether the file is as the earlier backup wrote it; damaged ones are noted.
     fn is_whole(&mut self, entry: &Entry) -> anyhow::Result<bool> {
         let whole = self.looks_whole(entry)?;
         if !whole {
@@ -235,14 +236,14 @@ impl<'a> Keeping<'a> {
             let fits = length == entry.bytes || length > entry.bytes && entry.path.starts_with("archive");
             Ok(fits && (!self.verifies || hash_prefix(&path, entry.bytes)? == entry.sha256))
         };
-        // A sector that cannot be read is damage like any other: it must not end all later backups.
+        // An unreadable sector counts as damage: it must not make all later backups fail.
         look()
             .or_else(|error| if error.raw_os_error() == Some(EIO) { Ok(false) } else { Err(error) })
             .with_context(|| format!("cannot read {}", path.display()))
     }
 
-    /// Keeps what the earlier backup has and the server has no more, such as days that were removed there; not what lay
-    /// outside of the data folder.
+    /// Keeps files of the earlier backup that the server no longer has, such as removed days; not those from outside of the
+    /// data folder.
     pub(super) fn carry_over(&mut self, outside: &str) -> anyhow::Result<()> {
         let gone: Vec<Entry> = self
             .known
@@ -260,7 +261,7 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// Gives a copy another name, under which nothing replaces and nothing sweeps it.
+    /// Gives a copy another name, under which it is neither replaced nor removed.
     fn set_aside(&mut self, entry: &Entry, good: bool) -> anyhow::Result<()> {
         let at = self.aside.join(&entry.path);
         let (from, to) = (self.to.join(entry.at()), self.to.join(&at));
@@ -278,12 +279,12 @@ impl<'a> Keeping<'a> {
         Ok(())
     }
 
-    /// What the new manifest names.
+    /// The files of the new manifest.
     pub(super) fn files(&self) -> Vec<Entry> {
         self.entries.values().cloned().collect()
     }
 
-    /// Removes what the new manifest, which must be on the disk, does not name any more.
+    /// Removes files that the new manifest, which must be on the disk, does not name.
     pub(super) fn sweep(&self) -> anyhow::Result<()> {
         let named: BTreeSet<&Path> = self.entries.values().map(Entry::at).collect();
         for at in self.known.values().map(Entry::at).filter(|at| !named.contains(at)) {
@@ -299,8 +300,8 @@ impl<'a> Keeping<'a> {
     }
 }
 
-/// Appends to the copy what the source has after the bytes of the entry, up to `length`; the digest of all of it. `None`
-/// where the copy is not what the entry says, whose damage a digest over all of it would make valid.
+/// Appends the source's bytes after those of the entry, up to `length`, to the copy; returns the digest of all of it.
+/// `None` if the copy does not match the entry: a digest over all of it would make the damage valid.
 fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Option<String>> {
     let (mut source, there) = (File::open(from)?, fs::metadata(to)?);
     let is_link = (there.dev(), there.ino()) == {
@@ -317,7 +318,7 @@ fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Opti
         io::copy(&mut copy.take(length - entry.bytes), &mut hash)?;
         return Ok(Some(hex::encode(hash.finalize())));
     }
-    // What stands behind is of a backup that was broken off.
+    // Bytes beyond that are from an interrupted backup.
     copy.set_len(entry.bytes)?;
     copy.seek(SeekFrom::Start(entry.bytes))?;
     source.seek(SeekFrom::Start(entry.bytes))?;
@@ -338,7 +339,7 @@ fn append(from: &Path, to: &Path, entry: &Entry, length: u64) -> io::Result<Opti
     Ok(Some(hex::encode(hash.finalize())))
 }
 
-/// Removes what a copy that was broken off left beside a file; where the next copy is written.
+/// Removes the partial file of an interrupted copy; returns the path for the next one.
 fn remove_part(to: &Path) -> PathBuf {
     let part = PathBuf::from(format!("{}.part", to.display()));
     for end in ["", "-wal", "-shm", "-journal"] {

@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use store::{BackupFile, Changes};
 
-/// What of a data folder is not copied as files: what the store and app.db copy themselves, what is of a moment only,
-/// and what could not be used.
+/// Entries of a data folder that are not copied as files: those that the store and app.db copy themselves, temporary ones,
+/// and those that a restore could not use.
 const LEFT_OUT: [&str; 11] = [
     "archive",
     "history",
@@ -23,18 +23,17 @@ const LEFT_OUT: [&str; 11] = [
     ASIDE,
     OUTSIDE,
 ];
-/// Ends of names of what is under way, or rebuilt by itself.
+/// Suffixes of files that are being written or are rebuilt automatically.
 const UNDER_WAY: [&str; 7] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm", "-journal"];
-/// Where files that lie outside of the data folder come to.
+/// Folder for files from outside of the data folder.
 const OUTSIDE: &str = "outside";
 
 /// Copies everything into a folder, which may hold an earlier backup: archive, history, people, charts, certificates,
-/// and those of the files that the configuration names which lie beyond the data folder. Of what the earlier backup has
-/// only what is new is copied; what is kept is read and compared, unless `verifies` is false. `progress` is told what
-/// comes next.
+/// and those of the files that the configuration names which lie beyond the data folder. Only what the earlier backup lacks
+/// is copied; what is kept is read and compared, unless `verifies` is false. `progress` is called with the next step.
 ///
 /// # Errors
-/// Something cannot be read or written. An earlier backup is then there as it was.
+/// Something cannot be read or written. An earlier backup is then intact.
 pub fn make(
     data: &Path,
     named: &[PathBuf],
@@ -45,7 +44,7 @@ pub fn make(
     folder::check(to)?;
     refuse_below(to, data)?;
     fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
-    // A way with `..` in it may lead elsewhere than it seemed to while it was not there.
+    // A path with `..` may lead elsewhere once its folders exist.
     refuse_below(to, data)?;
     let _lock = keeping::lock(to)?;
     let earlier = if to.join(MANIFEST).exists() { Manifest::read(to)? } else { Manifest::default() };
@@ -95,7 +94,7 @@ pub fn make(
     Ok(keeping.done)
 }
 
-/// A folder below the backup that is not there yet, for what is set aside at this time.
+/// An unused name below the backup for what is set aside at this time.
 fn free_name(to: &Path, time: &str) -> PathBuf {
     let (mut path, mut number) = (Path::new(ASIDE).join(time), 1);
     while to.join(&path).exists() {
@@ -105,7 +104,7 @@ fn free_name(to: &Path, time: &str) -> PathBuf {
     path
 }
 
-/// Refuses a folder, which need not be there yet, that is the data folder or lies in it.
+/// Refuses a path, which need not exist, that is the data folder or is inside it.
 fn refuse_below(path: &Path, data: &Path) -> anyhow::Result<()> {
     let full = std::path::absolute(path).with_context(|| path.display().to_string())?;
     let data = data.canonicalize().with_context(|| data.display().to_string())?;
@@ -138,7 +137,7 @@ fn files(data: &Path, below: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Files beyond the data folder without which the server is another one.
+/// Files outside of the data folder that the server's identity depends on.
 fn beyond<'p>(data: &Path, named: &'p [PathBuf]) -> Vec<&'p Path> {
     let data = data.canonicalize().unwrap_or_else(|_| data.to_owned());
     let is_beyond =

@@ -1,4 +1,4 @@
-//! What a backup holds: `backup.json`, written last, so that a copy that was broken off is none.
+//! The manifest of a backup: `backup.json`, written last, so that an interrupted copy does not count as a backup.
 
 use anyhow::{Context as _, ensure};
 use serde::{Deserialize, Serialize};
@@ -11,26 +11,26 @@ use std::time::{Duration, SystemTime};
 
 /// The manifest's name.
 pub(crate) const MANIFEST: &str = "backup.json";
-/// The form of the manifest that is written.
+/// The format version that is written.
 const VERSION: u32 = 2;
-/// The folder with the second place of each file that is written anew.
+/// The folder with the second place of each rewritten file.
 pub(super) const ALTERNATE: &str = "alternate";
-/// Where copies come to that a person must look at.
+/// Folder for copies that a person must look at.
 pub(super) const ASIDE: &str = "aside";
-/// A file that was changed so shortly before a backup may change again without another time of change.
+/// A file that was changed so shortly before a backup may change again within the same modification time.
 const SETTLED: Duration = Duration::from_secs(2);
 
-/// What a backup holds.
+/// The manifest of a backup.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Manifest {
     version: u32,
-    /// By which program.
+    /// Version of the program that wrote it.
     program: String,
     /// When it was made, µs since 1970 UTC.
     pub(super) made_us: i64,
     /// Its files.
     pub(super) files: Vec<Entry>,
-    /// Files that lie outside of the data folder: where they lay, and their names here.
+    /// Files from outside of the data folder: original path, and name in the backup.
     pub(super) outside: Vec<(PathBuf, PathBuf)>,
 }
 
@@ -39,28 +39,28 @@ pub(crate) struct Manifest {
 pub(crate) struct Entry {
     /// Below the data folder.
     pub(super) path: PathBuf,
-    /// Where it lies below the backup, if not at `path`.
+    /// Its path below the backup, if not `path`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) at: Option<PathBuf>,
     /// Bytes from its start on that belong to the backup; a file of the archive may have grown since.
     pub(super) bytes: u64,
     /// SHA-256 of these, in hexadecimal digits.
     pub(super) sha256: String,
-    /// Its rights.
+    /// Its permissions.
     pub(crate) mode: u32,
-    /// The file that it was copied from, as it was then; `None` where it could not be told from a later one.
+    /// Stamp of the source at the time of the copy; `None` where it could not be distinguished from a later version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) source: Option<Stamp>,
 }
 
 impl Entry {
-    /// Where it lies below the backup.
+    /// Its path below the backup.
     pub(super) fn at(&self) -> &Path {
         self.at.as_deref().unwrap_or(&self.path)
     }
 }
 
-/// By what a file is known to be unchanged.
+/// Identifies one state of a file, to detect changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Stamp {
     inode: u64,
@@ -70,8 +70,8 @@ pub(crate) struct Stamp {
 }
 
 impl Stamp {
-    /// That of a file; `None` where it was changed so lately that it could change again unseen, or where a database's log
-    /// beside it holds something.
+    /// The stamp of a file; `None` if it changed so recently that it could change again unnoticed, or if a database's
+    /// write-ahead log is not empty.
     pub(super) fn of(path: &Path, now: SystemTime) -> std::io::Result<Option<Self>> {
         let about = fs::metadata(path)?;
         let is_settled = now.duration_since(about.modified()?).is_ok_and(|age| age >= SETTLED);
@@ -128,7 +128,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Writes it whole or not at all.
+    /// Writes it atomically.
     pub(crate) fn write(&self, backup: &Path) -> anyhow::Result<()> {
         let (path, new) = (backup.join(MANIFEST), backup.join("backup.json.new"));
         let write = || -> std::io::Result<()> {
@@ -142,12 +142,12 @@ impl Manifest {
     }
 }
 
-/// The digest of the first `bytes` bytes of a file, which has as many.
+/// The digest of the first `bytes` bytes of a file that has at least that many.
 pub(super) fn hash_prefix(path: &Path, bytes: u64) -> std::io::Result<String> {
     copy(File::open(path)?, bytes, &mut std::io::sink()).map(|(_, sha256)| sha256)
 }
 
-/// Copies the first `bytes` bytes of what is read, or all there are; how many, and their digest.
+/// Copies at most `bytes` bytes; returns how many, and their digest.
 pub(crate) fn copy(from: impl Read, bytes: u64, to: &mut impl Write) -> std::io::Result<(u64, String)> {
     let (mut hash, mut copied, mut buffer) = (Sha256::new(), 0, vec![0; 256 << 10]);
     let mut from = from.take(bytes);

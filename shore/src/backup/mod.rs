@@ -1,8 +1,9 @@
-//! A backup of everything, and its way back.
+//! Backup of all data, and restore.
 //!
 //! A backup is a folder with the files of a data folder and `manifest`, which names each with its length and digest.
-//! [`make`] writes it, also while a server runs and into the folder of an earlier one, which `keeping` leaves as it is until the
-//! new one is whole; [`Held`] says what one holds; [`restore`] makes a data folder of it: all or nothing, and only what is as it was copied.
+//! [`make`] writes it, also while a server runs and into the folder of an earlier one, which `keeping` leaves intact until
+//! the new one is complete; [`Held`] checks the contents of one; [`restore`] makes a data folder of it: all or nothing, and
+//! only of undamaged files.
 
 mod held;
 mod keeping;

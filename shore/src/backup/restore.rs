@@ -1,4 +1,4 @@
-//! Making a data folder of a backup.
+//! Restores a data folder from a backup.
 
 use super::manifest::{Entry, Manifest, copy};
 use crate::folder::RESTORING;
@@ -9,25 +9,25 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
-/// What a restore did.
+/// Result of a restore.
 #[derive(Debug)]
 pub struct Restored {
-    /// Files that are there again.
+    /// Files that were restored.
     pub files: usize,
     /// Their bytes.
     pub bytes: u64,
     /// When the backup was made, µs since 1970 UTC.
     pub made_us: i64,
-    /// Files of the history that were damaged and are made again from the archive.
+    /// Files of the history that were damaged; the server rebuilds them from the archive.
     pub made_again: Vec<PathBuf>,
-    /// Files that lay outside of the data folder: where, and where they lie now.
+    /// Files from outside of the data folder: their original path, and where they are now.
     pub outside: Vec<(PathBuf, PathBuf)>,
 }
 
-/// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all: what is under way lies
-/// in another folder, beside one that is absent and within one that is there, such as a mounted disk. While that folder is within,
-/// no program takes `data` for a data folder ([`crate::folder::check`]), and the next restore begins anew. A restore locks that
-/// folder; a second one at the same time is refused.
+/// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all: the restore
+/// works in another folder, beside `data` if that is absent, inside it if it exists, such as a mounted disk. While the
+/// working folder is inside, no program accepts `data` as a data folder ([`crate::folder::check`]), and the next restore
+/// starts over. A restore locks the working folder; a second one at the same time is refused.
 ///
 /// # Errors
 /// The folder holds something, another restore is under way, the backup is not whole or is damaged, or something cannot be read or
@@ -36,7 +36,7 @@ pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> an
     restore_around(backup, data, progress, &mut || ())
 }
 
-/// As [`restore`]; `meanwhile` is what others do between the first look at the folder and its lock.
+/// As [`restore`]; `meanwhile` runs between the first look at the folder and its lock, for tests.
 pub(super) fn restore_around(
     backup: &Path,
     data: &Path,
@@ -49,7 +49,7 @@ pub(super) fn restore_around(
     let growing = if is_there { data.join(RESTORING) } else { beside(data) };
     meanwhile();
     let (_held, is_new) = hold(&growing, data)?;
-    // Looked at again by the one who holds it: another one may have come to its end meanwhile.
+    // Checked again under the lock: another restore may have finished meanwhile.
     let looked = look(data, &manifest, is_new).and_then(|(still_there, moved)| {
         ensure!(still_there == is_there, "{} appeared meanwhile: another restore made it", data.display());
         Ok(moved)
@@ -85,8 +85,8 @@ pub(super) fn restore_around(
     Ok(restored)
 }
 
-/// Makes the folder of a restore that is under way, or takes that of one that was broken off, and holds it until the file is
-/// dropped; whether it is new.
+/// Makes the working folder, or takes over that of an interrupted restore, and locks it until the file is dropped; returns
+/// whether it is new.
 fn hold(growing: &Path, data: &Path) -> anyhow::Result<(File, bool)> {
     let named = || format!("cannot make {}", growing.display());
     if let Some(parent) = growing.parent() {
@@ -104,7 +104,7 @@ fn hold(growing: &Path, data: &Path) -> anyhow::Result<(File, bool)> {
     };
     let folder = File::open(growing).with_context(other)?;
     ensure!(folder.try_lock().is_ok(), other());
-    // One that came to its end took the folder's name away from it.
+    // A restore that finished has renamed the folder.
     let is_same =
         fs::metadata(growing).is_ok_and(|now| folder.metadata().is_ok_and(|held| now.ino() == held.ino()));
     ensure!(is_same, other());
@@ -116,8 +116,8 @@ fn remove(path: &Path) -> anyhow::Result<()> {
     removed.with_context(|| format!("cannot remove {}", path.display()))
 }
 
-/// Whether the folder is there, and what a restore that was broken off moved there; it must hold nothing else. Whoever makes the
-/// folder of a restore anew knows that none was broken off.
+/// Whether the folder exists, and what an interrupted restore moved there; it must hold nothing else. If the working folder
+/// is new, no restore was interrupted.
 fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool, Vec<OsString>)> {
     let entries = match fs::read_dir(data) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((false, Vec::new())),
@@ -128,7 +128,7 @@ fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool,
         let name = entry.with_context(|| data.display().to_string())?.file_name();
         match name.to_str() {
             Some(RESTORING) => is_broken_off = !is_new,
-            // Every new disk has it.
+            // Every new ext4 file system has it.
             Some("lost+found") => {}
             _ => moved.push(name),
         }
@@ -152,7 +152,7 @@ fn look(data: &Path, manifest: &Manifest, is_new: bool) -> anyhow::Result<(bool,
     Ok((true, moved))
 }
 
-/// Moves all that a folder within `data` holds to `data`, and removes the folder last.
+/// Moves everything in a folder inside `data` to `data`, and removes the folder last.
 fn move_up(growing: &Path, data: &Path) -> anyhow::Result<()> {
     let moved = || -> io::Result<()> {
         for entry in fs::read_dir(growing)? {
@@ -189,7 +189,7 @@ fn fill(
                 bytes += entry.bytes;
                 files += 1;
             }
-            // It is derived: the server makes it again.
+            // Derived data: the server rebuilds it.
             Some(_) if entry.path.starts_with("history") => {
                 fs::remove_file(to.join(&entry.path)).ok();
                 made_again.push(entry.path.clone());
@@ -206,7 +206,7 @@ fn fill(
     Ok(Restored { files, bytes, made_us: manifest.made_us, made_again, outside })
 }
 
-/// Copies one file; what is wrong with it, if something is.
+/// Copies one file; returns what is wrong with it, if anything.
 fn take(backup: &Path, to: &Path, entry: &Entry) -> anyhow::Result<Option<String>> {
     let target = to.join(&entry.path);
     let source = match File::open(backup.join(entry.at())) {
@@ -226,7 +226,7 @@ fn take(backup: &Path, to: &Path, entry: &Entry) -> anyhow::Result<Option<String
         Ok((bytes, sha256, length))
     };
     let (bytes, sha256, length) = copied().with_context(|| format!("cannot write {}", target.display()))?;
-    // Days of the archive are linked where that can be, and may have grown since.
+    // Files of the archive may be hard links that have grown since.
     let may_be_longer = entry.path.starts_with("archive");
     Ok(if bytes < entry.bytes || length > entry.bytes && !may_be_longer {
         Some(format!("has {length} bytes instead of {}", entry.bytes))

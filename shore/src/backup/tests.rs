@@ -1,4 +1,4 @@
-//! A backup that is broken off anywhere leaves the earlier one as it was.
+//! A backup that is interrupted at any step leaves the earlier one intact.
 
 use super::restore::restore_around;
 use super::{Aside, Held, asides, make, restore};
@@ -44,7 +44,7 @@ fn data_in(folder: &Path) -> PathBuf {
     data
 }
 
-/// As if nothing had been changed for a while.
+/// Sets the modification times to the past.
 fn settle(folder: &Path) {
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if path.is_dir() {
@@ -56,7 +56,7 @@ fn settle(folder: &Path) {
     }
 }
 
-/// What a restored folder says: every file but those that each copy makes anew.
+/// The files of a restored folder, without those that differ in each copy.
 fn restored(backup: &Path, to: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     fs::remove_dir_all(to).ok();
     restore(backup, to, &mut |_| ()).unwrap();
@@ -99,7 +99,7 @@ fn a_second_backup_writes_only_what_is_new_and_a_third_nothing() {
     restored(&to, &back);
     let store = Store::open(&back).unwrap();
     assert_eq!(store.durable(7), Some(649));
-    // The old databases are gone, for nothing names them.
+    // The old databases are removed, as no manifest names them.
     let in_place = to.join("history/catalogue.sqlite").exists();
     let alternate = to.join("alternate/history/catalogue.sqlite").exists();
     assert!(in_place != alternate, "{in_place} {alternate}");
@@ -116,7 +116,7 @@ fn broken_off_anywhere_the_earlier_backup_is_restored_as_it_was_and_the_next_one
     fill(&data, 700..720, 2);
     fs::write(data.join("logbook/1"), "another photo").unwrap();
     fs::write(data.join("logbook/2"), "a second photo").unwrap();
-    // It dies as it begins the step of this number, until there is none.
+    // It is killed at the begin of each step in turn.
     let mut steps = 0;
     loop {
         let mut left = steps;
@@ -130,7 +130,7 @@ fn broken_off_anywhere_the_earlier_backup_is_restored_as_it_was_and_the_next_one
             break;
         }
         steps += 1;
-        // The last step begins when the new manifest is there.
+        // The last step begins after the new manifest is written.
         let now = restored(&to, &back);
         let is_new = now.iter().any(|(path, _)| path == Path::new("logbook/2"));
         assert!(is_new || now == before, "step {steps}: the earlier backup is another one");
@@ -148,7 +148,7 @@ fn half_of_what_was_appended_and_damage_are_noticed_and_mended() {
         (data_in(scratch.path()), scratch.path().join("backup"), scratch.path().join("back"));
     back_up(&data, &to);
     let before = restored(&to, &back);
-    // Power was lost while the newest day was appended to: rubbish stands behind what the manifest names.
+    // Power was lost while the newest day was appended to: there is garbage after the bytes in the manifest.
     let day = to.join("archive/0x2810/20261122/Data.lsf");
     let mut bytes = fs::read(&day).unwrap();
     bytes.extend([0xEE; 300]);
@@ -161,7 +161,7 @@ fn half_of_what_was_appended_and_damage_are_noticed_and_mended() {
     let whole = |back: &Path| fs::read(back.join(archive)).unwrap() == fs::read(data.join(archive)).unwrap();
     restored(&to, &back);
     assert!(whole(&back));
-    // The backup's disk turns a bit.
+    // A bit flips on the backup's disk.
     let mut bytes = fs::read(&day).unwrap();
     bytes[100] ^= 1;
     fs::write(&day, &bytes).unwrap();
@@ -171,7 +171,7 @@ fn half_of_what_was_appended_and_damage_are_noticed_and_mended() {
     assert_eq!(done.damaged, [PathBuf::from(archive)]);
     restored(&to, &back);
     assert!(whole(&back));
-    // What the server has no more stays in the backup.
+    // Files that the server no longer has stay in the backup.
     fs::remove_dir_all(data.join("archive/0x2810/20261121")).unwrap();
     back_up(&data, &to);
     assert!(
@@ -207,7 +207,7 @@ fn a_quick_backup_does_not_make_damage_valid_by_appending_to_it() {
     back_up(&data, &to);
     let mut bytes = fs::read(to.join(archive)).unwrap();
     bytes[100] ^= 1;
-    // A rename, as the first backup may have linked what is the server's own.
+    // By a rename, as the first backup may have linked the server's own file.
     fs::write(to.join("turned"), &bytes).unwrap();
     fs::rename(to.join("turned"), to.join(archive)).unwrap();
     fill(&data, 600..650, 1);
@@ -247,7 +247,7 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
         found.sort();
         found
     });
-    // A disk that is mounted there: the folder stays the same one, and what each disk has does not matter.
+    // A mounted disk: the folder itself is kept, and `lost+found` does not matter.
     fs::create_dir_all(back.join("lost+found")).unwrap();
     let inode = |path: &Path| std::os::unix::fs::MetadataExt::ino(&fs::metadata(path).unwrap());
     let before = inode(&back);
@@ -256,7 +256,7 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
     assert!(!back.join(".restoring").exists() && back.join("lost+found").exists());
     folder::check(&back).unwrap();
 
-    // Killed while what it had copied was moved: nobody takes it for a data folder, and the next restore makes it whole.
+    // Killed while the copied files were moved: no program accepts it as a data folder, and the next restore completes it.
     fs::create_dir(back.join(".restoring")).unwrap();
     fs::rename(back.join("app.db"), back.join(".restoring/app.db")).unwrap();
     let told = folder::check(&back).unwrap_err().to_string();
@@ -270,7 +270,7 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
     fs::remove_file(back.join("letter.txt")).unwrap();
     restore(&to, &back, &mut |_| ()).unwrap();
     assert!(whole(&back) == expected);
-    // Without that mark what lies there is somebody's.
+    // Without that mark the files there are foreign.
     restore(&to, &back, &mut |_| ()).unwrap_err();
 
     // A damaged backup leaves the folder empty, as it was.
@@ -285,7 +285,7 @@ fn a_folder_that_is_there_is_filled_in_place_and_is_no_data_folder_until_it_is_w
 fn turn_a_bit(path: &Path) {
     let mut bytes = fs::read(path).unwrap();
     bytes[100] ^= 1;
-    // By a rename, as a first backup on the same disk links what is the server's own.
+    // By a rename, as a first backup on the same disk links the server's own files.
     let turned = path.with_extension("turned");
     fs::write(&turned, &bytes).unwrap();
     fs::rename(turned, path).unwrap();
@@ -303,7 +303,7 @@ fn a_file_that_turns_bad_at_the_server_does_not_take_the_good_copy_along() {
     let done = back_up(&data, &to);
     let [Aside { path, at, good: true }] = &done.aside[..] else { panic!("{done:?}") };
     assert!(path == archive && fs::read(to.join(at)).unwrap() == good, "{at:?}");
-    // The backup is what the server is, and the copy stays through later ones.
+    // The backup matches the server, and the copy is kept in later ones.
     restored(&to, &back);
     assert_eq!(fs::read(back.join(archive)).unwrap(), fs::read(data.join(archive)).unwrap());
     assert!(back_up(&data, &to).aside.is_empty() && fs::read(to.join(at)).unwrap() == good);
@@ -387,7 +387,7 @@ fn a_backup_says_whether_it_holds_something_as_it_is() {
     for path in [day, month] {
         assert_eq!(lacks(path, true), None);
     }
-    // Only reading finds a bit that turned, wherever.
+    // Only reading finds a flipped bit, in any file.
     let file = Path::new(day).join("Data.lsf");
     for at in [&data, &to] {
         turn_a_bit(&at.join(&file));
@@ -429,7 +429,7 @@ fn two_restores_at_once_do_not_meet() {
         assert_eq!(Store::open(&back).unwrap().durable(7), Some(599));
         assert!(!back.join(".restoring").exists() && !at("absent.restoring").exists());
     }
-    // One that looked before the first came to its end takes nothing of what that made.
+    // A restore that checked before the first one finished touches nothing of its result.
     let whole = at("there");
     let mark = whole.join(".restoring");
     assert!(restore(&to, &whole, &mut |_| ()).unwrap_err().to_string().contains("is not empty"));
@@ -451,13 +451,13 @@ fn a_restore_that_another_one_overtook_between_look_and_lock_takes_nothing_of_it
         assert_eq!(Store::open(&back).unwrap().durable(7), Some(599), "{name}");
         assert!(!back.join(".restoring").exists() && !at("absent.restoring").exists());
     }
-    // A folder that came meanwhile and holds nothing: what grows beside it has no place any more.
+    // An empty folder that was made meanwhile: the working folder beside it cannot be renamed to it.
     let late = at("late");
     let mut made = || fs::create_dir(&late).unwrap();
     let told = restore_around(&to, &late, &mut |_| panic!("it copies"), &mut made).unwrap_err();
     assert!(told.to_string().contains("appeared meanwhile"), "{told:#}");
     assert!(fs::read_dir(&late).unwrap().next().is_none() && !at("late.restoring").exists());
-    // While the other one is still at it, the lock refuses.
+    // While the other one is running, the lock refuses.
     let mut held = None;
     let mut hold = || {
         fs::create_dir_all(at("held.restoring")).unwrap();

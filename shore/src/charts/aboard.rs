@@ -1,5 +1,5 @@
-//! Which chart each vessel holds, as it said last. Kept in a file, so that it is known over restarts, and to
-//! `lutra-server chart sync` while no server runs.
+//! Which chart each vessel holds, as last reported. Kept in a file for restarts, and for `lutra-server chart sync` while no
+//! server runs.
 
 use api::{ChartDifference, VesselChart};
 use imc::Address;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::UtcTime;
 
-/// What one vessel said.
+/// The last report of a vessel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Reported {
     /// SHA-256 of the file in force, in hexadecimal digits; null for none.
@@ -54,7 +54,7 @@ impl Reported {
         }
     }
 
-    /// What becomes of a chart that is not the shore's, if there is one ashore.
+    /// How the vessel's chart differs from the one ashore, if there is one.
     fn difference(&self, ashore: bool) -> ChartDifference {
         match self.stage {
             _ if !ashore => ChartDifference::NoneAshore,
@@ -82,7 +82,7 @@ struct Shared {
 }
 
 impl ChartsAboard {
-    /// What is known in this folder of data. A file that cannot be read is as good as none: vessels say it again.
+    /// Reads the file in a data folder. An unreadable file counts as absent: vessels report again.
     pub fn open(data: &Path) -> Self {
         let path = data.join("charts/aboard.json");
         let told = read(&path).unwrap_or_else(|error| {
@@ -92,7 +92,7 @@ impl ChartsAboard {
         Self(Arc::new(Shared { path, told: Mutex::new(told), saving: Mutex::default() }))
     }
 
-    /// A vessel says this.
+    /// Stores a vessel's report.
     pub fn tell(&self, vessel: Address, report: ChartReport, at: UtcTime) {
         let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
         told.insert(vessel.0, Reported::of(report, at.micros()));
@@ -107,12 +107,12 @@ impl ChartsAboard {
         }
     }
 
-    /// The vessels of which something is known.
+    /// The vessels that have reported.
     pub fn vessels(&self) -> Vec<u16> {
         self.0.told.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect()
     }
 
-    /// What a vessel holds, beside what is ashore.
+    /// A vessel's chart compared with the one ashore.
     pub fn chart(&self, vessel: Address, ashore: Option<ChartDigest>) -> VesselChart {
         let told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
         compared(told.get(&vessel.0), ashore)
@@ -136,7 +136,7 @@ fn write(path: &Path, told: &BTreeMap<u16, Reported>) -> io::Result<()> {
     fs::rename(&part, path)
 }
 
-/// What a vessel holds, in words too.
+/// The comparison, with a text.
 fn compared(told: Option<&Reported>, ashore: Option<ChartDigest>) -> VesselChart {
     let Some(told) = told else {
         let text = "not known: the vessel has not reported since it was set up, or its program is too old";
@@ -209,7 +209,7 @@ mod tests {
         );
         assert_eq!(aboard.vessels(), [0x2810]);
 
-        // Rubbish is as good as nothing.
+        // An unreadable file counts as absent.
         fs::write(data.path().join("charts/aboard.json"), b"{").unwrap();
         assert_eq!(ChartsAboard::open(data.path()).chart(otter, None).state, "unknown");
     }

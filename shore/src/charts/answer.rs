@@ -1,4 +1,4 @@
-//! Answers about the chart in the words of the API.
+//! Answers about the chart, as the API reports them.
 
 use super::{Charts, Set};
 use api::{
@@ -11,12 +11,12 @@ use guard::GuardLimits;
 use tiles::{Changed, Near, Sheet};
 use units::LatLon;
 
-/// Most objects that are told of a place.
+/// Most objects that are reported of a place.
 const OBJECTS: usize = 50;
 /// Points of a profile, about, beside the given ones; but none nearer than 1 m to each other.
 const PROFILE: f64 = 400.0;
 
-/// The set as it is.
+/// Describes the current chart set.
 pub fn described(charts: &Charts) -> ChartSet {
     let limits = charts.limits();
     let empty = ChartSet {
@@ -62,7 +62,7 @@ fn around(a: ChartBounds, b: ChartBounds) -> ChartBounds {
     }
 }
 
-/// A word for what there is.
+/// The name of a kind of water.
 fn kind(water: Water) -> &'static str {
     match water {
         Water::Land => "land",
@@ -75,7 +75,7 @@ fn kind(water: Water) -> &'static str {
     }
 }
 
-/// What is demanded right where it is looked: the position is not in doubt.
+/// The demands at the place itself, without an allowance for position errors.
 fn demands(limits: &GuardLimits) -> (Demand, Demand) {
     let exact = |least_m: f64| Demand { position_m: 0.0, ..limits.demand(least_m) };
     (exact(limits.autonomous_m), exact(limits.navigable_m))

@@ -1,25 +1,25 @@
-//! The no-go areas that the chart set should hold, and how they come into it.
+//! The no-go areas that the chart set should hold, and their insertion into it.
 
 use chartdb::{Chart, ChartDbError, NoGoArea, no_go_digest, no_go_digest_of, put_no_go_areas};
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 use units::UtcTime;
 
-/// What people have closed.
+/// The closed areas.
 #[derive(Debug, Clone, Default)]
 pub struct NoGo {
     /// The areas.
     pub areas: Vec<NoGoArea>,
-    /// When that changed last.
+    /// When they last changed.
     pub at: UtcTime,
-    /// Which of what is closed is not known any more, and what to do.
+    /// Which closed area cannot be read any more, and what to do.
     pub lost: Option<String>,
 }
 
-/// What is wanted, and why it could not be done, if so.
+/// The wanted areas, and why they could not be applied, if so.
 #[derive(Debug, Default)]
 pub(super) struct Areas {
-    /// `None` until somebody said.
+    /// `None` until [`super::Charts::close`] was called.
     wanted: RwLock<Option<NoGo>>,
     trouble: RwLock<Option<String>>,
 }
@@ -33,7 +33,7 @@ impl Areas {
         self.wanted.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether a set of these charts must not go to vessels: it lacks something that is closed, or may.
+    /// Whether a set of these charts must not be offered to vessels, because a closed area is or may be missing.
     pub(super) fn are_lacking(&self, held: &[Chart]) -> bool {
         self.differ(held) || self.wanted().is_some_and(|wanted| wanted.lost.is_some())
     }
@@ -43,17 +43,17 @@ impl Areas {
         self.wanted().is_some_and(|wanted| no_go_digest(&wanted.areas) != no_go_digest_of(held))
     }
 
-    /// Whether some area is closed.
+    /// Whether any area is closed.
     pub(super) fn are_some(&self) -> bool {
         self.wanted().is_some_and(|wanted| !wanted.areas.is_empty() || wanted.lost.is_some())
     }
 
-    /// Brings them into the set at a path; where that cannot be done it is said once, and is to be tried again. While one
-    /// of them is lost the set stays as it is: it may be the only place that still knows where that one lies.
+    /// Writes them into the set at a path; a failure is logged once, and must be tried again. While an area is lost, the
+    /// set is not changed: it may hold the only copy of that area.
     pub(super) fn bring_into(&self, path: &Path) {
         let Some(NoGo { areas, at, lost: None }) = self.wanted() else { return };
         let trouble = match put_no_go_areas(path, &areas, at) {
-            // Without a set nothing sails by one; what is no set is said by who reads it.
+            // Without a set no vessel uses one; an invalid file is reported where it is read.
             Ok(()) | Err(ChartDbError::Absent(_) | ChartDbError::Foreign(_) | ChartDbError::Newer(_)) => None,
             Err(error) => Some(error.to_string()),
         };

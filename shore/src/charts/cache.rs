@@ -1,4 +1,4 @@
-//! Drawn tiles in memory, bounded by bytes: what was asked for longest ago goes first.
+//! Drawn tiles in memory, bounded by bytes: the least recently used are evicted first.
 
 use bytes::Bytes;
 use std::collections::{BTreeMap, HashMap};
@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 /// Zoom, column and row.
 pub(super) type Key = (u8, u32, u32);
 
-/// What an entry takes beside its bytes.
+/// Memory of an entry besides its bytes.
 const OVERHEAD: usize = 128;
 
 /// A cache of tiles.
@@ -25,7 +25,7 @@ impl Cache {
         Self { most, bytes: 0, clock: 0, tiles: HashMap::new(), by_use: BTreeMap::new() }
     }
 
-    /// The tile, which is the last used now.
+    /// The tile, marked as most recently used.
     pub(crate) fn get(&mut self, key: Key) -> Option<Bytes> {
         let (used, tile) = self.tiles.get_mut(&key)?;
         self.by_use.remove(used);
@@ -35,7 +35,7 @@ impl Cache {
         Some(tile.clone())
     }
 
-    /// Keeps a tile; those used longest ago make room. One that is larger than all room is not kept.
+    /// Keeps a tile and evicts the least recently used. A tile larger than the cache is not kept.
     pub(crate) fn put(&mut self, key: Key, tile: Bytes) {
         let takes = tile.len() + OVERHEAD;
         if takes > self.most {

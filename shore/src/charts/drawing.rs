@@ -1,5 +1,5 @@
-//! The charts of a set for who draws them: features and coverages come from the set on the disk when they are needed,
-//! and overviews are kept beside it.
+//! The charts of a set, for the tile renderer: features and coverages are read from the set on disk when needed, and
+//! overviews are cached beside it.
 
 use super::Changed;
 use chartdb::{Chart, ChartDb, Overviews, Snapshot};
@@ -10,20 +10,20 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use tiles::{Sheet, SheetChart, SheetReader, Unread};
 
-/// Of charts that are drawn, in memory at most.
+/// Most bytes of charts that are held in memory for drawing.
 const SHEET_BYTES: usize = 64 << 20;
 
-/// Another one whenever charts are drawn otherwise.
+/// To be changed whenever charts are drawn differently.
 const OVERVIEW: &[u8] = b"lutra overview 1";
 
 #[derive(Debug)]
 struct Drawing {
     /// The best first, as the sheet numbers them.
     charts: Vec<Chart>,
-    /// What names the contents of each.
+    /// Digest of the contents of each.
     marks: Vec<[u8; 32]>,
     set: Mutex<Snapshot>,
-    /// `None` where the folder cannot be written: then they are made again.
+    /// `None` if the folder cannot be written: then they are not cached.
     overviews: Mutex<Option<Overviews>>,
 }
 
@@ -58,13 +58,13 @@ impl Drawing {
         match read {
             Ok(Some(read)) => Ok(read),
             Ok(None) => Err(Unread::Changed),
-            // An import is about to be done.
+            // An import is committing.
             Err(error) if error.is_busy() => Err(Unread::Changed),
             Err(error) => Err(Unread::Damaged(error.to_string())),
         }
     }
 
-    /// What names what is made of a chart where these better ones do not cover it.
+    /// Cache key of a chart's overview, drawn where the better charts do not cover it.
     fn key(&self, chart: usize, better: &[usize]) -> [u8; 32] {
         let mut hash = Sha256::new_with_prefix(OVERVIEW);
         for one in [&chart].into_iter().chain(better) {

@@ -1,8 +1,8 @@
-//! The sea chart as the server holds it: the set that lies on the disk, in memory, and what is asked of it.
+//! The sea chart as the server holds it: the chart set on disk, loaded into memory, and queries to it.
 //!
-//! [`Charts`] looks every two seconds whether the file is another one, as after `lutra-server chart import`, and
-//! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file means no chart; a file
-//! that cannot be read is a trouble, and the guard refuses plans until it is gone.
+//! [`Charts`] checks every two seconds whether the file changed, as after `lutra-server chart import`, and replaces the set
+//! as a whole; until then queries use the old one. Without a file there is no chart; while a file cannot be read, the
+//! grounding guard refuses plans.
 
 mod aboard;
 mod answer;
@@ -42,7 +42,7 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use units::LatLon;
 
-/// How often the file is looked at.
+/// How often the file is checked for changes.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
 /// The sea chart; cheap to clone.
@@ -54,22 +54,22 @@ struct Shared {
     limits: GuardLimits,
     cache_bytes: usize,
     now: RwLock<Now>,
-    /// What `now` was made of; held while a new one is read.
+    /// The file state that `now` was made from; held while a new set is read.
     seen: Mutex<Seen>,
-    /// What people have closed.
+    /// The no-go areas.
     areas: Areas,
-    /// What vessels are offered.
+    /// The chart that vessels are offered.
     offered: watch::Sender<Option<Arc<ChartPackage>>>,
 }
 
-/// What there is.
+/// The current set.
 #[derive(Clone, Default)]
 struct Now {
     set: Option<Arc<Set>>,
     trouble: Option<String>,
 }
 
-/// What tells one state of a file from another.
+/// Identifies one state of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Stamp {
     inode: u64,
@@ -77,25 +77,25 @@ struct Stamp {
     modified: Option<SystemTime>,
 }
 
-/// What was looked at last.
+/// The last state that was read.
 #[derive(Debug, Default)]
 struct Seen {
     /// The state of the file.
     stamp: Option<Stamp>,
-    /// Whether vessels do not get that set, as it lacks something that is closed.
+    /// Whether the set is withheld from vessels, because it lacks a closed area.
     withheld: bool,
     offer: Offer,
 }
 
-/// What vessels are to be offered.
+/// The next offer to vessels.
 #[derive(Debug, Default)]
 enum Offer {
-    /// What they are offered already.
+    /// No change.
     #[default]
     AsBefore,
     /// Nothing: there is no set.
     Nothing,
-    /// The set of this index, once it was read.
+    /// The set of this index, once it has been read.
     Set(LoadedIndex),
 }
 
@@ -108,11 +108,11 @@ impl Stamp {
 
 /// A chart set in memory.
 pub struct Set {
-    /// What names its contents, in hexadecimal digits.
+    /// Digest of its contents, in hexadecimal digits.
     pub digest: String,
     /// The charts by name.
     pub charts: Vec<Chart>,
-    /// How deep it is.
+    /// The depth index.
     pub index: Arc<DepthIndex>,
     /// Plans routes on it.
     pub router: Router,
@@ -122,7 +122,7 @@ pub struct Set {
 }
 
 impl Charts {
-    /// Nothing yet; [`Self::look`] takes what is there.
+    /// Empty; [`Self::look`] loads the set.
     pub fn new(settings: &crate::Settings) -> Self {
         let cache_bytes = usize::try_from(settings.charts.tiles_mib << 20).unwrap_or(usize::MAX);
         Self(Arc::new(Shared {
@@ -136,7 +136,7 @@ impl Charts {
         }))
     }
 
-    /// What is demanded of the water where no vessel told its own limits.
+    /// The limits for vessels that have not reported their own.
     pub fn limits(&self) -> &GuardLimits {
         &self.0.limits
     }
@@ -146,12 +146,12 @@ impl Charts {
         self.now().set
     }
 
-    /// What vessels are offered, as it changes.
+    /// The chart that vessels are offered, as it changes.
     pub fn offered(&self) -> watch::Receiver<Option<Arc<ChartPackage>>> {
         self.0.offered.subscribe()
     }
 
-    /// Why there is none although there is a file.
+    /// Why the file cannot be used, if so.
     pub fn trouble(&self) -> Option<String> {
         self.now().trouble
     }
@@ -160,24 +160,24 @@ impl Charts {
         self.0.now.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Has the set hold these no-go areas from the next look on.
+    /// Sets the no-go areas, which the next look applies.
     pub(crate) fn close(&self, areas: NoGo) {
         self.0.areas.want(areas);
     }
 
-    /// Why the set in force does not hold the no-go areas that people closed; `None` where it does.
+    /// Why the current set lacks closed no-go areas; `None` where it has all.
     pub fn not_closed(&self) -> Option<String> {
         self.does_not_hold(None)
     }
 
-    /// The same of these areas, or of those that were told last.
+    /// The same for these areas, or for those that were set last.
     pub(crate) fn does_not_hold(&self, areas: Option<&NoGo>) -> Option<String> {
         let now = self.now();
         self.0.areas.missing(now.set.as_ref().map(|set| set.charts.as_slice()), areas, now.trouble)
     }
 
-    /// Limits by which no vessel enters an area that people closed: they are prohibited areas of the chart, of which a rule
-    /// may think less.
+    /// Limits that forbid entry into no-go areas: these are prohibited areas in the chart, which a configured rule may
+    /// otherwise allow.
     pub fn strict(&self, limits: GuardLimits) -> GuardLimits {
         if !self.0.areas.are_some() {
             return limits;
@@ -186,15 +186,15 @@ impl Charts {
         GuardLimits { entry: limits.entry.at_least(floor), ..limits }
     }
 
-    /// Takes the set on the disk, if it is another one than before, or if parts of it turned out to be damaged. The set
-    /// is in force at once; what vessels are offered follows when the file was read once to its end.
+    /// Loads the set on disk if it changed or if parts of it were found damaged. The set is in force at once; vessels are
+    /// offered it when the file has been read completely.
     pub fn look(&self) {
         self.take();
         self.offer();
     }
 
-    /// Takes the set on the disk, and leaves what vessels are offered to the next look: a server that starts answers
-    /// before the file, which may be of gigabytes, was read.
+    /// Loads the set on disk, and leaves the offer to vessels to the next look: a starting server answers before the file,
+    /// which may have gigabytes, has been read.
     pub(crate) fn take(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let before = self.now();
@@ -229,7 +229,7 @@ impl Charts {
                     Now { set: Some(Arc::new(set)), trouble: None }
                 }
             },
-            // An import is about to be done: the set of before holds, and it is looked again.
+            // An import is committing: the previous set stays in force, and the next look tries again.
             (_, Err(error)) if error.is_busy() => {
                 tracing::debug!(%error, "the chart set is looked at again");
                 return;
@@ -239,13 +239,13 @@ impl Charts {
                 Now { set: None, trouble: Some(error.to_string()) }
             }
         };
-        // Vessels keep the chart that they have rather than one that lacks what people closed.
+        // Vessels keep their chart rather than get one without the closed areas.
         let withheld = now.set.as_ref().is_some_and(|set| self.0.areas.are_lacking(&set.charts));
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
         *seen = Seen { stamp, withheld, offer: if withheld { Offer::AsBefore } else { fresh } };
     }
 
-    /// Offers vessels what was taken last, if they are not offered it yet.
+    /// Offers the loaded set to vessels, if not done yet.
     fn offer(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let package = match std::mem::take(&mut seen.offer) {
@@ -262,7 +262,7 @@ impl Charts {
         });
     }
 
-    /// Looks every two seconds until the server ends. What small zooms of a new set are drawn of is made beside that.
+    /// Looks every two seconds until the server ends. Overviews of a new set, for small zooms, are made in parallel.
     pub async fn keep(self, stop: CancellationToken) {
         let mut every = tokio::time::interval(LOOK_EVERY);
         let mut told = Vec::new();
@@ -294,7 +294,7 @@ impl Charts {
         }
     }
 
-    /// Makes what small zooms of a set are drawn of, unless another set takes its place; whether all is made.
+    /// Makes the overviews for small zooms, unless another set replaces this one; returns whether all are made.
     fn prepare(&self, set: &Arc<Set>, stop: &CancellationToken) -> bool {
         let go_on = || !stop.is_cancelled() && self.set().is_some_and(|now| Arc::ptr_eq(&now, set));
         let done = set.sheet().and_then(|sheet| sheet.prepare(go_on).map_err(|why| why.to_string()));
@@ -304,13 +304,13 @@ impl Charts {
         done.is_ok()
     }
 
-    /// Whether a vessel with these limits may set out from there by itself; not where there is no chart.
+    /// Whether a vessel with these limits may start an autonomous plan at this place; false without a chart.
     pub fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
         let demand = Demand { position_m: 0.0, ..limits.demand(limits.autonomous_m) };
         self.set().is_some_and(|set| set.index.depth_at(place, &demand).navigable)
     }
 
-    /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
+    /// The guard's verdict on a plan by a vessel's limits; `None` without a chart.
     pub fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
         let limits = &Limits { demanded: self.strict(limits.demanded), ..*limits };
         let Now { set, trouble } = self.now();
@@ -324,7 +324,7 @@ impl Charts {
     }
 }
 
-/// What vessels get of a set; nothing where that cannot be read.
+/// The package of a set for vessels; `None` if it cannot be read.
 fn package(path: &Path, loaded: &LoadedIndex) -> Option<Arc<ChartPackage>> {
     let package = ChartPackage::open(path, loaded).inspect_err(|error| {
         tracing::error!(%error, "vessels get no chart: its depth index cannot be read");
@@ -332,7 +332,7 @@ fn package(path: &Path, loaded: &LoadedIndex) -> Option<Arc<ChartPackage>> {
     package.ok().map(Arc::new)
 }
 
-/// The set on the disk, with its index rebuilt unless that is thought to be `sound`.
+/// The set on disk, with its index rebuilt unless it counts as `sound`.
 fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, LoadedIndex)> {
     let loaded = if sound { chartdb::load_index(path)? } else { chartdb::remake_index(path)? };
     if let Some(why) = &loaded.rebuilt {
@@ -365,10 +365,10 @@ impl Set {
         self.sheet.get().map(Sheet::unreadable).unwrap_or_default()
     }
 
-    /// What is drawn; charts are read when a tile touches them.
+    /// The sheet that tiles are drawn from; charts are read when a tile touches them.
     ///
     /// # Errors
-    /// The charts cannot be read, or are others by now: then the new set is about to be taken.
+    /// The charts cannot be read, or have changed: then the new set is about to be loaded.
     pub fn sheet(&self) -> Result<&Sheet, String> {
         if let Some(sheet) = self.sheet.get() {
             return Ok(sheet);
@@ -377,7 +377,7 @@ impl Set {
         Ok(self.sheet.get_or_init(|| made))
     }
 
-    /// A tile, packed by gzip.
+    /// A tile, compressed by gzip.
     ///
     /// # Errors
     /// There is no such tile, or the charts cannot be read.

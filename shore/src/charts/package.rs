@@ -1,4 +1,4 @@
-//! The chart set as it goes to the vessels: its depth index as built from the charts, under the SHA-256 of its bytes.
+//! The chart set as vessels get it: the depth index built from the charts, identified by the SHA-256 of its bytes.
 
 use bytes::Bytes;
 use chartdb::{LoadedIndex, index_path};
@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-/// The bytes, of a file that is held open: an import meanwhile puts another in its place and leaves this one as it is.
+/// The bytes, read from a file that is kept open: an import replaces the file and does not change the open one.
 #[derive(Debug)]
 pub struct ChartPackage {
     path: PathBuf,
@@ -18,11 +18,11 @@ pub struct ChartPackage {
     edition: String,
 }
 
-/// Of a package that are in memory at a time.
+/// Bytes of a package that are in memory at a time.
 const READ_BYTES: u64 = 256 << 10;
 
 impl ChartPackage {
-    /// The index beside the set at `db`, which is what was `loaded`.
+    /// The index beside the set at `db`, which must be the `loaded` one.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -36,12 +36,12 @@ impl ChartPackage {
         Ok(Self { path: index_path(db), packed, digest, edition })
     }
 
-    /// Where the file lies.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What vessels are offered.
+    /// The offer to vessels.
     pub fn offer(&self) -> ChartOffer {
         ChartOffer { digest: self.digest, bytes: self.packed.length(), edition: self.edition.clone() }
     }
@@ -51,7 +51,7 @@ impl ChartPackage {
         self.digest
     }
 
-    /// A part of it; nothing where it cannot be read.
+    /// A part of it; `None` if it cannot be read.
     pub fn part(&self, offset: u64, length: u32) -> Option<Bytes> {
         let read = self.packed.read(offset, length as usize);
         let part =
@@ -59,10 +59,10 @@ impl ChartPackage {
         part.ok().map(Bytes::from)
     }
 
-    /// All of it, through a file at `to` that is whole as soon as it bears that name.
+    /// Copies all of it to `to`, written under another name and renamed when complete.
     ///
     /// # Errors
-    /// A disk does not do it.
+    /// Reading or writing fails.
     pub fn copy(&self, to: &Path) -> io::Result<()> {
         let mut part = to.as_os_str().to_owned();
         part.push(".part");

@@ -1,25 +1,25 @@
-//! What the server is told of the sea chart.
+//! Settings of the sea chart.
 
 use charts::depth_index::{EntryRule, EntryRules};
 use guard::GuardLimits;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The sea chart, and what the guard against grounding demands by it.
+/// The sea chart, and the demands of the grounding guard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// The chart set; empty for `charts/chart.gpkg` in the folder of data.
     pub set: PathBuf,
-    /// Least depth in which anybody may drive a vessel (m).
+    /// Least depth in which a vessel may be driven, by hand too (m).
     pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
+    /// Least depth in which it may go autonomously (m).
     pub autonomous_m: f64,
     /// Height above the water of a vessel that has not reported its own (m); 0 passes under everything.
     pub air_draught_m: f64,
-    /// What becomes of plans into areas whose entry is prohibited.
+    /// How plans into areas whose entry is prohibited are treated.
     pub entry_prohibited: EntryWord,
-    /// What becomes of plans into areas whose entry is restricted, or that are to be avoided.
+    /// How plans into areas whose entry is restricted, or that are to be avoided, are treated.
     pub entry_restricted: EntryWord,
     /// MiB of drawn tiles that are kept in memory.
     pub tiles_mib: u64,
@@ -31,9 +31,9 @@ pub struct Settings {
 pub enum EntryWord {
     /// Plans into such areas are refused.
     Refuse,
-    /// They are warned of.
+    /// They cause a warning.
     Warn,
-    /// Nothing is said.
+    /// They are accepted silently.
     Ignore,
 }
 
@@ -48,7 +48,7 @@ impl EntryWord {
 }
 
 impl Settings {
-    /// What the guard demands of the water for a vessel that has not reported its own limits.
+    /// The guard's limits for a vessel that has not reported its own.
     pub fn limits(&self) -> GuardLimits {
         GuardLimits {
             navigable_m: self.navigable_m,

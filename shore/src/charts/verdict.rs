@@ -1,22 +1,22 @@
-//! The guard's verdict in the words of the API.
+//! The guard's verdict, as the API reports it.
 
 use api::{Guard, GuardReason, GuardWarning, PlanPlace};
 use guard::{GuardLimits, LegCheck, Outcome, Reason, ReportedLeg, Verdict, Warning};
 use units::LatLon;
 
-/// Most reasons and warnings that are told.
+/// Most reasons and warnings that are reported.
 const MOST: usize = 100;
 
-/// What a plan is judged by.
+/// The limits by which a plan is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// What is demanded of the water.
+    /// The demands on depth, air draught and areas.
     pub demanded: GuardLimits,
-    /// Whether the vessel told it.
+    /// Whether the vessel reported it.
     pub of_vessel: bool,
 }
 
-/// A verdict as it is told.
+/// Converts a verdict for the API.
 pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
@@ -29,13 +29,13 @@ pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
     }
 }
 
-/// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
+/// The verdict while the chart cannot be read: no place is known to be deep enough.
 pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
     let text = format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}");
     refused("chart-unreadable", text, limits)
 }
 
-/// What is told while the chart lacks areas that people closed: a plan may lead into one.
+/// The verdict while the chart lacks no-go areas: a plan may lead into one.
 pub(crate) fn not_closed(trouble: &str, limits: &Limits) -> Guard {
     let text = format!("the no-go areas are not in the chart, so a plan may lead into one: {trouble}");
     refused("no-go-areas", text, limits)
@@ -76,7 +76,7 @@ pub(crate) fn reason(leg: &LegCheck) -> Option<GuardReason> {
     })
 }
 
-/// The leg that a vessel's sentence tells of.
+/// Parses the leg from a vessel's refusal text.
 pub(crate) fn of_words(text: &str) -> Option<GuardReason> {
     let leg = ReportedLeg::find(text)?;
     Some(GuardReason {

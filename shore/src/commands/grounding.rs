@@ -1,9 +1,9 @@
-//! The guard against grounding before a vessel is ordered to go somewhere.
+//! The grounding guard: checks orders against the chart before they are sent.
 //!
-//! A plan that is drawn, saved or goes aboard, one that is to be started and a place to go to are held against the chart
-//! by the limits that the vessel told of its own guard, but never with less water than the server demands. A plan
-//! aboard is known by its digest: drawn here, or told by the vessel. One that is neither is judged by the vessel alone, if
-//! it has a guard; a DUNE vessel has none.
+//! A plan that is drawn, saved, uploaded or started, and the target of a goto, are checked against the chart with the
+//! limits that the vessel reported of its own guard, but never with less depth than the server demands. A plan aboard is
+//! identified by its digest: drawn here, or reported by the vessel. Any other plan is judged by the vessel alone, if it has
+//! a guard; a DUNE vessel has none.
 
 use crate::charts::{Charts, Limits};
 use crate::error::{Error, Result, slow};
@@ -18,7 +18,7 @@ use mission::Plan;
 use operations::{Operations, Order};
 use units::LatLon;
 
-/// What the guard is asked through; cheap to clone.
+/// Handle of the guard; cheap to clone.
 #[derive(Clone)]
 pub struct Grounding {
     router: Router,
@@ -27,7 +27,7 @@ pub struct Grounding {
     charts: Charts,
 }
 
-/// What a plan is judged by.
+/// The limits and start position that a plan is judged by.
 pub struct Judge {
     charts: Charts,
     limits: Limits,
@@ -35,7 +35,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// What the guard says; `None` where there is no chart.
+    /// The guard's verdict; `None` without a chart.
     pub fn guard(&self, plan: &Plan) -> Option<api::Guard> {
         self.charts.guard(plan, self.from, &self.limits)
     }
@@ -46,8 +46,8 @@ impl Grounding {
         Self { router, people, fleet, charts }
     }
 
-    /// For a plan that is to be sailed some day. The way to its first place counts from where the vessel is, if it is
-    /// heard and in water deep enough: from a trailer or a quay an operator takes it out first.
+    /// For a plan that is started later. The transit to its first waypoint is checked from the vessel's position if the
+    /// vessel is heard and in deep enough water: from a trailer or a quay an operator drives it out first.
     pub async fn of_drawing(&self, vessel: Option<Address>) -> Judge {
         let Some(vessel) = vessel else {
             let limits = Limits { demanded: *self.charts.limits(), of_vessel: false };
@@ -58,7 +58,7 @@ impl Grounding {
         Judge { from: from.filter(|place| judge.charts.afloat(*place, &judge.limits.demanded)), ..judge }
     }
 
-    /// For a plan that begins now, wherever the vessel said last to be.
+    /// For a plan that starts now, from the vessel's last reported position.
     async fn of_start(&self, vessel: Address) -> Judge {
         Judge { from: self.fleet.place(vessel).await, ..self.of(vessel).await }
     }
@@ -73,7 +73,7 @@ impl Grounding {
         Judge { charts: self.charts.clone(), limits, from: None }
     }
 
-    /// What is demanded of the water for a vessel, of which its own limits count for who may see it.
+    /// The limits for a vessel: its own where the user may see it, else the server's.
     pub async fn limits(&self, who: &Principal, vessel: Option<u16>) -> GuardLimits {
         match vessel.filter(|vessel| who.grants.on(*vessel).is_some()) {
             Some(vessel) => self.of(Address(vessel)).await.limits.demanded,
@@ -81,7 +81,7 @@ impl Grounding {
         }
     }
 
-    /// Why the order is not given, if it leads into danger by the chart.
+    /// Why the order is refused, if the chart shows danger on its way.
     ///
     /// # Errors
     /// Plans cannot be read, or the server is stopping.
@@ -99,7 +99,7 @@ impl Grounding {
         };
         let Some(plan) = plan else { return Ok(None) };
         let judge = match order {
-            // It goes aboard today and is started another day.
+            // It is uploaded now and started later.
             Order::Upload(_) => self.of_drawing(Some(vessel)).await,
             _ => self.of_start(vessel).await,
         };

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Clone, Default)]
 pub struct Helms(Arc<Mutex<BTreeSet<Address>>>);
 
-/// One's place at a helm, until it is dropped.
+/// A window's hold on a helm, until it is dropped.
 #[derive(Debug)]
 pub struct Helm(Helms, Address);
 

@@ -1,4 +1,4 @@
-//! Writes into the audit log how far commands get, and what happens to leases by itself.
+//! Writes the stages of commands, and automatic changes of leases, into the audit log.
 
 use super::Commands;
 use crate::identity::Line;
@@ -6,7 +6,7 @@ use operations::{Change, CommandEvent, LeaseEvent, Operations};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 
-/// What happened is fetched at least so often; at once, when something did.
+/// Events are fetched at least this often, and at once when there are any.
 const EVERY: Duration = Duration::from_secs(1);
 
 impl Commands {
@@ -15,7 +15,7 @@ impl Commands {
         let mut changed = self.router.revision();
         loop {
             let happened = async {
-                // Without a hub nothing happens any more.
+                // Without a hub there are no more events.
                 if changed.changed().await.is_err() {
                     std::future::pending::<()>().await;
                 }
@@ -60,7 +60,7 @@ fn of_command(event: CommandEvent) -> Line {
     Line { actor: by.actor, address: by.from, action: verb, subject, outcome }
 }
 
-/// What happened to a lease by itself; what somebody asked for is written down where they ask.
+/// An automatic change of a lease; requested changes are logged where they are requested.
 fn of_lease(event: LeaseEvent) -> Option<Line> {
     let action = match event.change {
         Change::Expired => "lease.expired",

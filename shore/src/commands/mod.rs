@@ -1,9 +1,9 @@
-//! The one way in for orders to vessels, whoever gives them: pages, programs, the demo, tests.
+//! The only entry for orders to vessels: from pages, programs, the demo and tests.
 //!
-//! An order passes role (the caller's), the guard against grounding, lease and audit log, and goes down by the hub's one
-//! downlink. A task of the shore's carries each order, so that one is never left half done because whoever gave it went
-//! away. The audit log holds that it was asked before it is sent; how far it gets (sent, received, its effect, or why not)
-//! is written as it happens (`log`), as is what happens to control by itself.
+//! An order is checked for role (by the caller), grounding and lease, written into the audit log, and sent by the hub's
+//! downlink. Each order is carried out by a task of the shore, so that it is completed even if the requester disconnects.
+//! The audit log has the request before it is sent; its progress (sent, received, effect, or failure) is written as it
+//! happens (`log`), and so are automatic changes of control.
 
 pub mod grounding;
 mod helms;
@@ -27,12 +27,12 @@ use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio_util::task::TaskTracker;
 
-/// How long an order that is no stop waits for the audit log.
+/// How long an order other than a stop waits for the audit log.
 const AUDIT_PATIENCE: Duration = Duration::from_secs(5);
-/// Commands of a vessel that are given at once.
+/// Most commands of a vessel in one answer.
 const LATEST: usize = 100;
 
-/// Who orders, from where.
+/// Who gives an order, and from where.
 #[derive(Debug, Clone)]
 pub struct Issuer {
     /// The person.
@@ -44,7 +44,7 @@ pub struct Issuer {
 }
 
 impl Issuer {
-    /// As a command knows them.
+    /// As commands record the issuer.
     pub fn ordered_by(&self) -> operations::OrderedBy {
         operations::OrderedBy {
             name: self.who.name.clone(),
@@ -53,7 +53,7 @@ impl Issuer {
         }
     }
 
-    /// As a lease knows them.
+    /// As leases record the holder.
     pub fn holder(&self) -> Holder {
         Holder { person: self.who.person, name: self.who.name.clone(), key: self.window.clone() }
     }
@@ -74,7 +74,7 @@ impl Commands {
         Self { router, people, grounding, stops: Stops::default(), tasks }
     }
 
-    /// Who commands a vessel.
+    /// The lease of a vessel.
     ///
     /// # Errors
     /// The server is stopping.
@@ -83,11 +83,11 @@ impl Commands {
         Ok(self.router.ask(ask).await?)
     }
 
-    /// Takes, gives back or hands on control. It is in memory, and is written down afterwards: control of a boat is taken
-    /// also while the disk hangs.
+    /// Takes, releases or transfers control. The lease is in memory and logged afterwards, so that control can be taken
+    /// even while the disk hangs.
     ///
     /// # Errors
-    /// Somebody else has control.
+    /// Another user has control.
     pub async fn ask_lease(
         &self,
         vessel: Address,
@@ -101,7 +101,7 @@ impl Commands {
             LeaseRequest::Grant => Some("lease.grant"),
             LeaseRequest::Decline => Some("lease.decline"),
             LeaseRequest::Release => Some("lease.release"),
-            // That a page is still there is no act of anybody.
+            // A renewal by an open page is not a user action.
             LeaseRequest::Renew => None,
             LeaseRequest::Take(_) => Some("lease.take"),
         };
@@ -150,16 +150,16 @@ impl Commands {
     }
 
     /// Gives a vessel an order: refused where the chart shows danger and without the lease, written into the audit log,
-    /// sent by the way that leads there. It is carried out whether anybody waits for this or not; what becomes of it is
-    /// told by the command's later stages.
+    /// sent by the route to the vessel. It is carried out even if the requester does not wait; its later stages report the
+    /// outcome.
     ///
     /// # Errors
-    /// The order is not valid, somebody else has control, or the audit log cannot be written.
+    /// The order is not valid, another user has control, or the audit log cannot be written.
     pub async fn issue(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
         let (told, outcome) = oneshot::channel();
         let (service, by) = (self.clone(), by.clone());
         self.tasks.spawn(async move {
-            // Whoever asked may be gone.
+            // The requester may be gone.
             told.send(service.carry_out(vessel, &by, order).await).ok();
         });
         outcome.await.unwrap_or_else(|_| Err(Error::internal(&"an order ended without a word")))
@@ -205,7 +205,7 @@ impl Commands {
         command.ok_or_else(|| Error::internal(&"a command was forgotten while it was open"))
     }
 
-    /// What an order is about, as the audit log has it: each parameter by itself, with its value before.
+    /// The subjects of an order for the audit log: one for each parameter, with its previous value.
     async fn subjects(&self, vessel: Address, order: &Order) -> Result<Vec<String>> {
         let subjects = if let Order::SetParameters { .. } = order {
             let order = order.clone();

@@ -1,11 +1,11 @@
 //! A person steers a vessel by hand.
 //!
-//! [`operations::Teleop`] decides what goes to the vessel; here are its clock and its ways down. A stick position goes out
-//! only while this window has control, by the vessel's link with a time to live, else by the connection behind which the
-//! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
-//! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
-//! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
-//! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now starts over.
+//! [`operations::Teleop`] decides what is sent to the vessel; this module has its clock and its downlink. A stick position
+//! is sent only while this window has control: over the vessel's link with a time to live, otherwise over the connection on
+//! which the vessel is heard. However the session ends, the vessel is sent a stop and the end of teleoperation; if it
+//! cannot be reached, the time to live of the last stick position ends aboard. When control is lost, the link itself stops
+//! the vessel; a vessel on another transport does not know of leases and is sent a stop. Both are sent the end of
+//! teleoperation, so that the vessel leaves that mode: the new controller starts over.
 
 mod to_vessel;
 
@@ -23,19 +23,19 @@ use units::{MonoTime, Now, UtcTime};
 
 /// A stop is still worth delivering after this, unlike a stick position.
 const STOP_LASTS: Duration = Duration::from_secs(2);
-/// A vessel that says nothing for so long is not steered: it says something many times a second.
+/// A vessel that is silent for this long is not steered: it normally sends many messages a second.
 const HEARD_WITHIN: Duration = operations::BUDGET;
 
 #[derive(Debug, Clone, Copy)]
 enum Phase {
     Idle,
-    /// The vessel was asked.
+    /// The request to the vessel is under way.
     Starting(CommandId),
-    /// It is in the sticks' hands.
+    /// The sticks steer the vessel.
     Live,
 }
 
-/// One window's steering of one vessel, from the opening of its connection to the end.
+/// One window's steering of one vessel, for the life of its connection.
 pub struct Steering {
     commands: Commands,
     links: Links,
@@ -44,15 +44,15 @@ pub struct Steering {
     by: Issuer,
     teleop: Teleop,
     phase: Phase,
-    /// This window's place while it is not idle.
+    /// This window's hold on the helm, while not idle.
     helm: Option<Helm>,
-    /// Stick positions that the vessel got too late or never, as counted by its link.
+    /// Stick positions that the vessel got too late or never, counted by its link.
     late: u64,
-    /// Why it is not begun, or ended, and what to do about that.
+    /// Why it has not begun, or has ended, and the remedy.
     said: (String, &'static str),
 }
 
-/// What the hub says when it is asked to steer.
+/// The hub's answer to a request to steer.
 struct Answer {
     may: bool,
     running: bool,
@@ -68,12 +68,12 @@ impl Steering {
         Self { commands, links, helms, vessel, by, teleop, phase, helm: None, late, said }
     }
 
-    /// The person as they are known now: their rights were looked at again.
+    /// Updates the person after their rights were checked again.
     pub fn is_of(&mut self, who: Principal) {
         self.by.who = who;
     }
 
-    /// Takes where the sticks are.
+    /// Takes a stick position.
     ///
     /// # Errors
     /// The server is stopping.
@@ -86,7 +86,7 @@ impl Steering {
         Ok(())
     }
 
-    /// The window stops by itself, or the person lets go.
+    /// The window stops automatically, or the person releases the sticks.
     ///
     /// # Errors
     /// The server is stopping.
@@ -101,7 +101,7 @@ impl Steering {
         self.finish("the person ended it", "").await;
     }
 
-    /// The connection is over.
+    /// The connection is closed.
     pub async fn close(mut self, why: &str) {
         self.teleop.interrupt(Why::Person);
         self.finish(why, "").await;
@@ -111,7 +111,7 @@ impl Steering {
         self.commands.router.clock().now()
     }
 
-    /// Asks the vessel to be steered by hand.
+    /// Asks the vessel to enter teleoperation.
     pub async fn begin(&mut self, window: String) {
         if !matches!(self.phase, Phase::Idle) {
             return;
@@ -141,7 +141,7 @@ impl Steering {
         }
     }
 
-    /// Does something with the hands; that they steer no more is worth a line.
+    /// Changes the teleoperation state, and logs when it stops steering.
     fn noting<T>(&mut self, work: impl FnOnce(&mut Teleop) -> T) -> T {
         let steered = self.teleop.state() == TeleopState::Steering;
         let done = work(&mut self.teleop);
@@ -152,7 +152,7 @@ impl Steering {
         done
     }
 
-    /// Time passes: stops what is stale, and tells how it is.
+    /// To be called periodically: stops on stale sticks, and returns the status.
     ///
     /// # Errors
     /// The server is stopping.
@@ -202,8 +202,8 @@ impl Steering {
         }
     }
 
-    /// Asks the hub whether this window may steer and the vessel lets itself be steered, and sends. The
-    /// time of the packet is that at which the sample was judged: its life aboard counts from then.
+    /// Checks with the hub that this window may steer and that the vessel accepts it, and sends. The time of the packet is
+    /// that at which the sample was judged: its life aboard counts from then.
     async fn steer(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), Stopped> {
         let (vessel, holder) = (self.vessel, self.by.holder());
         let asked = match &self.phase {
@@ -228,14 +228,14 @@ impl Steering {
         };
         let answer = self.commands.router.ask(steer).await?;
         if !answer.heard {
-            // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
+            // A silent vessel is not steered; when it is heard again, the sticks must pass neutral first.
             self.noting(|teleop| teleop.interrupt(Why::Vessel));
         }
         self.follow(answer.may, answer.running, answer.begun).await;
         Ok(())
     }
 
-    /// Goes on with what the hub knows.
+    /// Continues with the hub's answer.
     async fn follow(&mut self, may: bool, running: bool, begun: Option<(Stage, String)>) {
         match (self.phase, begun) {
             (Phase::Idle, _) => {}
@@ -264,8 +264,8 @@ impl Steering {
         }
     }
 
-    /// Control is lost: stops the vessel if it does not learn of that by itself, and tells it that it is not steered by
-    /// hand any more. No other window of this server steers it yet, as this one has the helm.
+    /// Control is lost: stops the vessel if its link does not do so, and sends it the end of teleoperation. No other window
+    /// of this server steers it yet, as this one holds the helm.
     async fn let_go(&mut self) {
         let stop = self.teleop.tick(self.now());
         if !matches!(self.phase, Phase::Live) {
@@ -274,16 +274,16 @@ impl Steering {
         let vessel = self.vessel;
         let let_go =
             move |operations: &mut Operations, now: Now| release(operations, now, vessel, stop.as_ref());
-        // When the hub is gone nothing is sent any more.
+        // Without a hub nothing can be sent.
         self.commands.router.ask(let_go).await.ok();
     }
 
-    /// Nothing is steered from here on.
+    /// Returns to idle, with the reason and remedy.
     fn rest(&mut self, why: &str, remedy: &'static str) {
         (self.phase, self.helm, self.said) = (Phase::Idle, None, (format!("Ended: {why}."), remedy));
     }
 
-    /// It is over without a word to the vessel, which did or would not listen: writes that down.
+    /// Ends without a message to the vessel, which did not or would not accept it, and logs that.
     fn over(&mut self, why: &str, remedy: &'static str) {
         self.commands.people.note(Line {
             actor: self.by.who.actor(),
@@ -295,7 +295,7 @@ impl Steering {
         self.rest(why, remedy);
     }
 
-    /// Sends the stop that an interruption owes, without waiting for the next tick.
+    /// Sends the stop that follows an interruption at once, without waiting for the next tick.
     async fn stop_now(&mut self) -> Result<(), Stopped> {
         let now = self.now();
         let sticks = self.teleop.tick(now);
@@ -305,7 +305,7 @@ impl Steering {
         Ok(())
     }
 
-    /// Tells the vessel to stop and that it is not steered by hand any more.
+    /// Sends the vessel a stop and the end of teleoperation.
     async fn finish(&mut self, why: &str, remedy: &'static str) {
         if matches!(self.phase, Phase::Idle) {
             return;
@@ -326,7 +326,7 @@ impl Steering {
             true
         };
         if !self.commands.router.ask(finish).await.unwrap_or(true) {
-            // The vessel would not listen to an order from here.
+            // The vessel would not accept an order from here.
             return self.over(Why::Lease.text(), Why::Lease.remedy());
         }
         let order = Order::EndTeleoperation { why: why.to_owned() };

@@ -1,8 +1,8 @@
-//! STOP: the one place that accepts it, by whatever way it comes.
+//! STOP: the only place that accepts it, from every transport.
 //!
-//! Who stops a vessel sends it by every way there is, and again until it is answered. All that comes with one key from
-//! one person for one vessel is one stop: the first is carried out, by a task that goes on when its sender is gone, and
-//! all get its answer. A stop that failed here is forgotten, so that the next try is carried out.
+//! A client sends a stop over every available connection, and repeats it until it is answered. All requests with one key
+//! from one person for one vessel are one stop: the first is carried out by a task that continues if the sender
+//! disconnects, and all get its answer. A stop that failed here is forgotten, so that the next try is carried out.
 
 use super::{Commands, Issuer};
 use crate::error::{Error, ErrorKind, Result};
@@ -46,7 +46,7 @@ struct Known {
 pub struct Stop(watch::Receiver<Option<Outcome>>);
 
 impl Stop {
-    /// What became of it.
+    /// The outcome.
     ///
     /// # Errors
     /// It could not be carried out.
@@ -58,7 +58,7 @@ impl Stop {
 }
 
 impl Commands {
-    /// Stops a vessel, and tells what became of it.
+    /// Stops a vessel, and waits for the outcome.
     ///
     /// # Errors
     /// The key is too long, or the server could not carry it out.
@@ -87,8 +87,8 @@ impl Commands {
         Ok(stop)
     }
 
-    /// Has the vessel stopped by the one way down, as soon as the hub is free. That it was asked for, and how far it
-    /// gets, is written into the audit log afterwards, whenever the disk takes it.
+    /// Sends the stop over the hub's downlink as soon as the hub is free. The request and its progress are written into the
+    /// audit log afterwards, so that a slow disk does not delay the stop.
     async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
         let asked = by.ordered_by();
         let give = move |operations: &mut Operations, now: Now| {
@@ -122,7 +122,7 @@ enum Noted {
 
 impl Stops {
     fn note(&self, vessel: Address, by: &Issuer, key: &str, now: MonoTime) -> Noted {
-        // What a panic left behind is still a list of stops.
+        // The list is valid even after a panic.
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.forget(now);
         let name = (by.who.person, vessel.0, key.to_owned());
@@ -156,7 +156,7 @@ impl Known {
             && (now.since(*since) > KNOWN_FOR || self.order.len() >= KNOWN)
             && let Some((_, id, name)) = self.order.pop_front()
         {
-            // One that failed was tried again under the same name.
+            // A stop that failed may have been repeated under the same key: do not remove the newer one.
             if self.by_name.get(&name).is_some_and(|(known, _)| *known == id) {
                 self.by_name.remove(&name);
             }

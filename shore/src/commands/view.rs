@@ -1,4 +1,4 @@
-//! Who commands a vessel and what became of orders, in the words of the API.
+//! Leases and commands, as the API reports them.
 
 use crate::charts::verdict;
 use crate::{Wanted, decode};
@@ -47,7 +47,7 @@ pub fn lease(vessel: Address, lease: &Lease) -> api::Lease {
     }
 }
 
-/// A command without what the vessel answered.
+/// A command without the vessel's answer.
 pub fn command(command: &Command) -> api::Command {
     let step = |step: &operations::Step| api::CommandStep {
         stage: step.stage.name().to_owned(),
@@ -70,7 +70,7 @@ pub fn command(command: &Command) -> api::Command {
     }
 }
 
-/// A command with what the vessel answered.
+/// A command with the vessel's answer.
 pub fn whole(one: &Command) -> api::Command {
     let (plan, parameters) = match &one.answer {
         Some(Answer::Plan(plan)) => (Some(given(plan)), None),

@@ -1,7 +1,7 @@
-//! Whether the archive still gives the bytes that were said.
+//! Checks whether the archive still gives the published bytes.
 //!
-//! A check may take minutes. It is computed once for all who ask, by a task that goes on when they go away; who comes back finds its
-//! answer.
+//! A check may take minutes. It is computed once for all requesters, by a task that continues if they disconnect; a later
+//! request finds its answer.
 
 use super::Datasets;
 use super::contents::{CANONICAL, Frozen};
@@ -17,18 +17,18 @@ use tokio_util::sync::{CancellationToken, DropGuard};
 
 /// Answers that are kept.
 const KEPT: usize = 1_000;
-/// So long an answer is given again although the archive grew (µs): a boat that sails changes it every second.
+/// An answer is reused for this long although the archive grew (µs): a boat under way changes it every second.
 const HOLDS_US: i64 = 600_000_000;
-/// Checks that run or wait for their turn.
+/// Checks that run or are queued.
 const RUNNING: usize = 16;
 
 /// A file that is checked: dataset, version, and the link by which it is given (0 for none).
 type Checked = (i64, u32, i64);
 
-/// The answer of a check, and of which state of archive and register it is.
+/// The answer of a check, with the state of archive and register that it is valid for.
 type Kept = ((u64, i64), DatasetCheck);
 
-/// What comes of a check; nothing yet while it runs.
+/// The result of a check; `None` while it runs.
 type Coming = watch::Receiver<Option<Result<DatasetCheck>>>;
 
 #[derive(Default)]
@@ -41,9 +41,9 @@ struct Known {
 #[derive(Clone)]
 pub(super) struct Checks {
     known: Arc<Mutex<Known>>,
-    /// One file of those who have an account is computed for checks at a time, so that places for exports stay free.
+    /// For users with an account one file is computed at a time for checks, so that places for exports stay free.
     turn: Arc<Semaphore>,
-    /// Ends what runs once nobody holds the datasets.
+    /// Cancels running checks once all handles of the datasets are dropped.
     ended: CancellationToken,
     _end: Arc<DropGuard>,
 }
@@ -57,11 +57,11 @@ impl Default for Checks {
 }
 
 fn lock(known: &Mutex<Known>) -> MutexGuard<'_, Known> {
-    // What a panic left is as good as before: every change of it is one insert or remove.
+    // Valid even after a panic: every change is one insert or remove.
     known.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// All that the task of one check takes with it.
+/// Inputs of the task of one check.
 struct Task {
     of: Checked,
     frozen: Arc<Frozen>,
@@ -105,7 +105,7 @@ fn busy() -> Error {
     Error::new(ErrorKind::Busy, "As many files as may are being checked; try again in a moment.")
 }
 
-/// What is said with what is now.
+/// Compares the published content with the present one.
 fn compared(said: &DatasetContent, now: DatasetContent, checked_us: i64) -> DatasetCheck {
     let is_same = now.sha256 == said.sha256;
     let (rows, rows_now) = (said.rows, now.rows);
@@ -140,13 +140,13 @@ impl Datasets {
         self.checked((id, number, 0), frozen, &version.content).await
     }
 
-    /// The same of this moment, for what is kept of it.
+    /// The same, computed now, to be stored.
     pub(super) async fn check_now(&self, id: i64, version: &DatasetVersion) -> Result<DatasetCheck> {
         let frozen = self.frozen(version, None, Some(CANONICAL)).await?;
         self.begun((id, version.number, 0), frozen, &version.content).await
     }
 
-    /// Whether a file still has what was said of it; it is computed where that is not known.
+    /// Compares a file with its published content; it is computed where no answer is stored.
     pub(super) async fn checked(
         &self,
         of: Checked,

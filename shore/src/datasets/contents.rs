@@ -1,4 +1,4 @@
-//! Files of datasets: what they are made of, and what they have.
+//! Files of datasets: their inputs, and their contents.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::heard::{self, HeardFile};
@@ -14,13 +14,13 @@ use store::{DetectionsWanted, Exported, Reader, Selection, StoreError, TimeRange
 use tokio::sync::OwnedSemaphorePermit;
 use tokio_util::sync::CancellationToken;
 
-/// All that a file of a published version is made of, but the archive.
+/// All inputs of a file of a published version, except the archive.
 #[derive(Debug)]
 pub struct Frozen {
     wanted: DetectionsWanted,
     names: BTreeMap<u16, String>,
     study: Study,
-    /// How often the register was changed.
+    /// Version of the register.
     register: i64,
     file: HeardFile,
 }
@@ -29,7 +29,7 @@ impl Frozen {
     /// Of a version, as far as a link gives it, in a format.
     ///
     /// # Errors
-    /// There is no such format, or none of a dataset; or what the question names is no more.
+    /// There is no such format, or not for datasets; or an entry that the question names no longer exists.
     pub(super) fn new(
         version: &DatasetVersion,
         share: Option<&DatasetShare>,
@@ -49,7 +49,7 @@ impl Frozen {
         file.narrowed = Narrowed::new(Some(&query.projects.join(";")), Some(&query.area), &study)
             .map_err(|text| Error::refused(format!("The archive has changed since: {text}")))?;
         file.without.clone_from(&query.without);
-        // What is heard after publication, or lies outside a link's part, would change rows as a neighbour.
+        // Otherwise detections after publication, or outside of a link's part, would change rows as neighbours.
         file.is_closed = true;
         file.about = about(version);
         let mut range =
@@ -69,7 +69,7 @@ impl Frozen {
         Ok(Self { wanted, names, study, register, file })
     }
 
-    /// What the file is called.
+    /// The file's name.
     pub fn name(&self) -> String {
         self.file.name()
     }
@@ -79,7 +79,7 @@ impl Frozen {
         self.file.format.media()
     }
 
-    /// What is asked, in words that differ when the bytes may.
+    /// The question as a text that differs whenever the bytes may differ.
     pub fn question(&self) -> String {
         let Self { wanted, names, register, file, .. } = self;
         format!(
@@ -96,7 +96,7 @@ impl Frozen {
         heard::write(data, &self.wanted, &self.names, &self.study, &self.file, out)
     }
 
-    /// A number for the state of the archive: another one where the file may have other bytes.
+    /// A version number of the archive that changes whenever the file's bytes may change.
     ///
     /// # Errors
     /// The history cannot be read.
@@ -111,7 +111,7 @@ impl Frozen {
         Ok((self.version(data)?, self.register))
     }
 
-    /// What the file has. It holds a place while it is computed.
+    /// The file's content figures. Holds a place while they are computed.
     pub(super) async fn content(
         self: Arc<Self>,
         history: &History,
@@ -153,7 +153,7 @@ pub(super) async fn content_of(history: &History, frozen: Frozen) -> Result<Data
     Arc::new(frozen).content(history, place, given_up).await
 }
 
-/// The vessels that the archive has, of which detections may be.
+/// The recorded vessels, which may have detections.
 pub(super) async fn recorded(history: &History) -> Result<Vec<u16>> {
     let found = history.ask(|reader: &mut Reader| -> Result<Vec<u16>, StoreError> {
         Ok(reader.systems()?.into_iter().map(|system| system.address.0).collect())

@@ -1,4 +1,4 @@
-//! Links to datasets in app.db, and what was done by them.
+//! Links to datasets in app.db, and their uses.
 
 use super::rows::{Listed, Row, read, written};
 use crate::identity::{Fault, Request};
@@ -6,11 +6,11 @@ use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Links of one dataset that still open.
+/// Most valid links of one dataset.
 const SHARES: i64 = 200;
-/// Uses of one link that are kept of each kind, the newest: many views forget no download.
+/// Most uses of one link that are kept, by kind, the newest: many views do not push out downloads.
 const VISITS: i64 = 10_000;
-/// Uses that are listed.
+/// Most uses that are listed.
 const LISTED: i64 = 500;
 
 /// Makes a link; its number.
@@ -18,7 +18,7 @@ pub(super) struct Add {
     pub(super) dataset: i64,
     /// SHA-256 of the secret in its address.
     pub(super) hash: [u8; 32],
-    /// As passwords are kept.
+    /// The password's hash.
     pub(super) password: Option<String>,
     pub(super) share: DatasetShare,
 }
@@ -48,7 +48,7 @@ const COLUMNS: &str =
     "SELECT id, dataset, password, expires_us, body, views, downloads, used_us, revoked_by, revoked_us
                        FROM dataset_share WHERE ";
 
-/// A link with the number of its dataset and its password as it is kept.
+/// A link with the number of its dataset and its password's hash.
 fn share(found: Found) -> Result<(DatasetShare, i64, Option<String>), Fault> {
     let (id, dataset, password, expires_us, body, views, downloads, used_us, revoked_by, revoked_us) = found;
     let kept: DatasetShare = read(&body, dataset)?;
@@ -72,14 +72,14 @@ impl Request for Of {
     }
 }
 
-/// What a link's secret leads to.
+/// The result of looking up a link's secret.
 pub(super) struct Led {
     pub(super) share: DatasetShare,
     pub(super) password: Option<String>,
     pub(super) dataset: Row,
 }
 
-/// The link with a secret of this SHA-256, with its dataset, of one moment.
+/// The link with a secret of this SHA-256, and its dataset, in one transaction.
 pub(super) struct By(pub(super) [u8; 32]);
 
 impl Request for By {
@@ -115,7 +115,7 @@ impl Request for Revoke {
     }
 }
 
-/// Writes down that a link was used.
+/// Records the use of a link.
 #[derive(Debug)]
 pub(super) struct Visit {
     pub(super) share: i64,

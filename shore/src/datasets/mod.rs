@@ -1,9 +1,10 @@
-//! Datasets: detections of a frozen question that are published, cited, and given to others by links.
+//! Datasets: the detections of a frozen query, published, cited, and shared by links.
 //!
-//! A published version is its question, its count of rows and the SHA-256 of its canonical CSV: the file itself is made of the
-//! archive whenever it is asked for, and [`Datasets::check`] tells whether the archive still gives the same bytes. `rows` keeps
-//! datasets in app.db and `links` what concerns links; `contents` computes files; `service` decides who may what, `sharing`
-//! the same of links; `checks` compares with the archive; `places` bounds what links compute; `shares` is what somebody without an account gets, who has nothing but the address of a link.
+//! A published version consists of its query, its number of rows and the SHA-256 of its canonical CSV: the file itself is
+//! made from the archive on request, and [`Datasets::check`] tells whether the archive still gives the same bytes. `rows`
+//! keeps datasets in app.db, `links` keeps links; `contents` computes files; `service` has the access rules of datasets,
+//! `sharing` those of links; `checks` compares with the archive; `places` limits the computation for links; `shares` serves
+//! clients without an account, who have only the address of a link.
 
 mod checks;
 mod contents;

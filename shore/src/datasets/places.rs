@@ -1,4 +1,4 @@
-//! Places for what is computed for links, apart from those of people with an account.
+//! Places for computations for links, separate from those for users with an account.
 
 use super::Datasets;
 use super::shares::OpenShare;
@@ -51,7 +51,7 @@ impl Datasets {
     /// A place to write a file that a link gives.
     ///
     /// # Errors
-    /// This link, or links together, have as many as may be.
+    /// This link, or all links together, have reached their limit.
     pub fn place(&self, open: &OpenShare) -> Result<LinkPlace> {
         self.places.take(open.share.id).ok_or_else(|| {
             let text = "A file is being downloaded by this link already, or as many by links as may be; try again in a moment.";

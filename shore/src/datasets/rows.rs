@@ -36,7 +36,7 @@ fn row(found: Found, versions: Vec<DatasetVersion>) -> Result<Row, Fault> {
     Ok(Row { id, revision, draft, by, made_us, withdrawn, versions })
 }
 
-/// What is kept as JSON of a dataset.
+/// Parses a part of a dataset that is stored as JSON.
 pub(super) fn read<T: DeserializeOwned>(text: &str, id: i64) -> Result<T, Fault> {
     serde_json::from_str(text).map_err(|error| {
         let text = format!("dataset {id} cannot be read: {error}");
@@ -51,7 +51,7 @@ pub(super) fn written<T: serde::Serialize>(value: &T) -> Result<String, Fault> {
 const COLUMNS: &str =
     "SELECT id, revision, draft, by, made_us, withdrawn_by, withdrawn_us, reason FROM dataset";
 
-/// All, those that were made last first; of this number alone, where one is given.
+/// All, the newest first; only that of this number, if given.
 #[derive(Debug, Default)]
 pub(super) struct Listed(pub(super) Option<i64>);
 
@@ -95,7 +95,7 @@ impl Request for Create {
     }
 }
 
-/// Has the draft of a dataset of this revision say something else.
+/// Replaces the draft of a dataset that is at this revision.
 #[derive(Debug)]
 pub(super) struct SetDraft {
     pub(super) id: i64,
@@ -114,7 +114,7 @@ impl Request for SetDraft {
     }
 }
 
-/// Publishes the draft of a dataset of this revision as a version.
+/// Publishes the draft of a dataset that is at this revision as a version.
 #[derive(Debug)]
 pub(super) struct Publish {
     pub(super) id: i64,
@@ -141,7 +141,7 @@ impl Request for Publish {
     }
 }
 
-/// Withdraws a dataset of this revision. Its versions stay, and are named.
+/// Withdraws a dataset that is at this revision. Its versions stay listed.
 #[derive(Debug)]
 pub(super) struct Withdraw {
     pub(super) id: i64,

@@ -1,7 +1,7 @@
-//! Who may see, change, publish and share datasets.
+//! Access rules of datasets, and their life cycle.
 //!
-//! A dataset is of vessels. Who has the role researcher on all of them changes, publishes, shares and downloads it; who may see all of
-//! them reads what is published of it.
+//! A dataset belongs to vessels. Researchers of all of these may change, publish, share and download it; users who may see
+//! all of them may read its published versions.
 
 use super::checks::Checks;
 use super::contents::{CANONICAL, Frozen, content_of, recorded};
@@ -19,7 +19,7 @@ use api::{
 };
 use research::{Study, check_draft, citation, lacking};
 
-/// Letters of a reason.
+/// Most characters of a reason.
 const REASON: usize = 2_000;
 
 /// The datasets; cheap to clone.
@@ -38,7 +38,7 @@ impl Datasets {
         Self { people, clock, history, register, checks: Checks::default(), places: LinkPlaces::default() }
     }
 
-    /// Those that the person may see, those that were made last first.
+    /// Those that the person may see, the newest first.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -50,7 +50,7 @@ impl Datasets {
     /// One of them.
     ///
     /// # Errors
-    /// There is none, or not for this person.
+    /// It does not exist, or the person may not see it.
     pub async fn one(&self, who: &Principal, id: i64) -> Result<Dataset> {
         let row = self.people.ask(Listed(Some(id))).await?.into_iter().next();
         row.and_then(|row| told(who, row)).ok_or_else(|| {
@@ -61,7 +61,7 @@ impl Datasets {
     /// A published version of one.
     ///
     /// # Errors
-    /// There is none, or not for this person; or it was withdrawn: then title, citation and reason are all that is left of it.
+    /// It does not exist, or the person may not see it; or it was withdrawn: then only title, citation and reason remain.
     pub async fn version(&self, who: &Principal, id: i64, number: u32) -> Result<DatasetVersion> {
         let dataset = self.one(who, id).await?;
         let version = find_version(&dataset.versions, number)?;
@@ -72,7 +72,7 @@ impl Datasets {
     /// Makes a dataset.
     ///
     /// # Errors
-    /// The person may not, or the field that is named cannot be.
+    /// The person may not, or the named field is not valid.
     pub async fn create(&self, who: &Principal, from: String, draft: DatasetDraft) -> Result<Dataset> {
         let (_, study) = self.register.study().await?;
         let draft = checked(draft, &study)?;
@@ -83,10 +83,10 @@ impl Datasets {
         self.one(who, id).await
     }
 
-    /// Has the draft say something else.
+    /// Replaces the draft.
     ///
     /// # Errors
-    /// The person may not, nothing waits for publication, it was changed meanwhile, or the field that is named cannot be.
+    /// The person may not, there is no draft, it was changed meanwhile, or the named field is not valid.
     pub async fn change(
         &self,
         who: &Principal,
@@ -134,7 +134,7 @@ impl Datasets {
     /// Publishes the draft: freezes its question, counts its rows and hashes its canonical CSV.
     ///
     /// # Errors
-    /// The person may not, it lacks something that the text names, it has no detections, or it was changed meanwhile.
+    /// The person may not, the draft lacks what the text names, it has no detections, or it was changed meanwhile.
     pub async fn publish(&self, who: &Principal, from: String, id: i64, revision: u32) -> Result<Dataset> {
         let dataset = self.mine(who, id, revision).await?;
         let draft = dataset.draft.ok_or_else(|| {
@@ -160,7 +160,7 @@ impl Datasets {
         self.one(who, id).await
     }
 
-    /// A draft as it is published now, before its file is computed.
+    /// The version that a draft becomes, before its file is computed.
     async fn frozen_version(
         &self,
         who: &Principal,
@@ -209,7 +209,7 @@ impl Datasets {
         })
     }
 
-    /// Withdraws a dataset: it stays and is named, its links end, and nobody gets its data.
+    /// Withdraws a dataset: it stays listed, its links end, and its data cannot be downloaded.
     ///
     /// # Errors
     /// The person may not, no reason is given, or it was changed meanwhile.
@@ -230,10 +230,10 @@ impl Datasets {
         self.one(who, id).await
     }
 
-    /// What a file of a published version is made of.
+    /// The inputs of a file of a published version.
     ///
     /// # Errors
-    /// There is no such version, or not for this person; it was withdrawn; or the format is none.
+    /// There is no such version, or the person may not see it; it was withdrawn; or the format does not exist.
     pub async fn file(&self, who: &Principal, id: i64, number: u32, format: Option<&str>) -> Result<Frozen> {
         let dataset = self.one(who, id).await?;
         let version = find_version(&dataset.versions, number)?;
@@ -272,7 +272,7 @@ impl Datasets {
         Err(Error::new(ErrorKind::Forbidden, text))
     }
 
-    /// A dataset of this revision that the person may change, and that is not withdrawn.
+    /// A dataset that is at this revision, not withdrawn, and that the person may change.
     async fn mine(&self, who: &Principal, id: i64, revision: u32) -> Result<Dataset> {
         let dataset = self.changeable(who, id).await?;
         is_not_withdrawn(&dataset, None)?;
@@ -301,7 +301,7 @@ pub(super) fn is_not_withdrawn(dataset: &Dataset, version: Option<&DatasetVersio
     Err(Error::new(ErrorKind::Gone, text))
 }
 
-/// What is to be kept, if it can be.
+/// Validates a draft.
 fn checked(mut draft: DatasetDraft, study: &Study) -> Result<DatasetDraft> {
     let wrong = check_draft(&mut draft, study);
     if wrong.is_empty() { Ok(draft) } else { Err(malformed(told_wrong(wrong))) }
@@ -326,7 +326,7 @@ fn draft_of(version: &DatasetVersion) -> DatasetDraft {
     }
 }
 
-/// Whether somebody has a role on all of these vessels; none named are all that there are.
+/// Whether a user has a role on all of these vessels; an empty list means all vessels.
 fn has(who: &Principal, vessels: &[u16], role: Role) -> bool {
     if vessels.is_empty() {
         return who.grants.everywhere() >= Some(role);

@@ -1,7 +1,7 @@
-//! What somebody gets who has the address of a link and nothing else.
+//! What a client gets who has only the address of a link.
 //!
-//! The address opens one version of one dataset, as far as the link gives it. Who asks is never looked at: a person with every role
-//! gets no more by a link than a stranger.
+//! The address opens one version of one dataset, within the limits of the link. The client's account is never considered: a
+//! user with every role gets no more by a link than a stranger.
 
 use super::contents::Frozen;
 use super::links::{By, Led, Visit};
@@ -13,13 +13,13 @@ use research::embargo_us;
 use std::net::IpAddr;
 use std::time::Duration;
 
-/// How long a right password opens a link in a browser (µs).
+/// How long a correct password opens a link in a browser (µs).
 const OPEN_US: i64 = 43_200_000_000;
 
 /// Why a link gives nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ShareClosed {
-    /// There is none with this address.
+    /// There is no link with this address.
     #[error("There is no link with this address. Look whether all of it was copied, or ask for a new one.")]
     Unknown,
     /// It was revoked.
@@ -39,7 +39,7 @@ pub enum ShareClosed {
     Wait(Duration),
 }
 
-/// A link that holds.
+/// A valid link.
 pub struct OpenShare {
     /// The number of its dataset.
     pub dataset: i64,
@@ -47,10 +47,10 @@ pub struct OpenShare {
     pub share: DatasetShare,
     /// The version that it gives.
     pub version: DatasetVersion,
-    /// Until when nobody gets the data (µs since 1970 UTC); absent where they may be had.
+    /// End of the embargo (µs since 1970 UTC); `None` where the data are available.
     pub embargo_us: Option<i64>,
     secret: Secret,
-    /// The password as it is kept.
+    /// The password's hash.
     password: Option<String>,
 }
 
@@ -61,7 +61,7 @@ impl std::fmt::Debug for OpenShare {
 }
 
 impl Datasets {
-    /// The link with the secret that stands in an address.
+    /// The link with the secret in an address.
     ///
     /// # Errors
     /// app.db cannot be read, or, within, why the link gives nothing.
@@ -97,7 +97,7 @@ impl Datasets {
         Ok(Ok(OpenShare { dataset: dataset.id, share, version, embargo_us, secret, password }))
     }
 
-    /// What the browser of somebody keeps to whom a link was opened by its password.
+    /// Checks the password of a link; returns the cookie by which the link stays open in this browser.
     ///
     /// # Errors
     /// The password is wrong, or was guessed too often.
@@ -117,7 +117,7 @@ impl Datasets {
         outcome.map(|()| open.key(self.clock.utc().micros()))
     }
 
-    /// Whether a link is open to a browser that keeps this; always where it has no password.
+    /// Whether a link is open to a browser with this cookie; always if it has no password.
     pub fn is_unlocked(&self, open: &OpenShare, kept: Option<&str>) -> bool {
         let Some((until, _)) = kept.and_then(|kept| kept.split_once('.')) else {
             return open.password.is_none();
@@ -128,10 +128,10 @@ impl Datasets {
         open.password.is_none() || is_ours
     }
 
-    /// Writes down that a link was used, before anything is given.
+    /// Records the use of a link, before anything is sent.
     ///
     /// # Errors
-    /// app.db cannot be written: then nothing is given.
+    /// app.db cannot be written: then nothing is sent.
     pub async fn note(
         &self,
         open: &OpenShare,
@@ -148,10 +148,10 @@ impl Datasets {
         Visit { share: open.share.id, visit }
     }
 
-    /// What a file that a link gives is made of.
+    /// The inputs of a file that a link gives.
     ///
     /// # Errors
-    /// There is no such format, or what the question names is no more.
+    /// There is no such format, or an entry that the question names no longer exists.
     pub async fn shared_file(&self, open: &OpenShare, format: Option<&str>) -> Result<Frozen> {
         self.frozen(&open.version, Some(&open.share), format).await
     }
@@ -168,7 +168,7 @@ impl Datasets {
 }
 
 impl OpenShare {
-    /// How the browser's part is called.
+    /// Name of the cookie.
     pub fn cookie_name(&self) -> String {
         format!("lutra_link_{}", self.share.id)
     }
@@ -177,7 +177,7 @@ impl OpenShare {
         self.key_until(now_us.saturating_add(OPEN_US))
     }
 
-    /// Follows from the address and from the password as it is kept, which nobody but the server has.
+    /// Derived from the address and from the password's hash, which only the server has.
     fn key_until(&self, until_us: i64) -> String {
         let kept = self.password.as_deref().unwrap_or_default();
         format!("{until_us}.{}", self.secret.derived(&format!("link {until_us} {kept}")))

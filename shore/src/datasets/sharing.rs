@@ -1,4 +1,4 @@
-//! Links as those who may change a dataset make, list and revoke them.
+//! Making, listing and revoking links, for users who may change a dataset.
 
 use super::contents::content_of;
 use super::links;
@@ -12,11 +12,11 @@ use api::{
 };
 use research::Limits;
 
-/// Letters of what says for whom a link is.
+/// Most characters of a link's label.
 const LABEL: usize = 100;
-/// Characters that a link's password has at least: it is given to somebody, not thought of by them.
+/// Least characters of a link's password: it is given to its user, not chosen by them.
 const PASSWORD: usize = 8;
-/// Days that a link opens at most.
+/// Most days that a link is valid.
 const DAYS: u32 = 730;
 const DAY_US: i64 = 86_400_000_000;
 
@@ -42,7 +42,7 @@ impl Datasets {
     /// Makes a link.
     ///
     /// # Errors
-    /// The person may not, the field that is named cannot be, or it would give nothing.
+    /// The person may not, the named field is not valid, or the link would give no data.
     pub async fn share(
         &self,
         who: &Principal,
@@ -61,7 +61,7 @@ impl Datasets {
         if share.content.rows == 0 {
             return Err(Error::refused("The link would give no detections: leave out less."));
         }
-        // The page of the link compares with now: what was changed before is said too.
+        // The link's page compares with the present archive: earlier changes are reported too.
         let check = self.check_now(id, version).await?;
         share.had_changed = !check.is_same && check.written_by.is_none();
         let kept =
@@ -75,7 +75,7 @@ impl Datasets {
         Ok(DatasetShareMade { share, path: format!("/s/{}", secret.text()) })
     }
 
-    /// A link as it is asked for, if it can be.
+    /// Validates a requested link.
     fn checked_share(
         &self,
         who: &Principal,
@@ -133,7 +133,7 @@ impl Datasets {
         })
     }
 
-    /// What a link gives: the version itself where it leaves nothing out.
+    /// The content that a link gives: that of the version if it leaves nothing out.
     async fn shared_content(&self, version: &DatasetVersion, share: &DatasetShare) -> Result<DatasetContent> {
         let is_whole = share.from_us.is_none()
             && share.to_us.is_none()

@@ -60,7 +60,7 @@ fn share() -> DatasetShare {
     }
 }
 
-/// A dataset with one version; its number.
+/// Makes a dataset with one version; returns its number.
 async fn published(db: &mut SqliteConnection) -> i64 {
     let id = done(db, Create { draft: draft("Salmon"), by: "kari".to_owned(), now: NOW }).await;
     done(db, Publish { id, revision: 1, version: version(1) }).await;

@@ -1,14 +1,14 @@
-//! Many detections at once, for plots: read once from the history, kept small, and counted from there.
+//! Many detections at once, for plots: read once from the history, kept in a compact form, and counted there.
 //!
-//! To read a million from the history takes seconds; to count a million that are in memory takes some tens of milliseconds. So
-//! what somebody asks about is read by a thread of its own, in stretches of some days, the newest detections first, and kept as long
-//! as there is room (`shelf`). What one question asks beyond that is left out, the oldest first, and the answer says from when on it
-//! is whole.
+//! Reading a million from the history takes seconds; counting a million in memory takes some tens of milliseconds. So the
+//! detections of a query are read by a separate thread, in stretches of some days, the newest first, and kept while there
+//! is room (`shelf`). What one query needs beyond that is left out, the oldest first, and the answer says from when on it
+//! is complete.
 //!
-//! A question waits for `PATIENCE`; then it is answered with what is read by then, and the answer says so. A month to which
-//! something came since is read again, but not before ten times as long has gone by as that takes.
+//! A query waits for `PATIENCE`; then it is answered with what has been read, and the answer says so. A month that got new
+//! data is read again, but not before ten times the reading time has passed.
 //!
-//! To count takes memory for each detection, some 70 bytes: so a question is [`Explorer::prepare`]d, and counted when it has its turn.
+//! Counting takes some 70 bytes for each detection: so a query is [`Explorer::prepare`]d, and counted in its turn.
 
 use super::export;
 use super::shelf::{Found, Kept, Shelf, Unread, Wanted};
@@ -23,11 +23,11 @@ use store::{Acoustic, Page, Reader, StoreError, TimeRange};
 
 /// Detections and reports of listening that are kept.
 const MOST: usize = 2_000_000;
-/// So long a question of a plot waits for what is not read yet.
+/// How long a plot's query waits for detections that are not read yet.
 pub const PATIENCE: Duration = Duration::from_millis(200);
 /// Detections that are read at once, and the bytes of their texts.
 const PAGE: Page = Page { skip: 0, rows: 20_000, bytes: 16 << 20 };
-/// A month is read again at the earliest after so many times what that takes.
+/// A month is read again at the earliest after its reading time multiplied by this.
 const REST: u32 = 10;
 
 /// Detections in memory; cheap to clone.
@@ -41,7 +41,7 @@ pub struct Explorer {
 struct Shared {
     page: Page,
     state: Mutex<State>,
-    /// Something was read, or the reading ended.
+    /// Notified when data were read, or the reading ended.
     changed: Condvar,
 }
 
@@ -54,15 +54,15 @@ struct State {
     trouble: Option<String>,
 }
 
-/// A question of which is read what there is room for.
+/// A query whose detections are read, as far as there is room.
 #[derive(Debug)]
 pub struct Prepared {
-    /// What is asked for.
+    /// The query.
     pub question: Question,
     wanted: Wanted,
 }
 
-/// Where the detections of a question lie.
+/// Where the detections of a query are.
 #[derive(Debug)]
 pub enum FoundRanks {
     /// All of them are counted.
@@ -78,7 +78,7 @@ impl Explorer {
         Self::holding(data, MOST, REST)
     }
 
-    /// Keeps so many detections, and reads a month again after so many times what that takes.
+    /// Keeps at most `most` detections, and reads a month again after `rest` times its reading time.
     fn holding(data: &Path, most: usize, rest: u32) -> Self {
         let page = Page { rows: PAGE.rows.min(most / 100).max(1), ..PAGE };
         let state = State { shelf: Shelf::new(most, rest), is_reading: false, trouble: None };
@@ -86,7 +86,7 @@ impl Explorer {
         Self { data: data.to_owned(), shared: Arc::new(shared) }
     }
 
-    /// Has read what a question asks for, and waits for that, no longer than `patience`: [`PATIENCE`] for plots.
+    /// Has the detections of a query read, and waits for them no longer than `patience`: [`PATIENCE`] for plots.
     ///
     /// # Errors
     /// When the history cannot be read.
@@ -96,7 +96,7 @@ impl Explorer {
         question: Question,
         patience: Duration,
     ) -> store::Result<Prepared> {
-        // What confirms the first and last detections lies beside them.
+        // Detections just outside of the range may confirm its first and last.
         let beside_us = HORIZON_S * 1_000_000;
         let range = TimeRange {
             from_us: question.from_us.saturating_sub(beside_us),
@@ -107,7 +107,7 @@ impl Explorer {
             if month.within(range).is_empty() {
                 continue;
             }
-            // Days in which these vessels told nothing need no reading.
+            // Days without data of these vessels are not read.
             if let Some(heard) = reader.acoustic_extent(&question.vessels, month)? {
                 months.push((month, heard, store::acoustic_version(reader, month)?));
             }
@@ -117,7 +117,7 @@ impl Explorer {
         Ok(Prepared { question, wanted })
     }
 
-    /// Counts what is read of a question.
+    /// Counts the detections of a query that are read.
     pub fn summary(&self, prepared: &Prepared, study: &Study) -> DetectionsSummary {
         let Prepared { question, wanted } = prepared;
         let found = self.shared.lock().shelf.found(wanted);
@@ -127,7 +127,7 @@ impl Explorer {
         DetectionsSummary {
             read_from_us: found.read_from_us,
             left_out_before_us: left_out(&found, question),
-            // A cut before the time asked for leaves out what may confirm its first day.
+            // A cut before the start of the range leaves out what may confirm its first day.
             confirmed_from_us: whole_from_us
                 .map(|whole_us| whole_us.saturating_add(HORIZON_S * 1_000_000))
                 .filter(|confirmed_us| *confirmed_us > question.from_us),
@@ -135,7 +135,7 @@ impl Explorer {
         }
     }
 
-    /// Where among the detections of a question equal parts of them begin, at most so many.
+    /// The begins of at most `parts` equal parts of a query's detections.
     pub fn ranks(&self, prepared: &Prepared, study: &Study, parts: usize) -> FoundRanks {
         let Prepared { question, wanted } = prepared;
         let found = self.shared.lock().shelf.found(wanted);
@@ -149,7 +149,7 @@ impl Explorer {
         FoundRanks::Whole(research::ranks(&pieces, study, question, parts))
     }
 
-    /// Waits until all of it is read, at most so long.
+    /// Waits until all is read, at most for `patience`.
     fn wait(&self, wanted: &Wanted, patience: Duration) -> store::Result<()> {
         let until = Instant::now() + patience;
         let mut state = self.shared.lock();
@@ -189,12 +189,13 @@ impl Explorer {
     }
 }
 
-/// From when on a question finds all, where there is no room for what it asks for before; not where what lies beside it is left out.
+/// From when on the answer is complete, if there is no room for earlier detections; `None` if only those outside of the
+/// range are left out.
 fn left_out(found: &Found, question: &Question) -> Option<i64> {
     found.left_out_before_us.filter(|before_us| *before_us > question.from_us)
 }
 
-/// Says that the reading ended, however it did.
+/// Reports the end of a reading, also after a panic.
 struct Ends(Weak<Shared>);
 
 impl Drop for Ends {
@@ -208,7 +209,7 @@ impl Drop for Ends {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Each change leaves it whole.
+        // Each change leaves it consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -223,7 +224,7 @@ fn read_all(data: &Path, shared: &Weak<Shared>, unread: Vec<Unread>, asked: u64)
     Ok(())
 }
 
-/// Reads vessels of a stretch; whether there is room for more.
+/// Reads vessels of a stretch; returns whether there is room for more.
 fn read_stretch(
     reader: &mut Reader,
     shared: &Weak<Shared>,
@@ -256,7 +257,7 @@ fn read_stretch(
     }
 }
 
-/// Detections kept small, by vessel.
+/// Detections in the compact form, by vessel.
 fn pieces(items: Vec<Acoustic>) -> BTreeMap<u16, Arc<Sightings>> {
     let mut pieces = BTreeMap::<u16, SightingsBuilder>::new();
     for one in items {
@@ -270,10 +271,10 @@ fn pieces(items: Vec<Acoustic>) -> BTreeMap<u16, Arc<Sightings>> {
     pieces.into_iter().map(|(vessel, piece)| (vessel, Arc::new(piece.finish()))).collect()
 }
 
-/// A question from its text.
+/// Parses a query.
 ///
 /// # Errors
-/// What is wrong with which parameter.
+/// The error names the parameter.
 pub fn question(
     query: &DetectionsSummaryQuery,
     systems: &[imc::Address],
@@ -289,10 +290,10 @@ pub fn question(
     })
 }
 
-/// What is wanted of projects and places.
+/// Parses the filters by project and area.
 ///
 /// # Errors
-/// There is no such project, or the area is none.
+/// There is no such project, or the area is not valid.
 pub fn narrowed(projects: Option<&str>, area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
     Narrowed::new(projects, area, study).map_err(StoreError::Query)
 }

@@ -109,12 +109,12 @@ fn more_than_there_is_room_for_is_left_out_the_oldest_first_and_said_so() {
         Some(1_795_564_800_000_000),
         "the end of 2026-11-24: of four days is the first"
     );
-    // A shorter time has room again, whatever was asked before.
+    // A shorter range has room again, whatever was queried before.
     let old = ask(&explorer, &Question { to_us: begin_us(0) + 1, ..all() });
     assert_eq!((old.detections, old.left_out_before_us), (1, None));
 }
 
-/// Clocks that stood in 1970, 1980, 1999 or 2110: the history keeps what has no believable time too, and nothing of it is lost.
+/// Clocks set to 1970, 1980, 1999 or 2110: the history also keeps data without a plausible time, and none is lost.
 #[test]
 fn reports_of_no_believable_time_are_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,8 +129,8 @@ fn reports_of_no_believable_time_are_counted() {
     }
 }
 
-/// What lies before the time asked for may confirm its first day: where there is no room for that, nothing of that day is called
-/// unconfirmed, and the answer says so though it has all that was asked for.
+/// Detections before the range may confirm its first day: if there is no room for them, none of that day is called
+/// unconfirmed, and the answer says so although it has the whole range.
 #[test]
 fn near_a_cut_the_answer_says_since_when_it_is_known_what_nothing_confirms() {
     let folder = tempfile::tempdir().unwrap();
@@ -144,7 +144,7 @@ fn near_a_cut_the_answer_says_since_when_it_is_known_what_nothing_confirms() {
     assert_eq!(ask(&Explorer::new(folder.path()), &all()).confirmed_from_us, None);
 }
 
-/// Of months and days in which these vessels told nothing, nothing is read.
+/// Months and days without data of these vessels are not read.
 #[test]
 fn days_without_a_report_are_not_wanted() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +171,7 @@ fn the_same_question_gets_the_same_answer_where_there_is_no_room_for_all() {
         for _ in 0..3 {
             assert_eq!(ask(&explorer, &all()), first);
         }
-        // An older time pushes that out, and the other way round.
+        // A query for older data evicts these, and vice versa.
         let older = Question { to_us: begin_us(1), ..all() };
         assert_eq!(ask(&explorer, &older).detections, 7);
         assert_eq!(ask(&explorer, &all()), first);
@@ -201,14 +201,14 @@ fn what_others_heard_cuts_nobody() {
     assert_eq!(ask(&explorer, &all()).detections, 10);
     let found = ask(&explorer, &few);
     assert_eq!((found.detections, found.left_out_before_us), (3, None));
-    // Of both, the newest of both: a moment before which neither is shown.
+    // For both, the newest of each: both are cut at the same time.
     let both = ask(&explorer, &Question { vessels: [BOAT, BOAT + 1].into(), ..all() });
     assert_eq!(both.detections, 10);
     let before_us = both.left_out_before_us.unwrap();
     assert!(both.tags.iter().all(|tag| tag.first_us >= before_us), "{before_us}");
 }
 
-/// A month with more detections than there is room for: what is asked for of its first days is there, however much came later.
+/// A month with more detections than there is room for: a query for its first days is answered, however many came later.
 #[test]
 fn the_first_days_of_a_full_month_are_reached() {
     let folder = tempfile::tempdir().unwrap();
@@ -225,7 +225,7 @@ fn the_first_days_of_a_full_month_are_reached() {
     let early = Question { to_us: i64::from(START_S + 20 * 4_000) * 1_000_000, ..all() };
     let found = ask(&explorer, &early);
     assert_eq!((found.detections, found.left_out_before_us, found.read_from_us), (20, None, None));
-    // What a stretch of days has beyond the room is still left out and said so.
+    // Detections of a stretch beyond the room are still left out, and the answer says so.
     let full = Question {
         from_us: i64::from(START_S + 115 * 4_000) * 1_000_000,
         to_us: i64::from(START_S + 200 * 4_000) * 1_000_000,

@@ -1,4 +1,4 @@
-//! What somebody wants to take out, checked and in the words of the store.
+//! Export requests, validated and translated for the store.
 //!
 //! Every error names the parameter and says what to do instead.
 
@@ -16,14 +16,14 @@ const TAGS: usize = 200;
 /// Seconds from a row to the next.
 const EVERY_S: std::ops::RangeInclusive<f64> = 0.001..=86_400.0;
 
-/// What is wrong with a question.
+/// The error of an invalid request.
 type Wrong = StoreError;
 
 fn wrong(name: &str, text: impl std::fmt::Display) -> Wrong {
     StoreError::Query(format!("{name}: {text}"))
 }
 
-/// Things separated by commas.
+/// Splits a list at its commas.
 pub fn list(text: Option<&str>) -> Vec<String> {
     let parts = text.unwrap_or_default().split(',').map(str::trim);
     parts.filter(|part| !part.is_empty()).map(str::to_owned).collect()
@@ -40,7 +40,7 @@ pub fn message(name: &str) -> Result<&'static str, Wrong> {
 /// For whom a table is written.
 ///
 /// # Errors
-/// It is no dialect.
+/// There is no such dialect.
 pub fn dialect(spreadsheet: Option<&str>) -> Result<Dialect, Wrong> {
     match spreadsheet.map_or("", str::trim) {
         "" => Ok(Dialect::Plain),
@@ -53,7 +53,7 @@ pub fn dialect(spreadsheet: Option<&str>) -> Result<Dialect, Wrong> {
     }
 }
 
-/// Not more of what somebody sent than helps to find it.
+/// Shortens a client's text for an error message.
 fn shown(text: &str) -> String {
     text.chars().take(60).collect()
 }
@@ -94,18 +94,18 @@ fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<
     }
 }
 
-/// The lists of a question; what an export may hold is decided by `Wanted`.
+/// A parsed export request; what it may contain is decided by `Wanted`.
 #[derive(Debug, Clone)]
 pub struct Export {
     messages: Vec<String>,
-    /// As they were typed; empty for all that one may export.
+    /// As given; empty for all that the user may export.
     pub vessels: Vec<String>,
     entities: Vec<String>,
     fields: Vec<String>,
     range: TimeRange,
     /// How the table is written.
     pub options: CsvOptions,
-    /// Whether it is packed.
+    /// Whether it is compressed.
     pub gzip: bool,
 }
 
@@ -113,7 +113,7 @@ impl Export {
     /// A table.
     ///
     /// # Errors
-    /// What is wrong with which parameter.
+    /// The error names the parameter.
     pub fn csv(query: &ExportQuery) -> Result<Self, Wrong> {
         let messages = messages(Some(&query.message))?;
         if messages.is_none() {
@@ -147,7 +147,7 @@ impl Export {
     /// A log.
     ///
     /// # Errors
-    /// What is wrong with which parameter.
+    /// The error names the parameter.
     pub fn log(query: &LogQuery) -> Result<Self, Wrong> {
         Ok(Self {
             messages: messages(query.message.as_deref())?.unwrap_or_default(),
@@ -160,7 +160,7 @@ impl Export {
         })
     }
 
-    /// What to call the file, without an ending.
+    /// The file's name, without extension.
     pub fn file_name(&self) -> &str {
         match &self.messages[..] {
             [one] => one,
@@ -168,10 +168,10 @@ impl Export {
         }
     }
 
-    /// What the store is asked for, of the vessels that `may` admits; the store says what of it there is not.
+    /// The selection for the store, of the vessels that `may` admits; the store reports what does not exist.
     ///
     /// # Errors
-    /// It names a vessel that there is not, or there is nothing that may be exported.
+    /// A vessel does not exist, or there is nothing that may be exported.
     pub fn selection(
         self,
         reader: &mut Reader,
@@ -179,7 +179,7 @@ impl Export {
         may: &dyn Fn(u16) -> bool,
     ) -> store::Result<Selection> {
         let systems = systems(reader, &self.vessels, named, may)?;
-        // The store takes an empty list for all; here it means that there is nothing this person may have.
+        // To the store an empty list means all; here it means nothing that this person may have.
         if systems.is_empty() {
             return Err(wrong("vessel", "nothing is recorded that you may export"));
         }
@@ -193,11 +193,11 @@ impl Export {
     }
 }
 
-/// The vessels that are asked for by name or address, of those that are recorded or `named` and that `may` admits; all that are
-/// recorded when none is asked for.
+/// The requested vessels, by name or address, among those that are recorded or `named` and that `may` admits; all recorded
+/// ones if none is requested.
 ///
 /// # Errors
-/// One is not there; the error tells which are.
+/// One does not exist; the error lists those that do.
 pub fn systems(
     reader: &mut Reader,
     asked: &[String],
@@ -218,7 +218,7 @@ pub fn systems(
     asked.iter().map(|text| store::system(&known, text)).collect()
 }
 
-/// Addresses among what is asked for: those may be refused before anything is looked up.
+/// Addresses in the request: these can be refused before anything is looked up.
 pub fn addresses(asked: &[String]) -> impl Iterator<Item = u16> {
     asked.iter().filter_map(|text| crate::identity::vessels::address(text).ok())
 }
@@ -254,7 +254,7 @@ pub fn vessels(text: Option<&str>, named: &[Vessel]) -> Result<Vec<u16>, Wrong> 
 /// Tags by protocol and number, or by number; empty for all.
 ///
 /// # Errors
-/// One is no tag, or there are more than 200.
+/// One is not a tag, or there are more than 200.
 pub fn tags(text: Option<&str>) -> Result<Vec<detections::TagFilter>, Wrong> {
     let names = list(text);
     if names.len() > TAGS {

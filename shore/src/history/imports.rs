@@ -1,8 +1,7 @@
-//! Logs that people upload: kept in `DATA/uploads` until they are read, one at a time, in slices between which
-//! the recorder takes what vessels say.
+//! Uploaded logs: kept in `DATA/uploads` until they are read, one at a time, in slices between which the recorder stores
+//! live packets.
 //!
-//! The list of imports outlives the server; one that was not at its end says so. What was imported stands in the
-//! archive.
+//! The list of imports survives a restart; an unfinished one says so. Imported data are in the archive.
 
 use crate::clock::Clock;
 use crate::recorder::Recorder;
@@ -20,16 +19,16 @@ use tokio_util::task::TaskTracker;
 
 /// Imports that are remembered.
 const REMEMBERED: usize = 50;
-/// Packets and unpacked bytes that are read at once: vessels are not heard meanwhile, for some 20 ms.
+/// Packets and unpacked bytes that are read at once: live packets wait meanwhile, for some 20 ms.
 const SLICE_PACKETS: u64 = 2_000;
 const SLICE_BYTES: u64 = 1 << 20;
-/// Bytes that are no packets after which a log is given up: little packed garbage can unpack to very much.
+/// Bytes that are not packets, after which a log is given up: a small compressed file can unpack to very much garbage.
 const GARBAGE_BYTES: u64 = 256 << 20;
-/// How long an import waits before it looks again whether the history lacks nothing.
+/// How long an import waits before it checks again whether the history is complete.
 const AGAIN: Duration = Duration::from_millis(500);
-/// What is said while it waits.
+/// Status while it waits.
 const WAITS: &str = "waits until the history is made again from the archive";
-/// Bytes on the disk that uploads leave to recording.
+/// Free disk space that uploads must leave for recording.
 pub const RESERVED_BYTES: u64 = 512 << 20;
 
 /// All imports; cheap to clone.
@@ -53,27 +52,27 @@ struct Shared {
 struct List {
     last: u32,
     imports: VecDeque<Import>,
-    /// How those that run are told to end.
+    /// Running imports, to cancel them.
     running: BTreeMap<u32, Running>,
 }
 
-/// An import that can be told to end.
+/// A running import that can be cancelled.
 #[derive(Debug, Default)]
 struct Running {
     cancel: CancellationToken,
-    /// Who did.
+    /// Who cancelled it.
     by: Option<String>,
 }
 
-/// Why an import ended before its log.
+/// Why an import ended before the end of its log.
 enum Broken {
-    /// Something went wrong, or the server ends.
+    /// An error, or the server ends.
     Off(String),
-    /// Somebody asked for it.
+    /// A user cancelled it.
     Cancelled,
 }
 
-/// The one upload that may be on its way. Its file is removed with it.
+/// The only upload that may be in progress. Dropping it removes its file.
 pub struct Upload {
     path: PathBuf,
     file: File,
@@ -93,7 +92,7 @@ impl Upload {
         Ok(())
     }
 
-    /// Whether what was written so far begins as a log does.
+    /// Whether the bytes so far look like the begin of a log.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -101,10 +100,10 @@ impl Upload {
         store::begins_as_log(&self.path)
     }
 
-    /// What its disk has left for uploads, bytes.
+    /// Bytes that the disk has left for uploads.
     ///
     /// # Errors
-    /// The disk does not say.
+    /// The file system cannot be queried.
     pub fn room_bytes(&self) -> store::Result<u64> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         Ok(store::free_bytes(folder)?.saturating_sub(RESERVED_BYTES))
@@ -120,7 +119,7 @@ impl Drop for Upload {
 }
 
 impl Imports {
-    /// Into a data folder. Uploads that an earlier run left there are removed, and what it read is listed.
+    /// For a data folder. Uploads that an earlier run left there are removed; its imports are listed.
     pub fn new(settings: &crate::Settings, clock: Clock) -> Self {
         let data = &settings.data;
         let (folder, kept) = (data.join("uploads"), data.join("imports.json"));
@@ -138,7 +137,7 @@ impl Imports {
         Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list, clock }) }
     }
 
-    /// Writes the list down. Without it the next start knows less, and nothing else is lost.
+    /// Saves the list. If that fails, only the list is lost at the next start.
     fn keep(&self) {
         let imports = self.list().imports.clone();
         let new = self.shared.kept.with_extension("json.new");
@@ -153,7 +152,7 @@ impl Imports {
         }
     }
 
-    /// Tells an import to end; whether it runs.
+    /// Cancels an import; returns whether it was running.
     pub fn cancel(&self, id: u32, by: String) -> bool {
         let mut list = self.list();
         let Some(running) = list.running.get_mut(&id) else { return false };
@@ -166,7 +165,7 @@ impl Imports {
         self.shared.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// All that are remembered, the newest first.
+    /// All remembered imports, the newest first.
     pub fn all(&self) -> Vec<Import> {
         self.list().imports.iter().rev().cloned().collect()
     }
@@ -176,7 +175,7 @@ impl Imports {
         self.list().imports.iter().find(|import| import.id == id).cloned()
     }
 
-    /// Room for an upload; `None` while there is another or one is being read.
+    /// Begins an upload; `None` while there is another, or one is being read.
     ///
     /// # Errors
     /// The folder of uploads cannot be written.
@@ -260,7 +259,7 @@ struct Job {
 
 impl Job {
     async fn run(self, recorder: Recorder, stop: CancellationToken) {
-        // A restart must find that it was begun.
+        // A restart must see that it had begun.
         let imports = self.imports.clone();
         tokio::task::spawn_blocking(move || imports.keep()).await.ok();
         let outcome = self.read(&recorder, &stop).await;
@@ -270,7 +269,7 @@ impl Job {
             Err(Broken::Cancelled) => ImportState::Cancelled,
         };
         tracing::info!(name = %self.name, ?state, "an upload was imported");
-        // Another can be uploaded as soon as this one is told to be at its end.
+        // The next upload is possible as soon as this one is reported as finished.
         let Self { imports, id, name, upload, .. } = self;
         let path = upload.path.display().to_string();
         drop(upload);
@@ -329,7 +328,7 @@ impl Job {
         if self.cancel.is_cancelled() { Err(Broken::Cancelled) } else { Ok(()) }
     }
 
-    /// Waits for a history that lacks something: what is there already is known by it.
+    /// Waits until the history is complete: duplicates are detected by it.
     async fn wait(&self, stop: &CancellationToken) -> Result<(), Broken> {
         self.imports.change(self.id, |import| {
             if !import.problems.iter().any(|problem| problem == WAITS) {
@@ -344,7 +343,7 @@ impl Job {
         self.may_go_on(stop)
     }
 
-    /// Little that is packed can unpack to very much, of garbage or of packets.
+    /// Limits the unpacked size: a small compressed file can unpack to very much.
     fn bounded(&self, log: &LogImport) -> Result<(), Broken> {
         let off = |text: String| Err(Broken::Off(text));
         if log.imported().damaged_bytes > GARBAGE_BYTES {
@@ -378,16 +377,16 @@ impl Job {
             import.packets = imported.packets;
             import.added = imported.added;
             import.damaged_bytes = imported.damaged_bytes;
-            // People know it by the name that they gave.
+            // Show the name that the user gave, not the path on the server.
             import.problems = imported.problems.iter().map(|text| text.replace(&path, &self.name)).collect();
         });
     }
 }
 
-/// What to do about a log that was not read to its end.
+/// Remedy for a log that was not read to its end.
 const REST: &str = "what was read before stays; upload it again for the rest";
 
-/// The list of an earlier run; what ran then was broken off.
+/// The list of an earlier run; imports that ran then are marked as interrupted.
 fn read_list(path: &Path) -> VecDeque<Import> {
     let text = match fs::read(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return VecDeque::new(),

@@ -1,7 +1,7 @@
-//! The fleet as it was: the store's reader, in the words of the API.
+//! The recorded history: the store's reader, as the API reports it.
 //!
-//! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
-//! no page. Questions beyond `QUESTIONS` at once wait for their turn.
+//! Each query opens its own reader, which is cheap and shares nothing, so that a long export does not block pages. More
+//! than `QUESTIONS` queries at once are queued.
 
 pub mod explore;
 pub mod export;
@@ -27,22 +27,22 @@ use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, T
 use tokio::sync::Semaphore;
 use units::UtcTime;
 
-/// Questions that are answered at the same time: more would only wait for the disk.
+/// Queries that are answered at the same time: more would only wait for the disk.
 const QUESTIONS: usize = 16;
 /// Most exports at the same time.
 const EXPORTS: usize = 4;
-/// Most summaries of detections that are counted at the same time: each takes up to some 140 MB, where all the explorer holds is asked
-/// for.
+/// Most summaries of detections that are counted at the same time: each takes up to some 140 MB, if it covers all that the
+/// explorer holds.
 const COUNTS: usize = 2;
-/// Most files of detections whose size is looked at at the same time.
+/// Most files of detections whose size is estimated at the same time.
 const SIZES: usize = 2;
-/// A place for either is waited for so long.
+/// How long a request waits for a place of either kind.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// What a vessel declares missing may begin and end so long beside the samples that it has (µs).
+/// Tolerance between the ends of a declared gap and the samples around it (µs).
 const MOMENT_US: i64 = 1_000_000;
 /// Bytes of text and raw data in one answer.
 const ANSWER_BYTES: usize = 8 << 20;
-/// Series of one vessel at one time.
+/// Most series in the state of one vessel.
 const SERIES: usize = 5_000;
 
 /// The history of a data folder; cheap to clone.
@@ -54,7 +54,7 @@ pub struct History {
     pub exports: Arc<Semaphore>,
     /// Places to count detections.
     pub counts: Places,
-    /// Places to look how large a file of detections will be.
+    /// Places to estimate the size of a file of detections.
     pub sizes: Places,
     /// Detections in memory, for plots.
     pub explorer: explore::Explorer,
@@ -78,10 +78,10 @@ impl History {
         &self.data
     }
 
-    /// Asks where slow work may be done.
+    /// Runs a query on a thread for blocking work.
     ///
     /// # Errors
-    /// As the question; [`StoreError::Cancelled`] when the server ends.
+    /// As the query; [`StoreError::Cancelled`] when the server ends.
     pub async fn ask<R: Send + 'static>(
         &self,
         question: impl FnOnce(&mut Reader) -> store::Result<R> + Send + 'static,
@@ -96,7 +96,7 @@ impl History {
     }
 }
 
-/// Which messages there are of which system.
+/// The recorded messages, by system.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -116,12 +116,12 @@ pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
     Ok(all.into_values().collect())
 }
 
-/// A time that was stated, or another for stamps that are no time.
+/// The sender's time, or the alternative if it is not a valid time.
 fn stated(time_us: i64, otherwise_us: i64) -> i64 {
     if time_us == store::NO_TIME_US { otherwise_us } else { time_us }
 }
 
-/// What came ashore on which day, of the systems that `may` admits, the newest day first.
+/// What was received on which day, of the systems that `may` admits, the newest day first.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -226,7 +226,7 @@ pub fn buckets(
     Ok(buckets)
 }
 
-/// Samples as they are; all fields when none are named.
+/// Raw samples; all fields if none are named.
 ///
 /// # Errors
 /// There is no such field, the answer would be too large, or the store cannot be read.
@@ -241,7 +241,7 @@ pub fn samples(
     let columns: Vec<Column> = if names.is_empty() {
         table.columns.clone()
     } else {
-        // Names that are not valid are left out here and refused below, where all are compared.
+        // Invalid names are skipped here and refused below, where all names are checked.
         names.iter().filter_map(|name| table.column(name)).cloned().collect()
     };
     let asked: Vec<&str> = if names.is_empty() {
@@ -270,7 +270,7 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
         Cell::Real(number) if number.is_nan() => "NaN".into(),
         Cell::Real(f64::INFINITY) => "Infinity".into(),
         Cell::Real(f64::NEG_INFINITY) => "-Infinity".into(),
-        // The shortest decimal that is this single, not the double's many digits.
+        // The shortest decimal of this single, not the many digits of its double.
         Cell::Real(number) if kind == ColumnKind::Single => {
             (number as f32).to_string().parse::<f64>().map_or(Json::Null, Json::from)
         }
@@ -284,7 +284,7 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
     }
 }
 
-/// How a vessel was at a time.
+/// State of a vessel at a time.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -311,7 +311,7 @@ pub fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<a
     Ok(api::At { time_us, values, cut: then.cut })
 }
 
-/// A cell as what is live shows it.
+/// A cell in the form of live values.
 fn cell_of(cell: Cell, column: &Column) -> api::Field {
     let meaning = match (&cell, column.desc) {
         (Cell::Integer(number), Some(desc)) => desc.label(*number),
@@ -319,7 +319,7 @@ fn cell_of(cell: Cell, column: &Column) -> api::Field {
     };
     api::Field {
         name: column.name.to_owned(),
-        // As what is live, where a page draws nothing for what is no number.
+        // As with live values: a page draws nothing for a value that is not a number.
         value: match cell {
             Cell::Real(number) if !number.is_finite() => Json::Null,
             cell => value(cell, column.kind),
@@ -343,7 +343,7 @@ fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
     api::Next { from_us: range.from_us, to_us: range.to_us, skip }
 }
 
-/// A track of at most about so many points, and the time that can lie between two of them where nothing is missing (µs).
+/// A track of about `points` points at most, and the longest time between two of them without a gap (µs).
 ///
 /// # Errors
 /// The store cannot be read.
@@ -385,7 +385,7 @@ pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::
     Ok(reader.entities(vessel)?.into_iter().map(entity).collect())
 }
 
-/// Tags that a vessel heard; with `came_from` those alone that came ashore then or later.
+/// Detections of a vessel; with `came_from` only those received at or after that time.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -427,8 +427,8 @@ pub fn log_book(
     Ok(api::LogBook { entries, next: found.next.map(|rest| next(rest, range, order)) })
 }
 
-/// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
-/// than silence: a silence within a declared gap is not reported again.
+/// Gaps that a vessel declared, and times of silence, in order of time. A declared gap has more information: a silence
+/// within one is not reported again.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -447,7 +447,7 @@ pub fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Re
     let mut gaps: Vec<api::Gap> = reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect();
     let mut silences = reader.silences(vessel, range)?;
     silences.retain(|silence| {
-        // Its ends were heard; what is declared begins and ends within moments of them.
+        // The ends of a silence were heard; a declared gap begins and ends within moments of them.
         let within = |gap: &api::Gap| {
             gap.from_us - MOMENT_US <= silence.from_us && silence.to_us <= gap.to_us + MOMENT_US
         };

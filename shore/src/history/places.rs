@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// So much work is done at the same time; what comes beyond that waits for its turn, in order, and for no longer than a bound.
+/// Limits concurrent work; further work waits in order, no longer than a bound.
 #[derive(Debug, Clone)]
 pub struct Places {
     free: Arc<Semaphore>,
@@ -12,12 +12,12 @@ pub struct Places {
 }
 
 impl Places {
-    /// So many, for which so long may be waited.
+    /// So many places, with this longest wait.
     pub fn new(places: usize, patience: Duration) -> Self {
         Self { free: Arc::new(Semaphore::new(places)), patience }
     }
 
-    /// A place, which is free again when it is dropped; `None` where none became free.
+    /// A place, which is freed when dropped; `None` if none became free in time.
     pub async fn take(&self) -> Option<OwnedSemaphorePermit> {
         let place = Arc::clone(&self.free).acquire_owned();
         // It is never closed.

@@ -1,10 +1,11 @@
 //! Detections of vessels by stretches of some days, kept in memory as long as there is room.
 //!
-//! Each vessel's stretch stands by itself, so that what others heard takes no room from somebody who may not see them. Stretches
-//! that were asked for the longest ago make room first. Within one question newer ones come before older ones, and all its vessels
-//! reach back equally far. Names of tags are part of what is kept and go with it.
+//! Each vessel's stretch is kept separately, so that a user's query is not limited by vessels that they may not see. The
+//! least recently requested stretches are evicted first. Within one query newer stretches take precedence, and all its
+//! vessels reach back equally far. Names of tags are part of a stretch and evicted with it.
 //!
-//! It reads nothing itself and knows no clock: a reader [`Shelf::begin`]s a stretch and gives it page by page to [`Shelf::take`].
+//! It does no reading itself and has no clock: a reader [`Shelf::begin`]s a stretch and passes it page by page to
+//! [`Shelf::take`].
 
 use research::Sightings;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,13 +17,13 @@ use units::UtcTime;
 /// A vessel's stretch: when the stretch begins (µs), and the vessel.
 type Key = (i64, u16);
 
-/// A stretch is no longer (µs), and ends with its month: some days of a month that has more than there is room for are there when
-/// they are asked for. The last stretch of what has no believable time, decades before and after all months, reaches to its end.
+/// Longest stretch (µs); a stretch also ends with its month. So some days can be served of a month that does not fit as a
+/// whole. The last stretch of data without a plausible time, decades before and after all months, reaches to its end.
 const STRETCH_US: i64 = 4 * 86_400_000_000;
-/// Stretches of a month at most. They have one version, so that a message more has all of them read again.
+/// Most stretches of a month. They share one version: one more message has all of them read again.
 const STRETCHES: u32 = 8;
 
-/// What a question is about.
+/// The scope of a query.
 #[derive(Debug, Clone)]
 pub(super) struct Wanted {
     /// Stretches, the newest first, with the version of the history.
@@ -37,29 +38,29 @@ pub(super) struct Unread {
     pub(super) stretch: TimeRange,
     version: u64,
     vessels: BTreeSet<u16>,
-    /// All that the question is about.
+    /// All vessels of the query.
     asked_for: BTreeSet<u16>,
 }
 
-/// What was found of the stretches of a question.
+/// What the shelf has of the stretches of a query.
 #[derive(Debug)]
 pub(super) struct Found {
     /// Of each vessel the newest first.
     pub(super) pieces: Vec<Arc<Sightings>>,
-    /// From then on it is whole so far; the rest is being read.
+    /// Complete from then on so far; the rest is being read.
     pub(super) read_from_us: Option<i64>,
-    /// From then on it is whole; there is no room for the rest.
+    /// Complete from then on; there is no room for the rest.
     pub(super) left_out_before_us: Option<i64>,
 }
 
-/// What became of a page.
+/// The outcome of adding a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kept {
     /// It is kept.
     All,
     /// There is no room for it: the stretch is cut before it.
     NoRoom,
-    /// There is no room for it beside other vessels of the question: read the stretch again from its end, with all of them, so
+    /// There is no room for it beside other vessels of the query: read the stretch again from its end, with all of them, so
     /// that they reach back equally far.
     Again,
 }
@@ -67,14 +68,14 @@ pub(super) enum Kept {
 /// A vessel's stretch, as far as it is read.
 #[derive(Debug, Clone)]
 struct Stretch {
-    /// Of the history that was read.
+    /// Version of the history that was read.
     version: u64,
     /// The newest first.
     pieces: Vec<Arc<Sightings>>,
     reach: Reach,
-    /// The last question that was about it.
+    /// The last query that covered it.
     asked: u64,
-    /// The question for which it was read.
+    /// The query for which it was read.
     read_for: u64,
     /// When it was read, and how long that took.
     read: Option<(Instant, Duration)>,
@@ -85,13 +86,13 @@ struct Stretch {
 enum Reach {
     /// All of it.
     Whole,
-    /// From this time on (µs); a reader is at it.
+    /// From this time on (µs); a reader is working on it.
     From(i64),
-    /// From this time on (µs), for there was no room for more.
+    /// From this time on (µs); there was no room for more.
     Cut(i64),
 }
 
-/// A stretch on its way to the shelf.
+/// A stretch that is being read.
 #[derive(Debug)]
 pub(super) struct Reading {
     of: Unread,
@@ -105,10 +106,11 @@ pub(super) struct Reading {
 pub(super) struct Shelf {
     /// How much it holds (`Sightings::weight`).
     most: usize,
-    /// A stretch is read again at the earliest after so many times what all of its month took: they have one version.
+    /// A stretch is read again at the earliest after the reading time of its whole month multiplied by this, as its
+    /// stretches share one version.
     rest: u32,
     stretches: BTreeMap<Key, Stretch>,
-    /// Counts questions.
+    /// Counts queries.
     asked: u64,
 }
 
@@ -133,7 +135,7 @@ impl Shelf {
         Self { most, rest, stretches: BTreeMap::new(), asked: 0 }
     }
 
-    /// Notes that a question is about stretches; its number.
+    /// Registers a query for stretches; returns its number.
     pub(super) fn ask(&mut self, wanted: &Wanted) -> u64 {
         self.asked += 1;
         for key in wanted.keys() {
@@ -144,7 +146,7 @@ impl Shelf {
         self.asked
     }
 
-    /// What of a question's stretches is to be read, the newest first.
+    /// The stretches of a query that are to be read, the newest first.
     pub(super) fn unread(&self, wanted: &Wanted, asked: u64, now: Instant) -> Vec<Unread> {
         let own: BTreeSet<Key> = wanted.keys().collect();
         let others: Vec<&Stretch> =
@@ -180,8 +182,9 @@ impl Shelf {
         all
     }
 
-    /// Whether a stretch that was cut may be longer when it is read again: there is room that nobody asked for since. What others
-    /// asked for since waits, lest two questions that have no room together take it from each other without end.
+    /// Whether a cut stretch may become longer when it is read again: there is room in stretches that no query covered
+    /// since. Those that other queries covered since are kept, or two queries that do not fit together would evict each
+    /// other endlessly.
     fn may_grow(
         &self,
         (from_us, known): (i64, &Stretch),
@@ -198,7 +201,7 @@ impl Shelf {
         now.saturating_duration_since(at) >= self.month_took(from_us).saturating_mul(self.rest)
     }
 
-    /// How long it took to read all stretches of a stretch's month.
+    /// How long all stretches of this month took to read.
     fn month_took(&self, from_us: i64) -> Duration {
         let month = |us: i64| {
             let civil = UtcTime::from_micros(us).civil();
@@ -222,7 +225,7 @@ impl Shelf {
         vessels.iter().filter_map(known).any(|known| matches!(known.reach, Reach::Cut(_)))
     }
 
-    /// What is there for a question.
+    /// What the shelf has for a query.
     pub(super) fn found(&self, wanted: &Wanted) -> Found {
         let mut found = Found { pieces: Vec::new(), read_from_us: None, left_out_before_us: None };
         for (stretch, _) in &wanted.stretches {
@@ -244,7 +247,7 @@ impl Shelf {
         found
     }
 
-    /// Begins to read vessels of a stretch. What is there of them stays until they are read where it is whole, and goes else.
+    /// Begins to read vessels of a stretch. An old stretch is kept until then if it is complete, and dropped otherwise.
     pub(super) fn begin(&mut self, of: Unread, asked: u64, now: Instant) -> Reading {
         let stretch = of.stretch;
         self.stretches.retain(|(from_us, vessel), known| {
@@ -258,8 +261,8 @@ impl Shelf {
         Reading { of, asked, begun: now, fresh }
     }
 
-    /// Takes the next older page of a stretch, by vessel; with it the stretch is whole from `whole_from_us` on, and wholly where that
-    /// is absent.
+    /// Takes the next older page of a stretch, by vessel; with it the stretch is complete from `whole_from_us` on, or
+    /// entirely if that is `None`.
     pub(super) fn take(
         &mut self,
         reading: &mut Reading,
@@ -293,7 +296,7 @@ impl Shelf {
         Kept::All
     }
 
-    /// Begins again, with all vessels of the question.
+    /// Starts over, with all vessels of the query.
     fn begin_again(&mut self, reading: &mut Reading, now: Instant) {
         let of = Unread { vessels: reading.of.asked_for.clone(), ..reading.of.clone() };
         self.stretches
@@ -301,7 +304,7 @@ impl Shelf {
         *reading = self.begin(of, reading.asked, now);
     }
 
-    /// Keeps what was read of a stretch. It replaces what was read before, unless that is the whole stretch and this not yet.
+    /// Keeps what was read of a stretch. It replaces an old one, unless the old one is complete and this one is not yet.
     fn keep(&mut self, reading: &mut Reading, now: Instant) {
         for (vessel, fresh) in &mut reading.fresh {
             let key = (reading.of.stretch.from_us, *vessel);
@@ -317,14 +320,14 @@ impl Shelf {
         }
     }
 
-    /// Whether there is room for so much more of a stretch that is read, beside what was read of it before, or in place of that.
+    /// Whether there is room for `weight` more of a stretch, beside its old version or in place of that.
     fn has_room_beside(&mut self, reading: &Reading, weight: usize) -> bool {
         let stretch_us = reading.of.stretch.from_us;
         let is_stale = |shelf: &Self, vessel: &u16| {
             shelf.stretches.get(&(stretch_us, *vessel)).is_some_and(|known| known.reach == Reach::Whole)
         };
         let stale: Vec<u16> = reading.vessels().filter(|vessel| is_stale(self, vessel)).collect();
-        // What is read in place of that is not on the shelf yet.
+        // The replacement is not on the shelf yet.
         let beside: usize = stale.iter().map(|vessel| reading.fresh[vessel].weight()).sum();
         if self.has_room(beside + weight, reading) {
             return true;
@@ -335,11 +338,11 @@ impl Shelf {
         self.has_room(beside + weight, reading)
     }
 
-    /// Makes room for so much, by what this question is not about, and by its older stretches; whether there is room then.
+    /// Makes room by evicting stretches that this query does not cover, then its older ones; returns whether there is room.
     fn has_room(&mut self, weight: usize, reading: &Reading) -> bool {
         let mut there: usize = self.stretches.values().map(Stretch::weight).sum();
         let from_us = reading.of.stretch.from_us;
-        // The same question, asked again meanwhile, gives all stretches of the question a newer number.
+        // A repeated query gives all its stretches a newer number.
         let own = reading.vessels().filter_map(|vessel| self.stretches.get(&(from_us, vessel)));
         let newest = own.map(|stretch| stretch.asked).fold(reading.asked, u64::max);
         while there + weight > self.most {
@@ -359,7 +362,7 @@ impl Shelf {
 }
 
 impl Wanted {
-    /// What of these months, the oldest first, lies within a range; each with the time from which there is something, and its version.
+    /// The parts of these months within a range, the oldest first; each with the time of its first data, and its version.
     pub(super) fn new(
         months: impl DoubleEndedIterator<Item = (TimeRange, TimeRange, u64)>,
         range: TimeRange,
@@ -382,7 +385,7 @@ impl Wanted {
     }
 }
 
-/// A month in stretches, the newest first. They lie where they do whatever is asked for, so that questions share them.
+/// A month in stretches, the newest first. Their bounds do not depend on the query, so that queries share them.
 fn stretches(month: TimeRange) -> impl Iterator<Item = TimeRange> {
     let begins = (0..i64::from(STRETCHES)).map(move |at| month.from_us.saturating_add(at * STRETCH_US));
     let ends = begins.clone().skip(1).chain([month.to_us]);

@@ -15,7 +15,7 @@ fn wanted(stretches: &[i64], vessels: &[u16]) -> Wanted {
     }
 }
 
-/// A report of listening, which weighs one.
+/// A listening report, with a weight of one.
 fn piece(count: usize) -> Arc<Sightings> {
     let mut piece = SightingsBuilder::default();
     let reported = units::UtcTime::from_micros(0);
@@ -26,7 +26,7 @@ fn piece(count: usize) -> Arc<Sightings> {
     Arc::new(piece.finish())
 }
 
-/// Reads what a question lacks from stretches of so many pages, each with one report of each vessel.
+/// Reads the missing data of a query from stretches of so many pages, each with one report of each vessel.
 fn read(shelf: &mut Shelf, wanted: &Wanted, asked: u64, pages: usize) {
     let now = Instant::now();
     for _ in 0..10 {
@@ -84,7 +84,7 @@ fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
         assert_eq!(pair[0].0.from_us, pair[1].0.to_us, "without gaps, the newest first");
     }
     assert_eq!(all[15].0.from_us, november.from_us);
-    // Of what a month has, no day before and after is wanted.
+    // Days before and after the month's data are not requested.
     let heard = TimeRange { from_us: december.from_us + 5 * DAY_US, to_us: december.from_us + 6 * DAY_US };
     let few = Wanted::new([(december, heard, 2)].into_iter(), december, [1].into()).stretches;
     assert_eq!(
@@ -98,7 +98,7 @@ fn a_question_wants_the_days_that_it_asks_for_and_those_that_lie_beside() {
     );
 }
 
-/// A month's stretches reach without gaps from its begin to its end, however long it is: what has no believable time is decades.
+/// A month's stretches cover it without gaps, however long it is: data without a plausible time span decades.
 #[test]
 fn stretches_reach_to_the_end_of_what_they_are_of() {
     for days in [28, 29, 30, 31, 10_957] {
@@ -111,7 +111,7 @@ fn stretches_reach_to_the_end_of_what_they_are_of() {
     assert_eq!(stretches(far).next().map(|last| last.to_us), Some(i64::MAX));
 }
 
-/// A month that is read as a whole rests ten times as long as all of it takes, a short one no longer than ten times what it takes.
+/// A month is read again at the earliest after ten times its total reading time, and a short one after no more than that.
 #[test]
 fn a_month_rests_as_long_as_all_of_it_takes() {
     let mut shelf = Shelf::new(100, 10);
@@ -156,7 +156,7 @@ fn the_newest_stretch_takes_room_from_the_older_ones_of_the_question() {
     let mut shelf = Shelf::new(7, NO_REST);
     let mut all = wanted(&[1, 0], &[1]);
     assert_eq!(ask(&mut shelf, &all, 3), (6, None));
-    // Something came to the newest one.
+    // The newest one got new data.
     all.stretches[0].1 = 2;
     assert_eq!(ask(&mut shelf, &all, 6), (7, Some(stretch(0).to_us - DAY_US)));
 }
@@ -188,7 +188,7 @@ fn questions_without_room_together_do_not_push_each_other_out_without_end() {
     let (one, other) = (wanted(&[0], &[1]), wanted(&[0], &[2]));
     let asked = shelf.ask(&one);
     let mut reading = shelf.begin(shelf.unread(&one, asked, now).remove(0), asked, now);
-    // Meanwhile the other has something there, newer than this question.
+    // Meanwhile the other query, which is newer, has a stretch there.
     let newer = shelf.ask(&other);
     shelf.stretches.insert(
         (0, 2),

@@ -1,7 +1,8 @@
-//! How large a file of detections will be, before it is written.
+//! Estimates the size of a file of detections before it is written.
 //!
-//! A short file is written to nowhere, and its rows and bytes are counted. Of a long one the explorer knows how many detections it
-//! has and where equal parts of them begin: the begin of each part is written, and stands for the part. The header is counted once.
+//! A short file is written to a null sink, and its rows and bytes are counted. For a long one the explorer knows the number
+//! of detections and where equal parts of them begin: the begin of each part is written as a sample of the part. The header
+//! is counted once.
 
 use super::heard::{self, HeardFile, Sample, SampleBounds};
 use api::ExportSize;
@@ -11,19 +12,19 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use store::{DetectionsWanted, Exported, TimeRange};
 
-/// Parts of which each is looked at.
+/// Number of parts that are sampled.
 pub const PARTS: usize = 25;
-/// So many detections are read, one part after another or all in one.
+/// Most detections that are read, of one part after another or of the whole.
 const SAMPLE_READ: u64 = 50_000;
-/// So long that may take, twice: whether the file is short, and where it is not.
+/// Time limit of each of two steps: testing whether the file is short, and sampling it if not.
 const SAMPLE_TIME: Duration = Duration::from_secs(1);
 
-/// Whose detections are called what, and how they are written.
+/// A file whose size is estimated.
 #[derive(Debug)]
 pub struct Measured<'m> {
     /// Which detections.
     pub wanted: &'m DetectionsWanted,
-    /// What people call vessels.
+    /// Names of vessels.
     pub names: &'m BTreeMap<u16, String>,
     /// The register.
     pub study: &'m Study,
@@ -32,7 +33,7 @@ pub struct Measured<'m> {
 }
 
 impl Measured<'_> {
-    /// How large the file will be; `None` where what `ranks` counts is not there any more.
+    /// The size of the file; `None` if the detections that `ranks` counted are gone.
     ///
     /// # Errors
     /// When the history cannot be read.
@@ -40,11 +41,11 @@ impl Measured<'_> {
         self.size_by(data, ranks, SAMPLE_READ)
     }
 
-    /// The same, from so many detections.
+    /// The same, from at most `most` detections.
     fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         let is_of_detections = self.file.format.is_of_detections();
         if ranks.detections == 0 && is_of_detections {
-            // However many others lie between: they need not be read.
+            // However many others are in between: they need not be read.
             let from_us = self.wanted.range.from_us;
             let nothing = TimeRange { from_us, to_us: from_us };
             let until = Instant::now() + SAMPLE_TIME;
@@ -64,14 +65,14 @@ impl Measured<'_> {
         self.estimate(data, ranks, most / PARTS as u64)
     }
 
-    /// By so many detections of each part.
+    /// Estimates by sampling each part.
     fn estimate(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         let until = Instant::now() + SAMPLE_TIME;
         let ends = ranks.parts.iter().skip(1).map(|part| part.from_us).chain([self.wanted.range.to_us]);
         let (mut sums, mut seen, mut fixed) = ((0.0, 0.0), 0, Exported::default());
         for (Rank { from_us, detections }, to_us) in ranks.parts.iter().zip(ends) {
             let part = TimeRange { from_us: *from_us, to_us };
-            // The neighbours before a part hardly change how long its rows are, and may be more than all that is read.
+            // The neighbours before a part hardly affect the length of its rows, and may be more than the whole sample.
             let beside_us = if self.file.format.has_lag { HORIZON_S * 1_000_000 } else { 0 };
             let read = TimeRange { to_us: to_us.saturating_add(beside_us), ..part };
             let found = self.sample(data, part, read, most, until)?;
@@ -86,7 +87,7 @@ impl Measured<'_> {
         if seen == 0 {
             return Ok(None);
         }
-        // Parts of which nothing was found, as the data changed meanwhile, are about as the others.
+        // Parts without any, as the data changed meanwhile, are assumed to be like the others.
         let of_all = |sum: f64| (sum * ranks.detections as f64 / seen as f64).round() as u64;
         let (rows, bytes) = (of_all(sums.0) + fixed.rows, of_all(sums.1) + fixed.bytes);
         Ok(Some(ExportSize { rows, bytes, estimated: true }))

@@ -10,7 +10,7 @@ use units::UtcTime;
 /// 2026-11-21 08:00 UTC.
 const START_S: u32 = 1_795_248_000;
 const BOAT: u16 = 0x0814;
-/// Detections of the day before, and of the time that is asked for.
+/// Number of detections of the previous day, and of the requested range.
 const BEFORE: u32 = 1_500;
 const WITHIN: u32 = 3_000;
 
@@ -44,7 +44,7 @@ fn fill(data: &Path) {
     store.close().unwrap();
 }
 
-/// The size that is told of a file, from so many detections, and the file's.
+/// The estimated size of a file, from at most so many detections, and the actual size.
 fn sizes(
     data: &Path,
     (from_s, to_s): (u32, u32),
@@ -89,7 +89,7 @@ fn a_short_file_is_counted() {
     }
 }
 
-/// Nothing of a tag that was not heard, among more detections than are looked at: the header alone.
+/// A tag that was not heard, among more detections than are sampled: the header alone.
 #[test]
 fn a_file_without_detections_is_its_header_however_many_others_lie_between() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,7 +104,7 @@ fn a_file_without_detections_is_its_header_however_many_others_lie_between() {
 fn the_size_of_a_long_file_of_uneven_rows_is_told_within_a_tenth() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path());
-    // With more detections on the day before than are looked at, and of a tag that is rare.
+    // With more detections on the previous day than are sampled, and for a rare tag.
     for (tags, format) in
         [("", "lutra"), ("9", "lutra"), ("100,101,102", "glatos"), ("", "vue"), ("", "thelma")]
     {
@@ -118,7 +118,7 @@ fn the_size_of_a_long_file_of_uneven_rows_is_told_within_a_tenth() {
     }
 }
 
-/// A header as long as ten rows is there once, however many rows there are.
+/// A header as long as ten rows is counted once, however many rows there are.
 #[test]
 fn the_header_is_counted_once() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The log of what people did and tried.
+//! The audit log: what people did and tried.
 
 use super::fault::Fault;
 use super::request::Request;
@@ -6,25 +6,25 @@ use api::AuditEntry;
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Something that happened.
+/// An entry of the audit log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
     /// Who did it.
     pub actor: String,
-    /// From which network address; empty for what happened by itself.
+    /// From which network address; empty for automatic events.
     pub address: String,
     /// Like `plan.start`.
     pub action: &'static str,
-    /// To what.
+    /// What it was done to.
     pub subject: String,
-    /// How far it is, or why not.
+    /// The stage reached, or why it failed.
     pub outcome: String,
 }
 
 /// Entries that are kept; older ones go.
 const ENTRIES: i64 = 1_000_000;
 
-/// How outcomes begin that are neither a refusal nor a failure: stages of an order, before a colon.
+/// Prefixes, before a colon, of outcomes that are neither a refusal nor a failure: stages of an order.
 const FINE: [&str; 8] =
     ["done", "asked", "accepted", "waiting", "sent", "received", "executing", "effect seen"];
 
@@ -33,7 +33,7 @@ pub fn is_bad(outcome: &str) -> bool {
     !FINE.contains(&outcome.split(':').next().unwrap_or_default())
 }
 
-/// Something somebody does.
+/// An act of a user.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Act<'a> {
     pub(super) actor: &'a str,
@@ -45,7 +45,7 @@ pub(super) struct Act<'a> {
     pub(super) outcome: &'a str,
 }
 
-/// Writes lines down, each with the time at which it happened.
+/// Writes lines, each with the time at which it happened.
 #[derive(Debug)]
 pub struct Record(pub Vec<(UtcTime, Line)>);
 
@@ -65,7 +65,7 @@ impl Request for Record {
 pub struct Acted<R> {
     /// What is done.
     pub request: R,
-    /// What is written of it.
+    /// Its line in the log.
     pub line: Line,
     /// When.
     pub now: UtcTime,
@@ -86,7 +86,7 @@ impl<R: Request> Request for Acted<R> {
 pub struct Entries {
     /// Entries with lower numbers only.
     pub before: Option<i64>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
     /// Of this person or program alone.
     pub actor: Option<String>,
@@ -96,7 +96,7 @@ pub struct Entries {
     pub failed: bool,
 }
 
-/// Everybody who is in the log, by name.
+/// All actors in the log, by name.
 #[derive(Debug)]
 pub struct Actors;
 
@@ -120,7 +120,7 @@ impl Request for Entries {
 /// Writes it down.
 pub(super) async fn record(db: &mut SqliteConnection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
     let short = |text: &str| text.chars().take(200).collect::<String>();
-    // A parameter with its value before and after.
+    // Long enough for a parameter with its value before and after.
     let subject: String = act.subject.chars().take(500).collect();
     let sql = "INSERT INTO audit (time_us, actor, address, action, subject, outcome) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
     let query = sqlx::query(sql).bind(now.micros()).bind(short(act.actor)).bind(short(act.address));
@@ -152,10 +152,10 @@ async fn entries(db: &mut SqliteConnection, wanted: Entries) -> Result<Vec<Audit
     Ok(rows.into_iter().map(entry).collect())
 }
 
-/// Entries that are looked through for steering by hand that has no end.
+/// Entries that are searched for teleoperation without an end.
 const LOOKED_THROUGH: i64 = 10_000;
 
-/// Writes an end behind every steering by hand that has none: the server that was to write it was killed. How many.
+/// Writes an end for every teleoperation without one, because the server was killed before it wrote it. Returns how many.
 pub(super) async fn close_open(db: &mut SqliteConnection, now: UtcTime) -> Result<usize, Fault> {
     let sql = "SELECT actor, subject FROM audit AS begun
          WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome IN ('asked', 'done')

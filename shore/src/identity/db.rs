@@ -15,7 +15,7 @@ const BUSY: Duration = Duration::from_secs(5);
 /// How `app.db` in `folder` is opened, for reading and writing.
 pub(super) fn options(folder: &Path) -> SqliteConnectOptions {
     let options = SqliteConnectOptions::new().filename(folder.join("app.db"));
-    // A disk that is slow is told by `owners`, and no line of a log should hold a statement.
+    // A slow disk is reported by `owners`, and statements should not appear in the log.
     options.busy_timeout(BUSY).foreign_keys(true).disable_statement_logging()
 }
 
@@ -40,7 +40,7 @@ pub async fn open(folder: &Path) -> Result<SqliteConnection, Fault> {
 /// Refuses an `app.db` of a later version; reads, and writes nothing.
 ///
 /// # Errors
-/// It is one, or cannot be read.
+/// It is such a file, or cannot be read.
 pub fn refuse_newer(folder: &Path) -> Result<(), Fault> {
     let path = folder.join("app.db");
     let named = |error| Fault::Folder(folder.display().to_string(), error);
@@ -51,7 +51,7 @@ pub fn refuse_newer(folder: &Path) -> Result<(), Fault> {
     }
 }
 
-/// Makes an empty file that only its owner may read, before SQLite gives its log the same rights.
+/// Makes an empty file that only its owner may read: SQLite gives its log the same permissions.
 fn make_private(path: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
     let file = std::fs::OpenOptions::new().create(true).append(true).mode(0o600).open(path)?;
@@ -71,7 +71,7 @@ pub async fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What SQLite says of the whole file: `ok`, or what is damaged.
+/// SQLite's integrity check of the whole file: `ok`, or what is damaged.
 ///
 /// # Errors
 /// It cannot be read.
@@ -79,8 +79,8 @@ pub async fn check(db: &mut SqliteConnection) -> Result<String, Fault> {
     Ok(sqlx::query_scalar("PRAGMA quick_check").fetch_one(db).await?)
 }
 
-/// Brings the schema up to date, all or nothing; of two programs that open the file at once, one does. A file that is up
-/// to date is only read, and waits for no writer.
+/// Brings the schema up to date, all or nothing; if two programs open the file at once, one of them does it. An up-to-date
+/// file is only read, which waits for no writer.
 async fn migrate(db: &mut SqliteConnection) -> Result<(), Fault> {
     let known = MIGRATIONS.iter().map(|one| one.version).max().unwrap_or_default();
     if seen(db).await? == (known, Some(known)) {
@@ -93,18 +93,18 @@ async fn migrate(db: &mut SqliteConnection) -> Result<(), Fault> {
         return Err(Fault::Newer { found, known });
     }
     if noted.is_none() && version > 0 {
-        // Made before checksums were kept: the number alone says which migrations it has seen.
+        // Made before checksums were stored: only the number tells which migrations were applied.
         MIGRATIONS.run_direct(Some(version), &mut *transaction, true).await?;
     }
     MIGRATIONS.run_direct(None, &mut *transaction, false).await?;
-    // By this number programs that keep no checksums know that the file is newer than they are.
+    // Older programs without checksums recognise a newer file by this number.
     let mark = AssertSqlSafe(format!("PRAGMA user_version = {known}"));
     sqlx::query(mark).execute(&mut *transaction).await?;
     transaction.commit().await?;
     Ok(())
 }
 
-/// Which migrations the file has seen: by its number, and by what is noted with checksums, if anything is.
+/// The last applied migration: by the file's number, and by the table of checksums, if there is one.
 async fn seen(db: &mut SqliteConnection) -> Result<(i64, Option<i64>), Fault> {
     let version = sqlx::query_scalar("PRAGMA user_version").fetch_one(&mut *db).await?;
     let sql = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name = '_sqlx_migrations'";
@@ -116,11 +116,11 @@ async fn seen(db: &mut SqliteConnection) -> Result<(i64, Option<i64>), Fault> {
     Ok((version, sqlx::query_scalar(sql).fetch_one(db).await?))
 }
 
-/// Opens `app.db` in `folder`, does `work` with it and closes it, so that all of it is in one file again where no server uses
-/// it: for the command line.
+/// For the command line: opens `app.db` in `folder`, runs `work` and closes it, so that all data are in one file again if
+/// no server uses it.
 ///
 /// # Errors
-/// What `work` says, or as [`open`].
+/// As `work`, or as [`open`].
 pub fn with<R>(
     folder: &Path,
     work: impl AsyncFnOnce(&mut SqliteConnection) -> Result<R, Fault>,
@@ -133,10 +133,10 @@ pub fn with<R>(
     })
 }
 
-/// Waits for `work` by a runtime of its own: for threads that may wait.
+/// Runs `work` to its end on its own runtime, for threads that may block.
 ///
 /// # Errors
-/// What `work` says, or that there is no runtime to be had.
+/// As `work`, or no runtime can be created.
 pub(crate) fn wait<R>(work: impl Future<Output = Result<R, Fault>>) -> Result<R, Fault> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build();
     runtime.map_err(|error| Fault::Folder("app.db".to_owned(), error))?.block_on(work)

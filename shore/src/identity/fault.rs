@@ -1,12 +1,12 @@
-//! Why app.db did not do what was asked.
+//! Errors of app.db.
 
 use api::Said;
 use thiserror::Error;
 
-/// Why the database did not do what was asked.
+/// An error of the database.
 #[derive(Debug, Error)]
 pub enum Fault {
-    /// What was asked cannot be; the text says why and is meant for the one who asked.
+    /// The request is refused; the text is for the requester.
     #[error("{0}")]
     Refused(Said),
     /// SQLite failed.
@@ -18,7 +18,7 @@ pub enum Fault {
          that version again, or one after it; this one can only use a backup from before the upgrade"
     )]
     Newer {
-        /// Migrations the file has seen.
+        /// Migrations applied to the file.
         found: i64,
         /// Migrations this program knows.
         known: i64,
@@ -29,7 +29,7 @@ pub enum Fault {
     /// The data folder cannot be used.
     #[error("data folder {0}: {1}; make it writable or choose another by --data DIR")]
     Folder(String, std::io::Error),
-    /// A token that opens nothing yet; the text says why.
+    /// A token that is not valid yet; the text says why.
     #[error("{0}")]
     NotYet(String),
     /// It does not answer.
@@ -48,7 +48,7 @@ pub enum Fault {
 
 impl From<sqlx::Error> for Fault {
     fn from(error: sqlx::Error) -> Self {
-        // Every reading connection has waited for longer than anybody should.
+        // No reading connection became free in time.
         if matches!(error, sqlx::Error::PoolTimedOut) { Self::Hangs } else { Self::Sqlite(error) }
     }
 }
@@ -73,7 +73,7 @@ impl Fault {
     }
 }
 
-/// SQLite's own words where there are some.
+/// SQLite's message, if there is one.
 fn words(error: &sqlx::Error) -> String {
     error.as_database_error().map_or_else(|| error.to_string(), |own| own.message().to_owned())
 }

@@ -25,14 +25,14 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use units::{MonoTime, UtcTime};
 
-/// How long somebody whom the register does not know waits for app.db.
+/// How long a user or token that the register does not know waits for app.db.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// How long a question or an act waits for app.db before it is said that it hangs.
+/// How long a request waits for app.db before an error says that it hangs.
 pub const ASK_PATIENCE: Duration = Duration::from_secs(10);
-/// How often it is looked whether another program changed app.db.
+/// How often app.db is checked for changes by another program.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
-/// Cheap to clone.
+/// Handle of accounts and access; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct People {
     pub(super) db: Db,
@@ -42,7 +42,7 @@ pub struct People {
     journal: Journal,
     limiter: Arc<Mutex<Limiter>>,
     pub(super) clock: Clock,
-    /// Counts changes after which open sockets must show their rights again.
+    /// Counts changes after which open sockets must check their permissions again.
     changed: Arc<watch::Sender<u64>>,
 }
 
@@ -56,8 +56,8 @@ pub struct FirstAdmin {
 }
 
 impl People {
-    /// Opens the database in `folder`. When nobody is in it yet, makes an admin with a one-time password. What an
-    /// earlier server was killed in the middle of gets its end in the audit log.
+    /// Opens the database in `folder`. If it has no people yet, makes an admin with a one-time password. Actions that a
+    /// killed server left open are ended in the audit log.
     ///
     /// # Errors
     /// As [`super::open`].
@@ -88,7 +88,7 @@ impl People {
         Ok((people, first))
     }
 
-    /// Starts what goes on beside: the journal is written, and the register follows what other programs change.
+    /// Starts the background tasks: writing the journal, and following changes by other programs.
     pub fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
         let written = self.journal.clone().keep(self.db.clone(), stop.clone());
         tasks.spawn(owners.watch("the audit log", written));
@@ -98,7 +98,7 @@ impl People {
             every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
             while stop.run_until_cancelled(every.tick()).await.is_some() {
                 let before = people.register.version();
-                // One question at a time waits for a disk that hangs.
+                // Only one query at a time waits for a disk that hangs.
                 let looked = stop.run_until_cancelled(people.db.catch_up()).await;
                 if matches!(looked, Some(Ok(()))) && people.register.version() != before {
                     people.changed.send_modify(|count| *count += 1);
@@ -107,10 +107,10 @@ impl People {
         }));
     }
 
-    /// Loses the thread that writes app.db to a fault, as a bug in it would.
+    /// For tests: makes the thread that writes app.db panic, as a bug would.
     ///
     /// # Errors
-    /// What the caller gets when the thread is lost.
+    /// What a caller gets when the thread is lost.
     #[cfg(any(test, feature = "testing"))]
     pub async fn lose_writer(&self) -> Result<(), Fault> {
         #[derive(Debug)]
@@ -125,7 +125,7 @@ impl People {
         self.db.change(Lost).await
     }
 
-    /// Loses the hashing of passwords to a fault, as a bug in it would.
+    /// For tests: makes the thread that hashes passwords panic, as a bug would.
     #[cfg(any(test, feature = "testing"))]
     pub fn lose_hashing(&self) {
         self.hashing.lose();
@@ -134,7 +134,7 @@ impl People {
     /// Reads.
     ///
     /// # Errors
-    /// What the request says, or that app.db does not answer.
+    /// As the request, or app.db does not answer.
     pub async fn ask<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
         tokio::time::timeout(ASK_PATIENCE, self.db.ask(request)).await.unwrap_or(Err(Fault::Hangs))
     }
@@ -142,15 +142,15 @@ impl People {
     /// Changes something without a line in the audit log.
     ///
     /// # Errors
-    /// What the request says.
+    /// As the request.
     pub async fn change<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
         self.db.change(request).await
     }
 
-    /// Changes something in `who`'s name, with its line in the audit log, or refuses, with its line too.
+    /// Changes something on behalf of `who`; the change or its refusal is written into the audit log.
     ///
     /// # Errors
-    /// What the request says.
+    /// As the request.
     pub async fn act<R: Request>(
         &self,
         who: &Principal,
@@ -173,7 +173,7 @@ impl People {
     /// Writes lines into the audit log; they are on the disk when it returns.
     ///
     /// # Errors
-    /// They may not be: app.db cannot be written, or does not answer within `patience`.
+    /// app.db cannot be written, or does not answer within `patience`.
     pub async fn record(&self, lines: Vec<Line>, patience: Duration) -> Result<(), Fault> {
         let now = self.clock.utc();
         let lines = lines.into_iter().map(|line| (now, line)).collect();
@@ -181,17 +181,17 @@ impl People {
         tokio::time::timeout(patience, written).await.unwrap_or(Err(Fault::Hangs))
     }
 
-    /// Has something that happened written into the audit log; never waits.
+    /// Queues a line for the audit log; never waits.
     pub fn note(&self, line: Line) {
         self.journal.note(line);
     }
 
-    /// Writes what still waits for the audit log, once everything else has ended.
+    /// Writes the queued lines, once everything else has ended.
     pub async fn finish(&self) {
         self.journal.finish(&self.db).await;
     }
 
-    /// Writes what was noted; in tests nobody else does.
+    /// For tests, which have no task that does this: writes the queued lines.
     ///
     /// # Panics
     /// It cannot be written.
@@ -200,28 +200,28 @@ impl People {
         self.journal.write(&self.db).await.expect("the audit log is written");
     }
 
-    /// Why the audit log is not written, if it is not: for anyone.
+    /// Why the audit log is not written, if so; safe to show to anyone.
     pub fn trouble(&self) -> Option<&'static str> {
         self.journal.trouble()
     }
 
-    /// Counts changes of anybody's rights or sessions; those who hold a socket open look again then.
+    /// Counts changes of permissions and sessions; open sockets then check theirs again.
     pub fn changes(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
     }
 
-    /// Who has this session.
+    /// The user of this session.
     ///
     /// # Errors
-    /// It is not known, and app.db does not say whether it is newer.
+    /// It is unknown, and app.db, which may have it, does not answer.
     pub async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
         self.known(|register| register.session(secret, self.life, self.clock.utc())).await
     }
 
-    /// For whom this token acts.
+    /// The principal that this token acts for.
     ///
     /// # Errors
-    /// It is not known, and app.db does not say whether it is newer; or it opens nothing yet.
+    /// It is unknown, and app.db, which may have it, does not answer; or it is not valid yet.
     pub async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
         self.known(|register| register.token(token, self.clock.utc())).await
     }
@@ -229,7 +229,7 @@ impl People {
     /// The vessel (IMC address) whose link this token opens.
     ///
     /// # Errors
-    /// It is not known, and app.db does not say whether it is newer.
+    /// It is unknown, and app.db, which may have it, does not answer.
     pub async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
         self.known(|register| register.link(token, self.clock.utc())).await
     }
@@ -239,12 +239,12 @@ impl People {
         self.register.vessels()
     }
 
-    /// Vessels whose link came in at some time, and for which it is open still.
+    /// Vessels that have used their link, and still have a valid token.
     pub fn linked(&self) -> Vec<u16> {
         self.register.linked(self.clock.utc())
     }
 
-    /// Looks in the register; only for what it does not know, app.db is asked.
+    /// Looks in the register, and asks app.db only for what is not there.
     async fn known<T>(&self, look: impl Fn(&Register) -> Found<T>) -> Result<Option<T>, Fault> {
         let mut found = look(&self.register);
         if matches!(found, Found::Unknown) {
@@ -263,7 +263,7 @@ impl People {
         }
     }
 
-    /// Has it written down that a session or token was used, when app.db takes it. Nobody is refused for that.
+    /// Records the use of a session or token when app.db is free. A failure refuses no request.
     fn write_use(&self, of: Use) {
         self.db.change_some_time(WriteUse {
             of,
@@ -280,15 +280,15 @@ impl People {
         self.hashing.hash(password).await.map_err(|_| Fault::Busy)
     }
 
-    /// Asks the budgets of guesses.
+    /// Accesses the budgets of guesses.
     pub(super) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
         let now = self.clock.mono();
-        // A limiter left by a panic is as good as before: every step of it is whole.
+        // The limiter is valid even after a panic: every step leaves it consistent.
         ask(&mut self.limiter.lock().unwrap_or_else(PoisonError::into_inner), now)
     }
 }
 
-/// Writes down that a session or token was used.
+/// Records the use of a session or token.
 #[derive(Debug)]
 struct WriteUse {
     of: Use,
@@ -310,7 +310,7 @@ impl Request for WriteUse {
     }
 }
 
-/// What a start writes: the ends that a killed server left open, and, for an empty database, its first admin.
+/// What a start writes: the missing ends after a killed server, and the first admin of an empty database.
 #[derive(Debug)]
 struct FirstLook {
     now: UtcTime,

@@ -1,18 +1,18 @@
 //! The one place where passwords are hashed: a thread of its own.
 //!
-//! A hash takes 19 MiB and tens of milliseconds on purpose. In one thread all of them use the same memory, and however
-//! many strangers guess, one core at most is busy with them. [`WAITING`] may wait; one more is told to come again, and
-//! nobody's turn comes who went away meanwhile.
+//! A hash takes 19 MiB and tens of milliseconds on purpose. In one thread all of them share the same memory, and guesses by
+//! strangers load one core at most. At most [`WAITING`] requests are queued; further ones are refused as busy, and those
+//! whose requester has gone are skipped.
 
 use super::password;
 use crate::owners::Owners;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use tokio::sync::oneshot;
 
-/// Passwords that may wait for their turn.
+/// Passwords that may be queued.
 const WAITING: usize = 64;
 
-/// The way to the thread; cheap to clone.
+/// Handle of the thread; cheap to clone.
 #[derive(Debug, Clone)]
 pub(crate) struct Hashing(SyncSender<Work>);
 
@@ -40,7 +40,7 @@ impl Hashing {
         Ok(Self(sender))
     }
 
-    /// The password as it is kept.
+    /// The password's hash.
     ///
     /// # Errors
     /// Too many wait.
@@ -50,7 +50,7 @@ impl Hashing {
         answered.await.map_err(|_| Busy)
     }
 
-    /// Whether `password` is the one kept as `kept`; as slow for `None`, which is never right.
+    /// Whether `password` matches the hash `kept`; as slow for `None`, which never matches.
     ///
     /// # Errors
     /// Too many wait.
@@ -60,7 +60,7 @@ impl Hashing {
         answered.await.map_err(|_| Busy)
     }
 
-    /// Loses the thread to a fault, as a bug in it would.
+    /// For tests: makes the thread panic, as a bug would.
     #[cfg(any(test, feature = "testing"))]
     pub(crate) fn lose(&self) {
         self.queue(Work::Fault).expect("there is room in the queue");
@@ -103,7 +103,7 @@ mod tests {
         let hashing = Hashing::start(&owners).unwrap();
         let kept = hashing.hash("nine otters swim".to_owned()).await.unwrap();
         assert_eq!(hashing.is_right("nine otters swim".to_owned(), Some(kept)).await, Ok(true));
-        // None of these is polled again: each waits in the queue, and is passed over when it is dropped.
+        // None of these is polled again: each stays in the queue, and is skipped once dropped.
         let mut waiting = Vec::new();
         let mut busy = 0;
         for _ in 0..WAITING * 2 {

@@ -1,8 +1,8 @@
-//! Lines of the audit log that wait for the disk, so that what they tell of need not wait.
+//! Queue of audit log lines that wait for the disk, so that the logged actions need not wait.
 //!
-//! A stop, control that somebody takes or gives back, and what became of a command happen first and are written down as
-//! soon as app.db takes it, in order, with the time at which they happened. [`WAITING`] lines may wait; one more goes to
-//! the program's log alone, as an error with everything that it says, and is counted.
+//! A stop, a change of control and the progress of a command happen first and are written as soon as app.db is free, in
+//! order, with the time at which they happened. At most [`WAITING`] lines are queued; a further one goes only to the
+//! program's log, as an error with its full text, and is counted.
 
 use super::audit::{self, Line};
 use super::fault::Fault;
@@ -21,12 +21,12 @@ const WAITING: usize = 10_000;
 const AT_ONCE: usize = 200;
 /// How long to wait after a failure.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
-/// A line that waited longer is told by [`Journal::trouble`].
+/// A line that has waited longer is reported by [`Journal::trouble`].
 const LATE_US: i64 = 10_000_000;
-/// What waits may take so long when the program ends.
+/// Time limit for writing the queue when the program ends.
 const GOOD_BYE: Duration = Duration::from_secs(2);
 
-/// The way to the audit log that waits for nothing; cheap to clone.
+/// Non-blocking handle of the audit log; cheap to clone.
 #[derive(Debug, Clone)]
 pub(super) struct Journal(Arc<Shared>);
 
@@ -38,7 +38,7 @@ struct Shared {
 }
 
 impl Journal {
-    /// Empty, with the clock by which it is written.
+    /// Empty, with its clock.
     pub(super) fn new(clock: Clock) -> Self {
         Self(Arc::new(Shared { clock, waiting: Mutex::default(), ready: Notify::default() }))
     }
@@ -47,7 +47,7 @@ impl Journal {
         self.0.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Has a line written; never waits.
+    /// Queues a line; never waits.
     pub(super) fn note(&self, line: Line) {
         let mut waiting = self.waiting();
         if waiting.len() < WAITING {
@@ -69,13 +69,13 @@ impl Journal {
         );
     }
 
-    /// What is wrong, if anything: for anyone.
+    /// What is wrong, if anything; safe to show to anyone.
     pub(super) fn trouble(&self) -> Option<&'static str> {
         let oldest = self.waiting().front().map(|(at, _)| *at)?;
         (self.0.clock.utc() - oldest > LATE_US).then_some("the audit log cannot be written")
     }
 
-    /// Writes what is noted until `stop`; [`Journal::finish`] writes what still waits then.
+    /// Writes queued lines until `stop`; [`Journal::finish`] writes the rest.
     pub(super) async fn keep(self, db: Db, stop: CancellationToken) {
         while stop.run_until_cancelled(self.0.ready.notified()).await.is_some() {
             let mut told = false;
@@ -90,8 +90,8 @@ impl Journal {
         }
     }
 
-    /// Writes what still waits, once nobody notes anything any more. What app.db does not take in time goes to the program's
-    /// log.
+    /// Writes the rest of the queue, once no more lines are added. Lines that app.db does not take in time go to the
+    /// program's log.
     pub(super) async fn finish(&self, db: &Db) {
         if !matches!(tokio::time::timeout(GOOD_BYE, self.write(db)).await, Ok(Ok(()))) {
             for (_, line) in self.waiting().drain(..) {
@@ -103,7 +103,7 @@ impl Journal {
         }
     }
 
-    /// Writes all that waits.
+    /// Writes the whole queue.
     pub(super) async fn write(&self, db: &Db) -> Result<(), Fault> {
         loop {
             let lines: Vec<(UtcTime, Line)> = self.waiting().iter().take(AT_ONCE).cloned().collect();
@@ -112,7 +112,7 @@ impl Journal {
                 return Ok(());
             }
             db.change(audit::Record(lines)).await?;
-            // Whoever notes appends, and nobody else takes away.
+            // Others only append, and only this task removes.
             self.waiting().drain(..count);
         }
     }

@@ -4,10 +4,10 @@ use super::fault::Fault;
 use super::request::Request;
 use sqlx::SqliteConnection;
 
-/// A language that pages speak.
+/// A language of the pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Language {
-    /// English, in which all words are written first.
+    /// English, the language of the source texts.
     #[default]
     English,
     /// Norwegian Bokmål.
@@ -18,7 +18,7 @@ impl Language {
     /// All of them, in the order in which they are offered.
     pub const ALL: [Self; 2] = [Self::English, Self::Bokmal];
 
-    /// By its code of BCP 47; `None` for one that pages do not speak.
+    /// By its code of BCP 47; `None` for a language that the pages do not have.
     pub fn by_code(code: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|language| language.code() == code)
     }
@@ -40,7 +40,7 @@ impl Language {
     }
 }
 
-/// Chooses the language of somebody's pages.
+/// Sets the language of a person's pages.
 #[derive(Debug)]
 pub struct Choose {
     /// The person's number.

@@ -1,21 +1,22 @@
-//! How often somebody may guess passwords.
+//! Limits how often passwords may be guessed.
 //!
 //! Three budgets of failures, each refilled with time: per address, per address and account, and per account.
 //! The last slows guesses that come from many addresses at once. So that a stranger cannot lock a person out by
 //! guessing, a browser in which that person was logged in before has a budget of its own and none of these
 //! (OWASP, "Slow Down Online Guessing Attacks with Device Cookies").
 //!
-//! governor cannot do this: a guess takes from three budgets or from none, and a right password gives back what it took.
+//! The crate governor cannot do this: a guess takes from three budgets or from none, and a correct password gives back what
+//! it took.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};
 use std::time::Duration;
 use units::MonoTime;
 
-/// Budgets kept at most; when there are more, the fullest go, which forgives them least.
+/// Most budgets kept; beyond that the fullest are dropped, where it matters least.
 const BUDGETS: usize = 20_000;
 
-/// From where and at whom a guess goes.
+/// Source and target of a guess.
 #[derive(Debug, Clone)]
 pub(crate) struct Guess {
     pub address: IpAddr,
@@ -35,7 +36,7 @@ enum Key {
 }
 
 impl Key {
-    /// Failures (of links: uses) at once, and the time after which one is forgiven.
+    /// Failures (for links: uses) at once, and the time after which one is restored.
     const fn allowance(&self) -> (u32, Duration) {
         match self {
             Self::Address(_) => (30, Duration::from_secs(20)),
@@ -47,7 +48,7 @@ impl Key {
     }
 }
 
-/// When a budget will be whole again; the later, the emptier it is.
+/// When a budget will be full again; the later, the emptier it is.
 type WholeAt = MonoTime;
 
 /// The budgets.
@@ -55,7 +56,7 @@ type WholeAt = MonoTime;
 pub(crate) struct Limiter(BTreeMap<Key, WholeAt>);
 
 impl Limiter {
-    /// Takes one guess from the budgets before the password is looked at.
+    /// Takes one guess from the budgets before the password is checked.
     ///
     /// # Errors
     /// The time after which to try again.
@@ -87,7 +88,7 @@ impl Limiter {
         Ok(())
     }
 
-    /// Gives the guess back: it was right.
+    /// Gives the guess back, because it was correct.
     pub(crate) fn give_back(&mut self, guess: &Guess) {
         for key in keys(guess) {
             let (_, each) = key.allowance();

@@ -1,4 +1,4 @@
-//! Tokens of vessels' links, as provisioning handles them: is a secret still good, and when do a vessel's older ones end.
+//! Tokens of vessels' links, for provisioning: whether a secret is still valid, and when a vessel's older tokens end.
 
 use super::fault::Fault;
 use super::request::Request;
@@ -7,7 +7,7 @@ use super::tokens::LINK_PREFIX;
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// The number of the token that this secret is, if it opens the link of this vessel at this time.
+/// The number of the token with this secret, if it opens the link of this vessel at this time.
 pub struct Opens {
     /// As the token was shown when it was made.
     pub secret: String,
@@ -42,7 +42,7 @@ impl Request for Opens {
 pub struct End {
     /// The vessel (IMC address).
     pub vessel: u16,
-    /// The token that goes on.
+    /// The token that stays valid.
     pub but: Option<i64>,
     /// Only those with this label; `None`: all.
     pub label: Option<String>,

@@ -19,10 +19,10 @@ use std::time::Duration;
 use thiserror::Error;
 use units::UtcTime;
 
-/// How long a login may wait for its turn at the hashing.
+/// How long a login may wait for the hashing thread.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What somebody who wants in gives.
+/// The data of a login attempt.
 #[derive(Debug)]
 pub struct Attempt {
     /// The name.
@@ -31,13 +31,13 @@ pub struct Attempt {
     pub password: String,
     /// From which network address.
     pub address: IpAddr,
-    /// What the browser calls itself.
+    /// The browser's user agent.
     pub agent: String,
-    /// The cookie by which the browser may be known.
+    /// The cookie that identifies a known browser.
     pub device: Option<Secret>,
 }
 
-/// The cookies of somebody who is in.
+/// The cookies of a successful login.
 #[derive(Debug)]
 pub struct LoggedIn {
     pub session: Secret,
@@ -45,16 +45,16 @@ pub struct LoggedIn {
     pub must_change_password: bool,
 }
 
-/// Why somebody is not let in.
+/// Why a login is refused.
 #[derive(Debug, Error)]
 pub enum Refused {
-    /// Wrong name or password; which, is not said.
+    /// Wrong name or password, without saying which.
     #[error("Name or password is wrong.")]
     Wrong,
-    /// The old password is not the one typed.
+    /// The old password is wrong.
     #[error("The old password is wrong.")]
     WrongOld,
-    /// The password of something that is opened by one is wrong.
+    /// The password of a link is wrong.
     #[error("The password is wrong.")]
     WrongPassword,
     /// Too many guesses.
@@ -81,7 +81,7 @@ impl Refused {
 }
 
 impl People {
-    /// Lets somebody in, or not.
+    /// Logs a person in.
     ///
     /// # Errors
     /// [`Refused`].
@@ -110,12 +110,12 @@ impl People {
             .await?)
     }
 
-    /// Asks somebody who is in for the password again.
+    /// Checks the password of a logged-in person again.
     ///
     /// # Errors
     /// [`Refused`].
     pub async fn confirm(&self, who: &Principal, password: String, address: IpAddr) -> Result<(), Refused> {
-        // Known to be in, so no stranger's guesses count against them: the session takes the browser's place.
+        // The person is logged in, so guesses by strangers do not count: the session takes the place of the known browser.
         let device = Some(Sha256::digest(who.csrf()).into());
         let guess = Guess { address, account: who.name.to_lowercase(), device };
         self.limit(|limiter, now| limiter.take(&guess, now)).map_err(Refused::Wait)?;
@@ -129,7 +129,7 @@ impl People {
         Ok(())
     }
 
-    /// Whether a password is the one that opens something, which is kept as `kept`. It is guessed no more often than logins are.
+    /// Whether a password matches the hash `kept`, such as that of a link. Guesses are limited as for logins.
     ///
     /// # Errors
     /// [`Refused`].
@@ -153,7 +153,7 @@ impl People {
         Ok(())
     }
 
-    /// Takes one use of links from the budget of a network address: each is written down, and nobody is known.
+    /// Takes one use of links from the budget of a network address: each use is recorded, and the client is anonymous.
     ///
     /// # Errors
     /// The time after which to try again.
@@ -161,7 +161,7 @@ impl People {
         self.limit(|limiter, now| limiter.take_link(address, now))
     }
 
-    /// Compares, when its turn comes.
+    /// Compares in the hashing thread.
     async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Refused> {
         match tokio::time::timeout(PATIENCE, self.hashing.is_right(password, kept)).await {
             Ok(Ok(is_right)) => Ok(is_right),
@@ -181,7 +181,7 @@ impl People {
     }
 }
 
-/// Who wants in, and the browser's cookie if it is known to be theirs.
+/// Looks up the account, and whether the browser's cookie is known for it.
 #[derive(Debug)]
 struct FindAccount {
     name: String,
@@ -201,7 +201,7 @@ impl Request for FindAccount {
     }
 }
 
-/// Begins the session of somebody whose password was right.
+/// Begins a session after a correct password.
 #[derive(Debug)]
 struct Begin {
     account: Account,

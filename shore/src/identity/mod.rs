@@ -1,10 +1,10 @@
 //! People: accounts, roles, sessions, tokens, and the log of what they did.
 //!
-//! One thread writes `app.db` and a few connections read beside it (`writer`); handlers ask through [`People`], each
-//! question and change a [`Request`] with its arguments. Who may come in is answered from
-//! memory (`register`) and what happened is written when the disk takes it (`journal`), so that no disk keeps
-//! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing
-//! secret is kept readably: passwords as argon2id, random secrets as SHA-256.
+//! One thread writes `app.db` and a few connections read in parallel (`writer`); handlers use [`People`], where each query
+//! and change is a [`Request`] with its arguments. Access is checked in memory (`register`) and the audit log is written
+//! when the disk is free (`journal`), so that a slow disk never prevents stopping a boat. The command line opens the same
+//! file directly, also while a server runs. No secret is stored in plain text: passwords as argon2id, random secrets as
+//! SHA-256.
 
 pub mod audit;
 mod db;

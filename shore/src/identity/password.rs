@@ -6,13 +6,13 @@ use argon2::{Algorithm, Argon2, Block, Params, PasswordHasher as _, Version};
 use std::sync::LazyLock;
 use subtle::ConstantTimeEq as _;
 
-/// Bytes of a password that are looked at; longer ones are refused before any work is done.
+/// Longest password in bytes; longer ones are refused before any work is done.
 pub const MAX_BYTES: usize = 1024;
 
-/// Compared with when there is no such person, so that names cannot be told by the time an answer takes.
+/// Compared with when there is no such person, so that response times do not reveal which names exist.
 static NOBODY: LazyLock<String> = LazyLock::new(|| hash(&super::secret::one_time_password()));
 
-/// The password as it is kept. Takes tens of milliseconds on purpose.
+/// The password's hash. Takes tens of milliseconds on purpose.
 ///
 /// # Panics
 /// Never: the parameters are argon2's own.
@@ -21,12 +21,12 @@ pub fn hash(password: &str) -> String {
     hashed.expect("invariant: the parameters are argon2's own and the length is checked").to_string()
 }
 
-/// The memory in which passwords are compared, kept from one to the next: 19 MiB that are taken and given back for each
-/// of many logins would leave holes of several times that.
+/// The memory for comparing passwords, kept between uses: allocating and freeing 19 MiB for each of many logins would
+/// fragment the heap by several times that.
 #[derive(Debug, Default)]
 pub struct Memory(Vec<Block>);
 
-/// Whether `password` is the one kept as `kept`; as slow for `None`, which is never right.
+/// Whether `password` matches the hash `kept`; as slow for `None`, which never matches.
 pub fn is_right(memory: &mut Memory, password: &str, kept: Option<&str>) -> bool {
     if password.len() > MAX_BYTES {
         return false;

@@ -7,7 +7,7 @@ use api::{Permission, Person, Role, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// How `permission.vessel` says "all vessels".
+/// Value of `permission.vessel` for "all vessels".
 const ALL: i64 = -1;
 
 /// What a login needs to know of a person.
@@ -17,9 +17,9 @@ pub struct Account {
     pub id: i64,
     /// The name.
     pub name: String,
-    /// The password as it is kept.
+    /// The password's hash.
     pub password: String,
-    /// Whether nothing but a new password may come next.
+    /// Whether the password must be changed first.
     pub must_change: bool,
 }
 
@@ -54,7 +54,7 @@ impl Request for Add {
 /// Gives a person a role on a vessel (`None`: all vessels), or takes it.
 #[derive(Debug)]
 pub struct SetRole {
-    /// Whose.
+    /// Name of the person.
     pub name: String,
     /// On which vessel (`None`: all).
     pub vessel: Option<u16>,
@@ -74,13 +74,13 @@ impl Request for SetRole {
 /// Sets a password; all sessions of the person but `keep` end.
 #[derive(Debug)]
 pub struct SetPassword {
-    /// Whose.
+    /// Name of the person.
     pub name: String,
     /// The password, as argon2id keeps it.
     pub password_hash: String,
     /// Whether it is good for one login only.
     pub must_change: bool,
-    /// The session that goes on; all others end.
+    /// The session that is kept; all others end.
     pub keep: Option<i64>,
 }
 
@@ -129,7 +129,7 @@ impl Request for List {
     }
 }
 
-/// What the person of this number may do where.
+/// Permissions of the person of this number.
 #[derive(Debug)]
 pub struct Permissions(pub i64);
 
@@ -144,7 +144,7 @@ impl Request for Permissions {
 /// Adds a person without any permission.
 ///
 /// # Errors
-/// The name is taken or no name.
+/// The name is taken or not valid.
 pub(super) async fn add(
     db: &mut SqliteConnection,
     name: &str,
@@ -161,7 +161,7 @@ pub(super) async fn add(
     Ok(query.execute(db).await?.last_insert_rowid())
 }
 
-/// The person of this name, capitals or not.
+/// The person of this name, ignoring case.
 pub(super) async fn find(db: &mut SqliteConnection, name: &str) -> Result<Option<Account>, Fault> {
     let sql = "SELECT id, name, password, must_change FROM person WHERE name = ?1";
     let row = sqlx::query_as(sql).bind(name).fetch_optional(db).await?;
@@ -176,7 +176,7 @@ pub(super) async fn known(db: &mut SqliteConnection, name: &str) -> Result<Accou
     find(db, name).await?.ok_or_else(|| unknown(name))
 }
 
-/// That nobody is called so.
+/// The error that there is no person of this name.
 pub(super) fn unknown(name: &str) -> Fault {
     Fault::refused(say("There is no person {name}.").with("name", name))
 }
@@ -184,15 +184,15 @@ pub(super) fn unknown(name: &str) -> Fault {
 /// Removes a person with sessions and tokens.
 ///
 /// # Errors
-/// There is none of this name, or nobody would be left to manage the server.
+/// There is no such person, or no admin would be left.
 pub(super) async fn remove(db: &mut SqliteConnection, name: &str) -> Result<(), Fault> {
     let account = known(db, name).await?;
     sqlx::query("DELETE FROM person WHERE id = ?1").bind(account.id).execute(&mut *db).await?;
     somebody_manages(db).await
 }
 
-/// Sets a password; all sessions of the person but `keep` end, and so do the tokens of their scripts: who knew the old
-/// password may have made some. Those that were made beside a one-time password stay when that is changed.
+/// Sets a password; all sessions of the person but `keep` end, and so do the tokens of their scripts: someone who knew the
+/// old password may have made some. Tokens made while a one-time password was set stay when that is changed.
 pub(super) async fn set_password(
     db: &mut SqliteConnection,
     person: i64,
@@ -212,7 +212,7 @@ pub(super) async fn set_password(
 /// Gives or, with `None`, takes a role on a vessel (`None`: all vessels).
 ///
 /// # Errors
-/// Nobody would be left to manage the server.
+/// No admin would be left.
 pub(super) async fn set_permission(
     db: &mut SqliteConnection,
     person: i64,
@@ -232,7 +232,7 @@ pub(super) async fn set_permission(
     somebody_manages(db).await
 }
 
-/// What a person may do where.
+/// Permissions of a person.
 async fn permissions(db: &mut SqliteConnection, person: i64) -> Result<Vec<Permission>, Fault> {
     let sql = "SELECT vessel, role FROM permission WHERE person = ?1 ORDER BY vessel";
     let rows: Vec<(i64, i64)> = sqlx::query_as(sql).bind(person).fetch_all(db).await?;
@@ -242,7 +242,7 @@ async fn permissions(db: &mut SqliteConnection, person: i64) -> Result<Vec<Permi
     Ok(given.collect())
 }
 
-/// As [`permissions`], to decide by.
+/// As [`permissions`], in the form for access checks.
 pub(crate) async fn grants(db: &mut SqliteConnection, person: i64) -> Result<Grants, Fault> {
     Ok(Grants::new(&permissions(db, person).await?))
 }
@@ -259,7 +259,7 @@ async fn list(db: &mut SqliteConnection) -> Result<Vec<Person>, Fault> {
     Ok(people)
 }
 
-/// The number that stands for a role in the database.
+/// The number of a role in the database.
 pub fn number(role: Role) -> i64 {
     match role {
         Role::Viewer => 1,
@@ -269,7 +269,7 @@ pub fn number(role: Role) -> i64 {
     }
 }
 
-/// The role behind a number.
+/// The role with this number.
 pub fn role(written: i64) -> Option<Role> {
     Role::ALL.into_iter().find(|role| number(*role) == written)
 }

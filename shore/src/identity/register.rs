@@ -1,9 +1,9 @@
-//! Who may come in, in memory: people and their roles, sessions, tokens, names of vessels.
+//! Access data in memory: people and their roles, sessions, tokens, names of vessels.
 //!
-//! A request is let in by what was read from app.db last, so that a disk that hangs, or a file that somebody has locked,
-//! keeps nobody from stopping a boat. Everything is read again, and put in place at once, by the thread that writes
-//! app.db after each of its changes, and by a reader whenever the count of changes says that another program made some. When a
-//! session or token was used last is remembered here first and written down when app.db takes it.
+//! A request is authorised by what was last read from app.db, so that a disk that hangs, or a file locked by another
+//! program, does not prevent stopping a boat. Everything is read again, and replaced at once, by the thread that writes
+//! app.db after each of its changes, and by a reader whenever the change counter shows a change by another program. The
+//! last use of a session or token is stored here first and written when app.db is free.
 
 use super::fault::Fault;
 use super::language::Language;
@@ -24,23 +24,23 @@ const USE_EVERY_US: i64 = 60_000_000;
 /// How often a use is offered to app.db again while it takes none, µs.
 const OFFER_EVERY_US: i64 = 5_000_000;
 
-/// What is kept of a secret.
+/// The stored hash of a secret.
 type Hash = [u8; 32];
 
-/// What a secret stands for.
+/// Result of looking up a secret.
 #[derive(Debug)]
 pub(crate) enum Found<T> {
-    /// This, and a use to be written down, if that is due.
+    /// Found, with a use to be recorded, if that is due.
     Known(T, Option<Use>),
-    /// It is known and opens nothing, for this reason.
+    /// It is known but not valid, for this reason.
     Refused(String),
-    /// It is over.
+    /// It has expired.
     Over,
     /// It is not in the register. It may be newer.
     Unknown,
 }
 
-/// That something was used, to be written down.
+/// A use to be recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     /// A session, by its number.
@@ -55,7 +55,7 @@ pub(crate) struct Register(RwLock<Arc<Book>>);
 
 #[derive(Debug, Default)]
 struct Book {
-    /// The count of changes that it was read at; `None` before it was read at all.
+    /// The change counter when it was read; `None` before the first reading.
     changes: Option<i64>,
     people: BTreeMap<i64, Person>,
     sessions: BTreeMap<Hash, Session>,
@@ -114,7 +114,7 @@ impl Used {
         self.last.load(Ordering::Relaxed)
     }
 
-    /// Notes a use; whether it is to be offered to app.db.
+    /// Notes a use; returns whether it is to be written to app.db.
     fn note(&self, now_us: i64) -> bool {
         self.last.fetch_max(now_us, Ordering::Relaxed);
         let due = now_us - self.written.load(Ordering::Relaxed) >= USE_EVERY_US
@@ -131,8 +131,7 @@ impl Register {
         Arc::clone(&self.0.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Reads everything again if app.db says that something changed. `moment` is a transaction, so that what is read
-    /// belongs together.
+    /// Reads everything again if app.db has changed. `moment` is a transaction, so that the data are consistent.
     ///
     /// # Errors
     /// It cannot be read; the register stays as it is.
@@ -144,19 +143,19 @@ impl Register {
         }
         let book = read(moment, changes, &before).await?;
         let mut place = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        // Another connection may have read a later state meanwhile: the count only grows.
+        // Another connection may have read a later state meanwhile: the counter only grows.
         if place.changes < book.changes {
             *place = Arc::new(book);
         }
         Ok(())
     }
 
-    /// Tells one reading of app.db from another.
+    /// Identifies one reading of app.db.
     pub(crate) fn version(&self) -> Option<i64> {
         self.book().changes
     }
 
-    /// Who has this session.
+    /// The user of this session.
     pub(crate) fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
         let (book, now_us) = (self.book(), now.micros());
         let Some(session) = book.sessions.get(&secret.hash()) else { return Found::Unknown };
@@ -175,7 +174,7 @@ impl Register {
         Found::Known(Principal { person: session.person, name, grants, language, via }, due)
     }
 
-    /// For whom the script with this token acts.
+    /// The principal that the script with this token acts for.
     pub(crate) fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
         let Some(secret) = text.strip_prefix(API_PREFIX).and_then(Secret::parse) else { return Found::Over };
         let book = self.book();
@@ -211,7 +210,7 @@ impl Register {
         Found::Known(vessel, token.used.note(now.micros()).then_some(Use::Token(token.id)))
     }
 
-    /// A use stands in app.db.
+    /// A use has been written to app.db.
     pub(crate) fn written(&self, of: Use, now: UtcTime) {
         let book = self.book();
         let used = match of {
@@ -223,7 +222,7 @@ impl Register {
         }
     }
 
-    /// Vessels whose link came in at some time, and for which it is open still, by address.
+    /// Vessels that have used their link, and still have a valid token, by address.
     pub(crate) fn linked(&self, now: UtcTime) -> Vec<u16> {
         let book = self.book();
         let open = book.tokens.values().filter(|token| token.used.last_us() > 0 && !token.is_over(now));
@@ -250,7 +249,7 @@ impl Token {
     }
 }
 
-/// Everything as it stands in app.db. A use that `before` remembers and app.db does not is kept.
+/// Reads everything from app.db. A use that is in `before` and not yet in app.db is kept.
 async fn read(db: &mut SqliteConnection, changes: i64, before: &Book) -> Result<Book, Fault> {
     Ok(Book {
         changes: Some(changes),
@@ -266,7 +265,7 @@ async fn read_people(db: &mut SqliteConnection) -> Result<BTreeMap<i64, Person>,
     let rows: Vec<(i64, String, bool, Option<String>)> = sqlx::query_as(sql).fetch_all(&mut *db).await?;
     let mut people = BTreeMap::new();
     for (id, name, must_change_password, language) in rows {
-        // One that this program does not speak is as none: the browser is asked.
+        // An unknown language counts as none: the browser's is used.
         let language = language.and_then(|code| Language::by_code(&code));
         let grants = persons::grants(db, id).await?;
         people.insert(id, Person { name, must_change_password, grants, language });
@@ -304,12 +303,12 @@ async fn read_tokens(db: &mut SqliteConnection, before: &Book) -> Result<BTreeMa
     Ok(tokens)
 }
 
-/// A hash as it is kept; one of another length was made by no program.
+/// A stored hash; no program makes one of another length.
 fn whole(hash: Vec<u8>) -> Result<Hash, Fault> {
     hash.try_into().map_err(|_| sqlx::Error::Decode("a hash has another length than SHA-256".into()).into())
 }
 
-/// What a row of the table of tokens opens; `None` for one that no program made.
+/// The access given by a row of the table of tokens; `None` for an invalid one.
 fn opened((person, vessel, role): (Option<i64>, i64, Option<i64>)) -> Option<Opens> {
     match (person, role) {
         (Some(person), Some(role)) => {

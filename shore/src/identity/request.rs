@@ -1,18 +1,18 @@
-//! What is asked of app.db.
+//! Requests to app.db.
 
 use super::fault::Fault;
 use sqlx::SqliteConnection;
 
-/// Something asked of app.db, as a value with its arguments.
+/// A query or change of app.db, as a value with its arguments.
 pub trait Request: Send + 'static {
-    /// What comes of it.
+    /// Its result.
     type Answer: Send + 'static;
 
-    /// Carries it out. A fault undoes all of it.
+    /// Carries it out. An error undoes all of it.
     fn run(self, db: &mut SqliteConnection) -> impl Future<Output = Result<Self::Answer, Fault>> + Send;
 }
 
-/// Two questions, of one moment.
+/// Two requests in one transaction.
 impl<A: Request, B: Request> Request for (A, B) {
     type Answer = (A::Answer, B::Answer);
 

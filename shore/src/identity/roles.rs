@@ -1,4 +1,4 @@
-//! Who asks, and what they may do where.
+//! The requester, and their roles.
 
 use super::language::Language;
 use api::{Permission, Role};
@@ -12,7 +12,7 @@ pub struct Grants {
 }
 
 impl Grants {
-    /// From what is written in the database.
+    /// From the permissions in the database.
     pub fn new(permissions: &[Permission]) -> Self {
         let mut grants = Self::default();
         for permission in permissions {
@@ -41,12 +41,12 @@ impl Grants {
         self.vessels.values().copied().max().max(self.everywhere)
     }
 
-    /// The vessels on which somebody has this role by name, besides what holds everywhere.
+    /// The vessels that are individually granted this role, besides the role on all vessels.
     pub fn vessels_with(&self, least: Role) -> impl Iterator<Item = u16> {
         self.vessels.iter().filter(move |(_, role)| **role >= least).map(|(vessel, _)| *vessel)
     }
 
-    /// What is left of these for a token that may do no more than `role` on `vessel` (`None`: all).
+    /// These roles, limited for a token to at most `role` on `vessel` (`None`: all).
     #[must_use]
     pub fn limited(&self, vessel: Option<u16>, role: Role) -> Self {
         let least = |own: Role| own.min(role);
@@ -63,44 +63,44 @@ impl Grants {
     }
 }
 
-/// How somebody showed who they are.
+/// How a requester authenticated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Via {
     /// A browser's session.
     Session {
         /// Its number.
         id: i64,
-        /// What every change must repeat, so that no foreign page can make it.
+        /// CSRF token, which every change must repeat, so that no other site can make it.
         csrf: String,
-        /// Whether nothing but a new password may come next.
+        /// Whether the password must be changed first.
         must_change_password: bool,
     },
     /// A token in the header.
     Token {
         /// Its number.
         id: i64,
-        /// What it is for, in the words of whoever made it.
+        /// What it is for, as given by its creator.
         label: String,
     },
 }
 
-/// Who asks.
+/// The requester.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Principal {
     /// The person's number.
     pub person: i64,
     /// Their name.
     pub name: String,
-    /// What they may do where.
+    /// Their roles.
     pub grants: Grants,
     /// The language of their pages; `None` follows what the browser asks for.
     pub language: Option<Language>,
-    /// How they showed who they are.
+    /// How they authenticated.
     pub via: Via,
 }
 
 impl Principal {
-    /// As the audit log names them: what a script does in somebody's name is told from what they do themselves.
+    /// Name in the audit log: distinguishes a person's scripts from the person.
     pub fn actor(&self) -> String {
         match &self.via {
             Via::Session { .. } => self.name.clone(),
@@ -108,7 +108,7 @@ impl Principal {
         }
     }
 
-    /// The token against foreign pages; empty for scripts, which need none.
+    /// The CSRF token; empty for scripts, which need none.
     pub fn csrf(&self) -> &str {
         match &self.via {
             Via::Session { csrf, .. } => csrf,

@@ -1,20 +1,20 @@
-//! Random secrets, how they are written and how they are kept.
+//! Random secrets, their text form and their hash.
 
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
-/// Letters and digits that nobody mistakes for another when reading them aloud.
+/// Letters and digits that are not mistaken for one another when read aloud.
 const READABLE: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
 
-/// 256 random bits, as given to a browser or a script. Does not show itself in logs.
+/// 256 random bits, as given to a browser or a script. Not shown in logs.
 #[derive(Clone)]
 pub struct Secret([u8; 32]);
 
 impl Secret {
-    /// A new one from the system's randomness.
+    /// A new secret from the system's random generator.
     ///
     /// # Panics
-    /// The kernel has none.
+    /// The kernel gives no random bytes.
     pub fn random() -> Self {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes).expect("invariant: the kernel has randomness");
@@ -39,12 +39,12 @@ impl Secret {
         hex::encode(self.0)
     }
 
-    /// What is kept of it.
+    /// The hash that is stored.
     pub fn hash(&self) -> [u8; 32] {
         Sha256::digest(self.0).into()
     }
 
-    /// Another secret that follows from this one and says nothing about it.
+    /// Another secret that is derived from this one and does not reveal it.
     pub fn derived(&self, purpose: &str) -> String {
         hex::encode(Sha256::new().chain_update(purpose).chain_update(self.0).finalize())
     }

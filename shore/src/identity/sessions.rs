@@ -8,9 +8,9 @@ use sqlx::SqliteConnection;
 use std::time::Duration;
 use units::UtcTime;
 
-/// Sessions a person has at most; the one that rested longest ends.
+/// Most sessions of a person; the one idle for longest ends.
 const SESSIONS: i64 = 50;
-/// Known browsers a person has at most.
+/// Most known browsers of a person.
 const DEVICES: i64 = 20;
 
 /// How long sessions last.

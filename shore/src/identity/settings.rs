@@ -1,4 +1,4 @@
-//! What accounts and sessions are told once.
+//! Settings of accounts and sessions.
 
 use serde::{Deserialize, Serialize};
 

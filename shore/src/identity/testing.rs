@@ -53,7 +53,7 @@ pub async fn session(folder: &Path, person: i64) -> Secret {
     sessions::begin(&mut db, person, "127.0.0.1", "test", life, Clock::real().utc()).await.unwrap()
 }
 
-/// As [`script`], a token by which the link of `vessel` comes in.
+/// As [`script`], a token for the link of `vessel`.
 pub async fn link(folder: &Path, vessel: u16) -> String {
     let make = tokens::MakeLink { label: "link".to_owned(), vessel, days: None, now: Clock::real().utc() };
     within_transaction(&mut super::open(folder).await.unwrap(), make).await.unwrap().secret

@@ -8,19 +8,19 @@ use api::{NewToken, Token, TokenMade, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// How `token.vessel` says "all vessels".
+/// Value of `token.vessel` for "all vessels".
 const ALL: i64 = -1;
-/// The longest that a script's token may last, days.
+/// Longest life of a script's token, days.
 pub const MAX_DAYS: u32 = 730;
 /// Tokens kept at most.
 const TOKENS: i64 = 10_000;
 const DAY_US: i64 = 86_400_000_000;
-/// By which a script's token is recognised, also by programs that look for secrets in public code.
+/// Prefix of a script's token, also for programs that scan public code for secrets.
 pub(super) const API_PREFIX: &str = "lutra_api_";
-/// By which a link's token is recognised.
+/// Prefix of a link's token.
 pub(super) const LINK_PREFIX: &str = "lutra_link_";
 
-/// Makes a token by which a vessel's link comes in.
+/// Makes a token for a vessel's link.
 #[derive(Debug)]
 pub struct MakeLink {
     /// What it is for.
@@ -94,7 +94,7 @@ impl Request for List {
 /// Makes a token that acts for `person`.
 ///
 /// # Errors
-/// No label, no sensible time, too many tokens.
+/// No label, an invalid life, or too many tokens.
 async fn make(
     db: &mut SqliteConnection,
     person: i64,

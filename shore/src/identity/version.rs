@@ -1,18 +1,18 @@
-//! Which migrations app.db has seen, read without opening it as a database: that alone would write beside it.
+//! Reads the last applied migration of app.db without opening it as a database, which would create files beside it.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// SQLite's file format: what a database begins with, and where its header has `user_version`.
+/// SQLite's file format: the magic bytes of a database, and the offset of `user_version` in its header.
 const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 const USER_VERSION: std::ops::Range<usize> = 60..64;
 const HEADER_BYTES: usize = 100;
-/// Bytes before a log's frames, and of a frame before its page.
+/// Bytes of a log's header, and of a frame's header.
 const LOG_HEADER_BYTES: usize = 32;
 const FRAME_HEADER_BYTES: usize = 24;
 
-/// The number of the newest migration, which stands in the file or, newer, in its log; `None` where there is no database.
+/// The number of the newest migration, from the log if it is there, else from the file; `None` if there is no database.
 ///
 /// # Errors
 /// One of them cannot be read.
@@ -31,7 +31,7 @@ fn in_file(path: &Path) -> io::Result<Option<i64>> {
     Ok(user_version(&head))
 }
 
-/// What pages say that are in the log and not in the file yet. A log is some MiB long at most.
+/// The number in the write-ahead log, if it is not in the file yet. A log has some MiB at most.
 fn in_log(path: &Path) -> io::Result<Option<i64>> {
     let log = match fs::read(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -39,7 +39,7 @@ fn in_log(path: &Path) -> io::Result<Option<i64>> {
     };
     let Some(page_bytes) = number(&log, 8).filter(|bytes| *bytes >= 512) else { return Ok(None) };
     let frames = log.get(LOG_HEADER_BYTES..).unwrap_or_default();
-    // What was in the log before it was begun again has another salt.
+    // Old frames from before the log was restarted have another salt.
     let first_pages = frames
         .chunks_exact(FRAME_HEADER_BYTES + page_bytes as usize)
         .take_while(|frame| frame[8..16] == log[16..24])
@@ -77,7 +77,7 @@ mod tests {
         assert_eq!(of(&path).unwrap(), Some(12));
         db.execute_batch("PRAGMA user_version = 11").unwrap();
         assert_eq!(of(&path).unwrap(), Some(11), "the newest counts");
-        // A torn log is none.
+        // A torn log is ignored.
         fs::write(folder.path().join("app.db-wal"), [0xFF; 37]).unwrap();
         assert_eq!(of(&path).unwrap(), Some(7));
     }

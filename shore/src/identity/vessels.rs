@@ -52,7 +52,7 @@ impl Request for List {
 /// Names a vessel.
 ///
 /// # Errors
-/// Name or address is taken or cannot be one.
+/// Name or address is taken or not valid.
 async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
     let good = |letter: char| letter.is_alphanumeric() || "._-".contains(letter);
     if !(1..=64).contains(&name.chars().count()) || !name.chars().all(good) {

@@ -1,8 +1,8 @@
-//! Who reads and who writes app.db while a server runs.
+//! The connections that read and write app.db while a server runs.
 //!
-//! One thread owns the only connection that writes: requests reach it one after another over a queue of [`WAITING`],
-//! and who asks waits, asynchronously, when it is full. [`READERS`] connections read beside it and never wait for the
-//! disk to take what is written: in SQLite's write-ahead log every reader sees what stood when it began.
+//! One thread owns the only connection that writes: requests reach it one after another over a queue of [`WAITING`], and a
+//! requester waits asynchronously when it is full. [`READERS`] connections read in parallel and never wait for writes: with
+//! SQLite's write-ahead log every reader sees the state at its begin.
 
 use super::db;
 use super::fault::Fault;
@@ -21,10 +21,10 @@ use tokio::sync::{mpsc, oneshot};
 const WAITING: usize = 256;
 /// Connections that read.
 const READERS: u32 = 4;
-/// How long a question waits for one of them.
+/// How long a query waits for one of them.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The ways to app.db; the thread that writes ends when the last of them is gone. Cheap to clone.
+/// Handle of app.db; the writing thread ends with the last one. Cheap to clone.
 #[derive(Debug, Clone)]
 pub(super) struct Db {
     jobs: mpsc::Sender<Box<dyn Job>>,
@@ -37,7 +37,7 @@ impl Db {
     /// `app.db` in `folder` for reading.
     ///
     /// # Errors
-    /// There is no thread to be had.
+    /// The thread cannot be started.
     pub(super) fn start(
         connection: SqliteConnection,
         folder: &Path,
@@ -57,16 +57,16 @@ impl Db {
             .idle_timeout(None)
             .max_lifetime(None)
             .test_before_acquire(false)
-            // What a failed disk left of a transaction would show this one's moment to all who come after.
+            // A transaction left open by a failed disk would show its old snapshot to all later queries.
             .before_acquire(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
             .connect_lazy_with(db::options(folder).read_only(true));
         Ok(Self { jobs, readers, register })
     }
 
-    /// Answers a question that only reads, beside whatever is written.
+    /// Answers a query that only reads, in parallel with writes.
     ///
     /// # Errors
-    /// What the request says, or that no connection is free.
+    /// As the request, or no connection is free.
     pub(super) async fn ask<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
         let mut moment = self.readers.begin().await?;
         let answer = request.run(&mut moment).await?;
@@ -74,11 +74,11 @@ impl Db {
         Ok(answer)
     }
 
-    /// Carries `request` out in a transaction that is kept only when it succeeds. What was changed about who may come in
-    /// holds from the answer on.
+    /// Carries `request` out in a transaction that is committed only when it succeeds. Changes of access are in force when
+    /// it returns.
     ///
     /// # Errors
-    /// What the request says, or that the server is stopping.
+    /// As the request, or the server is stopping.
     pub(super) async fn change<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
         let (answer, answered) = oneshot::channel();
         let job = Box::new(Asked { request, answer });
@@ -86,9 +86,9 @@ impl Db {
         answered.await.map_err(|_| Fault::Stopped)?
     }
 
-    /// Carries `request` out some time, if there is room for it in the queue. Nobody waits for it.
+    /// Carries `request` out later, if there is room in the queue. No task waits for it.
     pub(super) fn change_some_time<R: Request>(&self, request: R) {
-        // Too much waits: it is offered again.
+        // The queue is full: it is offered again later.
         self.jobs.try_send(Box::new(Asked { request, answer: oneshot::channel().0 })).ok();
     }
 
@@ -102,9 +102,9 @@ impl Db {
     }
 }
 
-/// A request on its way to the thread that writes.
+/// A queued request to the writing thread.
 trait Job: Send {
-    /// Carries it out and answers; whether the connection can be used further.
+    /// Carries it out and answers; returns whether the connection is still usable.
     fn run<'a>(
         self: Box<Self>,
         db: &'a mut SqliteConnection,
@@ -127,7 +127,7 @@ impl<R: Request> Job for Asked<R> {
             let Self { request, answer } = *self;
             let outcome = changed(request, db, register).await;
             let usable = !matches!(&outcome, Err(fault) if fault.is_crash());
-            // Whoever asked may be gone; what was done stays done.
+            // The requester may be gone; the change is kept.
             if let Err(Err(fault)) = answer.send(outcome) {
                 tracing::debug!(%fault, "not written down");
             }
@@ -136,7 +136,7 @@ impl<R: Request> Job for Asked<R> {
     }
 }
 
-/// Writes until nobody can ask for it any more.
+/// Writes until the last handle is gone.
 async fn write(
     mut db: SqliteConnection,
     folder: PathBuf,
@@ -146,8 +146,8 @@ async fn write(
 ) {
     while let Some(job) = asked.recv().await {
         let _busy = duty.busy();
-        // When the disk is full or fails, SQLite undoes a transaction by itself, and sqlx, whose rollback of nothing fails,
-        // goes on counting it: no other would begin on this connection.
+        // When the disk is full or fails, SQLite rolls a transaction back on its own; the rollback by sqlx then fails, and
+        // sqlx still counts the transaction as open: no other could begin on this connection.
         if db.is_in_transaction() {
             match db::open(&folder).await {
                 Ok(fresh) => db = fresh,
@@ -155,7 +155,7 @@ async fn write(
             }
         }
         if !job.run(&mut db, &register).await {
-            // The duty is dropped undone: the program ends, and its service starts it again.
+            // The duty is dropped unfinished: the program ends, and its service restarts it.
             return;
         }
     }
@@ -171,17 +171,17 @@ async fn changed<R: Request>(
     let done = within_transaction(db, request).await?;
     let mut moment = db.begin().await?;
     let caught_up = register.catch_up(&mut moment).await;
-    // Ended here and not by being dropped, which only queues the end: the connection would still seem to be in it when
-    // the next request comes, and be given up for no reason.
+    // Ended explicitly, as dropping only queues the rollback: at the next request the connection would still seem to be in
+    // a transaction, and be discarded for no reason.
     moment.rollback().await?;
     caught_up?;
     Ok(done)
 }
 
-/// Carries `request` out in a transaction that is kept only when it succeeds.
+/// Carries `request` out in a transaction that is committed only when it succeeds.
 ///
 /// # Errors
-/// What the request says.
+/// As the request.
 pub async fn within_transaction<R: Request>(
     db: &mut SqliteConnection,
     request: R,
@@ -195,7 +195,7 @@ pub async fn within_transaction<R: Request>(
         }
     };
     if outcome.is_err() {
-        // What was queued for the connection, such as the end of the transaction, is done when it answers.
+        // Once it answers, queued work such as a rollback is done.
         db.ping().await.ok();
     }
     outcome

@@ -1,4 +1,4 @@
-//! The chart on its way to a vessel.
+//! The transfer of the chart to a vessel.
 
 use super::vessel::{Answer, Task};
 use link::{ChartReport, ChartRequest, ConnectionId, ShoreInput};
@@ -21,7 +21,7 @@ impl Task {
         });
     }
 
-    /// The vessel says which chart it holds.
+    /// The vessel reports which chart it holds.
     pub(super) fn chart_aboard(&self, report: ChartReport) {
         self.aboard.tell(self.vessel, report, self.now().utc);
         let aboard = self.aboard.clone();

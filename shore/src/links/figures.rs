@@ -1,9 +1,8 @@
-//! How a link does, as series like any other: what this server says of it is recorded, plotted and exported as
-//! what vessels say is.
+//! Link statistics as ordinary series: they are recorded, plotted and exported like data of vessels.
 //!
 //! Each vessel has four entities of this server, with labels that name vessel and figure. The three latencies are
-//! LinkLatency (s, of the vessel in `sys_src`); how far the vessel's clock is ahead is LinkLevel (s), as IMC has
-//! no message for it.
+//! LinkLatency (s, of the vessel in `sys_src`); the offset by which the vessel's clock is ahead is LinkLevel (s), as IMC
+//! has no message for it.
 
 use bytes::Bytes;
 use imc::messages::{EntityInfo, LinkLatency, LinkLevel, Message};
@@ -12,14 +11,14 @@ use link::ShoreStatus;
 use std::time::Duration;
 use units::UtcTime;
 
-/// Entities below are left for the server itself.
+/// Lower entity numbers are for the server itself.
 const FIRST_ENTITY: usize = 16;
 /// Figures of each vessel.
 const LABELS: [&str; 4] = ["round trip", "from aboard to ashore", "from sent to kept", "clock ahead"];
-/// How often the labels are said again, in figures.
+/// The labels are repeated after this many figures.
 const LABELS_EVERY: u32 = 60;
 
-/// Makes the packets of one vessel's link.
+/// Makes the statistics packets of one vessel's link.
 pub(crate) struct Figures {
     own: Address,
     vessel: Address,
@@ -29,7 +28,7 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
-    /// For the vessel that came in as number `index`.
+    /// For the vessel with this index, in the order of first connection.
     pub(crate) fn new(own: Address, vessel: Address, index: usize) -> Self {
         let first = FIRST_ENTITY + index * LABELS.len();
         let entity = u8::try_from(first).ok().filter(|first| *first <= 250);
@@ -45,7 +44,7 @@ impl Figures {
                 timestamp: now.seconds(),
                 src: self.own,
                 src_ent: entity + place,
-                // For nobody else: what is for all would go to every vessel by its radio.
+                // Addressed to the server itself: a broadcast would be sent to every vessel by radio.
                 dst: self.own,
                 ..Header::default()
             };

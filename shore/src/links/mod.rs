@@ -1,8 +1,9 @@
-//! The vessel link ashore, without its sockets: the server opens those at `/link`, each with the token of one vessel.
+//! The shore side of the vessel link, without its sockets: the server opens those at `/link`, each with the token of one
+//! vessel.
 //!
 //! Every vessel has one task (`vessel`) that owns its [`link::Shore`] over all its connections, from the first
-//! connection until the server ends. A connection is two halves: what comes is handed to the vessel's task, what
-//! the task says is written. A connection that takes nothing is closed by the task's bounded channel.
+//! connection until the server ends. A connection has two halves: incoming messages are passed to the vessel's task, and
+//! its outgoing messages are written. A connection that does not drain the task's bounded channel is closed.
 
 mod chart;
 mod figures;
@@ -30,17 +31,17 @@ const WAITING: usize = 64;
 /// Messages that may wait for one connection; beyond that it is closed. Data comes up, so little goes down.
 pub const OUTGOING: usize = 256;
 
-/// What a connection tells its vessel's task.
+/// An event from a connection to its vessel's task.
 pub enum Event {
-    /// It is there; what is sent into the channel is written to it, and its end closes it.
+    /// It is open; messages sent into the channel are written to it, and dropping the channel closes it.
     Opened(ConnectionId, mpsc::Sender<Out>),
     /// A message came.
     Message(ConnectionId, Bytes),
-    /// It is gone.
+    /// It is closed.
     Closed(ConnectionId),
 }
 
-/// What a vessel's task tells a connection.
+/// An instruction from a vessel's task to a connection.
 pub enum Out {
     /// Write this.
     Message(Bytes),
@@ -48,7 +49,7 @@ pub enum Out {
     Close(String),
 }
 
-/// All vessels that came in by the link since the start; cheap to clone.
+/// All vessels that have connected by link since the start; cheap to clone.
 #[derive(Clone)]
 pub struct Links {
     shared: Arc<Shared>,
@@ -65,7 +66,7 @@ struct Shared {
     connections: AtomicU64,
 }
 
-/// The way to a vessel's task.
+/// Handle of a vessel's task.
 #[derive(Clone)]
 struct Handle {
     events: mpsc::Sender<Event>,
@@ -73,12 +74,12 @@ struct Handle {
     ways: watch::Receiver<Option<WaysReport>>,
     /// Stick positions that came too late or never.
     late: Arc<AtomicU64>,
-    /// Which vessel it was, counted as they came in.
+    /// The vessel's index, in the order of first connection.
     index: usize,
 }
 
 impl Links {
-    /// The transport, for which `/link` is the way in.
+    /// The transport behind `/link`.
     pub fn new(
         router: Router,
         recorder: Recorder,
@@ -91,19 +92,19 @@ impl Links {
         Self { shared: Arc::new(shared) }
     }
 
-    /// Which chart a vessel holds, beside the one ashore.
+    /// Which chart a vessel holds, compared with the one ashore.
     pub fn chart(&self, vessel: Address) -> VesselChart {
         let ashore = self.shared.charts.offered().borrow().as_ref().map(|package| package.digest());
         self.shared.aboard.chart(vessel, ashore)
     }
 
-    /// How the links of all vessels are.
+    /// State of the links of all vessels.
     pub fn status(&self) -> Vec<(Address, ShoreStatus)> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         vessels.iter().map(|(address, handle)| (Address(*address), *handle.status.borrow())).collect()
     }
 
-    /// What a vessel with several ways to the shore said of them last.
+    /// The last report of a vessel with several ways (network paths) to the shore.
     pub fn ways(&self, vessel: Address) -> Option<WaysReport> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         let ways = vessels.get(&vessel.0)?.ways.borrow();
@@ -116,21 +117,21 @@ impl Links {
         vessels.get(&vessel.0).map_or(0, |handle| handle.late.load(Ordering::Relaxed))
     }
 
-    /// How long a vessel's link took there and back at last; nothing while it does not stand.
+    /// Last round-trip time of a vessel's link; `None` while it is down.
     pub fn round_trip(&self, vessel: Address) -> Option<Duration> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         let status = *vessels.get(&vessel.0)?.status.borrow();
         status.round_trip.filter(|_| status.up)
     }
 
-    /// The way to the task of a vessel; the first connection starts it.
+    /// The channel to the task of a vessel; the first connection starts it.
     pub fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
         let shared = &self.shared;
         let mut vessels = shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(handle) = vessels.get(&address).filter(|handle| !handle.events.is_closed()) {
             return handle.events.clone();
         }
-        // A task that was lost to a fault does not keep its vessel out: a new one takes its place, and its number.
+        // A task that panicked does not lock its vessel out: a new one takes its place and its index.
         let lost = vessels.remove(&address);
         if lost.is_some() && !shared.stop.is_cancelled() {
             tracing::error!(vessel = %Address(address), "the task of the link was lost to a fault, and is started again");
@@ -184,7 +185,7 @@ mod tests {
         let events = links.vessel(0x2810);
         let other = links.vessel(0x2811);
         assert!(events.same_channel(&links.vessel(0x2810)), "one task for each vessel");
-        // As after a panic: nobody takes what the connections say.
+        // As after a panic: no task receives the connections' events.
         let lost = mpsc::channel(1).0;
         let index = {
             let mut vessels = links.shared.vessels.lock().unwrap();

@@ -1,4 +1,4 @@
-//! Which ways of a vessel have figures.
+//! Which ways (network paths) of a vessel have figures.
 //!
 //! Names of ways are a vessel's own, and each makes series that last as long as the server: of one vessel the first
 //! [`MOST_NAMES`] have figures, and the rest are shown on pages and by the API alone.
@@ -12,7 +12,7 @@ const MOST_NAMES: usize = link::MOST_WAYS;
 #[derive(Debug, Default)]
 pub(super) struct Named {
     names: BTreeSet<String>,
-    /// That there are more was said.
+    /// Whether the limit was logged.
     said: bool,
 }
 

@@ -1,4 +1,4 @@
-//! One vessel's link: its session, between its connections, the hub and the recorder.
+//! One vessel's link: the session that joins its connections, the hub and the recorder.
 
 use super::figures::Figures;
 use super::named::Named;
@@ -28,16 +28,16 @@ use units::{Now, UtcTime};
 
 /// Bytes that may wait for the session: commands are few.
 const OUTBOX_BYTES: usize = 256 * 1024;
-/// A record that is older than this when it comes belongs to the past: the live lane shows the present.
+/// A record that is older than this on arrival belongs to the past: the live lane shows the present.
 const PRESENT: Duration = Duration::from_secs(5);
-/// How often the link's figures are told.
+/// How often the link's figures are published.
 const FIGURES: Duration = Duration::from_secs(1);
-/// Every so many times its latency is recorded.
+/// Its latency is recorded once in so many times.
 const RECORD_EVERY: u32 = 10;
 
-/// What the disk answers.
+/// An answer from the disk.
 pub(crate) enum Answer {
-    /// What is durable of the stream that greeted on this connection.
+    /// The last durable number of the stream that said hello on this connection.
     Durable(ConnectionId, u64, Option<u64>),
     /// A gap of a stream is kept: its first number and the one after its last.
     Kept(u64, u64, u64),
@@ -52,32 +52,32 @@ pub(crate) struct Task {
     recorder: Recorder,
     shore: Shore,
     connections: BTreeMap<ConnectionId, mpsc::Sender<Out>>,
-    /// The chart that vessels are offered, and what they say of theirs.
+    /// The chart that vessels are offered, and their reports about theirs.
     pub(super) chart: watch::Receiver<Option<Arc<ChartPackage>>>,
     pub(super) aboard: ChartsAboard,
-    /// What comes back from the disk.
+    /// Answers from the disk.
     pub(super) answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     stream: Option<u64>,
-    /// Highest durable number of the stream, as the store said.
+    /// Highest durable number of the stream, as the store reported.
     durable: Option<u64>,
     /// Declared gaps of the stream that are kept: the first missing number and the one after the last.
     gaps: BTreeMap<u64, u64>,
     next_command: u64,
-    /// Who commands, as the session was told.
+    /// The controller that the session was last told.
     control: Option<Commander>,
-    /// What people ordered, by the number under which the link carries it, until its outcome is known.
+    /// Orders of people by their number on the link, until their outcome is known.
     orders: BTreeMap<u64, CommandId>,
     /// Stick positions whose outcome is not known; those that did not come in time are counted.
     sticks: BTreeSet<u64>,
     late: Arc<AtomicU64>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
-    /// What the vessel said last of its ways; nothing where it has one.
+    /// The vessel's last report about its ways; `None` if it has only one.
     pub(super) ways: watch::Sender<Option<WaysReport>>,
     pub(super) named: Named,
-    /// The last that greeted has several.
+    /// The connection that said hello last belongs to a vessel with several ways.
     has_ways: bool,
-    /// How often the figures were told.
+    /// How often the figures were published.
     told: u32,
 }
 
@@ -92,8 +92,8 @@ impl Task {
         index: usize,
     ) -> Self {
         let figures = Figures::new(router.address(), vessel, index);
-        // Commands are numbered from somewhere else at each start, so that no start repeats another's numbers,
-        // whatever the clock says.
+        // Commands are numbered from a random number at each start, so that no start repeats another's numbers, whatever
+        // the clock says.
         let somewhere = getrandom::u64().unwrap_or_else(|_| router.clock().now().utc.micros().unsigned_abs());
         let next_command = somewhere >> 1;
         Self {
@@ -202,7 +202,7 @@ impl Task {
         }
     }
 
-    /// Tells the vessel who commands it, when that is another than it was told.
+    /// Sends the vessel its controller, if that has changed.
     fn tell_control(&mut self) {
         let now = self.router.control().borrow().get(&self.vessel).cloned();
         if let Some(commander) = now.filter(|now| self.control.as_ref() != Some(now)) {
@@ -211,7 +211,7 @@ impl Task {
         }
     }
 
-    /// A packet for the vessel: an order, or what somebody else says to it.
+    /// A packet for the vessel: an order, or a message of another system.
     fn hand_down(&mut self, Delivery { packet, tag }: Delivery) {
         let id = self.next_command;
         self.next_command += 1;
@@ -222,13 +222,13 @@ impl Task {
                 Some(command) => drop(self.orders.insert(id, command)),
                 None => drop(self.sticks.insert(id)),
             }
-            // Of the lease under which it is given the vessel hears first.
+            // The vessel must know the lease before an order under it.
             self.tell_control();
         }
         self.handle(ShoreInput::Command { id, ttl, lease, overtakes, packet });
     }
 
-    /// Tells the hub whether the link stands: orders take it from now on, or other ways.
+    /// Tells the hub whether the link is up: orders then take the link, or other transports.
     async fn tell_stands(&self, hub: &Connection, stands: bool) -> Result<(), crate::router::Stopped> {
         let peer = hub.id;
         let tell =
@@ -236,7 +236,7 @@ impl Task {
         self.router.ask(tell).await
     }
 
-    /// Does what the session asks for.
+    /// Carries out the session's actions.
     async fn carry_out(&mut self, hub: &Connection) -> Result<(), crate::router::Stopped> {
         while let Some(output) = self.shore.poll_output() {
             match output {
@@ -304,13 +304,13 @@ impl Task {
     fn tell(&mut self, id: ConnectionId, out: Out) {
         let Some(connection) = self.connections.get(&id) else { return };
         if connection.try_send(out).is_err() {
-            // It does not take what it is told; its half of the socket ends with the channel.
+            // It does not drain its channel; its half of the socket ends with the channel.
             self.connections.remove(&id);
             self.handle(ShoreInput::Closed(id));
         }
     }
 
-    /// Looks up what is durable of the stream that greets.
+    /// Looks up what is durable of the stream that says hello.
     fn greeted(&mut self, id: ConnectionId, hello: &Hello) {
         if hello.address != self.vessel.0 {
             let text = format!("this token is for {}, not for {}", self.vessel, Address(hello.address));
@@ -332,11 +332,11 @@ impl Task {
         match answer {
             Answer::Durable(id, stream, durable) => {
                 if self.shore.joins(id) {
-                    // One more way of the same vessel: what the others brought goes on.
+                    // One more way of the same vessel: the progress over the others stays valid.
                     self.durable = self.durable.max(durable);
                 } else {
-                    // What was only declared missing holds for the connection over which it was: who still has it
-                    // sends it, and who has not says so again.
+                    // A declared gap is valid only for the stream's connection: a vessel that still has the packets sends
+                    // them, and one that does not declares the gap again.
                     self.stream = Some(stream);
                     self.gaps.clear();
                     self.durable = durable;
@@ -372,10 +372,10 @@ impl Task {
         }
     }
 
-    /// Keeps a declared gap; its numbers are done once that is durable.
+    /// Stores a declared gap; its numbers count as done once that is durable.
     fn gap(&mut self, stream: u64, gap: Gap) {
         if gap.reason == GapReason::AcknowledgedBefore {
-            // Nothing is missing: they are here, or were when an older copy of this archive was put back.
+            // Nothing is missing: the packets are here, or were before an older copy of this archive was restored.
             return self.answered(Answer::Kept(stream, gap.from, gap.to));
         }
         let (recorder, answers) = (self.recorder.clone(), self.answers.0.clone());
@@ -388,7 +388,7 @@ impl Task {
                 _ => GapKind::Lost,
             },
             reason: reason(gap.reason).to_owned(),
-            // The number of what was killed counts nothing.
+            // After a kill the numbers do not give a count.
             packets: (gap.reason != GapReason::Killed).then(|| gap.to.saturating_sub(gap.from)),
             numbers: Some(store::Numbers { stream, from: gap.from, to: gap.to }),
             declared: self.now().utc,
@@ -420,7 +420,7 @@ impl Task {
         }
     }
 
-    /// Tells how the link is, and from time to time records its latency as a series of this server's.
+    /// Publishes the link's state, and periodically records its latency as a series of this server.
     async fn figures(&mut self) {
         let status = self.tell_status();
         let due = self.told.is_multiple_of(RECORD_EVERY);
@@ -432,7 +432,7 @@ impl Task {
         }
     }
 
-    /// Tells how the link is.
+    /// Publishes the link's state.
     fn tell_status(&mut self) -> ShoreStatus {
         let now = self.now();
         let status = self.shore.status(now);
@@ -445,7 +445,7 @@ impl Task {
         status
     }
 
-    /// By how much the vessel's clock is ahead of ours (µs), as far as it is known.
+    /// Offset by which the vessel's clock is ahead of ours (µs); 0 while unknown.
     fn vessel_ahead_us(&self) -> i64 {
         self.shore.clocks(self.now()).map_or(0, |clocks| clocks.utc_ahead_us)
     }
@@ -486,8 +486,8 @@ fn reason(reason: GapReason) -> &'static str {
     }
 }
 
-/// How long a packet may take to the vessel. A stick's value is worth nothing a moment later; what stops is worth
-/// delivering for as long as anybody waits.
+/// Time to live of a packet to the vessel. A stick value is stale a moment later; a stop is worth delivering for as long as
+/// an operator waits.
 fn time_to_live(packet: &[u8]) -> Duration {
     let id = PacketView::unchecked(packet).map_or(0, |view| view.id());
     match id {

@@ -1,10 +1,10 @@
-//! What a vessel with several ways says of them, as figures.
+//! Reports of a vessel about its ways (network paths), as figures.
 
 use super::vessel::Task;
 use link::{WayReport, WayState, WaysReport};
 
 impl Task {
-    /// Keeps what the vessel says of its ways, and tells a change of the one that carries live values.
+    /// Stores the vessel's report, and logs a change of the way that carries live values.
     pub(super) fn ways_told(&mut self, report: WaysReport) {
         let vessel = self.vessel.to_string();
         let name = |place: Option<u8>| {
@@ -16,7 +16,7 @@ impl Task {
             let (live, records) = (name(report.live), name(report.records));
             let (live_why, records_why) = (report.live_why.name(), report.records_why.name());
             tracing::info!(%vessel, live, live_why, records, records_why, "the vessel's ways");
-            // After a link that was down nothing was switched.
+            // After a time without any link it is not a switch.
             let switched = before.is_some_and(|(live, _)| live.is_some());
             metrics::counter!("lutra_way_switches_total", "vessel" => vessel.clone())
                 .increment(u64::from(switched));
@@ -25,7 +25,7 @@ impl Task {
         self.ways.send_replace(Some(report));
     }
 
-    /// The link is down, and with it each way. What they carried and cost last stays to be seen.
+    /// The link is down, and with it each way. Their last figures of traffic and cost stay visible.
     pub(super) fn ways_down(&mut self) {
         self.ways.send_if_modified(|ways| {
             let Some(report) = ways else { return false };
@@ -37,13 +37,13 @@ impl Task {
         self.figures_of(&report.unwrap_or_default());
     }
 
-    /// The vessel has come in by one way, of which it says nothing.
+    /// The vessel has connected by a single way, which it does not report on.
     pub(super) fn one_way(&mut self) {
         self.ways.send_replace(None);
         self.figures_of(&WaysReport::default());
     }
 
-    /// The figures of a report. Ways that are not in it are up no more, and carry nothing.
+    /// The figures of a report. Ways that are not in it count as down.
     fn figures_of(&mut self, report: &WaysReport) {
         let vessel = self.vessel.to_string();
         for (place, way) in (0..).zip(&report.ways) {

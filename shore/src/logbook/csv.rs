@@ -4,7 +4,7 @@ use api::LogNote;
 use tables::Format;
 use units::UtcTime;
 
-/// The first line.
+/// The header line.
 pub const CSV_HEAD: &str = "time_utc,vessel,latitude [deg],longitude [deg],text,author,written_utc,corrected_utc,\
                             corrected_by,withdrawn_utc,withdrawn_by,photo,note\n";
 
@@ -17,7 +17,7 @@ pub fn csv_row(out: &mut Vec<u8>, note: &LogNote) {
     let when =
         |word: &Option<api::LogWord>| word.as_ref().map_or_else(String::new, |word| time(word.time_us));
     let who = |word: &Option<api::LogWord>| word.as_ref().map_or_else(String::new, |word| word.by.clone());
-    // A spreadsheet must not run what people wrote as a formula. Only such text is guarded; numbers stay numbers.
+    // A spreadsheet must not run people's text as a formula. Only such text is escaped; numbers stay numbers.
     let cells = [
         (time(note.time_us), false),
         (vessel.unwrap_or_default(), true),

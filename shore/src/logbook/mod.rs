@@ -1,8 +1,8 @@
 //! The log book that people keep: notes with time, place, vessel and photo.
 //!
-//! Nothing in it is deleted: a note is corrected or withdrawn by its author or an admin, and its earlier text is kept. `rows` asks
-//! app.db, `photos` keeps files in the data folder, `service` decides who may what, `csv` writes the file that people take
-//! away.
+//! Nothing in it is deleted: a note is corrected or withdrawn by its author or an admin, and its earlier text is kept.
+//! `rows` has the queries to app.db, `photos` keeps files in the data folder, `service` has the access rules, `csv` writes
+//! the downloaded file.
 
 mod csv;
 mod photos;

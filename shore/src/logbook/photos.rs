@@ -1,6 +1,6 @@
 //! Photos of notes, one file each in the data folder.
 //!
-//! They are no part of app.db: every change of it waits for the one thread that writes it, and each backup copies all of it.
+//! They are not in app.db, which has a single writing thread and is copied whole by each backup.
 
 use crate::error::{Error, ErrorKind, Result};
 use std::fs::{self, File};
@@ -21,7 +21,7 @@ pub struct Photo {
     pub bytes: Vec<u8>,
 }
 
-/// What a photo is by its first bytes, whatever its name says.
+/// A photo's media type by its first bytes, whatever its name says.
 pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0xFF, 0xD8, 0xFF, ..] => Some("image/jpeg"),
@@ -31,10 +31,10 @@ pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// What a photo is, if it can be kept.
+/// The media type of a photo, if it can be kept.
 ///
 /// # Errors
-/// It is too large, or no photo.
+/// It is too large, or not a photo.
 pub(super) fn check(bytes: &[u8]) -> Result<&'static str> {
     let wrong = |text: String| Error::new(ErrorKind::Malformed, text);
     if bytes.len() > PHOTO_BYTES {
@@ -71,7 +71,7 @@ impl Photos {
         File::open(&self.0)?.sync_all()
     }
 
-    /// Takes away what [`Photos::keep`] kept for nothing.
+    /// Removes the file of a photo whose note was not changed.
     pub(super) fn forget(&self, note: i64) {
         fs::remove_file(self.path(note)).ok();
     }

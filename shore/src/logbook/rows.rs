@@ -16,7 +16,7 @@ pub(crate) const NEWER: &str = fixed("Somebody changed this meanwhile: load it a
 pub(super) const HAS_PHOTO: &str =
     "photo: this note has a photo, or was withdrawn. Write a new note for another photo.";
 
-/// What a note says.
+/// The content of a note.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Said {
     pub(super) time_us: i64,
@@ -26,7 +26,7 @@ pub(super) struct Said {
     pub(super) text: String,
 }
 
-/// A note as it is kept.
+/// A stored note.
 #[derive(Debug, Clone, PartialEq, sqlx::FromRow)]
 pub struct Row {
     /// Its number.
@@ -54,7 +54,7 @@ const COLUMNS: &str = "SELECT id, revision, time_us, vessel, lat_deg, lon_deg, t
 /// Which notes.
 #[derive(Debug, Clone, Default)]
 pub struct Filter {
-    /// Those on these vessels and on none; `None` for all: what somebody may see.
+    /// What the user may see: notes on these vessels and on none; `None` for all.
     pub seen: Option<Vec<u16>>,
     /// On these vessels; empty for all.
     pub vessels: Vec<u16>,
@@ -77,7 +77,7 @@ pub struct Notes {
     pub filter: Filter,
     /// Before the note of this time and number.
     pub before: Option<(i64, i64)>,
-    /// At most so many.
+    /// At most this many.
     pub count: u32,
 }
 
@@ -113,7 +113,7 @@ impl Request for Notes {
     }
 }
 
-/// Asks for notes on these vessels; `general` for those on none too.
+/// Adds the condition for notes on these vessels; with `general` also those on none.
 fn on(sql: &mut QueryBuilder<Sqlite>, vessels: &[u16], general: bool) {
     sql.push(if general { " AND (vessel IS NULL OR vessel IN (" } else { " AND (vessel IN (" });
     let mut list = sql.separated(", ");
@@ -137,11 +137,11 @@ impl Request for One {
     }
 }
 
-/// What a note said before, the newest first.
+/// Earlier revisions of a note, the newest first.
 #[derive(Debug)]
 pub(super) struct Earlier(pub(super) i64);
 
-/// A row as the question below asks for it.
+/// A row of the query below.
 type EarlierRow = (u32, i64, Option<u16>, Option<f64>, Option<f64>, String, String, i64);
 
 impl Request for Earlier {
@@ -258,7 +258,7 @@ impl Request for PhotoBytes {
     }
 }
 
-/// Says that a note has a photo, if it stands without one.
+/// Marks a note as having a photo, if it has none and is not withdrawn.
 #[derive(Debug)]
 pub(super) struct AddPhoto {
     pub(super) id: i64,

@@ -1,7 +1,8 @@
-//! Who may see, write, correct and withdraw notes.
+//! Notes of the log book, with their access rules.
 //!
-//! A note on a vessel is seen by who may see the vessel and written by its operators; one on no vessel is seen by all and
-//! written by whoever is operator somewhere. It is changed by its author, as long as they may write, or by an admin.
+//! A note on a vessel is visible to users who may see the vessel and written by its operators; a note on no vessel is
+//! visible to all and written by operators of any vessel. It is changed by its author, as long as they may write, or by an
+//! admin.
 
 use super::photos::{self, ALL_BYTES, Photo, Photos};
 use super::rows::{
@@ -19,11 +20,11 @@ use std::path::Path;
 use std::sync::Arc;
 use tokio::sync::Mutex;
 
-/// Letters of a note.
+/// Most characters of a note.
 const LETTERS: usize = 4_000;
-/// For so long a note may have been on its way (ms).
+/// Longest time that a note may have been in transit (ms).
 const LONGEST_WAIT_MS: u32 = 3_600_000;
-/// Times that JavaScript holds exactly (µs since 1970 UTC).
+/// Times that JavaScript represents exactly (µs since 1970 UTC).
 pub(crate) const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
 /// The time and number of a note, after which older ones come.
@@ -35,7 +36,7 @@ pub struct Logbook {
     people: People,
     clock: Clock,
     photos: Photos,
-    /// Photos are taken one after another, so that together they keep within their bound.
+    /// Photos are stored one at a time, so that their total stays within its limit.
     taking: Arc<Mutex<()>>,
 }
 
@@ -44,7 +45,7 @@ impl Logbook {
         Self { people, clock, photos: Photos::new(data), taking: Arc::default() }
     }
 
-    /// A page of notes, the newest first; `filter` says also what `who` may see.
+    /// A page of notes, the newest first; `filter` includes what `who` may see.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -73,22 +74,22 @@ impl Logbook {
         read().ok_or_else(|| malformed("before: give `next` of the page before"))
     }
 
-    /// What a note said before it was corrected, the newest first.
+    /// Earlier revisions of a note, the newest first.
     ///
     /// # Errors
     /// There is no such note for this person.
     pub async fn earlier(&self, who: &Principal, id: i64) -> Result<Vec<LogNoteRevision>> {
         self.find(who, id).await?;
         let mut all = self.people.ask(Earlier(id)).await?;
-        // What a note said of another vessel is for those who may see that one.
+        // A revision about another vessel is only for users who may see that one.
         all.retain(|one| sees(who, one.vessel));
         Ok(all)
     }
 
-    /// Writes a note. What one person sends again by the same `key` is no second note: the first one is the answer.
+    /// Writes a note. If a person repeats a request with the same `key`, the first note is the answer.
     ///
     /// # Errors
-    /// The person may not, or the field that is named cannot be.
+    /// The person may not, or the named field is not valid.
     pub async fn write(
         &self,
         who: &Principal,
@@ -109,7 +110,7 @@ impl Logbook {
             return self.one(who, first).await;
         }
         let now = self.clock.utc();
-        // Its writer meant the moment at which it was sent, not that at which a bad link let it through.
+        // The note is about the time at which it was sent, not at which it arrived over a bad connection.
         let meant_us = now.micros() - i64::from(waited_ms) * 1_000;
         let said = said(&ask, meant_us)?;
         may_write(who, said.vessel)?;
@@ -123,7 +124,7 @@ impl Logbook {
     /// Corrects a note; its earlier text is kept.
     ///
     /// # Errors
-    /// The person may not, the note was changed meanwhile, or the field that is named cannot be.
+    /// The person may not, the note was changed meanwhile, or the named field is not valid.
     pub async fn correct(
         &self,
         who: &Principal,
@@ -144,7 +145,7 @@ impl Logbook {
         self.one(who, id).await
     }
 
-    /// Marks a note as withdrawn. It stays to be read by who asks for such.
+    /// Marks a note as withdrawn. It is still listed on request.
     ///
     /// # Errors
     /// The person may not, or the note was changed meanwhile.
@@ -159,7 +160,7 @@ impl Logbook {
     /// Gives a note its photo.
     ///
     /// # Errors
-    /// The person may not, it is no photo, the note has one, or there is no room.
+    /// The person may not, it is not a photo, the note has one, or there is no room.
     pub async fn add_photo(&self, who: &Principal, from: String, id: i64, bytes: Vec<u8>) -> Result<LogNote> {
         let row = self.changeable(who, id).await?;
         let media = photos::check(&bytes)?;
@@ -179,7 +180,7 @@ impl Logbook {
         let subject = format!("{} (note {id}): {media}, {length} bytes", subject(row.vessel, &row.text));
         let add = AddPhoto { id, media, bytes: length };
         let added = self.people.act(who, from, "logbook.photo", subject, add).await;
-        // Else perhaps app.db has it: a file without a note harms less than a note without its file.
+        // After other errors app.db may have it: a file without a note is less harmful than a note without its file.
         if matches!(added, Err(Fault::Refused(_))) {
             self.photos.forget(id);
         }
@@ -214,7 +215,7 @@ impl Logbook {
         })
     }
 
-    /// A note that the person may change, and that stands.
+    /// A note that the person may change, and that is not withdrawn.
     async fn changeable(&self, who: &Principal, id: i64) -> Result<Row> {
         let row = self.find(who, id).await?;
         if !may_change(who, &row) {
@@ -257,7 +258,7 @@ impl Logbook {
     }
 }
 
-/// The role of somebody on a vessel; for no vessel the highest anywhere.
+/// The role of a user on a vessel; for no vessel their highest role.
 fn role(who: &Principal, vessel: Option<u16>) -> Option<Role> {
     vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel))
 }
@@ -266,10 +267,10 @@ fn sees(who: &Principal, vessel: Option<u16>) -> bool {
     role(who, vessel).is_some()
 }
 
-/// Whether somebody writes about this vessel.
+/// Checks that a user may write about this vessel.
 ///
 /// # Errors
-/// They may not; the text says what it takes.
+/// They may not; the text says which role it takes.
 pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
     if role(who, vessel) >= Some(Role::Operator) {
         return Ok(());
@@ -284,12 +285,12 @@ pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
 
 fn may_change(who: &Principal, row: &Row) -> bool {
     let admin = row.vessel.map_or_else(|| who.grants.everywhere(), |vessel| who.grants.on(vessel));
-    // An account that is gone leaves its number to the next.
+    // The number of a removed account may be reused.
     let author = row.person == who.person && row.by == who.name;
     admin == Some(Role::Admin) || (author && may_write(who, row.vessel).is_ok())
 }
 
-/// What is to be said, if it can be; `time_us` where no time is given.
+/// Validates a note; `time_us` is used where no time is given.
 fn said(ask: &LogNoteRequest, time_us: i64) -> Result<Said> {
     let text = check_text("text", &ask.text, 1..=LETTERS)?;
     let time_us = ask.time_us.unwrap_or(time_us);
@@ -312,7 +313,7 @@ fn said(ask: &LogNoteRequest, time_us: i64) -> Result<Said> {
     Ok(Said { time_us, vessel: ask.vessel, place, text })
 }
 
-/// A text of people without spaces around it and with plain ends of lines.
+/// A text, trimmed and with normalised line ends.
 ///
 /// # Errors
 /// It is too short or long, or has control characters in it.
@@ -332,7 +333,7 @@ pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusi
     Ok(text)
 }
 
-/// What the audit log names.
+/// Subject for the audit log.
 fn subject(vessel: Option<u16>, text: &str) -> String {
     let place = vessel.map_or_else(|| "no vessel".to_owned(), |vessel| Address(vessel).to_string());
     let begin: String = text.chars().take(100).collect();
@@ -343,7 +344,7 @@ fn malformed(text: impl Into<api::Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }
 
-/// A file that could not be written.
+/// The error for a file that could not be written.
 fn unkept(error: &std::io::Error) -> Error {
     match error.kind() {
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => Error::new(

@@ -152,7 +152,7 @@ fn operator() -> Principal {
     Principal { person: 7, name: "nils".to_owned(), grants, language: None, via }
 }
 
-/// Says that a note has a photo as large as all may be together.
+/// Marks a note as having a photo as large as the total limit.
 struct Fill(i64);
 
 impl Request for Fill {

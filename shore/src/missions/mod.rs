@@ -1,7 +1,7 @@
-//! Missions that people record, with a summary of each from the history.
+//! Recorded missions, with a summary of each from the history.
 //!
-//! Nothing is deleted: a mission is changed or withdrawn, and its earlier state is kept. `rows` asks app.db, `summary` the history,
-//! `service` decides who may what.
+//! Nothing is deleted: a mission is changed or withdrawn, and its earlier state is kept. `rows` has the queries to app.db,
+//! `summary` those to the history, `service` has the access rules.
 
 mod rows;
 mod service;

@@ -11,7 +11,7 @@ const MISSIONS: i64 = 100_000;
 /// Changes of one mission.
 const CHANGES: u32 = 200;
 
-/// A mission as it is kept.
+/// A stored mission.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Row {
     pub(super) id: i64,
@@ -23,7 +23,7 @@ pub(super) struct Row {
     pub(super) withdrawn: (Option<String>, Option<i64>),
 }
 
-/// The same as the question below asks for it.
+/// A row of the query below.
 type Found = (i64, u32, String, String, i64, Option<String>, Option<i64>, Option<String>, Option<i64>);
 
 const COLUMNS: &str = "SELECT id, revision, body, by, written_us, changed_by, changed_us, withdrawn_by, withdrawn_us \
@@ -39,7 +39,7 @@ fn row(found: Found) -> Row {
     Row { id, revision, mission, by, written_us, changed, withdrawn }
 }
 
-/// Missions, those that began last first.
+/// Missions, the latest begin first.
 #[derive(Debug, Default)]
 pub(super) struct List {
     /// Those with one of these vessels; `None` for all.
@@ -91,7 +91,7 @@ impl Request for One {
     }
 }
 
-/// Writes a mission down; its number.
+/// Stores a mission; returns its number.
 #[derive(Debug)]
 pub(super) struct Create {
     pub(super) mission: MissionRequest,

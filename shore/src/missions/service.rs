@@ -1,6 +1,7 @@
-//! Who may see, write, change and withdraw missions.
+//! Recorded missions, with their access rules.
 //!
-//! Who may see one of its vessels sees a mission, with those vessels only. Operators of all its vessels write and change it.
+//! A user who may see one of its vessels sees a mission, with those vessels only. Operators of all its vessels write and
+//! change it.
 
 use super::rows::{Change, Create, List, One, Row, Withdraw};
 use super::summary;
@@ -38,10 +39,10 @@ impl Missions {
         Self { people, clock, history, summing: Arc::new(Semaphore::new(AT_ONCE)) }
     }
 
-    /// A page of missions, those that began last first.
+    /// A page of missions, the latest begin first.
     ///
     /// # Errors
-    /// `before` is no `next`, or app.db cannot be read.
+    /// `before` is not a valid `next`, or app.db cannot be read.
     pub async fn page(
         &self,
         who: &Principal,
@@ -61,15 +62,15 @@ impl Missions {
     /// One mission.
     ///
     /// # Errors
-    /// No photo that this person may see.
+    /// There is no such mission for this person.
     pub async fn one(&self, who: &Principal, id: i64) -> Result<Mission> {
         Ok(told(who, self.find(who, id).await?))
     }
 
-    /// Writes a mission down. What one person sends again by the same key is no second mission: the first one is the answer.
+    /// Stores a mission. If a person repeats a request with the same key, the first mission is the answer.
     ///
     /// # Errors
-    /// The person may not, or the field that is named cannot be.
+    /// The person may not, or the named field is not valid.
     pub async fn create(
         &self,
         who: &Principal,
@@ -92,10 +93,10 @@ impl Missions {
         self.one(who, id).await
     }
 
-    /// Has a mission say something else; what it said before is kept.
+    /// Changes a mission; its earlier state is kept.
     ///
     /// # Errors
-    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    /// The person may not, it was changed meanwhile, or the named field is not valid.
     pub async fn change(
         &self,
         who: &Principal,
@@ -128,10 +129,10 @@ impl Missions {
         self.one(who, id).await
     }
 
-    /// What the history tells of a mission, until now while it goes on.
+    /// The summary of a mission from the history; until now if it has not ended.
     ///
     /// # Errors
-    /// There is none for this person, or the history cannot be read.
+    /// There is no such mission for this person, or the history cannot be read.
     pub async fn summary(&self, who: &Principal, id: i64) -> Result<MissionSummary> {
         let MissionRequest { vessels, from_us, to_us, .. } = self.one(who, id).await?.mission;
         let to_us = to_us.unwrap_or_else(|| self.clock.utc().micros().max(from_us));
@@ -158,7 +159,7 @@ impl Missions {
         row.filter(seen).ok_or_else(none)
     }
 
-    /// A mission that the person may change, and that stands.
+    /// A mission that the person may change, and that is not withdrawn.
     async fn changeable(&self, who: &Principal, id: i64) -> Result<Row> {
         let row = self.find(who, id).await?;
         may_all(who, &row.mission.vessels)?;
@@ -171,7 +172,7 @@ impl Missions {
     }
 }
 
-/// Whether somebody writes about all these vessels.
+/// Checks that a user may write about all these vessels.
 fn may_all(who: &Principal, vessels: &[u16]) -> Result<()> {
     vessels.iter().try_for_each(|vessel| may_write(who, Some(*vessel)))
 }
@@ -193,7 +194,7 @@ fn told(who: &Principal, row: Row) -> Mission {
     }
 }
 
-/// What is to be kept, if it can be.
+/// Validates a mission.
 fn checked(ask: MissionRequest) -> Result<MissionRequest> {
     let MissionRequest { name, people, purpose, notes, mut vessels, from_us, to_us } = ask;
     let name = check_text("name", &name, 1..=120)?;

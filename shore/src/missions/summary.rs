@@ -1,4 +1,4 @@
-//! What the history tells of one vessel in a stretch of time.
+//! The summary of one vessel in a range of time, from the history.
 
 use api::MissionVessel;
 use imc::Address;
@@ -15,7 +15,7 @@ const POSITIONS: usize = 72_000;
 /// Detections that are read at once.
 const DETECTIONS: Page = Page { skip: 0, rows: 5_000, bytes: 1 << 20 };
 
-/// Everything that is told of a vessel.
+/// The summary of a vessel.
 ///
 /// # Errors
 /// The history cannot be read.
@@ -27,7 +27,7 @@ pub(super) fn of_vessel(reader: &mut Reader, vessel: u16, range: TimeRange) -> s
         (told.first_us, told.last_us) = (way.first_us, way.last.map(|(time_us, _)| time_us));
         (told.distance_m, told.recorded_s) = (way.distance_m, way.recorded_us as f64 / 1e6);
     }
-    // A boat may tell the charge of several things: its own is called fuel.
+    // A boat may report the charge of several batteries: the label of its own contains "fuel".
     let fuel = |label: &str| label.to_lowercase().contains("fuel");
     let battery = match most_said(reader, system, "FuelLevel", fuel)? {
         Some(named) => Some(named),
@@ -42,7 +42,7 @@ pub(super) fn of_vessel(reader: &mut Reader, vessel: u16, range: TimeRange) -> s
     Ok(told)
 }
 
-/// The entity whose `message` came most often, of those whose label is wanted.
+/// The entity with the most `message`s, among those whose label is wanted.
 fn most_said(
     reader: &mut Reader,
     system: Address,
@@ -56,7 +56,7 @@ fn most_said(
     Ok(most.map(|series| Source { system, entity: series.group.src_ent, message: message.to_owned() }))
 }
 
-/// A way over positions, as they come in order of time.
+/// The distance over ground of positions in order of time.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Way {
     pub(super) first_us: Option<i64>,
@@ -104,12 +104,12 @@ fn way(reader: &mut Reader, source: &Source, range: TimeRange) -> store::Result<
             way.add(*time_us, (*lat, *lon));
         }
         let Some(last_us) = found.time_us.last().filter(|_| found.cut) else { return Ok(way) };
-        // Others of the same microsecond would be thinned out.
+        // Other positions in the same microsecond would be thinned out anyway.
         rest.from_us = last_us + 1;
     }
 }
 
-/// How many detections and how many tags.
+/// Number of detections and of tags.
 fn heard(reader: &mut Reader, system: Address, range: TimeRange) -> store::Result<(u64, u64)> {
     let mut wanted =
         DetectionsWanted { systems: Some(vec![system]), range, came_from: None, tags: Vec::new() };

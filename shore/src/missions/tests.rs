@@ -78,7 +78,7 @@ fn a_way_is_summed_by_the_second_and_gaps_are_no_recorded_time() {
     let straight_m = distance_m((63.0, 10.0), (63.000_2, 10.0));
     assert!((way.distance_m - straight_m).abs() < 1e-6, "{} {straight_m}", way.distance_m);
     assert_eq!((way.first_us, way.recorded_us), (Some(0), 10_000_000));
-    // After a gap the straight way counts, the time does not.
+    // After a gap the straight distance counts, but not the time.
     way.add(110_000_000, (63.001_2, 10.0));
     assert!((way.distance_m - distance_m((63.0, 10.0), (63.001_2, 10.0))).abs() < 1e-3);
     assert_eq!((way.recorded_us, way.last.map(|last| last.0)), (10_000_000, Some(110_000_000)));

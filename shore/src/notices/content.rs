@@ -1,4 +1,4 @@
-//! What a message tells, and its words.
+//! Content and text of a message.
 
 use super::settings::Settings;
 use crate::clock;
@@ -11,13 +11,13 @@ use units::UtcTime;
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) enum What {
-    /// An alarm stands.
+    /// An alarm is active.
     #[serde(rename = "alarm.raised")]
     Raised,
-    /// An alarm that was told is over.
+    /// An alarm that was reported is over.
     #[serde(rename = "alarm.over")]
     Over,
-    /// A person tries whether messages come.
+    /// A person tests whether messages arrive.
     #[serde(rename = "test")]
     Test,
 }
@@ -33,7 +33,7 @@ impl What {
     }
 }
 
-/// A message as it is kept and as a webhook gets it.
+/// A message, as stored and as a webhook gets it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Content {
     /// What happened.
@@ -56,7 +56,7 @@ impl Content {
         let over = if self.event == What::Over { said(language, "over") } else { "" };
         let mark = if over.is_empty() { String::new() } else { format!("{over}: ") };
         let words = format!("[Lutra] {who}: {mark}{text} ({})", said(language, &alarm.priority));
-        // A vessel's words may hold anything; a subject is one line.
+        // A vessel's text may contain anything; a subject must be one line.
         words.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(200).collect()
     }
 
@@ -101,7 +101,7 @@ impl Content {
         text
     }
 
-    /// As a webhook gets it: the alarm's words in the language of who asked for it.
+    /// As a webhook gets it: the alarm's text in the language of the rule's owner.
     pub(super) fn posted(&self, language: Language) -> Self {
         let say = |english: &str| said(language, english).to_owned();
         let alarm = self.alarm.clone().map(|alarm| api::Alarm {

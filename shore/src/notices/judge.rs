@@ -1,4 +1,4 @@
-//! Which messages are due: a function of the rules, of what stands and of what was told before.
+//! Which messages are due: a function of the rules, the active alarms and the messages sent before.
 
 use super::content::{Content, What};
 use super::rule::Rule;
@@ -8,29 +8,29 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use units::UtcTime;
 
-/// A rule with what its person may see.
+/// A rule with its owner's permissions.
 #[derive(Debug, Clone)]
 pub(super) struct Held {
     pub(super) rule: Rule,
     pub(super) grants: Grants,
 }
 
-/// What comes and goes is told again after so long at the earliest, if it stands then.
+/// A recurring alarm is reported again after this time at the earliest, if it is active then.
 const AGAIN: Duration = Duration::from_mins(10);
 
-/// What was told.
+/// Messages and alarms reported so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Notified {
     /// By rule and alarm.
     messages: BTreeSet<(i64, u64, What)>,
-    /// When a rule last told of such an alarm (its vessel, kind and part), µs since 1970 UTC.
+    /// When a rule last reported such an alarm (by vessel, kind and part), µs since 1970 UTC.
     latest: BTreeMap<(i64, Option<u16>, String, String), i64>,
-    /// Alarms that were told, as they were last.
+    /// Reported alarms, in their last known state.
     alarms: BTreeMap<u64, api::Alarm>,
 }
 
 impl Notified {
-    /// A message is kept.
+    /// Notes a message that has been stored.
     pub(super) fn keep(&mut self, rule: i64, content: &Content) {
         let Some(alarm) = &content.alarm else { return };
         self.messages.insert((rule, alarm.id, content.event));
@@ -39,7 +39,7 @@ impl Notified {
         self.alarms.insert(alarm.id, alarm.clone());
     }
 
-    /// Forgets what tells nothing any more: alarms that are over and of which nothing is left to say.
+    /// Forgets alarms that are over and have no more messages due.
     pub(super) fn forget(&mut self, rules: &[Held], standing: &[api::Alarm], now: UtcTime) {
         let kept = |rule: i64| rules.iter().find(|held| held.rule.id == rule);
         let open = |alarm: u64| standing.iter().any(|one| one.id == alarm);
@@ -80,7 +80,7 @@ pub(super) struct Draft {
     pub(super) content: Content,
 }
 
-/// What is to be told now. What is due counts as told once it is kept.
+/// The messages that are due now. A message counts as sent once it is stored.
 pub(super) fn due(rules: &[Held], standing: &[api::Alarm], told: &Notified, now: UtcTime) -> Vec<Draft> {
     let mut drafts = Vec::new();
     for held in rules {
@@ -115,7 +115,7 @@ pub(super) fn due(rules: &[Held], standing: &[api::Alarm], told: &Notified, now:
     drafts
 }
 
-/// Whether an alarm is one that a rule is about, and nobody has said that they know of it.
+/// Whether an alarm matches a rule and is not acknowledged.
 fn wants(Held { rule, grants }: &Held, alarm: &api::Alarm, now: UtcTime) -> bool {
     let ask = &rule.ask;
     let sees = alarm.vessel.is_none_or(|vessel| grants.on(vessel).is_some()) && grants.somewhere().is_some();

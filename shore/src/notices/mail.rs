@@ -1,4 +1,4 @@
-//! A message by mail, over a server that takes it (SMTP).
+//! Sends a message by mail, over an SMTP server.
 
 use super::settings::{Mail, MailTls, Settings};
 use anyhow::Context as _;
@@ -9,22 +9,22 @@ use lettre::{AsyncSmtpTransport, AsyncTransport as _, Message, Tokio1Executor};
 use std::path::Path;
 use std::time::Duration;
 
-/// A server that says nothing for so long is taken to be gone.
+/// A server that is silent for this long counts as unreachable.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What the mail server said.
+/// The mail server's answer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// It took the message.
+    /// It accepted the message.
     Taken,
-    /// It will not, whenever it is asked.
+    /// It refused the message permanently.
     Refused(String),
 }
 
 /// A message for a mail server.
 pub(super) struct Letter<'a> {
     pub(super) to: &'a str,
-    /// Names the message, also when it is sent again.
+    /// Identifies the message, also when it is sent again.
     pub(super) id: String,
     pub(super) subject: String,
     pub(super) text: String,
@@ -33,7 +33,7 @@ pub(super) struct Letter<'a> {
 /// Sends a message.
 ///
 /// # Errors
-/// It was not taken now; it may be later.
+/// It was not accepted now; a later attempt may succeed.
 pub(super) async fn send(settings: &Settings, letter: Letter<'_>) -> anyhow::Result<Answer> {
     let mail = &settings.mail;
     let message = Message::builder()
@@ -78,7 +78,7 @@ fn trusting(host: &str, file: &Path) -> anyhow::Result<TlsParameters> {
     Ok(builder.build()?)
 }
 
-/// An error with what it comes from.
+/// An error with its causes.
 fn told(error: &lettre::transport::smtp::Error) -> String {
     let mut text = error.to_string();
     let mut source = std::error::Error::source(error);

@@ -1,10 +1,10 @@
-//! Alarms told to people who look at no page: by mail and by webhook, as each person asked.
+//! Alarms sent to people who have no page open: by mail and webhook, by each person's rules.
 //!
-//! A person has rules: which alarms, how urgent, how long nobody acknowledged them, and where to. Once a second
-//! `judge` holds what stands against the rules. What is to be told goes to an outbox in app.db first and is sent from
-//! there, so that a restart loses no message; a message that the other side does not take is tried again for a day. One
-//! alarm makes one message of its beginning and, if wanted, one of its end, however often it comes and goes meanwhile;
-//! beyond [`PER_HOUR`] messages an hour a rule is quiet and its last message says so.
+//! A person has rules: which alarms, from which priority, after how long without acknowledgement, and where to. Once a
+//! second `judge` compares the active alarms with the rules. A message is first put into an outbox in app.db and sent from
+//! there, so that a restart loses none; a message that the other side does not accept is retried for a day. One alarm makes
+//! one message at its beginning and, if wanted, one at its end, however often it recurs meanwhile; beyond [`PER_HOUR`]
+//! messages an hour a rule is silent and its last message says so.
 
 mod content;
 mod judge;

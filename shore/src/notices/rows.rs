@@ -12,15 +12,15 @@ use units::UtcTime;
 
 /// Rules of one person.
 const RULES: i64 = 20;
-/// Settled messages of one rule that are kept.
+/// Most settled messages of one rule that are kept.
 const KEPT: i64 = 200;
 const HOUR_US: i64 = 3_600_000_000;
-/// Messages that were told so long ago are not looked for when the server starts.
+/// Messages older than this are not read when the server starts.
 const FORGOTTEN_US: i64 = 30 * 24 * HOUR_US;
-/// What a message beyond [`PER_HOUR`] says in place of an outcome.
+/// Outcome of a message beyond [`PER_HOUR`].
 const HELD_BACK: &str = "held back: many within an hour";
 
-/// What is said of a rule that is somebody else's, or nobody's.
+/// The error for a rule of another person, or one that does not exist.
 pub(super) const NO_RULE: &str = "You have no such rule.";
 
 type FoundDelivery = (i64, i64, String, Option<String>, String);
@@ -30,7 +30,7 @@ type FoundRule = (i64, i64, String, String, String, String, Option<u16>, i64, bo
 const RULE: &str =
     "SELECT id, person, way, target, secret, least, vessel, after_s, also_over, made_us FROM notice_rule ";
 
-/// What is written in app.db by a newer server means nothing here and is left out.
+/// Rules of a newer server that this one does not know are left out.
 fn rule(found: FoundRule) -> Option<Rule> {
     let (id, person, way, target, secret, least, vessel, after_s, also_over, made_us) = found;
     let (way, least) = (Way::named(&way)?, Priority::named(&least)?);
@@ -51,18 +51,18 @@ async fn language(db: &mut SqliteConnection, person: i64) -> Result<Language, Fa
     Ok(found.flatten().and_then(|code| Language::by_code(&code)).unwrap_or_default())
 }
 
-/// A message and what became of it, for the person who asked for it.
+/// A message and its outcome, for the rule's owner.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delivery {
     /// The number of its rule.
     pub rule: i64,
     /// When it was written, µs since 1970 UTC.
     pub made_us: i64,
-    /// One line of what it tells.
+    /// Its subject, one line.
     pub subject: String,
     /// `delivered`, `refused`, `given up`, `held back …`, or empty while it waits.
     pub outcome: String,
-    /// What the other side said last.
+    /// The last answer of the other side.
     pub words: String,
 }
 
@@ -121,7 +121,7 @@ impl Request for Add {
     }
 }
 
-/// Changes what a rule of a person says. Its way and what its messages are signed by stay.
+/// Changes a rule of a person. Its way and signing key stay.
 #[derive(Debug)]
 pub(super) struct Change {
     pub(super) person: i64,
@@ -134,7 +134,7 @@ impl Request for Change {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let Self { person, id, ask } = self;
-        // When it was made stays: what stands and was not told yet is not lost by a change.
+        // Its creation time stays, so that active alarms that were not reported yet are not lost by a change.
         let sql = "UPDATE notice_rule SET target = ?3, least = ?4, vessel = ?5, after_s = ?6, also_over = ?7
                    WHERE id = ?1 AND person = ?2";
         let update = sqlx::query(sql).bind(id).bind(person).bind(ask.target).bind(ask.least.name());
@@ -161,7 +161,7 @@ impl Request for Remove {
     }
 }
 
-/// All rules, each with what its person may see.
+/// All rules, each with its owner's permissions.
 #[derive(Debug)]
 pub(super) struct Rules;
 
@@ -184,7 +184,7 @@ impl Request for Rules {
     }
 }
 
-/// What was told before the server started.
+/// Messages from before the server started.
 #[derive(Debug)]
 pub(super) struct ReadTold(pub(super) UtcTime);
 
@@ -205,7 +205,7 @@ impl Request for ReadTold {
     }
 }
 
-/// Keeps messages that are to be sent; those of rules that are gone are left out. The number of the last one.
+/// Stores messages to be sent; those of removed rules are left out. Returns the number of the last one.
 #[derive(Debug)]
 pub(super) struct Put {
     pub(super) drafts: Vec<Draft>,
@@ -243,19 +243,19 @@ impl Request for Put {
     }
 }
 
-/// A message that waits.
+/// A message to be sent.
 #[derive(Debug, Clone)]
 pub(super) struct Waiting {
     pub(super) id: i64,
     pub(super) rule: Rule,
     pub(super) content: Content,
-    /// The language of who asked for it.
+    /// The language of the rule's owner.
     pub(super) language: Language,
     pub(super) made_us: i64,
     pub(super) tries: u32,
 }
 
-/// Messages that are due, the oldest first; with `id` that one, due or not.
+/// Messages that are due, the oldest first; with `id` only that one, due or not.
 #[derive(Debug)]
 pub(super) struct Due {
     pub(super) now: UtcTime,
@@ -284,7 +284,7 @@ impl Request for Due {
     }
 }
 
-/// What became of a message: an outcome, or when it is tried again.
+/// Stores the result of an attempt: an outcome, or the time of the next attempt.
 #[derive(Debug)]
 pub(super) struct Settle {
     pub(super) id: i64,

@@ -1,21 +1,21 @@
-//! What a person wants to be told, and whether that can be.
+//! Rules: which alarms a person wants to be notified of, and their validation.
 
 use super::settings::{Settings, Webhooks};
 use hyper::Uri;
 use operations::alarms::Priority;
 use std::time::Duration;
 
-/// Messages of one rule within an hour.
+/// Most messages of one rule within an hour.
 pub const PER_HOUR: usize = 10;
-/// The longest time that a rule leaves people to acknowledge.
+/// Longest delay of a rule for an acknowledgement.
 const LONGEST: Duration = Duration::from_hours(24);
-/// Letters of a target.
+/// Most characters of a target.
 const TARGET_CHARS: usize = 500;
 
-/// How a message goes.
+/// How a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// To an address of mail.
+    /// To a mail address.
     Mail,
     /// To a URL.
     Webhook,
@@ -36,20 +36,20 @@ impl Way {
     }
 }
 
-/// A rule as a person asks for it. Does not show its target in logs: what stands in a URL may be as good as a password.
+/// A rule as requested. Its target is not shown in logs: a URL may contain a secret.
 #[derive(Clone, PartialEq, Eq)]
 pub struct RuleRequest {
     /// How.
     pub way: Way,
-    /// An address of mail, or a URL.
+    /// A mail address, or a URL.
     pub target: String,
-    /// The least priority that is told.
+    /// The least priority that is reported.
     pub least: Priority,
     /// IMC address of the vessel; `None` for all that the person may see, and the server itself.
     pub vessel: Option<u16>,
-    /// How long an alarm stands without an acknowledgement before it is told.
+    /// How long an alarm must be active without an acknowledgement before it is reported.
     pub after: Duration,
-    /// Whether the end of an alarm that was told is told too.
+    /// Whether the end of a reported alarm is reported too.
     pub also_over: bool,
 }
 
@@ -59,10 +59,10 @@ impl std::fmt::Debug for RuleRequest {
     }
 }
 
-/// What a person makes of a rule that is there: all but its way.
+/// A change of an existing rule: everything but its way.
 #[derive(Clone, PartialEq, Eq)]
 pub struct RuleChange {
-    /// An address of mail, or a URL, as the rule's way has it.
+    /// A mail address, or a URL, as the rule's way has it.
     pub target: String,
     /// As in [`RuleRequest`].
     pub least: Priority,
@@ -75,7 +75,7 @@ pub struct RuleChange {
 }
 
 impl RuleChange {
-    /// The rule that it makes of one of this way.
+    /// The resulting rule of this way.
     pub fn of(self, way: Way) -> RuleRequest {
         let Self { target, least, vessel, after, also_over } = self;
         RuleRequest { way, target, least, vessel, after, also_over }
@@ -88,7 +88,7 @@ impl From<RuleRequest> for RuleChange {
     }
 }
 
-/// What a webhook's messages are signed by. Does not show itself in logs.
+/// Key that signs a webhook's messages. Not shown in logs.
 #[derive(Clone, PartialEq, Eq)]
 pub(super) struct SigningKey(pub(super) String);
 
@@ -98,23 +98,23 @@ impl std::fmt::Debug for SigningKey {
     }
 }
 
-/// A rule that is kept.
+/// A stored rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rule {
     /// Its number.
     pub id: i64,
-    /// Whose it is.
+    /// Its owner.
     pub person: i64,
-    /// What it says.
+    /// Its content.
     pub ask: RuleRequest,
     /// When it was made, µs since 1970 UTC: alarms from before then send no message.
     pub made_us: i64,
-    /// What a webhook's messages are signed by; never shown again.
+    /// Key that signs a webhook's messages; never shown again.
     pub(super) key: SigningKey,
 }
 
 impl RuleRequest {
-    /// Where it leads, for logs: of a URL the host alone.
+    /// Its target for logs: only the host of a URL.
     pub(super) fn shown_target(&self) -> String {
         match self.way {
             Way::Mail => self.target.clone(),
@@ -125,7 +125,7 @@ impl RuleRequest {
         }
     }
 
-    /// Whether this server can do that.
+    /// Checks that this server supports the rule.
     ///
     /// # Errors
     /// What is wrong, with the remedy.
@@ -136,7 +136,7 @@ impl RuleRequest {
         self.check_target(settings)
     }
 
-    /// Whether this server can send there.
+    /// Checks that this server can send to the target.
     ///
     /// # Errors
     /// What is wrong, with the remedy.

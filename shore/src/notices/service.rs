@@ -1,4 +1,4 @@
-//! Looks once a second what is to be told, and sends what waits.
+//! Determines due messages once a second, and sends the queued ones.
 
 use super::content::{Content, What};
 use super::judge::{Draft, Held, Notified, due};
@@ -18,13 +18,13 @@ use tokio::task::{self, JoinSet};
 use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
-/// How often it looks.
+/// How often due messages are determined.
 const EVERY: Duration = Duration::from_secs(1);
-/// Messages on their way at once.
+/// Most messages that are sent concurrently.
 const AT_ONCE: usize = 4;
-/// A way that takes longer is taken to hang.
+/// An attempt that takes longer counts as failed.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// When a message that was not taken is tried again, after its first attempt, its second and so on; then as the last.
+/// Delays before the next attempt, after the first, the second and so on; the last one repeats.
 pub(super) const AGAIN: [Duration; 5] = [
     Duration::from_secs(10),
     Duration::from_mins(1),
@@ -32,12 +32,12 @@ pub(super) const AGAIN: [Duration; 5] = [
     Duration::from_mins(15),
     Duration::from_mins(30),
 ];
-/// A message that is not taken for so long is given up.
+/// A message that was not accepted for this long is given up.
 const GIVEN_UP: Duration = Duration::from_hours(24);
-/// Messages that are shown to a person.
+/// Most messages that are shown to a person.
 const SHOWN: u32 = 20;
 
-/// The messages; cheap to clone.
+/// Handle of the notices; cheap to clone.
 #[derive(Clone)]
 pub struct Notices {
     people: People,
@@ -50,11 +50,11 @@ pub struct Notices {
 pub struct Made {
     /// Its number.
     pub id: i64,
-    /// What a webhook's messages are signed by, told this once; empty for mail.
+    /// Key that signs a webhook's messages, shown only now; empty for mail.
     pub secret: String,
 }
 
-/// What a person asked for, and what became of it.
+/// The rules of a person, and their messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mine {
     /// The rules, by number.
@@ -63,11 +63,11 @@ pub struct Mine {
     pub messages: Vec<Delivery>,
 }
 
-/// Messages on their way, each once.
+/// Messages being sent, each once.
 #[derive(Default)]
 struct Sending {
     attempts: JoinSet<()>,
-    /// Whose attempt each is: one that panics answers nothing, and is tried again all the same.
+    /// Message of each task: a task that panics gives no answer, and its message is tried again.
     messages: BTreeMap<task::Id, i64>,
 }
 
@@ -100,7 +100,7 @@ impl Notices {
         &self.settings
     }
 
-    /// What a person asked for.
+    /// The rules and messages of a person.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -112,7 +112,7 @@ impl Notices {
     /// Makes a rule for a person.
     ///
     /// # Errors
-    /// This server cannot do that, the person may not see the vessel, or has as many rules as may be.
+    /// This server does not support the rule, the person may not see the vessel, or has the most rules allowed.
     pub async fn add(&self, who: &Principal, from: String, ask: RuleRequest) -> Result<Made> {
         self.check(who, &ask)?;
         let secret = match ask.way {
@@ -126,10 +126,10 @@ impl Notices {
         Ok(Made { id, secret })
     }
 
-    /// Changes a rule of a person in its place; its way stays.
+    /// Changes a rule of a person; its way stays.
     ///
     /// # Errors
-    /// The person has no such rule, this server cannot do that, or the person may not see the vessel.
+    /// The person has no such rule, this server does not support it, or the person may not see the vessel.
     pub async fn change(&self, who: &Principal, from: String, id: i64, change: RuleChange) -> Result<()> {
         let mine = self.mine(who).await?;
         let known = mine.rules.into_iter().find(|rule| rule.id == id);
@@ -141,7 +141,7 @@ impl Notices {
         Ok(self.people.act(who, from, "notice.rule.change", subject, change).await?)
     }
 
-    /// Whether a person may ask for this.
+    /// Checks that a person may have this rule.
     fn check(&self, who: &Principal, ask: &RuleRequest) -> Result<()> {
         ask.check(&self.settings).map_err(Error::refused)?;
         if ask.vessel.is_some_and(|vessel| who.grants.on(vessel).is_none()) {
@@ -150,7 +150,7 @@ impl Notices {
         Ok(())
     }
 
-    /// Removes a rule of a person; its messages that wait are not sent any more.
+    /// Removes a rule of a person; its queued messages are not sent.
     ///
     /// # Errors
     /// The person has no such rule.
@@ -159,7 +159,7 @@ impl Notices {
         Ok(self.people.act(who, from, "notice.rule.remove", id.to_string(), remove).await?)
     }
 
-    /// Sends a message to try a rule, and waits what becomes of it.
+    /// Sends a test message of a rule, and waits for its outcome.
     ///
     /// # Errors
     /// The person has no such rule, or app.db cannot be written.
@@ -171,7 +171,7 @@ impl Notices {
         let now = self.clock.utc();
         let content =
             Content { event: What::Test, time_us: now.micros(), alarm: None, last_for_an_hour: false };
-        // The service does not take it up beside; it does when this attempt was killed.
+        // Due later, so that the service does not send it in parallel, but does if this attempt was killed.
         let due = UtcTime::from_micros(now.micros() + i64::try_from(PATIENCE.as_micros() * 2).unwrap_or(0));
         let put = Put { drafts: vec![Draft { rule: id, alarm: None, content }], now, due };
         let message = self.people.change(put).await?;
@@ -184,7 +184,7 @@ impl Notices {
         newest.ok_or_else(|| Error::refused("The rule was removed meanwhile."))
     }
 
-    /// Tells of what stands as the alarms have it, until the end.
+    /// Sends messages about active alarms until the server ends.
     pub(crate) async fn keep(self, alarms: Alarms, stop: CancellationToken) {
         let (mut told, mut waits) = (None, false);
         let mut sending = Sending::default();
@@ -221,7 +221,7 @@ impl Notices {
         self.tell(&rules, &alarms.standing().await?, told).await
     }
 
-    /// Holds what stands against the rules, and keeps what is to be told.
+    /// Compares the active alarms with the rules, and stores due messages.
     pub(super) async fn tell(
         &self,
         rules: &[Held],
@@ -240,7 +240,7 @@ impl Notices {
         Ok(())
     }
 
-    /// One attempt, and what became of it.
+    /// Makes one attempt, and stores its outcome.
     pub(super) async fn deliver(&self, waiting: Waiting) {
         let attempt = tokio::time::timeout(PATIENCE, self.attempt(&waiting)).await;
         let answer = attempt.unwrap_or_else(|_| Err(anyhow::anyhow!("it does not answer")));
@@ -264,12 +264,12 @@ impl Notices {
         }
         let settle = Settle { id: waiting.id, words, outcome, now };
         if let Err(error) = self.people.change(settle).await {
-            // It is sent again: the other side knows it by its number.
+            // It will be sent again: the receiver can recognise it by its number.
             tracing::warn!(message = waiting.id, %error, "what became of a message is not written down");
         }
     }
 
-    /// Sends a message: `None` when it was taken, else why it never will be.
+    /// Sends a message: `None` if it was accepted, else why it was refused permanently.
     async fn attempt(
         &self,
         Waiting { id, rule, content, language, .. }: &Waiting,

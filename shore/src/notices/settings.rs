@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Messages to people who look at no page.
+/// Messages about alarms to people who have no page open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Where people reach the pages, for links in messages; empty for messages without links.
+    /// URL of the pages, for links in messages; empty for messages without links.
     pub url: String,
     /// Authorities in PEM that are trusted when a mail server or webhook is reached by TLS.
     pub ca_file: PathBuf,
@@ -43,7 +43,7 @@ pub struct Mail {
     pub user: String,
     /// A file with that user's password.
     pub password_file: PathBuf,
-    /// Whom messages are from.
+    /// Sender of the messages.
     pub from: String,
 }
 
@@ -84,7 +84,7 @@ impl Default for Mail {
 }
 
 impl Settings {
-    /// What makes no sense.
+    /// Settings that are not consistent.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if !self.url.is_empty() && !self.url.starts_with("https://") && !self.url.starts_with("http://") {

@@ -68,7 +68,7 @@ fn s(seconds: i64) -> UtcTime {
     UtcTime::from_micros(seconds * 1_000_000)
 }
 
-/// What is told at a time, which counts as told from then on.
+/// The messages that are due at a time; they count as sent from then on.
 fn tell(rules: &[Held], standing: &[api::Alarm], told: &mut Notified, now: UtcTime) -> Vec<(i64, u64, What)> {
     let drafts = due(rules, standing, told, now);
     for draft in &drafts {
@@ -117,19 +117,19 @@ fn what_comes_and_goes_is_told_once_and_again_when_it_has_lasted() {
     assert_eq!(tell(&rules, &[alarm(1, 0)], &mut told, s(2)), []);
     assert_eq!(tell(&rules, &[over(1, 3)], &mut told, s(3)), [(1, 1, What::Over)]);
     assert_eq!(tell(&rules, &[], &mut told, s(4)), []);
-    // The same trouble as another alarm within ten minutes.
+    // The same fault as a new alarm within ten minutes.
     for second in 5..603 {
         let standing: &[api::Alarm] = if second % 2 == 0 { &[alarm(2, 5)] } else { &[] };
         assert_eq!(tell(&rules, standing, &mut told, s(second)), [], "at {second} s");
     }
     assert_eq!(tell(&rules, &[alarm(2, 5)], &mut told, s(603)), [(1, 2, What::Raised)]);
-    // Forgotten by the alarms before its end was seen.
+    // Dropped by the alarms before its end was seen.
     assert_eq!(tell(&rules, &[], &mut told, s(604)), [(1, 2, What::Over)]);
 }
 
 proptest! {
-    /// Whatever alarms do: each beginning that is told has one end that is told, in that order, and nothing is told of what
-    /// somebody had acknowledged before.
+    /// Whatever alarms do: each reported beginning has one reported end, in that order, and alarms that were acknowledged
+    /// before are not reported.
     #[test]
     fn nothing_is_told_twice_and_each_end_once(
         changes in prop::collection::vec((0_u64..4, 0_u8..3), 1..80),
@@ -170,7 +170,7 @@ proptest! {
     }
 }
 
-/// People, the service, and somebody who asks for messages.
+/// People, the service, and a person with rules.
 struct Office {
     folder: tempfile::TempDir,
     people: People,
@@ -200,7 +200,7 @@ impl Office {
         self.notices.add(&self.nils, "::1".to_owned(), ask).await.unwrap()
     }
 
-    /// Tells of what stands, and sends what is due.
+    /// Processes the active alarms, and sends due messages.
     async fn work(&self, standing: &[api::Alarm], told: &mut Notified) {
         let rules = self.people.ask(Rules).await.unwrap();
         self.notices.tell(&rules, standing, told).await.unwrap();
@@ -209,7 +209,7 @@ impl Office {
         }
     }
 
-    /// Outcome and words of each message, the newest first.
+    /// Outcome and answer of each message, the newest first.
     async fn outcomes(&self) -> Vec<(String, String)> {
         let mine = self.notices.mine(&self.nils).await.unwrap();
         mine.messages.into_iter().map(|one| (one.outcome, one.words)).collect()
@@ -220,7 +220,7 @@ impl Office {
     }
 }
 
-/// A server that answers each connection by `answer` and tells what it got; the port.
+/// A server that answers each connection by `answer`; returns its port.
 async fn serve<F, A>(answer: F) -> u16
 where
     F: Fn(TcpStream) -> A + Send + 'static,
@@ -236,7 +236,7 @@ where
     port
 }
 
-/// A webhook that gives these answers in turn, the last one for ever; what it got, as head and body.
+/// A webhook that gives these answers in turn, repeating the last; returns its port and the requests, as head and body.
 async fn hook(answers: &'static [&'static str]) -> (u16, mpsc::UnboundedReceiver<(String, String)>) {
     let (got, taken) = mpsc::unbounded_channel();
     let count = std::sync::Arc::new(std::sync::atomic::AtomicUsize::new(0));
@@ -320,7 +320,7 @@ async fn a_message_outlives_a_restart_and_is_not_told_again() {
     office.work(&standing, &mut Notified::default()).await;
     got.recv().await.unwrap();
 
-    // As after a kill: what is in app.db is all that is known.
+    // As after a kill: only app.db is known.
     let owners = Owners::new(office.clock.clone());
     let config = identity::Settings::default();
     let people = People::start(office.folder.path(), &config, &owners, office.clock.clone()).await.unwrap().0;
@@ -359,7 +359,7 @@ async fn webhooks_lead_to_public_addresses_only_unless_the_configuration_says_so
     assert!(refused("https://me:secret@example.org/").await.contains("password"));
     let mail = office.notices.add(&office.nils, String::new(), ask(Way::Mail, "a@example.org")).await;
     assert!(mail.err().unwrap().text.contains("notices.mail.host"));
-    // A name that leads to this computer is found out when it is looked up.
+    // A name that resolves to this computer is detected at lookup.
     let made = office.add(ask(Way::Webhook, "https://localhost:1/")).await;
     let test = office.notices.test(&office.nils, made.id).await.unwrap();
     assert!(test.outcome == "refused" && test.words.contains("no public address"), "{test:?}");
@@ -385,7 +385,7 @@ async fn many_messages_within_an_hour_end_with_one_that_says_so() {
     assert!(got.recv().await.is_some(), "an hour later it tells again");
 }
 
-/// A mail server that takes messages in the clear; what came after DATA.
+/// A mail server without encryption; returns its port and what came after DATA.
 async fn mail_server(refuses: bool) -> (u16, mpsc::UnboundedReceiver<String>) {
     let (got, taken) = mpsc::unbounded_channel();
     let port = serve(move |stream| {
@@ -460,7 +460,7 @@ async fn a_mail_says_what_happened_what_to_do_and_where_to_look() {
     assert_eq!(office.outcomes().await[0].0, "delivered");
 }
 
-/// A boat that is not heard, as the server tells it by codes.
+/// A boat that is not heard, as the server reports it by codes.
 fn silent(alarm: api::Alarm) -> api::Alarm {
     let advice = operations::alarms::Kind::NotHeard.advice();
     let says = vec![api::AlarmSaying::NotHeard { since_us: 3_723_000_000 }];
@@ -528,7 +528,7 @@ async fn a_rule_is_changed_in_its_place_and_keeps_its_key() {
         also_over: false,
     };
     assert_eq!((rules.len(), rules[0].id, &rules[0].ask), (1, made.id, &wanted));
-    // It is followed from then on, by the key that was told once.
+    // It is in force from then on, with the key that was shown once.
     let (mut told, standing) = (Notified::default(), [office.alarm(7)]);
     office.work(&standing, &mut told).await;
     assert!(got.try_recv().is_err(), "five minutes have not passed");

@@ -1,8 +1,8 @@
 //! A message to a URL: one HTTP POST of JSON, signed.
 //!
 //! `Lutra-Delivery` is the message's number, the same when it is sent again. `Lutra-Signature` is `t=SECONDS,v1=HEX`: HEX is
-//! HMAC-SHA256 (RFC 2104) by the rule's secret over `SECONDS.BODY`. Only an answer of 2xx counts as taken; redirects
-//! are not followed. The name is looked up once and the address that was judged is the one that is connected to.
+//! HMAC-SHA256 (RFC 2104) by the rule's secret over `SECONDS.BODY`. Only an answer of 2xx counts as accepted; redirects are
+//! not followed. The name is looked up once, and the connection goes to the address that was checked.
 
 use super::settings::{Settings, Webhooks};
 use crate::tls::trusting;
@@ -22,12 +22,12 @@ use tokio::net::TcpStream;
 /// Bytes of an answer that are read.
 const ANSWER_BYTES: usize = 4 * 1024;
 
-/// What a webhook said.
+/// A webhook's answer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// It took the message.
+    /// It accepted the message.
     Taken,
-    /// It will not, whenever it is asked.
+    /// It refused the message permanently.
     Refused(String),
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Post<'a> {
 /// Sends a message.
 ///
 /// # Errors
-/// It was not taken now; it may be later.
+/// It was not accepted now; a later attempt may succeed.
 pub(super) async fn post(settings: &Settings, post: Post<'_>) -> anyhow::Result<Answer> {
     let url: Uri = post.url.parse()?;
     let host = url.host().context("the URL names no host")?.trim_matches(['[', ']']).to_owned();
@@ -65,7 +65,7 @@ pub(super) async fn post(settings: &Settings, post: Post<'_>) -> anyhow::Result<
     };
     Ok(match status {
         status if status.is_success() => Answer::Taken,
-        // What may pass is tried again.
+        // Temporary errors are retried.
         StatusCode::REQUEST_TIMEOUT | StatusCode::TOO_MANY_REQUESTS => bail!("it answers {status}: {text}"),
         status if status.is_server_error() => bail!("it answers {status}: {text}"),
         status if status.is_redirection() => {
@@ -103,7 +103,7 @@ pub(super) fn signature(secret: &str, now_s: i64, body: &str) -> String {
     format!("t={now_s},v1={}", hex::encode(tag.as_ref()))
 }
 
-/// Where a name leads, if that may be; else why not.
+/// The address of a name, if it is allowed; else why not.
 async fn address(host: &str, port: u16, allowed: Webhooks) -> anyhow::Result<Result<SocketAddr, String>> {
     let found: Vec<SocketAddr> = tokio::net::lookup_host((host, port)).await?.collect();
     let first = found.first().with_context(|| format!("{host} has no address"))?;
@@ -139,7 +139,7 @@ fn is_public(address: IpAddr) -> bool {
                 || benchmark
                 || protocol)
         }
-        // Global unicast without what is for documentation, and without the ways that wrap an IPv4 address.
+        // Global unicast without documentation prefixes, and without those that embed an IPv4 address.
         IpAddr::V6(v6) => {
             let [a, b, ..] = v6.segments();
             let documentation = (a, b) == (0x2001, 0x0db8) || a == 0x3fff;

@@ -1,4 +1,4 @@
-//! What a plan takes and what is wrong with it, judged as vessels judge.
+//! Cost and problems of a plan, checked as vessels check it.
 
 use super::translate::{degrees_of, place, specification};
 use super::trouble::{of_problem, of_warning, too_long, too_many_row_points};
@@ -10,19 +10,18 @@ use onboard::{LONGEST_PLAN, LONGEST_PLAN_NAME, Settings};
 use std::collections::BTreeMap;
 use units::{LatLon, MonoTime, Now, UtcTime};
 
-/// Most maneuvers of a plan that is drawn here, and most points of all its paths.
+/// Most maneuvers of a plan, and most points of all its paths.
 const MANEUVERS: usize = 500;
 const POINTS: usize = 5_000;
-/// Letters of a description.
+/// Most characters of a description.
 const DESCRIPTION: usize = 500;
-/// Most points of all its rows together, and most places that are handed out to be drawn; of longer plans the
-/// maneuvers beyond have none.
+/// Most points of all its rows together, and most places that are returned for drawing; maneuvers beyond that have none.
 const PLACES: usize = 50_000;
 
-/// Whether a plan can be kept at all, as a draft at least.
+/// Checks that a plan can be stored, at least as a draft.
 ///
 /// # Errors
-/// What is too much, or that it has no name.
+/// A limit is exceeded, or the plan has no name.
 pub fn limits(plan: &PlanDocument) -> Result<(), String> {
     let good = |name: &str| {
         (1..=LONGEST_PLAN_NAME).contains(&name.len())
@@ -54,24 +53,24 @@ pub fn limits(plan: &PlanDocument) -> Result<(), String> {
     Ok(())
 }
 
-/// Judges a plan that keeps its [`limits`].
+/// Checks a plan that is within its [`limits`].
 pub fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
     check_with(plan, now, |_| None)
 }
 
-/// The plan as its vessel understands it, if it has no problems.
+/// The plan as its vessel interprets it, if it has no problems.
 pub fn understood(specification: &PlanSpecification) -> Option<Plan> {
     onboard::checked_plan(specification, &Settings::otter("shore", Address(0))).ok()
 }
 
-/// Judges a plan that keeps its [`limits`], by the chart too.
+/// Checks a plan that is within its [`limits`], also against the chart.
 pub fn check_with(
     plan: &PlanDocument,
     now: UtcTime,
     guard: impl FnOnce(&Plan) -> Option<Guard>,
 ) -> PlanCheck {
     let laid_out: f64 = plan.maneuvers.iter().map(|step| row_points(&step.task)).sum();
-    // Not a number where a width is nothing by nothing; the vessel's own checks tell that.
+    // NaN for a width of 0/0, which the vessel's own checks report.
     if laid_out > PLACES as f64 {
         return PlanCheck { problems: vec![too_many_row_points(PLACES)], ..PlanCheck::default() };
     }
@@ -102,10 +101,10 @@ pub fn check_with(
     }
 }
 
-/// A plan without problems as a vessel gets it.
+/// The plan to be sent to a vessel; it must have no problems.
 ///
 /// # Errors
-/// It has problems: the first of them.
+/// It has problems; the error is the first of them.
 pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
     let first = |problems: &[PlanTrouble]| {
         let place = problems.first().and_then(|one| one.maneuver.as_ref());
@@ -118,7 +117,7 @@ pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, St
     }
 }
 
-/// What is wrong or odd about a plan that came from elsewhere, in words.
+/// Problems and warnings of an imported plan, as text.
 pub(crate) fn told(plan: &PlanSpecification) -> Vec<String> {
     let settings = Settings::otter("shore", Address(0));
     match onboard::checked_plan(plan, &settings) {
@@ -130,7 +129,7 @@ pub(crate) fn told(plan: &PlanSpecification) -> Vec<String> {
     }
 }
 
-/// MD5 as the vessel reckons it.
+/// MD5 digest as the vessel computes it.
 fn digest(plan: &PlanSpecification) -> Result<String, String> {
     let long = |what: String| format!("the plan is too long for one message ({what}); divide it");
     let mut bytes = Vec::new();
@@ -142,7 +141,7 @@ fn digest(plan: &PlanSpecification) -> Result<String, String> {
     Ok(hex::encode(digest))
 }
 
-/// What a plan takes from its first place on; if it repeats, from where a round ends.
+/// The cost of a plan from its first waypoint on; if it repeats, from the end of a round.
 fn costs(document: &PlanDocument, plan: &Plan, now: UtcTime) -> PlanCheck {
     let first = document.maneuvers.first().and_then(|step| places(&step.task).first());
     let end = plan.nodes().last().and_then(|node| match node.maneuver() {
@@ -166,7 +165,7 @@ fn costs(document: &PlanDocument, plan: &Plan, now: UtcTime) -> PlanCheck {
         }
     };
     let maneuvers: Vec<PlanLeg> = plan.nodes().iter().map(leg).collect();
-    // A plan without end has no total of its own: what counts is a round.
+    // A repeating plan has no total: the cost is that of one round.
     let sum = |value: fn(&PlanCost) -> Option<f64>| maneuvers.iter().map(|leg| value(&leg.cost)).sum();
     let total = PlanCost {
         length_m: sum(|cost| cost.length_m),
@@ -181,7 +180,7 @@ fn cost(cost: Cost) -> PlanCost {
     PlanCost { length_m, duration_s, energy_j }
 }
 
-/// How many points rows will have, about: three, a square curve's, for each row.
+/// Approximate number of points of rows: three for each row, as of a square curve.
 fn row_points(task: &PlanTask) -> f64 {
     match task {
         PlanTask::Rows { width_m, step_m, .. } => 3.0 * (width_m / step_m + 2.0),
@@ -189,7 +188,7 @@ fn row_points(task: &PlanTask) -> f64 {
     }
 }
 
-/// The places that somebody drew.
+/// The drawn places of a task.
 pub(crate) fn places(task: &PlanTask) -> &[PlanPlace] {
     match task {
         PlanTask::FollowPath { points } => points,

@@ -1,4 +1,4 @@
-//! Plans as files: IMC's JSON, GeoJSON with everything in its properties, GPX with the places alone.
+//! Plans as files: IMC's JSON, GeoJSON with everything in its properties, GPX with only the places.
 
 use super::check::{places, told};
 use super::translate::{document, specification};
@@ -9,10 +9,10 @@ use onboard::LONGEST_PLAN_NAME;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
-/// How fast where a file does not say (m/s).
+/// Speed if a file does not give one (m/s).
 const SPEED_MPS: f64 = 1.5;
 
-/// How a plan is written.
+/// File format of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// A PlanSpecification in IMC's JSON, as Neptus reads it.
@@ -34,7 +34,7 @@ impl Format {
         }
     }
 
-    /// Media type, and how a file's name ends.
+    /// Media type, and file extension.
     pub fn kind(self) -> (&'static str, &'static str) {
         match self {
             Self::Imc => ("application/json", "imc.json"),
@@ -59,10 +59,10 @@ pub fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
     }
 }
 
-/// Reads a plan, in whichever format; `file` is the file's name. What was left out is told.
+/// Reads a plan in any of the formats; `file` is the file's name. Returns the plan and warnings about what was left out.
 ///
 /// # Errors
-/// It is not valid, with the place of what is wrong.
+/// It is not valid; the error gives the position.
 pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), String> {
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let (mut plan, notes) = match start.first() {
@@ -83,7 +83,7 @@ fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), String> {
     let Some(object) = value.as_object_mut().filter(|object| object.contains_key("abbrev")) else {
         return geojson::read(bytes).map_err(|error| error.to_string()).and_then(from_shapes);
     };
-    // A whole packet's words about itself.
+    // The header of a whole packet.
     object.retain(|key, _| !matches!(key.as_str(), "header" | "endian"));
     match imc::json::message_from_value(&value).map_err(|error| error.to_string())? {
         Message::PlanSpecification(plan) => {
@@ -95,7 +95,7 @@ fn from_json(bytes: &[u8]) -> Result<(PlanDocument, Vec<String>), String> {
     }
 }
 
-/// A thing for each maneuver; all but its places stands in the properties.
+/// A feature for each maneuver; everything but its places is in the properties.
 fn shapes(plan: &PlanDocument) -> Shapes {
     let position = |place: &PlanPlace| Position { lat_deg: place.lat_deg, lon_deg: place.lon_deg };
     let shape = |step: &PlanStep| {
@@ -141,7 +141,7 @@ fn from_shapes(file: Shapes) -> Result<(PlanDocument, Vec<String>), String> {
     Ok((plan, file.notes))
 }
 
-/// A maneuver; of foreign things a point is a Goto and a line a FollowPath.
+/// A maneuver; of foreign features a point becomes a Goto and a line a FollowPath.
 fn step(shape: Shape) -> Result<PlanStep, String> {
     let Shape { name: id, geometry, mut properties } = shape;
     let place = |at: &Position| PlanPlace { lat_deg: at.lat_deg, lon_deg: at.lon_deg };
@@ -166,7 +166,7 @@ fn step(shape: Shape) -> Result<PlanStep, String> {
     Ok(PlanStep { id, speed, task })
 }
 
-/// Gives every maneuver a name of its own.
+/// Gives every maneuver a unique name.
 fn name_steps(plan: &mut PlanDocument) {
     let mut taken = BTreeSet::new();
     for (step, number) in plan.maneuvers.iter_mut().zip(1..) {
@@ -184,7 +184,7 @@ fn name_steps(plan: &mut PlanDocument) {
     }
 }
 
-/// `wanted`, or with a number behind it, such that it is not taken.
+/// `wanted`, or `wanted` with a number appended, such that it is not taken.
 pub(crate) fn free(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = |number: u32| {
         let tail = format!(" ({number})");
@@ -194,7 +194,7 @@ pub(crate) fn free(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
     all.into_iter().find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// A text as a name can be.
+/// Turns a text into a valid name.
 fn name(text: &str) -> String {
     let seen: String = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
     cut(seen.trim(), LONGEST_PLAN_NAME).trim_end().to_owned()
@@ -207,7 +207,7 @@ fn cut(text: &str, bytes: usize) -> &str {
     &text[..end.unwrap_or(0)]
 }
 
-/// Troubles in one text.
+/// Joins problems into one text.
 fn words(troubles: &[PlanTrouble]) -> String {
     let one = |trouble: &PlanTrouble| match &trouble.maneuver {
         Some(maneuver) => format!("{maneuver}: {}", trouble.text),

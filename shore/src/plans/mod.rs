@@ -1,8 +1,7 @@
-//! Plans ashore: kept with their revisions, checked as a vessel would, written for vessels and for other programs.
+//! Plans ashore: stored with their revisions, checked as a vessel would, converted for vessels and other programs.
 //!
-//! What people draw is an [`api::PlanDocument`]. `translate` alone knows how it becomes a PlanSpecification and
-//! back; `check` asks the very code that vessels judge plans by, so that what is good here is good aboard, but
-//! for limits of a vessel's own.
+//! A drawn plan is an [`api::PlanDocument`]. Only `translate` converts it to a PlanSpecification and back; `check` uses the
+//! same code as vessels, so that a plan accepted here is accepted aboard, except for a vessel's own limits.
 
 mod check;
 mod files;

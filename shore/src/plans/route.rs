@@ -1,4 +1,4 @@
-//! Where a plan that a vessel sails leads, to be drawn.
+//! The route of a plan that a vessel executes, for drawing.
 
 use super::translate::degrees_of;
 use api::RouteLeg;
@@ -7,10 +7,10 @@ use imc::messages::PlanSpecification;
 use mission::Maneuver;
 use onboard::Settings;
 
-/// Most places that are handed out.
+/// Most places that are returned.
 const PLACES: usize = 20_000;
 
-/// The maneuvers in the order in which they are sailed, and whether they begin again.
+/// The maneuvers in order of execution, and whether they repeat.
 ///
 /// # Errors
 /// Why it cannot be drawn.

@@ -1,5 +1,5 @@
-//! Plans in app.db. A change names the revision that it was made from and is refused when there is a newer one, so
-//! that nobody's work is lost without a word.
+//! Plans in app.db. A change names the revision that it was made from and is refused when there is a newer one, so that no
+//! person's work is silently overwritten.
 
 use super::files::free;
 use crate::identity::{Fault, Request};
@@ -7,21 +7,21 @@ use api::{PlanDocument, PlanRevision, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Plans that are kept, without those that were deleted.
+/// Most plans, without deleted ones.
 const PLANS: u32 = 2_000;
-/// Deleted plans that can be restored.
+/// Most deleted plans that can be restored.
 const DELETED: u32 = 200;
-/// Revisions that are kept of a plan.
+/// Most revisions that are kept of a plan.
 const REVISIONS: u32 = 200;
 
-/// A plan as it is kept.
+/// A stored plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Its number.
     pub id: i64,
     /// Grows with each change.
     pub revision: u32,
-    /// Whether it may have problems and does not go aboard.
+    /// Whether it is a draft, which may have problems and cannot be uploaded.
     pub draft: bool,
     /// Who saved this revision.
     pub author: String,
@@ -29,18 +29,18 @@ pub struct Row {
     pub updated: UtcTime,
     /// The plan.
     pub plan: PlanDocument,
-    /// Whether it was deleted, and can be restored.
+    /// Whether it is deleted, and can be restored.
     pub deleted: bool,
 }
 
-/// Who changes something, when.
+/// Author and time of a change.
 #[derive(Debug, Clone)]
 pub struct Change {
     /// Who.
     pub author: String,
     /// When.
     pub now: UtcTime,
-    /// Whether it is kept as a draft.
+    /// Whether it is saved as a draft.
     pub draft: bool,
 }
 
@@ -87,7 +87,7 @@ impl Request for Load {
     }
 }
 
-/// The states that the plan of this number had, the newest first.
+/// Revisions of the plan of this number, the newest first.
 #[derive(Debug)]
 pub struct Revisions(pub i64);
 
@@ -103,12 +103,12 @@ impl Request for Revisions {
     }
 }
 
-/// Keeps a new plan, under a name that is free; its number.
+/// Stores a new plan under a free name; returns its number.
 #[derive(Debug)]
 pub struct Create {
     /// The plan.
     pub plan: PlanDocument,
-    /// Who keeps it, when.
+    /// Author and time.
     pub change: Change,
 }
 
@@ -120,7 +120,7 @@ impl Request for Create {
     }
 }
 
-/// Keeps a change that was made from revision `from`.
+/// Saves a change that was made from revision `from`.
 #[derive(Debug)]
 pub struct Save {
     /// Its number.
@@ -129,7 +129,7 @@ pub struct Save {
     pub from: u32,
     /// The plan as it is now.
     pub plan: PlanDocument,
-    /// Who changed it, when.
+    /// Author and time.
     pub change: Change,
 }
 
@@ -141,7 +141,7 @@ impl Request for Save {
     }
 }
 
-/// Puts a plan away.
+/// Deletes a plan.
 #[derive(Debug)]
 pub struct Delete {
     /// Its number.
@@ -158,12 +158,12 @@ impl Request for Delete {
     }
 }
 
-/// Takes a deletion back.
+/// Restores a deleted plan.
 #[derive(Debug)]
 pub struct Restore {
     /// Its number.
     pub id: i64,
-    /// Who restores it, when.
+    /// Author and time.
     pub change: Change,
 }
 
@@ -183,7 +183,7 @@ fn row((id, revision, draft, author, saved_us, body, deleted_us): Columns) -> Re
     Ok(Row { id, revision, draft, author, updated, plan, deleted })
 }
 
-/// Keeps a new plan, under a name that is free.
+/// Stores a new plan under a free name.
 ///
 /// # Errors
 /// There are too many.
@@ -203,10 +203,10 @@ async fn create(db: &mut SqliteConnection, mut plan: PlanDocument, change: &Chan
     Ok(id)
 }
 
-/// Keeps a change that was made from revision `from`. A draft takes the place of the same person's draft before it.
+/// Saves a change that was made from revision `from`. A draft replaces the same person's previous draft.
 ///
 /// # Errors
-/// There is another revision, the plan is gone, or its name is taken.
+/// There is a newer revision, the plan is gone, or its name is taken.
 async fn save(
     db: &mut SqliteConnection,
     id: i64,
@@ -242,7 +242,7 @@ async fn save(
     Ok(())
 }
 
-/// Puts a plan away. The oldest of too many that were deleted are forgotten.
+/// Deletes a plan. Beyond the limit the oldest deleted plans are removed for good.
 ///
 /// # Errors
 /// There is no such plan.
@@ -257,7 +257,7 @@ async fn delete(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), 
     Ok(())
 }
 
-/// Takes a deletion back; the plan gets another name when its own was taken meanwhile.
+/// Restores a deleted plan; it gets another name if its own was taken meanwhile.
 ///
 /// # Errors
 /// It was not deleted.

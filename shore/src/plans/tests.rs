@@ -1,4 +1,4 @@
-//! Plans there and back, and what is said of bad ones.
+//! Conversion of plans in both directions, and errors of bad ones.
 
 use super::translate::{document, specification};
 use super::{
@@ -38,7 +38,7 @@ fn north() -> PlanDocument {
 }
 
 fn places() -> impl Strategy<Value = PlanPlace> {
-    // As people type them, and near enough to each other for a path.
+    // With decimals as people type them, and near enough to each other for a path.
     (-800_000..800_000_i32, -900_000..900_000_i32)
         .prop_map(|(lat, lon)| place(63.0 + f64::from(lat) / 1e7, 10.0 + f64::from(lon) / 1e7))
 }

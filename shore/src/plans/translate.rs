@@ -1,7 +1,7 @@
-//! From plan documents to IMC's PlanSpecification and back.
+//! Converts plan documents to IMC's PlanSpecification and back.
 //!
-//! Degrees are taken to 1e-10 (0.01 mm) and offsets of paths to 1/128 m, which single precision holds exactly up to
-//! 131 km: so a plan that goes there and back has the same bytes, and with them the same digest.
+//! Degrees are rounded to 1e-10 (0.01 mm) and offsets of paths to 1/128 m, which single precision represents exactly up to
+//! 131 km: so a plan has the same bytes, and the same digest, after a conversion there and back.
 
 use super::trouble::trouble;
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, PlanTrouble, SpeedUnit};
@@ -13,17 +13,17 @@ use mission::PLAN_END;
 use std::collections::BTreeSet;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// Parts of a degree that count.
+/// Resolution of angles, parts of a degree.
 const PER_DEGREE: f64 = 1e10;
-/// Parts of a metre that count in offsets of paths.
+/// Resolution of offsets of paths, parts of a metre.
 const PER_METRE: f64 = 128.0;
-/// What every transition waits for.
+/// Condition of every transition.
 const WHEN_DONE: &str = "ManeuverIsDone";
 
-/// The plan as a vessel gets it.
+/// The plan for a vessel.
 ///
 /// # Errors
-/// Points of paths that are no places: those alone cannot be written.
+/// Points of paths that are not valid positions: only these cannot be represented.
 pub fn specification(plan: &PlanDocument) -> Result<PlanSpecification, Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     let mut maneuvers = Vec::with_capacity(plan.maneuvers.len());
@@ -147,10 +147,10 @@ fn rows(step: &PlanStep, speed: f32, speed_units: SpeedUnits) -> Message {
     .into()
 }
 
-/// A plan that came from elsewhere, as people can edit it.
+/// An imported plan in the form that people edit.
 ///
 /// # Errors
-/// What would make it another plan if it were left out.
+/// It has parts that cannot be represented, and that would change the plan if left out.
 pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     if !plan.start_actions.is_empty() || !plan.end_actions.is_empty() {
@@ -191,7 +191,7 @@ pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>),
     Ok((document, notes))
 }
 
-/// Which maneuvers are sailed, in their order, and whether they repeat. The first transition out of each counts.
+/// The maneuvers in order of execution, and whether they repeat. The first transition of each is taken.
 fn order(
     plan: &PlanSpecification,
     nodes: &[PlanManeuver],
@@ -287,12 +287,12 @@ fn speed(value: f32, units: SpeedUnits) -> Result<PlanSpeed, String> {
     Ok(PlanSpeed { value: decimal(value)?, unit })
 }
 
-/// The place, if it is one.
+/// The position, if it is valid.
 pub(crate) fn place(place: &PlanPlace) -> Option<LatLon> {
     LatLon::from_deg(fine(place.lat_deg), fine(place.lon_deg)).ok()
 }
 
-/// Degrees of a place, as they are drawn.
+/// A position in degrees, for drawing.
 pub(crate) fn degrees_of(place: LatLon) -> PlanPlace {
     PlanPlace { lat_deg: fine(place.lat_deg()), lon_deg: fine(place.lon_deg()) }
 }
@@ -311,12 +311,12 @@ fn angle(rad: f64) -> Result<f64, String> {
     if deg.is_finite() { Ok(deg) } else { Err("an angle is not a number".to_owned()) }
 }
 
-/// Degrees as far as they count.
+/// Rounds degrees to their resolution.
 fn fine(deg: f64) -> f64 {
     (deg * PER_DEGREE).round() / PER_DEGREE
 }
 
-/// Metres as far as they count.
+/// Rounds metres to their resolution.
 fn offset(metres: f64) -> f32 {
     ((metres * PER_METRE).round() / PER_METRE) as f32
 }

@@ -1,17 +1,17 @@
-//! What is wrong or odd about a plan, by code and figures, so that pages say it in their reader's language.
+//! Problems and warnings of a plan, by code and figures, so that pages can show them in the reader's language.
 
 use api::PlanTrouble;
 use mission::{PlanProblem, PlanWarning, ProblemKind, SpeedLimits};
 
-/// What is said in words alone has this code.
+/// Code of a problem that has only a text.
 const OTHER: &str = "other";
 
-/// A trouble with one maneuver, or with the plan itself, that has words only.
+/// A problem of one maneuver, or of the whole plan, that has only a text.
 pub(crate) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTrouble {
     coded(maneuver, (OTHER, &[], ""), text.into())
 }
 
-/// Code, figures by name, and what it is about.
+/// Code, figures by name, and subject.
 type Coded<'a> = (&'static str, &'a [(&'static str, f64)], &'a str);
 
 fn coded(maneuver: Option<&str>, (code, values, about): Coded<'_>, text: String) -> PlanTrouble {
@@ -19,7 +19,7 @@ fn coded(maneuver: Option<&str>, (code, values, about): Coded<'_>, text: String)
         maneuver: maneuver.map(str::to_owned),
         code: code.to_owned(),
         about: (!about.is_empty()).then(|| about.to_owned()),
-        // What is not a number, and what stands for no limit, is left out.
+        // NaN, and values that mean no limit, are left out.
         values: values
             .iter()
             .filter(|(_, value)| value.abs() < f64::MAX)
@@ -29,18 +29,18 @@ fn coded(maneuver: Option<&str>, (code, values, about): Coded<'_>, text: String)
     }
 }
 
-/// Points of rows together that are more than are laid out.
+/// The rows have more points than the limit.
 pub(crate) fn too_many_row_points(most: usize) -> PlanTrouble {
     let text = format!("its rows have more than {most} points together; widen them or divide the plan");
     coded(None, ("too-many-row-points", &[("most", most as f64)], ""), text)
 }
 
-/// A plan that does not fit into one message.
+/// The plan does not fit into one message.
 pub(crate) fn too_long(text: String) -> PlanTrouble {
     coded(None, ("too-long", &[], ""), text)
 }
 
-/// A problem; `most` is what speeds are held to.
+/// Converts a problem; `most` are the speed limits.
 pub(crate) fn of_problem(problem: &PlanProblem, most: &SpeedLimits) -> PlanTrouble {
     let maneuver = problem.maneuver.as_deref();
     let text = match &problem.kind {
@@ -87,7 +87,7 @@ pub(crate) fn of_problem(problem: &PlanProblem, most: &SpeedLimits) -> PlanTroub
     }
 }
 
-/// What its author may not have meant.
+/// Converts a warning: something that the author may not have intended.
 pub(crate) fn of_warning(warning: &PlanWarning) -> PlanTrouble {
     match warning {
         PlanWarning::Unheeded { maneuver, text } => trouble(maneuver.as_deref(), text.as_str()),

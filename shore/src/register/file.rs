@@ -1,4 +1,4 @@
-//! A file of entries taken where no server runs, by the command line.
+//! Imports a file of entries directly, for the command line.
 
 use super::import::look;
 use super::rows::{All, Write};
@@ -9,16 +9,16 @@ use api::{RegisterImport, RegisterKind};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Looks what a file of entries would change, and, where that is wanted and nothing is wrong, changes it.
+/// Determines what a file of entries would change, and applies it if requested and nothing is wrong.
 #[derive(Debug)]
 pub struct TakeFile {
-    /// What its lines are.
+    /// Kind of its entries.
     pub kind: RegisterKind,
     /// The file.
     pub bytes: Vec<u8>,
-    /// The version of the register that was looked at, where it is taken.
+    /// The register's version at the preview, if the file is to be applied.
     pub apply: Option<i64>,
-    /// In whose name.
+    /// On whose behalf.
     pub by: String,
     /// When.
     pub now: UtcTime,

@@ -1,4 +1,4 @@
-//! What a file of entries changes.
+//! The changes of a file of entries.
 
 use super::rows::{Row, Step, told_to};
 use api::{
@@ -6,11 +6,11 @@ use api::{
 };
 use research::{Names, Read, blank, check_all, differences, kind_of, name_of, read_csv};
 
-/// Problems that are told.
+/// Most problems that are reported.
 const PROBLEMS: usize = 1_000;
 
-/// What a file would change, with the steps that do it. `may` says why somebody may not have an entry say something.
-/// Entries that somebody does not see are not changed by a file of theirs, and nothing of them is told.
+/// The changes of a file, with their steps. `may` checks whether the user may make an entry. Entries that the user may not
+/// see are neither changed nor revealed.
 pub(super) fn look(
     kind: RegisterKind,
     bytes: &[u8],
@@ -78,7 +78,7 @@ fn problem(wrong: &research::WrongCell) -> RegisterProblem {
     RegisterProblem { line: Some(wrong.line), column: wrong.column.clone(), text: wrong.text.clone() }
 }
 
-/// What would be wrong with the register as a whole, at the lines that bring it.
+/// Problems of the resulting register, at the lines that cause them.
 fn together(
     read: &Read,
     rows: &[Row],
@@ -96,7 +96,7 @@ fn together(
             lines.push(Some(row.line));
         }
     }
-    // What a file brings is its writer's own, also where it is for a vessel that they do not see.
+    // Entries of the file itself may be reported, even for a vessel that the user may not see.
     let is_hidden = |at: usize| lines[at].is_none() && !sees(&records[at]);
     let faults = check_all(&records).into_iter();
     let told = faults.filter_map(|fault| {

@@ -1,7 +1,8 @@
 //! The register of studies: projects, people, animals, tags, receivers and their deployments on vessels.
 //!
-//! What an entry may say is `research`'s; `rows` keeps entries in app.db, all of a change or nothing of it; `import` tells what a
-//! file would change; `service` decides who may what; `file` is for the command line. What an entry said before stays in app.db.
+//! The crate `research` validates entries; `rows` stores them in app.db, each change as a whole or not at all; `import`
+//! determines the changes of a file; `service` has the access rules; `file` is for the command line. Earlier versions of an
+//! entry stay in app.db.
 
 mod file;
 mod import;

@@ -7,27 +7,27 @@ use research::{KINDS, Study, check_all, kind_of, kind_word, name_of};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
-/// Entries of one kind that there may be.
+/// Most entries of one kind.
 const ENTRIES: usize = 10_000;
-/// Faults that are told of a change: more of them help nobody.
+/// Most faults of a change that are reported: more would not help.
 const TOLD: usize = 5;
 
-/// An entry as it is kept.
+/// A stored entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Its number.
     pub id: i64,
     /// Grows with each change.
     pub revision: u32,
-    /// What it says.
+    /// Its content.
     pub record: RegisterRecord,
-    /// Who said so.
+    /// Author of this revision.
     pub by: String,
     /// When.
     pub written_us: i64,
 }
 
-/// All entries by kind and name, and how often the register was changed.
+/// All entries by kind and name, and the register's version.
 #[derive(Debug)]
 pub struct All;
 
@@ -49,7 +49,7 @@ impl Request for All {
     }
 }
 
-/// Whether somebody may see an entry.
+/// Whether a user may see an entry.
 pub(super) fn sees(who: &Principal, record: &RegisterRecord) -> bool {
     match record {
         RegisterRecord::Deployment(one) => one.vessel.is_none_or(|vessel| who.grants.on(vessel).is_some()),
@@ -57,7 +57,7 @@ pub(super) fn sees(who: &Principal, record: &RegisterRecord) -> bool {
     }
 }
 
-/// What is wrong with an entry, for somebody who may not see some of them.
+/// A fault as reported to a user who may not see all entries.
 pub(super) fn told_to(
     is_hidden: &dyn Fn(usize) -> bool,
     records: &[RegisterRecord],
@@ -76,7 +76,7 @@ pub(super) fn told_to(
     Some(text.to_owned())
 }
 
-/// The register, to look detections up in.
+/// The register, for looking up detections.
 pub fn study(rows: Vec<Row>) -> Study {
     Study::new(rows.into_iter().map(|row| row.record))
 }
@@ -86,22 +86,22 @@ pub fn study(rows: Vec<Row>) -> Study {
 pub(super) enum Step {
     /// A new entry.
     Add(RegisterRecord),
-    /// An entry of this number and revision says something else.
+    /// The entry of this number and revision is changed.
     Change(i64, u32, RegisterRecord),
-    /// An entry of this number and revision is deleted.
+    /// The entry of this number and revision is deleted.
     Delete(i64, u32),
 }
 
-/// Changes the register: all steps, or none where one cannot be or something would be wrong with the whole afterwards. The answer
+/// Changes the register: all steps, or none if one is not possible or the resulting register would not be valid. The answer
 /// is the number of the last entry that was added or changed.
 #[derive(Debug)]
 pub(super) struct Write {
     pub(super) steps: Vec<Step>,
-    /// How often it was changed when the steps were made up; any where absent.
+    /// The register's version for which the steps were made; `None` for any.
     pub(super) version: Option<i64>,
     pub(super) by: String,
     pub(super) now: UtcTime,
-    /// Who is not told of what they may not see; absent where everything may be told.
+    /// The requester, whose errors must not reveal entries that they may not see; `None` for no restriction.
     pub(super) asked: Option<Principal>,
 }
 
@@ -158,8 +158,8 @@ impl Write {
         }
     }
 
-    /// Refuses a name that another entry of the kind has, before the table does without saying what to do. Of many steps, which are
-    /// those of a file, names were compared already.
+    /// Refuses a name that another entry of the kind has, with a better message than the table's constraint. For several
+    /// steps, which come from a file, names were compared already.
     fn named_once(&self, rows: &[Row], id: Option<i64>, record: &RegisterRecord) -> Result<(), Fault> {
         let (kind, name) = (kind_of(record), folded(record));
         let is_other =
@@ -177,7 +177,7 @@ impl Write {
         }
     }
 
-    /// Keeps what an entry says before it says something else, or nothing.
+    /// Stores the present version of an entry before it is changed or deleted.
     async fn keep(&self, db: &mut SqliteConnection, row: &Row) -> Result<(), Fault> {
         let sql = "INSERT INTO study_entry_before (entry, revision, body, by, written_us, ended_by, ended_us)
                    VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
@@ -193,7 +193,7 @@ fn find(rows: &mut [Row], id: i64, revision: u32) -> Result<&mut Row, Fault> {
     row.ok_or_else(|| Fault::refused(NEWER.to_owned()))
 }
 
-/// Refuses a register that something is wrong with as a whole.
+/// Refuses a register that is not valid as a whole.
 fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fault> {
     let records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
     let count = |kind: RegisterKind| records.iter().filter(|record| kind_of(record) == kind).count();

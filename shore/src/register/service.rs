@@ -1,7 +1,8 @@
-//! Who may see and change what in the register.
+//! The register of studies, with its access rules.
 //!
-//! Everybody who may see a vessel sees it, deployments only on vessels that they may see. A deployment is changed by researchers
-//! of its vessel; all else holds for the whole fleet, and is changed by researchers of all vessels.
+//! Every user who may see a vessel sees the register, but deployments only on vessels that they may see. A deployment is
+//! changed by researchers of its vessel; all other entries apply to the whole fleet, and are changed by researchers of all
+//! vessels.
 
 use super::import;
 use super::rows::{All, Row, Step, Write, sees};
@@ -19,7 +20,7 @@ use std::collections::BTreeMap;
 
 /// Bytes of a file of entries.
 pub const FILE_BYTES: usize = 4 << 20;
-/// Problems of a refused import that stand in its text; the answer that only tells has them all.
+/// Most problems in the text of a refused import; the preview has them all.
 const TOLD: usize = 20;
 
 /// The register; cheap to clone.
@@ -34,10 +35,10 @@ impl Register {
         Self { people, clock }
     }
 
-    /// The kind that a word stands for.
+    /// Parses a kind.
     ///
     /// # Errors
-    /// It is none; the text says which there are.
+    /// There is no such kind; the text lists the kinds.
     pub fn kind(word: &str) -> Result<RegisterKind> {
         let words = KINDS.map(kind_word).join(", ");
         let found = KINDS.into_iter().find(|kind| kind_word(*kind) == word.trim());
@@ -59,7 +60,7 @@ impl Register {
         Ok(RegisterAnswer { version, entries })
     }
 
-    /// The register to look detections up in, and how often it was changed.
+    /// The register's version, and the register for looking up detections.
     ///
     /// # Errors
     /// app.db cannot be read.
@@ -81,7 +82,7 @@ impl Register {
     /// Adds an entry.
     ///
     /// # Errors
-    /// The person may not, or the field that is named cannot be.
+    /// The person may not, or the named field is not valid.
     pub async fn create(
         &self,
         who: &Principal,
@@ -95,10 +96,10 @@ impl Register {
         self.one(who, id).await
     }
 
-    /// Has an entry say something else; what it said is kept.
+    /// Changes an entry; its earlier version is kept.
     ///
     /// # Errors
-    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    /// The person may not, it was changed meanwhile, or the named field is not valid.
     pub async fn change(
         &self,
         who: &Principal,
@@ -132,7 +133,7 @@ impl Register {
         self.one(who, id).await
     }
 
-    /// Deletes an entry that nothing refers to; what it said is kept in app.db.
+    /// Deletes an entry that nothing refers to; its last version is kept in app.db.
     ///
     /// # Errors
     /// The person may not, it was changed meanwhile, or another entry refers to it.
@@ -147,10 +148,10 @@ impl Register {
         Ok(())
     }
 
-    /// What a file of entries changes, and, where that is wanted and nothing is wrong, changes it.
+    /// Determines the changes of a file of entries, and applies them if requested and nothing is wrong.
     ///
     /// # Errors
-    /// The kind is none; or it is to be done, and the file has problems, or the register was changed meanwhile.
+    /// There is no such kind; or the file is to be applied and has problems, or the register was changed meanwhile.
     pub async fn import(
         &self,
         who: &Principal,
@@ -224,14 +225,14 @@ impl Register {
 /// The address of a vessel by its name or address.
 type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, String> + Send>;
 
-/// What vessels are called, and by which names they are found.
+/// Names of vessels, in both directions.
 pub struct Called {
     name: Box<dyn Fn(u16) -> String + Send>,
     address: FindVessel,
 }
 
 impl Called {
-    /// Of vessels that people have named.
+    /// From the named vessels.
     pub fn new(named: &[Vessel]) -> Self {
         let by_address: BTreeMap<u16, String> =
             named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
@@ -253,7 +254,7 @@ impl Called {
     }
 }
 
-/// What is to be kept, if it can be.
+/// Validates an entry.
 fn checked(mut record: RegisterRecord) -> Result<RegisterRecord> {
     let wrong = check(&mut record);
     if wrong.is_empty() {
@@ -263,7 +264,7 @@ fn checked(mut record: RegisterRecord) -> Result<RegisterRecord> {
     Err(malformed(told.join("\n")))
 }
 
-/// Whether somebody may have an entry say something.
+/// Checks that a user may make this entry.
 fn may(who: &Principal, record: &RegisterRecord) -> Result<()> {
     let (role, place) = match record {
         RegisterRecord::Deployment(one) if one.vessel.is_some() => {
@@ -288,12 +289,12 @@ fn told(who: &Principal, row: Row) -> RegisterEntry {
     RegisterEntry { id: row.id, revision: row.revision, record: row.record, written, may_change }
 }
 
-/// What the audit log names.
+/// Subject for the audit log.
 fn subject(record: &RegisterRecord) -> String {
     format!("{} {}", kind_word(kind_of(record)), name_of(record))
 }
 
-/// Why a file is not taken.
+/// Why a file is refused.
 fn problems(answer: &RegisterImport) -> String {
     let told = answer.problems.iter().take(TOLD).map(|one| {
         let line = one.line.map_or_else(|| "the register".to_owned(), |line| format!("line {line}"));

@@ -24,7 +24,7 @@ async fn rows(db: &mut SqliteConnection) -> (i64, Vec<Row>) {
     All.run(db).await.unwrap()
 }
 
-/// As the writer of app.db does it: what is refused leaves nothing behind.
+/// In a transaction, as the writer of app.db does: a refused change leaves nothing behind.
 async fn done(db: &mut SqliteConnection, write: Write) -> Result<i64, Fault> {
     within_transaction(db, write).await
 }
@@ -45,7 +45,7 @@ async fn entries_are_kept_with_what_they_said_before() {
     let (version, all) = rows(db).await;
     assert_eq!((version, all.iter().map(|row| row.id).collect::<Vec<_>>()), (2, vec![fish, code]));
 
-    // What names nothing, twice the same name, a code twice at a time, an older revision: nothing of it is done.
+    // A missing reference, a duplicate name, a code used twice at a time, an older revision: nothing is changed.
     for (steps, told) in [
         (
             vec![Step::Add(tag("U", 8, "Fisk"))],

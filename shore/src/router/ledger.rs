@@ -1,5 +1,5 @@
-//! What happened at the transports since the start, for the people who keep the server: where each is open, whom it refused,
-//! what went wrong last.
+//! State of the transports since the start, for the server's administrators: where each listens, refused peers, the last
+//! error.
 
 use crate::clock::Clock;
 use api::{Said, say};
@@ -10,10 +10,10 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use units::UtcTime;
 
-/// Letters of a text that are kept: some of it comes from outside.
+/// Most characters of a text that are kept: some of it is from outside.
 const LETTERS: usize = 300;
 
-/// The book; cheap to clone.
+/// Handle of the ledger; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Ledger {
     book: Arc<Mutex<Book>>,
@@ -26,22 +26,22 @@ struct Book {
     links: BTreeMap<Address, UtcTime>,
 }
 
-/// Of one transport.
+/// State of one transport.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TransportRecord {
-    /// Where it is open; empty while it is not.
+    /// Where it listens; empty while it does not.
     pub address: String,
-    /// Whom or what it did not let in: connections, or datagrams of strangers.
+    /// Number of refused connections, or datagrams of unknown senders.
     pub refused: u64,
     /// The last of them, and why.
     pub refusal: Option<TransportEvent>,
-    /// What went wrong last.
+    /// The last error.
     pub error: Option<TransportEvent>,
-    /// Packets that were lost on the way in because they came faster than they could be taken.
+    /// Incoming packets that were lost because they arrived faster than they were read.
     pub lost: u64,
 }
 
-/// Something that happened.
+/// An event at a transport.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TransportEvent {
     /// When.
@@ -64,7 +64,7 @@ pub enum Whose {
 }
 
 impl Ledger {
-    /// Empty, with the clock by which it is written.
+    /// Empty, with its clock.
     pub(crate) fn new(clock: Clock) -> Self {
         Self { book: Arc::default(), clock }
     }
@@ -85,7 +85,7 @@ impl Ledger {
         change(self.book().transports.entry(transport).or_default());
     }
 
-    /// A transport is open at an address.
+    /// A transport listens at an address.
     pub fn opened(&self, transport: Transport, address: String) {
         self.change(transport, |record| record.address = address);
     }
@@ -105,7 +105,7 @@ impl Ledger {
         self.change(transport, |record| record.error = Some(happened));
     }
 
-    /// So many packets were lost on the way in, since the start.
+    /// Sets the number of incoming packets lost since the start.
     pub fn lost(&self, transport: Transport, lost: u64) {
         self.change(transport, |record| {
             if lost > record.lost {
@@ -123,12 +123,12 @@ impl Ledger {
         self.book().links.insert(vessel, self.clock.utc());
     }
 
-    /// What happened at a transport.
+    /// The state of a transport.
     pub fn of(&self, transport: Transport) -> TransportRecord {
         self.book().transports.get(&transport).cloned().unwrap_or_default()
     }
 
-    /// Since when a vessel's link is as it is.
+    /// When a vessel's link last went up or down.
     pub fn link_since(&self, vessel: Address) -> Option<UtcTime> {
         self.book().links.get(&vessel).copied()
     }

@@ -1,8 +1,8 @@
-//! The task that owns the hub, and the handle by which transports, pages and programs talk to it.
+//! The task that owns the hub, and the handle by which transports, pages and programs use it.
 //!
-//! Everything goes through one bounded channel, so that what a peer said last is heard before it leaves. A transport
-//! that sends faster than the hub takes waits, and so its peer's socket does. The hub itself waits for nobody:
-//! what it says to a peer goes into that peer's [`Outbox`], what it records into the [`Recorder`]'s queue.
+//! Everything goes through one bounded channel, so that a peer's last packets are processed before its departure. A
+//! transport that sends faster than the hub processes must wait, which gives backpressure on its peer's socket. The hub
+//! itself never waits: packets for a peer go into that peer's [`Outbox`], records into the [`Recorder`]'s queue.
 
 mod ledger;
 mod outbox;
@@ -29,20 +29,20 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use units::Now;
 
-/// Batches and questions that may wait for the hub.
+/// Most queued batches and requests to the hub.
 const WAITING: usize = 256;
-/// Bytes of packets that may wait for the hub; transports wait, and so their peers' sockets do, when there are more.
+/// Most queued bytes of packets for the hub; beyond that transports, and so their peers' sockets, wait.
 const WAITING_BYTES: u32 = 4 << 20;
-/// How many of them are taken at once before what came of them is handed on.
+/// How many of them are processed at once before their results are passed on.
 const AT_ONCE: usize = 16;
-/// How often the hub is told that time passes.
+/// Period of the hub's tick.
 const TICK: Duration = Duration::from_secs(1);
 
-/// Who commands each vessel whose control anybody ever had.
+/// The controller of each vessel that was ever under control.
 pub type Control = BTreeMap<Address, Commander>;
 
-/// A request to the hub and what people do with it, answered by the task that owns them. The services of this crate make
-/// them in typed methods; nobody outside can.
+/// A request to [`Operations`], answered by the task that owns it. The services of this crate wrap them in typed methods;
+/// other crates cannot make them.
 type Request = Box<dyn FnOnce(&mut Operations, Now) + Send>;
 
 enum Message {
@@ -53,12 +53,12 @@ enum Message {
     Peers(oneshot::Sender<Vec<PeerFigures>>),
 }
 
-/// A peer and how it keeps up.
+/// A peer and its statistics.
 #[derive(Debug)]
 pub struct PeerFigures {
     /// As the hub knows it.
     pub state: PeerState,
-    /// Telemetry packets that were dropped because it does not read.
+    /// Telemetry packets that were dropped because it does not read fast enough.
     pub dropped: u64,
 }
 
@@ -67,7 +67,7 @@ pub struct PeerFigures {
 #[error("the server is stopping")]
 pub struct Stopped;
 
-/// The way to the hub; cheap to clone.
+/// Handle of the hub; cheap to clone.
 #[derive(Clone)]
 pub struct Router {
     messages: mpsc::Sender<Message>,
@@ -84,14 +84,14 @@ pub struct Router {
 pub struct Connection {
     /// The peer's number.
     pub id: PeerId,
-    /// What the hub says to it.
+    /// Packets for it.
     pub outbox: Arc<Outbox>,
     messages: mpsc::Sender<Message>,
     room: Arc<Semaphore>,
 }
 
 impl Router {
-    /// Starts the hub's task; it ends when `stop` says so.
+    /// Starts the hub's task; it ends when `stop` is cancelled.
     pub fn start(
         settings: Settings,
         recorder: Recorder,
@@ -130,7 +130,7 @@ impl Router {
         self.address
     }
 
-    /// What happened at the transports.
+    /// State of the transports.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
@@ -147,7 +147,7 @@ impl Router {
         Ok(Connection { id, outbox, messages: self.messages.clone(), room: Arc::clone(&self.room) })
     }
 
-    /// Has the owner answer a request.
+    /// Sends a request to the hub's task and waits for the answer.
     pub(crate) async fn ask<T: Send + 'static>(
         &self,
         request: impl FnOnce(&mut Operations, Now) -> T + Send + 'static,
@@ -160,7 +160,7 @@ impl Router {
         answer.await.map_err(|_| Stopped)
     }
 
-    /// As [`Router::ask`], ahead of everything that waits for the hub: for a stop.
+    /// As [`Router::ask`], ahead of all queued requests: for a stop.
     pub(crate) async fn ask_first<T: Send + 'static>(
         &self,
         request: impl FnOnce(&mut Operations, Now) -> T + Send + 'static,
@@ -173,7 +173,7 @@ impl Router {
         answer.await.map_err(|_| Stopped)
     }
 
-    /// As the services of this crate ask, for tests of those above.
+    /// As [`Router::ask`], for tests of other crates.
     ///
     /// # Errors
     /// The server has ended.
@@ -185,7 +185,7 @@ impl Router {
         self.ask(request).await
     }
 
-    /// Everyone who is connected.
+    /// All connected peers.
     ///
     /// # Errors
     /// The server is stopping.
@@ -195,7 +195,7 @@ impl Router {
         answer.await.map_err(|_| Stopped)
     }
 
-    /// Sends a packet of the server's own. Whether a peer was there to hear it.
+    /// Sends a packet of the server itself. Returns whether there was a peer to get it.
     ///
     /// # Errors
     /// The server is stopping.
@@ -203,7 +203,7 @@ impl Router {
         self.ask(move |operations, now| operations.hub_mut().send(now, &packet)).await
     }
 
-    /// What the hub counted so far.
+    /// The hub's counters.
     ///
     /// # Errors
     /// The server is stopping.
@@ -211,7 +211,7 @@ impl Router {
         self.ask(|operations, _| operations.hub().counters()).await
     }
 
-    /// The server's own announcement, for the discovery ports; `None` where it takes no part as a console.
+    /// The server's own announcement, for the discovery ports; `None` if it is not an active console.
     ///
     /// # Errors
     /// The server is stopping.
@@ -227,7 +227,7 @@ impl Router {
         self.ask(move |operations, _| operations.hub_mut().set_services(&services)).await
     }
 
-    /// Whom to believe where: transports besides the link that are trusted, and the vessels that have a link.
+    /// Sets the transports besides the link that are trusted, and the vessels that have a link.
     pub(crate) async fn believe(&self, trusted: Vec<Transport>, linked: Vec<u16>) -> Result<(), Stopped> {
         let believe = move |operations: &mut Operations, _| {
             operations.hub_mut().trust_transports(trusted);
@@ -236,19 +236,19 @@ impl Router {
         self.ask(believe).await
     }
 
-    /// Tells who commands which vessel.
+    /// Publishes the controller of each vessel.
     pub fn control(&self) -> watch::Receiver<Control> {
         self.control.clone()
     }
 
-    /// Tells when the fleet's state changed, or who commands, or what became of a command: the revision of the last change.
+    /// Publishes the revision of the last change of the fleet's state, of leases or of commands.
     pub fn revision(&self) -> watch::Receiver<u64> {
         self.revision.clone()
     }
 }
 
 impl Connection {
-    /// Hands packets of the peer to the hub, waiting while it is busy.
+    /// Passes packets of the peer to the hub, waiting while it is busy.
     ///
     /// # Errors
     /// The server is stopping.
@@ -259,7 +259,7 @@ impl Connection {
         self.messages.send(Message::Packets(self.id, batch, room)).await.map_err(|_| Stopped)
     }
 
-    /// Ends the connection, after everything that was given.
+    /// Ends the connection, after all packets that were given.
     pub async fn leave(self) {
         self.messages.send(Message::Leave(self.id)).await.ok();
     }
@@ -268,9 +268,9 @@ impl Connection {
 struct Task {
     operations: Operations,
     outboxes: BTreeMap<PeerId, Arc<Outbox>>,
-    /// Peers for which nothing more has room.
+    /// Peers whose queue is full.
     full: BTreeSet<PeerId>,
-    /// The state of the leases that was published last.
+    /// The revision of the leases that was published last.
     leases: u64,
     recorder: Recorder,
     changed: watch::Sender<u64>,
@@ -279,7 +279,7 @@ struct Task {
 }
 
 impl Task {
-    /// Serves until `stop`. After a fault what the hub had heard is still recorded.
+    /// Serves until `stop`. After a panic, packets that the hub has processed are still recorded.
     async fn run(
         mut self,
         mut first: mpsc::Receiver<Request>,
@@ -317,11 +317,11 @@ impl Task {
             }));
             self.hand_on();
             if worked.is_err() {
-                // The duty is dropped undone: the server ends.
+                // The duty is dropped unfinished: the server ends.
                 return;
             }
         }
-        // What was said before the end is still recorded.
+        // Packets sent before the end are still recorded.
         first.close();
         while let Ok(request) = first.try_recv() {
             self.take(Message::Request(request));
@@ -357,7 +357,7 @@ impl Task {
 
     fn leave(&mut self, peer: PeerId) {
         self.operations.hub_mut().leave(peer);
-        // Orders that it did not take go by another way, or wait for one.
+        // Orders that it did not take are sent by another transport, or wait for one.
         let left = self.outboxes.remove(&peer).map(|outbox| outbox.drain()).unwrap_or_default();
         for Delivery { packet, tag } in left {
             let (Some(tag), Ok(view)) = (tag.filter(|tag| tag.id.is_some()), PacketView::unchecked(&packet))
@@ -402,7 +402,7 @@ impl Task {
         self.publish();
     }
 
-    /// Says that something changed, and who has control where that changed.
+    /// Publishes the revision, and the controllers if they changed.
     fn publish(&mut self) {
         let (leases, commands) = (self.operations.leases(), self.operations.commands());
         if std::mem::replace(&mut self.leases, leases.revision()) != leases.revision() {

@@ -1,4 +1,4 @@
-//! What waits for one peer, between the hub that never waits and the socket that may.
+//! The queue of one peer, between the hub, which never waits, and the socket, which may.
 
 use crate::clock::Clock;
 use bytes::Bytes;
@@ -8,11 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::Notify;
 
-/// Bytes that a socket takes from the queue at once: what it took already waits beside the queue and is sent
-/// however old it gets.
+/// Bytes that a socket takes from the queue at once: these wait outside of the queue and are sent however old they get.
 pub const AT_ONCE_BYTES: usize = 64 << 10;
 
-/// The peer took nothing for so long that even what must not be dropped has no room.
+/// The peer has read nothing for this long that there is no room even for packets that must not be dropped.
 #[derive(Debug, Clone, Copy, thiserror::Error)]
 #[error("the peer does not read: what waits for it has no room any more")]
 pub struct Overflow;
@@ -20,9 +19,9 @@ pub struct Overflow;
 /// Orders that are not sent.
 #[derive(Debug, Default)]
 pub struct Unsent {
-    /// A stop followed.
+    /// Superseded by a stop.
     pub called_off: Vec<CommandId>,
-    /// The peer does not read.
+    /// No room, because the peer does not read.
     pub no_room: Vec<CommandId>,
 }
 
@@ -37,7 +36,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// Empty; it holds so many bytes of packets.
+    /// Empty, with this limit in bytes.
     pub fn new(bound_bytes: usize, clock: Clock) -> Self {
         Self {
             clock,
@@ -55,7 +54,7 @@ impl Outbox {
         let mut unsent = Unsent::default();
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let was_empty = queue.is_empty();
-        // Also where nothing else has room: it is sent as soon as the peer takes anything, or by another way.
+        // Queued even when full: a stop is sent as soon as the peer reads, or by another transport.
         for stop in stops {
             unsent.called_off.extend(queue.call_off(&stop));
             queue.push_stop(stop);
@@ -69,7 +68,7 @@ impl Outbox {
                 Pushed::Queued => {}
                 Pushed::Dropped(count) => self.count_dropped(count),
                 Pushed::Overflow => {
-                    // Its memory is free at once, whenever the peer's task notices.
+                    // Frees its memory at once, before the peer's task notices.
                     unsent.no_room = queue.keep_stops();
                     unsent.no_room.extend(given);
                     self.overflow.store(true, Ordering::Relaxed);
@@ -84,7 +83,7 @@ impl Outbox {
         unsent
     }
 
-    /// Whether what is given to it has room.
+    /// Whether it has room.
     pub fn takes(&self) -> bool {
         !self.overflow.load(Ordering::Relaxed)
     }
@@ -94,7 +93,7 @@ impl Outbox {
         metrics::counter!("lutra_relay_dropped_total").increment(count);
     }
 
-    /// The packets that wait, as [`Outbox::take`].
+    /// The queued packets, as [`Outbox::take`].
     ///
     /// # Errors
     /// As [`Outbox::take`].
@@ -102,11 +101,11 @@ impl Outbox {
         Ok(self.take().await?.into_iter().map(|delivery| delivery.packet).collect())
     }
 
-    /// The oldest that wait, up to [`AT_ONCE_BYTES`]; waits for something. An order whose life has ended meanwhile is
-    /// dropped and counted.
+    /// Waits for packets, and takes the oldest, up to [`AT_ONCE_BYTES`]. An order whose time to live has ended is dropped
+    /// and counted.
     ///
     /// # Errors
-    /// The peer took nothing for too long.
+    /// The peer has read nothing for too long.
     pub async fn take(&self) -> Result<VecDeque<Delivery>, Overflow> {
         loop {
             if self.overflow.load(Ordering::Relaxed) {
@@ -126,17 +125,17 @@ impl Outbox {
         }
     }
 
-    /// Everything that waits, for a peer that is gone.
+    /// Takes everything that is queued for a peer that is gone.
     pub fn drain(&self) -> VecDeque<Delivery> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Starts again after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
+    /// Reopens after an overflow, for a peer that stays connected. All queued packets but stops are lost.
     pub fn reopen(&self) {
         self.overflow.store(false, Ordering::Relaxed);
     }
 
-    /// Telemetry packets that were dropped because the peer did not read.
+    /// Telemetry packets that were dropped because the peer did not read fast enough.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }

@@ -1,7 +1,7 @@
-//! Circles of modules within a crate: two modules that use each other can only be understood together.
+//! Dependency cycles of modules within a crate: two modules that use each other can only be understood together.
 //!
 //! Read from the `use` lines and the paths in the text. A parent and its children may use each other; a name that a parent
-//! passes on from a child counts as the parent's.
+//! re-exports from a child counts as the parent's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -106,7 +106,7 @@ fn reached<'a>(from: &'a Module, uses: &'a BTreeMap<Module, BTreeSet<Module>>) -
     seen
 }
 
-/// The modules of a crate that use themselves by way of others.
+/// The modules of a crate that are in a dependency cycle.
 pub(crate) fn in_circles(src: &Path) -> Vec<String> {
     let all = modules(src);
     let uses: BTreeMap<Module, BTreeSet<Module>> = all

@@ -1,8 +1,8 @@
-//! The computer's board: its watchdog, the signal light and the satellites' time, attended by a thread of their own.
+//! The computer's board: its watchdog, the signal light and GNSS time, served by their own thread.
 //!
-//! The loop that steers shows the [`Board`] the brain each time it has come round. The watchdog is given pulses only while
-//! the brain's own count moves, so a brain or a loop that hangs stops them although this thread runs on, and the board
-//! starts the computer again. Pins that are absent put their part in error, and are looked for again; the program goes on.
+//! The control loop calls the [`Board`] in each cycle. The watchdog gets pulses only while the brain's own cycle count
+//! changes, so if brain or loop hang, the pulses stop although this thread continues, and the board restarts the computer.
+//! Missing pins set their entity to error, and are looked for again; the program continues.
 
 mod pins;
 mod post;
@@ -26,15 +26,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use time::{ChronyPost, PulsePost};
 
-/// The brain's count and the board's warning are looked at least this often.
+/// The brain's count and the board's warning are checked at least this often.
 const LOOK: Duration = Duration::from_millis(100);
 /// How long the end waits for the pins to be set.
 const END: Duration = Duration::from_secs(1);
 
-/// A post, and where its reports go.
+/// A post, and the sink of its reports.
 type Manned = (Box<dyn Post>, Box<dyn Fn(Report) + Send>);
 
-/// What the loop and the thread share.
+/// State shared by the loop and the thread.
 #[derive(Default)]
 struct Held {
     shown: Shown,
@@ -55,10 +55,10 @@ impl Shared {
     }
 }
 
-/// Watchdog, signal light and the satellites' time.
+/// Watchdog, signal light and GNSS time.
 pub(crate) struct Board {
     shared: Arc<Shared>,
-    /// Labels of the parts whose errors the light shows until the next start.
+    /// Labels of the entities whose errors the light shows until the next start.
     critical: Vec<String>,
     manned: bool,
 }
@@ -70,10 +70,10 @@ impl std::fmt::Debug for Board {
 }
 
 impl Board {
-    /// Attends what the configuration has of both; `sink` is where the reports of a device go.
+    /// Serves the configured devices; `sink` gets the reports of a device.
     ///
     /// # Errors
-    /// When a value of the configuration cannot be; never because the pins are not there.
+    /// When a value of the configuration is not valid; never because the pins are missing.
     pub(crate) fn start<S: Fn(Report) + Send + 'static>(
         config: &Config,
         clock: Clock,
@@ -113,13 +113,13 @@ impl Board {
         Ok(Self { shared, critical, manned })
     }
 
-    /// Shows the brain as it is now.
+    /// Passes the brain's present state.
     pub(crate) fn attend(&self, brain: &Brain) {
         let critical_failed = self.critical.iter().any(|label| brain.in_error(label));
         self.shared.lock().shown = Shown { vitals: brain.vitals(), critical_failed };
     }
 
-    /// Ends both: after a clean end of the program the watchdog is off first, after a fault of its own it is left on.
+    /// Ends the devices: after a clean end of the program the watchdog is switched off first, after a panic it is left on.
     pub(crate) fn end(&self, clean: bool) {
         if !self.manned {
             return;
@@ -134,7 +134,7 @@ impl Board {
     }
 }
 
-/// The life of the thread.
+/// The thread's function.
 fn attend(shared: &Shared, mut posts: Vec<Manned>, clock: &Clock) {
     let mut held = shared.lock();
     while held.ending.is_none() {

@@ -1,4 +1,4 @@
-//! Pins of the computer: the kernel's character device of them, behind a trait that tests stand in for.
+//! GPIO pins of the computer: the kernel's character device, behind a trait that tests replace.
 
 use anyhow::Context as _;
 use gpiocdev::Request;
@@ -9,7 +9,7 @@ use units::MonoTime;
 /// Pins that are absent or taken are looked for again after this time.
 const AGAIN: Duration = Duration::from_secs(10);
 
-/// Pins that are ours.
+/// Requested pins.
 pub(super) trait Pins: Send {
     /// Sets an output.
     fn set(&mut self, number: u8, high: bool) -> anyhow::Result<()>;
@@ -21,7 +21,7 @@ pub(super) trait Pins: Send {
 /// Takes the pins.
 pub(super) type Open = Box<dyn FnMut() -> anyhow::Result<Box<dyn Pins>> + Send>;
 
-/// Which pins, by their Broadcom numbers.
+/// The wanted pins, by their Broadcom numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Wanted {
     pub(super) outputs: Vec<u8>,
@@ -49,8 +49,8 @@ pub(super) fn of_kernel(chip: String, wanted: Wanted) -> Open {
     })
 }
 
-/// What the kernel granted. It takes the pins back when the program ends, however that ends; whether an output keeps its
-/// level then is the pin driver's choice (on a Raspberry Pi `persist_gpio_outputs` of pinctrl-bcm2835).
+/// Pins granted by the kernel. It takes them back when the process ends in any way; whether an output keeps its level then
+/// depends on the pin driver (on a Raspberry Pi `persist_gpio_outputs` of pinctrl-bcm2835).
 struct OfKernel(Request);
 
 impl Pins for OfKernel {
@@ -66,11 +66,11 @@ impl Pins for OfKernel {
     }
 }
 
-/// The way to pins that may be absent, or go.
+/// Access to pins that may be missing, or be lost.
 pub(super) struct Access {
     open: Open,
     pins: Option<Box<dyn Pins>>,
-    /// When to look for them again.
+    /// When to try again.
     again: MonoTime,
 }
 
@@ -79,10 +79,10 @@ impl Access {
         Self { open, pins: None, again: MonoTime::default() }
     }
 
-    /// Takes the pins if they are not ours and it is time to look for them; answers whether they have just become ours.
+    /// Requests the pins if they are not held and a retry is due; returns whether they have just been granted.
     ///
     /// # Errors
-    /// When they cannot be had; it is tried again later.
+    /// When they are not granted; it is tried again later.
     pub(super) fn open(&mut self, now: MonoTime) -> anyhow::Result<bool> {
         if self.pins.is_some() || now < self.again {
             return Ok(false);
@@ -92,7 +92,7 @@ impl Access {
         Ok(true)
     }
 
-    /// The pins, if they are ours.
+    /// The pins, if they are held.
     pub(super) fn pins(&mut self) -> Option<&mut dyn Pins> {
         match &mut self.pins {
             Some(pins) => Some(pins.as_mut()),
@@ -100,7 +100,7 @@ impl Access {
         }
     }
 
-    /// Gives the pins back, as after an error.
+    /// Releases the pins, as after an error.
     pub(super) fn close(&mut self) {
         self.pins = None;
     }

@@ -1,4 +1,4 @@
-//! The two machines at the pins: each with its pins, which may be absent, and what it wants told of itself.
+//! The devices at the pins, watchdog and light: each with its pins, which may be missing, and its reports.
 
 use super::pins::{Access, Open};
 use crate::io::Report;
@@ -9,23 +9,23 @@ use mission::Mode;
 use onboard::Vitals;
 use units::MonoTime;
 
-/// What the posts are shown of the brain.
+/// The state of the brain that posts use.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shown {
     pub(super) vitals: Vitals,
-    /// A part that the light counts among the critical ones is in error.
+    /// An entity that the light treats as critical is in error.
     pub(super) critical_failed: bool,
 }
 
-/// What attends to pins.
+/// A device that is served by the board's thread.
 pub(super) trait Post: Send {
-    /// Does what is due at `now`; answers what there is to tell.
+    /// Does what is due at `now`; returns its reports.
     fn turn(&mut self, now: MonoTime, shown: &Shown) -> Vec<Report>;
 
-    /// When to come back at the latest; `None` when nothing is due by itself.
+    /// When to be called next at the latest; `None` if nothing is scheduled.
     fn due(&self) -> Option<MonoTime>;
 
-    /// The program ends; cleanly, or after a fault of its own.
+    /// The program ends: cleanly, or after a panic.
     fn end(&mut self, clean: bool);
 }
 
@@ -33,7 +33,7 @@ pub(super) trait Post: Send {
 pub(super) struct WatchdogPost {
     access: Access,
     config: WatchdogConfig,
-    /// Begins when the pins are ours.
+    /// Started when the pins are granted.
     watchdog: Option<Watchdog>,
 }
 
@@ -84,7 +84,7 @@ impl Post for WatchdogPost {
     }
 
     fn end(&mut self, clean: bool) {
-        // After a fault the board is to start the computer again.
+        // After a panic the board must restart the computer.
         if clean && let Some(watchdog) = &mut self.watchdog {
             watchdog.shut_down();
             if let Err(error) = self.carry_out() {
@@ -116,7 +116,7 @@ impl LightPost {
         if self.access.open(now)? {
             reports.push(Report::State(State::Working));
         }
-        // A light that cannot be seen goes on too: what is latched stays latched.
+        // The pattern is kept even without pins: latched errors stay latched.
         self.light.show(now, situation(shown));
         self.light.tick(now);
         self.switch()?;
@@ -138,7 +138,7 @@ impl Post for LightPost {
     fn turn(&mut self, now: MonoTime, shown: &Shown) -> Vec<Report> {
         self.try_turn(now, shown).unwrap_or_else(|error| {
             self.access.close();
-            // All lamps are to be set again once there are some.
+            // Set all lamps again once the pins are there.
             let fatal = self.light.is_fatal();
             self.light = Light::new(self.lamps.len(), self.patterns.clone());
             if fatal {

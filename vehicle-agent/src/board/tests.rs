@@ -1,4 +1,4 @@
-//! The board with pins in memory, by a clock of the test.
+//! The board with pins in memory and the test's clock.
 
 use super::pins::{Open, Pins};
 use super::*;
@@ -62,7 +62,7 @@ fn shown(steps: u64, mode: Mode) -> Shown {
     Shown { vitals: Vitals { steps, mode, ..Vitals::default() }, critical_failed: false }
 }
 
-/// Lets a post come round each 50 ms; answers its states.
+/// Calls a post each 50 ms; returns its states.
 fn pass(post: &mut dyn Post, from_ms: u64, to_ms: u64, shown: impl Fn(u64) -> Shown) -> Vec<State> {
     let mut states = Vec::new();
     for ms in (from_ms..to_ms).step_by(50) {
@@ -158,7 +158,7 @@ fn the_light_shows_what_the_vessel_does() {
     // On and off.
     assert_eq!(blinks(&chip), 2);
     pass(&mut post, 2500, 4000, |_| shown(1, Mode::Maneuver));
-    // The pattern that has begun is shown to its end.
+    // A pattern that has begun is completed.
     assert_eq!(blinks(&chip), 0);
     pass(&mut post, 4000, 8000, |_| shown(1, Mode::Maneuver));
     assert_eq!(blinks(&chip), 8);

@@ -1,4 +1,4 @@
-//! The satellites' time: the pulse per second as the kernel notes it, and the receiver's messages for chrony.
+//! GNSS time: the pulse per second as the kernel records it, and the receiver's messages for chrony.
 //!
 //! The kernel keeps the last pulse of a source in a text file, `/sys/class/pps/pps0/assert` for `/dev/pps0`: the computer's
 //! clock at that moment and a count (`1700000000.000001234#57`). Chrony's SOCK source takes datagrams of C's
@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use units::{MonoTime, Now, UtcTime};
 
-/// How often the kernel's note is looked at: a pulse is read within a tenth of its second.
+/// How often the kernel's record is read: a pulse is seen within a tenth of its second.
 const EVERY: Duration = Duration::from_millis(100);
 /// How soon an absent file or socket is tried again.
 const AGAIN: Duration = Duration::from_secs(10);
 /// Chrony takes a sample a second at most.
 const SAMPLE_EVERY: Duration = Duration::from_secs(1);
 
-/// Reads the kernel's note of the pulse.
+/// Reads the kernel's record of the pulse.
 pub(super) struct PulsePost {
     file: PathBuf,
     clock: crate::clock::Clock,
@@ -30,7 +30,7 @@ pub(super) struct PulsePost {
 }
 
 impl PulsePost {
-    /// The pulse of a device such as `/dev/pps0`; any other path is a file of the kernel's form.
+    /// The pulse of a device such as `/dev/pps0`; any other path is a file in the kernel's format.
     pub(super) fn new(device: &str, clock: crate::clock::Clock) -> Self {
         let source = device.strip_prefix("/dev/").filter(|name| name.starts_with("pps"));
         let file = source
@@ -46,7 +46,7 @@ impl PulsePost {
             format!("{} has no pulse of the kernel's form: {:?}", self.file.display(), text.trim())
         })?;
         let news = self.last.replace(reading.sequence).is_some_and(|last| last != reading.sequence);
-        // One from before the start, or from before the clock was set, says nothing of now.
+        // A pulse from before the start, or from before the clock was set, is not valid now.
         Ok(Some(reading).filter(|_| news && (now.utc - reading.utc).abs() < 1_000_000))
     }
 }
@@ -78,12 +78,12 @@ impl Post for PulsePost {
     fn end(&mut self, _: bool) {}
 }
 
-/// What the kernel noted: seconds and nanoseconds of the computer's clock, and the count.
+/// Parses the kernel's record: seconds and nanoseconds of the computer's clock, and the count.
 fn noted(text: &str) -> Option<PulseReading> {
     let (time, sequence) = text.trim().split_once('#')?;
     let (seconds, nanos) = time.split_once('.')?;
     let (seconds, nanos): (i64, i64) = (seconds.parse().ok()?, nanos.parse().ok()?);
-    // A source that never had a pulse says zero.
+    // A source that never had a pulse gives zero.
     let valid = (1..=9_000_000_000).contains(&seconds) && (0..1_000_000_000).contains(&nanos);
     let micros = seconds.checked_mul(1_000_000)?.checked_add((nanos + 500) / 1000)?;
     valid.then_some(())?;
@@ -105,7 +105,7 @@ impl ChronyPost {
 
     fn send(&self, at: UtcTime, ahead_us: i64) -> std::io::Result<()> {
         let from = UnixDatagram::unbound()?;
-        // Chrony takes what comes, or it is lost: this thread feeds the watchdog too.
+        // A sample that chrony does not take at once is lost: this thread also feeds the watchdog and must not block.
         from.set_nonblocking(true)?;
         from.send_to(&sample(at, ahead_us), &self.socket).map(|_| ())
     }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// Of the processor, on a Raspberry Pi and on most computers.
+/// Temperature of the processor, on a Raspberry Pi and on most computers.
 const THERMAL_ZONE: &str = "/sys/class/thermal/thermal_zone0/temp";
 /// Ticks of /proc's times a second; fixed on Linux.
 const TICKS_PER_S: f64 = 100.0;
@@ -17,7 +17,7 @@ const TICKS_PER_S: f64 = 100.0;
 pub(crate) struct Host {
     computer: Health,
     last: Option<(Instant, f64)>,
-    /// Why values are not known, as far as it was told.
+    /// Problems that have been reported.
     told: Vec<HealthError>,
 }
 
@@ -49,7 +49,7 @@ impl Host {
         }
     }
 
-    /// Tells of each problem once.
+    /// Reports each problem once.
     fn tell(&mut self, problems: Vec<HealthError>) {
         for problem in problems {
             if !self.told.contains(&problem) {

@@ -1,4 +1,4 @@
-//! The log folders of a run: one writer, rotated at every plan, and no harm when the disk is full.
+//! The log folders of a run: one writer, rotated at every plan; a full disk does no harm.
 
 use imc::Address;
 use imc::lsf::{LogOptions, LogWriter};
@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
-/// Unless the configuration says otherwise.
+/// Default flush interval.
 const FLUSH: Duration = Duration::from_secs(5);
 /// Pause before a log that failed is opened again.
 const RETRY: Duration = Duration::from_secs(30);
 
-/// What may be done for room on the disk.
+/// How free disk space is kept.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Room {
     /// Whether the oldest closed logs may be removed.
@@ -36,7 +36,7 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    /// A log below `base`, with the configuration beside every part.
+    /// A log below `base`, with the configuration in every log folder.
     pub(crate) fn new(base: &Path, system: Address, entity: u8, config: String) -> Self {
         Self {
             room: Room::default(),
@@ -62,14 +62,14 @@ impl Journal {
         self
     }
 
-    /// Closes the open log and opens another; answers its name.
+    /// Closes the open log and opens another; returns its name.
     ///
     /// # Errors
     /// When it cannot be opened; it is tried again later.
     pub(crate) fn open(&mut self, now: MonoTime, utc: UtcTime, label: &str) -> io::Result<String> {
         label.clone_into(&mut self.label);
         if let Err(error) = self.close(utc) {
-            // The one before is cut short; that is no reason to have no other.
+            // The previous log is cut short; open the next one all the same.
             tracing::error!("the log before is cut short: {error}");
         }
         if let Err(error) = self.make_room() {
@@ -98,7 +98,7 @@ impl Journal {
         self.log.take().map_or(Ok(()), |log| log.finish(utc))
     }
 
-    /// Appends a packet; answers whether there is a log to append it to.
+    /// Appends a packet; returns whether a log is open.
     ///
     /// # Errors
     /// When it cannot be written: the log is then given up and opened again later.
@@ -106,7 +106,7 @@ impl Journal {
         self.with(now, |log| log.write(packet))
     }
 
-    /// Appends a line of text; answers whether there is a log to append it to.
+    /// Appends a line of text; returns whether a log is open.
     ///
     /// # Errors
     /// As [`Journal::write`].
@@ -114,7 +114,7 @@ impl Journal {
         self.with(now, |log| log.write_line(line))
     }
 
-    /// What falls due: answers the outcome of opening a failed log again.
+    /// Periodic work: returns the outcome of reopening a failed log.
     ///
     /// # Errors
     /// When the log cannot be flushed.
@@ -144,7 +144,7 @@ impl Journal {
                 return Ok(());
             }
             fs::remove_dir_all(&log)?;
-            // A day without logs goes too; one with logs stays because it is not empty.
+            // Also removes the day's folder if it is empty now.
             log.parent().map(fs::remove_dir);
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! One agent for one folder of data: a locked file that says who has it.
+//! One agent for one data folder: a locked file with the owner's process.
 
 use anyhow::Context as _;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -19,13 +19,12 @@ impl std::fmt::Display for InUse {
 
 impl std::error::Error for InUse {}
 
-/// The right to a folder, held as long as this lives; the system takes it back when the process ends, however
-/// it does.
+/// The lock of a folder, held as long as this lives; the system releases it when the process ends in any way.
 #[derive(Debug)]
 pub(crate) struct DataLock(File);
 
 impl DataLock {
-    /// Takes a folder, making it if need be.
+    /// Locks a folder, making it if needed.
     pub(crate) fn take(folder: &Path) -> anyhow::Result<Self> {
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let path = folder.join(NAME);
@@ -53,7 +52,7 @@ impl DataLock {
                 return Err(error).with_context(|| format!("locking {}", path.display()));
             }
         }
-        // Only for people; a lock without a number locks as well.
+        // Only for people; the lock works without the number.
         let note = file.set_len(0).and_then(|()| file.rewind());
         note.and_then(|()| writeln!(file, "{}", std::process::id())).ok();
         Ok(Self(file))

@@ -1,19 +1,18 @@
-//! Everything on the disk: logs, plans, parameters, recordings, and a thread that does nothing else.
+//! Everything on disk: logs, plans, parameters, recordings, served by a dedicated thread.
 //!
-//! The loop that steers hands over what is to be written and goes on; what became of it comes back as
-//! [`Done`]. The work waits in one queue, in order, of at most [`QUEUE_BYTES`]:
+//! The control loop passes work on without waiting; the outcome comes back as [`Done`]. Work waits in one ordered queue of
+//! at most [`QUEUE_BYTES`]:
 //!
-//! - measurements, states and lines of text may fill three quarters of it. Beyond that they are dropped and
-//!   counted;
-//! - detections, commands and what explains a log ([`is_record`]) may fill all of it. Beyond that they are
-//!   lost, and said to be, as errors to the consoles;
-//! - changes of plans and parameters, what is under way and the opening and closing of logs are always taken: their number is
-//!   bounded by whoever asks for them (64 changes of plans; logs as below). A change is acknowledged when it is
-//!   on the disk, never before;
-//! - a recording (`--record`) with a gap is of no use: when it cannot be taken, it ends and says so.
+//! - measurements, states and lines of text may fill three quarters of it. Further ones are dropped and counted;
+//! - detections, commands and messages that explain a log ([`is_record`]) may fill all of it. Further ones are lost, which
+//!   is reported as an error to the consoles;
+//! - changes of plans and parameters, the task under way and the opening and closing of logs are always taken: their number
+//!   is limited by the requesting code (64 changes of plans; logs as below). A change is acknowledged when it is on the
+//!   disk, never before;
+//! - a recording (`--record`) with a gap is of no use: when a record cannot be taken, the recording ends and reports it.
 //!
-//! Logs are opened at most [`worker::ROTATIONS`] times in a row and then once in [`worker::ROTATION_PAUSE`];
-//! requests that come sooner wait, and the last of them counts.
+//! Logs are opened at most [`worker::ROTATIONS`] times in a row and then once in [`worker::ROTATION_PAUSE`]; earlier
+//! requests wait, and only the last of them is carried out.
 
 mod host;
 mod journal;
@@ -41,7 +40,7 @@ use units::{MonoTime, UtcTime};
 /// Work waiting for the disk (bytes): some minutes of a vessel's messages.
 const QUEUE_BYTES: usize = 8 << 20;
 
-/// Something for the disk.
+/// A piece of work for the disk.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Work {
     /// A packet for the log.
@@ -56,26 +55,26 @@ pub(crate) enum Work {
     Plans(Effect),
     /// Save values of an entity's parameters: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
-    /// Keep what is under way, or that nothing is.
+    /// Store the task under way, or that there is none.
     UnderWay(Option<Vec<u8>>),
     /// A record of the recording: its kind and bytes.
     Record(u8, Vec<u8>),
-    /// Nothing more of the recording could be taken.
+    /// A record could not be taken: end the recording.
     EndRecording,
-    /// What falls due, once a second.
+    /// Periodic work, once a second.
     Tick(MonoTime, UtcTime),
 }
 
-/// What became of it.
+/// The outcome of work.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Done {
     /// A log was opened under this name, or could not be, or broke.
     LogOpened(Result<String, String>),
-    /// A change of the plans is on the disk, or could not be brought there.
+    /// A change of the plans is on the disk, or could not be written.
     Stored(Ticket, Result<(), String>),
-    /// The parameters of the entity with this label are kept, or could not be.
+    /// The parameters of the entity with this label are saved, or could not be.
     ParametersKept(String, Result<(), String>),
-    /// Something else could not be kept.
+    /// Other data could not be stored.
     NotKept(String),
     /// The state of the computer, at every [`Work::Tick`].
     Host(HostReading),
@@ -83,8 +82,8 @@ pub(crate) enum Done {
     Chart(ChartFile),
 }
 
-/// Whether a packet is a record that must not be dropped for others: detections, what the vessel was told to do
-/// and did, and what explains a log.
+/// Whether a packet is a record that must not be dropped in favour of others: detections, commands and their execution, and
+/// messages that explain a log.
 pub(crate) fn is_record(id: u16) -> bool {
     const EXPLAIN: [u16; 4] = [3, 5, 102, 103];
     const COMMANDS: [u16; 18] =
@@ -94,7 +93,7 @@ pub(crate) fn is_record(id: u16) -> bool {
     EXPLAIN.contains(&id) || COMMANDS.contains(&id) || DETECTIONS.contains(&id)
 }
 
-/// The way to the disk.
+/// Handle of the disk's thread.
 #[derive(Debug)]
 pub(crate) struct Disk {
     queue: Arc<Queue>,
@@ -113,14 +112,14 @@ impl Disk {
             while let Some(next) = work.take() {
                 worker.carry_out(next, &answer);
             }
-            // What the recording still holds is written with it.
+            // Dropping it writes the buffer of the recording.
             drop(worker);
             end.send(()).ok();
         })?;
         Ok(Self { queue, ended, recording })
     }
 
-    /// Hands work over; what cannot be taken is counted.
+    /// Queues work; work that cannot be taken is counted.
     pub(crate) fn hand(&mut self, work: Work) {
         let is_recording = matches!(work, Work::Record(..));
         if is_recording && !self.recording {
@@ -132,17 +131,17 @@ impl Disk {
         }
     }
 
-    /// Whether what the brain is told and wants is to be handed over as well.
+    /// Whether inputs and outputs of the brain are to be recorded.
     pub(crate) fn is_recording(&self) -> bool {
         self.recording
     }
 
-    /// What was lost since the last call.
+    /// Losses since the last call.
     pub(crate) fn take_lost(&self) -> Lost {
         self.queue.take_lost()
     }
 
-    /// Lets the disk finish what waits; answers whether it did within this time.
+    /// Lets the thread finish its queue; returns whether it did within this time.
     pub(crate) fn finish(self, longest: Duration) -> bool {
         self.queue.close();
         self.ended.recv_timeout(longest).is_ok()

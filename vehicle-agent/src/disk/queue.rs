@@ -6,15 +6,15 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// What an entry costs besides its bytes.
+/// Memory of an entry besides its bytes.
 const ENTRY_BYTES: usize = 96;
 
-/// What could not be taken.
+/// Counts of work that could not be taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Lost {
     /// Packets of measurements and states, and lines of text.
     pub(crate) ordinary: u64,
-    /// Detections, commands and what explains a log.
+    /// Detections, commands and messages that explain a log.
     pub(crate) records: u64,
 }
 
@@ -61,7 +61,7 @@ struct Waiting {
 /// No other record of a run is larger than a chart.
 const LARGE_RECORD_BYTES: usize = 128 << 10;
 
-/// How far the queue may be filled for something.
+/// Share of the queue that a kind of work may fill.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Share {
     Most,
@@ -74,7 +74,7 @@ impl Queue {
         Self { waiting: Mutex::default(), changed: Condvar::new(), most_bytes }
     }
 
-    /// Takes work in; answers whether there was room.
+    /// Queues work; returns whether there was room.
     pub(crate) fn put(&self, work: Work) -> bool {
         let (share, bytes) = (share(&work), bytes(&work));
         let mut waiting = self.lock();
@@ -92,7 +92,7 @@ impl Queue {
             return false;
         }
         if matches!(work, Work::Tick(..)) {
-            // One that waits does for all.
+            // One queued tick is enough.
             if waiting.ticks > 0 {
                 return true;
             }
@@ -125,7 +125,7 @@ impl Queue {
         std::mem::take(&mut self.lock().lost)
     }
 
-    /// Nothing more comes; what waits is still taken.
+    /// No more work comes; the queue can still be drained.
     pub(crate) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
@@ -142,7 +142,7 @@ fn share(work: &Work) -> Share {
             let is_record = PacketView::unchecked(bytes).is_ok_and(|view| is_record(view.id()));
             if is_record { Share::All } else { Share::Most }
         }
-        // A chart, which comes once in a while.
+        // A chart, which is rare.
         Work::Record(_, bytes) if bytes.len() > LARGE_RECORD_BYTES => Share::Always,
         Work::Line(..) | Work::Record(..) => Share::Most,
         Work::Open(..)
@@ -187,14 +187,14 @@ mod tests {
         assert!(fill(&queue, &state) > 200);
         assert!(!queue.put(Work::Line(MonoTime::default(), "a line".repeat(40))));
         assert_eq!(queue.take_lost(), Lost { ordinary: 2, records: 0 });
-        // A quarter of the queue is theirs.
+        // A quarter of the queue is reserved for them.
         assert!(fill(&queue, &abort) > 100);
         assert_eq!(queue.take_lost(), Lost { ordinary: 0, records: 1 });
         assert!(queue.take_lost().is_none());
         let open = Work::Open(MonoTime::default(), UtcTime::default(), "plan".to_owned());
         assert!(queue.put(open.clone()) && queue.put(Work::EndRecording));
 
-        // All that was taken comes out, in order, and makes room again.
+        // All accepted work comes out, in order, and makes room again.
         queue.close();
         let all: Vec<Work> = std::iter::from_fn(|| queue.take()).collect();
         assert_eq!((all.first(), all.get(all.len() - 2)), (Some(&state), Some(&open)));

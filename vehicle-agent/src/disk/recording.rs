@@ -1,8 +1,8 @@
-//! A run on the disk: what the brain was told and what it wanted, byte for byte, and its replay.
+//! Recording of a run: inputs and outputs of the brain, byte for byte, and its replay.
 //!
 //! The file begins with a line naming format and version, then records: a letter, a length (u32,
-//! little-endian), the bytes. `C` configuration, `P` profile, `S` start (uid, steady time, UTC), `K` a kept
-//! plan, `F` who forgot plans last, `U` what was under way, `I` an input, `O` an output.
+//! little-endian), the bytes. `C` configuration, `P` profile, `S` start (uid, steady time, UTC), `K` a stored plan, `F` who
+//! deleted plans last, `U` the task under way, `I` an input, `O` an output.
 
 use crate::setup;
 use anyhow::{Context as _, bail};
@@ -26,7 +26,7 @@ pub(crate) struct Recorder {
     file: BufWriter<File>,
 }
 
-/// How a run began.
+/// The initial state of a run.
 #[derive(Debug)]
 pub(crate) struct Beginning {
     pub(crate) config: String,
@@ -74,21 +74,21 @@ impl Recorder {
     }
 }
 
-/// The record of what the brain was told.
+/// The record of an input of the brain.
 pub(crate) fn input_record(now: Now, input: &Input) -> (u8, Vec<u8>) {
     let mut bytes = Vec::new();
     write_input(&mut bytes, now, input);
     (b'I', bytes)
 }
 
-/// The record of what it wanted.
+/// The record of an output.
 pub(crate) fn output_record(output: &Output) -> (u8, Vec<u8>) {
     let mut bytes = Vec::new();
     write_output(&mut bytes, output);
     (b'O', bytes)
 }
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Replayed {
     pub(crate) inputs: u64,
@@ -97,7 +97,7 @@ pub(crate) struct Replayed {
     pub(crate) cut: bool,
 }
 
-/// Feeds the recorded inputs to a new brain and compares all it wants.
+/// Feeds the recorded inputs to a new brain and compares all outputs.
 pub(crate) fn replay(path: &Path) -> anyhow::Result<Replayed> {
     let mut file = BufReader::new(File::open(path).with_context(|| format!("opening {}", path.display()))?);
     let mut first = String::new();

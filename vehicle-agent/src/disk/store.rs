@@ -1,9 +1,9 @@
-//! Plans on the disk: one file a plan, each a whole IMC packet, written beside and renamed.
+//! Plans on disk: one file for each plan with a whole IMC packet, written under another name and renamed.
 //!
 //! The packet is the PlanDB message that would set the plan: its header has the time and system of the last
-//! change, its `info` the system's name. A crash leaves the old file or the new one, never half of either, and
-//! all plans or none when all are forgotten: their folder is renamed at once and emptied afterwards. Who forgot
-//! plans last, and when, is kept beside the folder as the PlanDB message that asked for it.
+//! change, its `info` the system's name. After a crash there is either the old file or the new one, never a partial one,
+//! and all plans or none if all are being deleted: their folder is renamed atomically and emptied afterwards. Who deleted
+//! plans last, and when, is stored beside the folder as the PlanDB message that requested it.
 
 use anyhow::Context as _;
 use imc::messages::{PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
@@ -21,8 +21,7 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    /// Opens a folder, making it if need be, and reads its plans. What cannot be read stays where it is and
-    /// is named.
+    /// Opens a folder, making it if needed, and reads its plans. Unreadable files are left in place and reported.
     pub(crate) fn open(folder: &Path) -> anyhow::Result<(Self, Kept, Vec<String>)> {
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let store = Self { folder: folder.to_owned() };
@@ -36,7 +35,7 @@ impl Store {
             match path.extension().and_then(|extension| extension.to_str()) {
                 Some("plan") => {}
                 Some("part") => {
-                    // A write that never came to its rename.
+                    // A write that was never renamed.
                     fs::remove_file(&path).ok();
                     continue;
                 }
@@ -69,11 +68,11 @@ impl Store {
         Ok((store, Kept { plans, forgotten, under_way }, unreadable))
     }
 
-    /// Keeps what is under way beside the plans, or that nothing is.
+    /// Stores the task under way beside the plans, or that there is none.
     ///
     /// # Errors
-    /// When the disk refuses. What it held before stays only if it tells of the same: the next start must not take up
-    /// what was stopped.
+    /// When writing fails. The earlier file is kept only if it is about the same task: the next start must not resume what
+    /// was stopped.
     pub(crate) fn keep_under_way(&self, packet: Option<&[u8]>) -> anyhow::Result<()> {
         let path = self.under_way();
         match packet {
@@ -98,7 +97,7 @@ impl Store {
         self.folder.with_file_name("under-way.imc")
     }
 
-    /// Carries a change out; when this answers, it is on the disk.
+    /// Carries a change out; when this returns, it is on the disk.
     ///
     /// # Errors
     /// When it could not be carried out: then nothing has changed.
@@ -108,7 +107,7 @@ impl Store {
             Effect::Remove { plan_id, change, .. } => {
                 let path = self.path(plan_id);
                 match fs::remove_file(&path) {
-                    // A file that someone else took away is gone as well.
+                    // The file was removed by someone else already.
                     Err(error) if error.kind() == ErrorKind::NotFound => {}
                     outcome => outcome.with_context(|| format!("removing {}", path.display()))?,
                 }
@@ -125,7 +124,7 @@ impl Store {
         sync(&self.folder)
     }
 
-    /// Keeps who forgot plans. They are gone whether this succeeds or not.
+    /// Stores who deleted plans. They are deleted whether this succeeds or not.
     fn remember(&self, change: &Change, op: PlanDBOp, plan_id: &str) {
         let message = PlanDB {
             r#type: PlanDBType::Request,
@@ -141,12 +140,12 @@ impl Store {
         }
     }
 
-    /// Where it stands who forgot plans last.
+    /// The file that names who deleted plans last.
     fn last_change(&self) -> PathBuf {
         self.folder.with_extension("change")
     }
 
-    /// Forgets all plans: from the renaming on they are gone, also after a crash.
+    /// Deletes all plans: from the renaming on they are gone, also after a crash.
     fn forget_all(&self) -> anyhow::Result<()> {
         self.empty_forgotten()?;
         let forgotten = self.forgotten();
@@ -168,12 +167,12 @@ impl Store {
         Ok(())
     }
 
-    /// Where forgotten plans are until they are removed.
+    /// The folder of deleted plans until they are removed.
     fn forgotten(&self) -> PathBuf {
         self.folder.with_extension("forgotten")
     }
 
-    /// Removes plans that were forgotten, and brings back what lay beside them.
+    /// Removes deleted plans, and moves back other files that were in the folder.
     fn empty_forgotten(&self) -> anyhow::Result<()> {
         let forgotten = self.forgotten();
         let entries = match fs::read_dir(&forgotten) {
@@ -205,7 +204,7 @@ impl Store {
         write(&self.path(&record.plan_id), &record.change, message)
     }
 
-    /// A name for any plan: letters, digits and `-` as they are, all else as hexadecimal bytes.
+    /// File name of any plan: letters, digits and `-` are kept, all else becomes hexadecimal bytes.
     fn path(&self, plan_id: &str) -> PathBuf {
         let mut name = String::new();
         for byte in plan_id.bytes() {
@@ -220,13 +219,13 @@ impl Store {
     }
 }
 
-/// Writes a message beside a file and renames it: the header has the time and system of the change.
+/// Writes a message atomically: the header has the time and system of the change.
 fn write(path: &Path, change: &Change, message: PlanDB) -> anyhow::Result<()> {
     let header = Header { timestamp: change.at.seconds(), src: Address(change.system), ..Header::default() };
     write_bytes(path, &Packet::new(header, message).encode()?)
 }
 
-/// Writes bytes beside a file and renames it.
+/// Writes bytes under another name and renames the file.
 fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let part = path.with_extension("part");
     let written = File::create(&part).and_then(|mut file| {
@@ -234,7 +233,7 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         file.sync_all()
     });
     if written.is_err() {
-        // Half a file on a full disk would only take room.
+        // A partial file on a full disk would only take space.
         fs::remove_file(&part).ok();
     }
     written.with_context(|| format!("writing {}", part.display()))?;
@@ -355,7 +354,7 @@ mod tests {
             store.carry_out(&Effect::Store { ticket: Ticket(1), record: example(id) }).unwrap();
         }
         fs::write(folder.join("notes.txt"), b"mine").unwrap();
-        // The folder to rename to is taken by something that cannot be emptied: nothing is lost.
+        // The target of the renaming cannot be emptied: no plan is lost.
         let forgotten = data.path().join("plans.forgotten");
         fs::write(&forgotten, b"in the way").unwrap();
         assert!(store.carry_out(&forget_all()).is_err());

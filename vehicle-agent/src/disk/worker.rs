@@ -1,4 +1,4 @@
-//! What the disk's thread does with its work, one after the other.
+//! The disk's thread: carries out work in order.
 
 use super::host::Host;
 use super::journal::Journal;
@@ -18,35 +18,35 @@ pub(super) const ROTATIONS: u32 = 8;
 /// Beyond that, one may be opened after this time.
 pub(super) const ROTATION_PAUSE: Duration = Duration::from_secs(5);
 
-/// All that is on the disk.
+/// Everything on disk.
 #[derive(Debug)]
 pub(crate) struct Tools {
     /// The log; none where the configuration has it off.
     pub(crate) journal: Option<Journal>,
     /// Plans.
     pub(crate) store: Store,
-    /// The recording that was asked for.
+    /// The requested recording.
     pub(crate) recorder: Option<Recorder>,
     /// The configuration, beside which changed parameters are saved.
     pub(crate) config: Config,
-    /// The folder whose free space is told.
+    /// The folder whose free space is reported.
     pub(crate) logs: PathBuf,
 }
 
-/// The tools and their user.
+/// The thread's state.
 #[derive(Debug)]
 pub(crate) struct Worker {
     tools: Tools,
     host: Host,
     rotations: Rotations,
     asked: Option<String>,
-    /// What came while there was no log to write it to.
+    /// Work that came while no log was open.
     missed: Lost,
-    /// What is under way, if the disk refused it: tried again once a second until it is kept.
+    /// The task under way, if it could not be stored: tried again once a second until it is.
     refused_under_way: Option<UnderWay>,
 }
 
-/// What is under way as the next start shall find it: a packet, or that nothing is.
+/// The task under way for the next start: a packet, or `None` if there is none.
 #[derive(Debug)]
 struct UnderWay(Option<Vec<u8>>);
 
@@ -120,7 +120,7 @@ impl Worker {
                 answer(Done::Stored(effect.ticket(), outcome));
             }
             Work::UnderWay(packet) => {
-                // A refresh that is refused as the one before was is no news.
+                // A failure after an earlier one is not reported again.
                 let is_news = self.refused_under_way.is_none();
                 if let Err(error) = self.keep_under_way(UnderWay(packet))
                     && is_news
@@ -145,7 +145,7 @@ impl Worker {
         }
     }
 
-    /// Opens the log that was asked for, when another may be opened.
+    /// Opens the requested log, when another may be opened.
     fn rotate(&mut self, now: MonoTime, utc: UtcTime, answer: &impl Fn(Done)) {
         let Some(journal) = &mut self.tools.journal else { return };
         if self.asked.is_none() || !self.rotations.allow(now) {
@@ -157,7 +157,7 @@ impl Worker {
         }
     }
 
-    /// Tells that a log was opened, or not, and what the ones before lack.
+    /// Reports that a log was opened, or not, and what the previous ones lack.
     fn opened(&mut self, outcome: io::Result<String>, answer: &impl Fn(Done)) {
         let well = outcome.is_ok();
         answer(Done::LogOpened(outcome.map_err(|error| error.to_string())));
@@ -198,11 +198,11 @@ impl Worker {
         }
     }
 
-    /// Writes changed parameters to the folder of data, to be read after all others at the next start.
+    /// Writes changed parameters to the data folder, to be read after all others at the next start.
     fn save(&mut self, label: &str, values: &[(String, String)]) -> anyhow::Result<()> {
         let config = &self.tools.config;
         let path = config.saved_path().context("the vehicle has no name for a file")?;
-        // What an earlier version saved beside the configuration goes along.
+        // Includes values that an earlier version saved beside the configuration.
         let beside = config.saved_beside().filter(|_| !path.exists());
         let (ini, _) = config::Ini::read(&config::Disk, beside.as_deref().unwrap_or(&path));
         let mut saved = config::Saved::from_ini(&ini);
@@ -260,7 +260,7 @@ mod tests {
         assert!(missed.contains("1 detections") && missed.contains("2 other"), "{missed}");
     }
 
-    /// What is under way as the brain hands it over.
+    /// The task under way, as the brain gives it.
     fn under_way(seconds: f64, info: &str) -> Vec<u8> {
         let header = Header { timestamp: seconds, ..Header::default() };
         let control = PlanControl { info: info.into(), ..PlanControl::default() };
@@ -288,7 +288,7 @@ mod tests {
         worker.carry_out(tick(), &answer);
         assert_eq!(std::fs::read(&file).unwrap(), drift);
 
-        // Nothing can be removed: an abort is tried again until the file is gone.
+        // Removing fails: an abort is tried again until the file is gone.
         std::fs::remove_file(&file).unwrap();
         std::fs::create_dir(&file).unwrap();
         worker.carry_out(Work::UnderWay(None), &answer);

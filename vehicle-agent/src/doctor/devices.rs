@@ -1,4 +1,4 @@
-//! Whether the devices answer: each port is opened, and its own driver listens as aboard but sets and commands nothing.
+//! Checks that the devices answer: each port is opened, and its driver listens as under way but sets and commands nothing.
 
 use super::finding::Finding;
 use crate::clock::Clock;
@@ -14,14 +14,14 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 use units::UtcTime;
 
-/// Reports that may wait; more are left out.
+/// Most queued reports; further ones are dropped.
 const MOST_REPORTS: usize = 1024;
 /// How long the ports may take to close.
 const CLOSE: Duration = Duration::from_secs(1);
 /// The computer's clock may be off by so much (s).
 const MOST_OFF_S: f64 = 1.0;
 
-/// What one device did while it was listened to.
+/// What was heard of one device.
 #[derive(Debug, Default)]
 struct Heard {
     state: Option<State>,
@@ -31,7 +31,7 @@ struct Heard {
     notes: Vec<String>,
 }
 
-/// No port was opened, for an agent has them.
+/// No port was opened, because an agent is using them.
 pub(super) fn left_alone() -> Finding {
     Finding::warn(
         "devices",
@@ -40,7 +40,7 @@ pub(super) fn left_alone() -> Finding {
     )
 }
 
-/// Listens to all devices until each has answered, `patience` at the longest.
+/// Listens to all devices until each has answered, for at most `patience`.
 pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec<Finding> {
     let part = "devices";
     let configured_devices = match listening(config) {
@@ -66,7 +66,7 @@ pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec
     let (heard, off_s) = listen(&reports, &places, clock, patience);
     stations.iter().for_each(Station::end);
     for station in &stations {
-        // What does not close in time is closed with the program.
+        // Ports that do not close in time are closed with the program.
         let _ = station.is_over_within(CLOSE);
     }
     let mut findings: Vec<Finding> =
@@ -75,7 +75,7 @@ pub(super) fn examine(config: &Config, clock: &Clock, patience: Duration) -> Vec
     findings
 }
 
-/// What the devices did, and by how much the computer's clock is ahead of the satellites' (s).
+/// Returns what was heard, and the offset of the computer's clock from GNSS time (s).
 fn listen(
     reports: &Receiver<(Device, Report)>,
     places: &[(Device, String)],
@@ -157,7 +157,7 @@ fn judge(device: Device, place: &str, heard: &BTreeMap<Device, Heard>) -> Findin
     }
 }
 
-/// The computer's clock against that of the satellites.
+/// Checks the computer's clock against GNSS time.
 pub(super) fn judge_clock(utc: UtcTime, off_s: Option<f64>) -> Finding {
     let part = "clock";
     let remedy =

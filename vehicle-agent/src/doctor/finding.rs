@@ -1,4 +1,4 @@
-//! What was found, for people and for programs.
+//! Prints findings for people and programs.
 
 use crate::clock::Clock;
 use crate::say::say;
@@ -14,7 +14,7 @@ const fn word(status: Status) -> &'static str {
     }
 }
 
-/// Prints all; answers the worst.
+/// Prints all; returns the worst status.
 pub(crate) fn print(findings: &[Finding], json: bool) -> Status {
     let worst = worst(findings);
     if json {

@@ -1,9 +1,9 @@
-//! `lutra-agent doctor`: whether all is ready to sail, and what to do where it is not.
+//! `lutra-agent doctor`: checks that the vessel is ready to sail, and prints remedies.
 //!
-//! It looks at the configuration, the devices, the clock, the disk, the way to the shore and the chart, by the same code that
-//! sails. It commands and sets nothing: the compass and the card of the motors are only listened to, and the hydrophone is asked
-//! for its firmware. A serial CAN adapter is told the bus' speed and to take part, without which it says nothing. While an
-//! agent uses the folder of data no port is opened at all: a CAN bus lets any number of programs send.
+//! It checks the configuration, the devices, the clock, the disk, the connection to the shore and the chart, with the same
+//! code as under way. It commands and sets nothing: it only listens to the compass and the motor card, and asks the
+//! hydrophone for its firmware. A serial CAN adapter is sent the bus speed and opened, as it is silent otherwise. While an
+//! agent uses the data folder no port is opened at all: a CAN bus lets any number of programs send.
 
 mod devices;
 mod finding;
@@ -41,8 +41,8 @@ pub(crate) struct DoctorArguments {
     /// How long devices and the shore may take to answer (s).
     #[arg(long, default_value_t = 8)]
     patience: u64,
-    /// Print JSON for monitoring, and end with 0 when all is well, 1 when something should be looked at, 2 when something must be
-    /// mended. Without it: 1 when something must be mended, else 0.
+    /// Print JSON for monitoring, and end with 0 when all is well, 1 for a warning, 2 when something must be fixed. Without
+    /// it: 1 when something must be fixed, else 0.
     #[arg(long)]
     json: bool,
 }
@@ -79,7 +79,7 @@ fn configuration(config: &Config) -> Finding {
     }
 }
 
-/// What a good configuration is about.
+/// Checks that need a valid configuration.
 fn aboard(arguments: &DoctorArguments, config: &Config) -> Vec<Finding> {
     let patience = Duration::from_secs(arguments.patience);
     let (found, right) = agent(&arguments.data);
@@ -87,7 +87,7 @@ fn aboard(arguments: &DoctorArguments, config: &Config) -> Vec<Finding> {
     findings.push(link(arguments, config, patience));
     findings.push(chart(&arguments.data, config));
     if arguments.profile != "Simulation" {
-        // The right to the folder is held meanwhile: no agent begins before the ports are free again.
+        // The folder's lock is held meanwhile: no agent starts before the ports are free again.
         findings.extend(match &right {
             Right::Taken => vec![devices::left_alone()],
             Right::Ours(_) | Right::NoFolder => devices::examine(config, &Clock::system(), patience),
@@ -97,19 +97,19 @@ fn aboard(arguments: &DoctorArguments, config: &Config) -> Vec<Finding> {
     findings
 }
 
-/// Whose the folder of data is.
+/// Who has the data folder.
 enum Right {
     /// This program's.
     Ours(#[expect(dead_code, reason = "it is held, not asked")] DataLock),
     /// There is none: no agent runs there.
     NoFolder,
-    /// An agent's, or it is not known whose.
+    /// An agent has it, or the owner is unknown.
     Taken,
 }
 
 fn disk(data: &Path) -> Finding {
     let part = "disk";
-    // A folder that the first start will make is on the disk of the one above.
+    // A folder that the first start will make is on the disk of its parent.
     let there = data.ancestors().find(|folder| folder.is_dir()).unwrap_or(Path::new("."));
     let free_mib = Host::new().read(there).disk_free_mib;
     let text = format!("{free_mib:.0} MiB free for {}", data.display());
@@ -123,7 +123,7 @@ fn disk(data: &Path) -> Finding {
     }
 }
 
-/// Whether an agent runs, which has the ports.
+/// Checks whether an agent is running, which has the ports.
 fn agent(data: &Path) -> (Finding, Right) {
     let part = "data folder";
     if !data.is_dir() {
@@ -161,7 +161,7 @@ fn link(arguments: &DoctorArguments, config: &Config, patience: Duration) -> Fin
     }
 }
 
-/// The chart that the next start takes: the shore's, else the configured one.
+/// Checks the chart of the next start: the shore's, else the configured one.
 fn chart(data: &Path, config: &Config) -> Finding {
     let part = "chart";
     let taken = if setup::takes_chart(config) { ChartFolder::new(data).load() } else { Ok(None) };

@@ -1,5 +1,5 @@
-//! A plan by the devices' protocols against the same plan by the ideal simulator, which hands over values at once: both by a
-//! virtual clock, in the same weather and with the same errors of the compass.
+//! Compares a plan sailed through the devices' protocols with the same plan on the ideal simulator, which passes values
+//! directly: both with a virtual clock, the same weather and the same compass errors.
 
 use crate::hull::{Hull, Simulated};
 use crate::plan::{goto, sequence};
@@ -52,7 +52,7 @@ impl Driven {
         Now { mono, utc: UtcTime::from_micros(START.micros() + mono.micros() as i64) }
     }
 
-    /// Brings what the drivers want to the devices, and keeps what they have read.
+    /// Passes the drivers' outputs to the devices, and stores their readings.
     fn take(&mut self) {
         while let Some(output) = self.compass.poll_output() {
             match output {
@@ -122,7 +122,7 @@ impl Hull for Driven {
     }
 }
 
-/// How far the vessel really was from the lines of its plan (m).
+/// True distances of the vessel from the lines of its plan (m).
 #[derive(Debug, Clone, Copy, Default)]
 struct Errors {
     squares: f64,
@@ -142,7 +142,7 @@ impl Errors {
     }
 }
 
-/// How far a place is from the nearest line of the plan (m).
+/// Distance from the nearest line of the plan (m).
 fn off_m(at: LocalPoint) -> f64 {
     let of_leg = |a: (f64, f64), b: (f64, f64)| {
         let (along_n, along_e) = (b.0 - a.0, b.1 - a.1);
@@ -159,7 +159,7 @@ fn plan(vessel: &Vessel) -> PlanSpecification {
     sequence("square", CORNERS[1..].iter().map(|corner| goto(place(*corner), 1.5).into()).collect())
 }
 
-/// Sails the plan; what the truth was of each second of it.
+/// Sails the plan; returns the true errors at each second.
 fn sail<H: Hull>(hull: H, config: &Config, plan: &PlanSpecification, of: impl Fn(&H) -> &Vessel) -> Errors {
     let (settings, _) = setup::settings(config, 1).unwrap();
     let own = settings.address;

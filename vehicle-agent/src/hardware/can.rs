@@ -1,4 +1,4 @@
-//! The motors' driver at a port of bytes: frames of the CAN bus by an slcan adapter, or by the system's own sockets.
+//! The motors' driver on a byte port: CAN frames over an slcan adapter, or over the system's sockets.
 
 use super::wire::{OnWire, Wire};
 use control::MotorPair;
@@ -10,17 +10,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use units::{MonoTime, Now};
 
-/// The answers to what an adapter is told at the start come within this time.
+/// An adapter answers the initial commands within this time.
 const ANSWERS: Duration = Duration::from_secs(1);
-/// An adapter of which nothing comes, or that refuses, is told again so often.
+/// Interval of repeated initial commands to an adapter that is silent or refuses.
 const GREET_AGAIN: Duration = Duration::from_secs(3);
-/// So often in a row the log says that it is told again.
+/// How often in a row the log reports the repetition.
 const MOST_TOLD: u32 = 3;
-/// An adapter behind a stream that brings nothing for so long is dead.
+/// An adapter on a TCP stream that is silent for this long counts as dead.
 const LONGEST_SILENCE: Duration = Duration::from_secs(10);
 
-/// What the card's driver has not taken yet: the last command to the motors with the time that it was given, and of each power
-/// channel the last order. There are no more channels than the configuration names.
+/// Orders that the card's driver has not taken yet: the last command to the motors with its time, and the last order of
+/// each power channel. There are only the configured channels.
 #[derive(Debug, Default)]
 pub(crate) struct Orders(Mutex<Waiting>);
 
@@ -31,13 +31,13 @@ struct Waiting {
 }
 
 impl Orders {
-    /// Leaves a command that is given at this moment, in place of one that was not taken yet. It lives from then on, not from
-    /// when the port's thread, which may be held up, takes it.
+    /// Stores a command given at this time, replacing one that was not taken yet. Its life counts from then, not from when
+    /// the port's thread, which may be delayed, takes it.
     pub(crate) fn put(&self, at: MonoTime, motors: MotorPair) {
         self.lock().motors = Some((at, motors));
     }
 
-    /// Leaves an order to switch a power channel, in place of one that was not taken yet.
+    /// Stores an order to switch a power channel, replacing one that was not taken yet.
     pub(crate) fn switch(&self, channel: &str, on: bool) {
         self.lock().channels.insert(channel.to_owned(), on);
     }
@@ -51,7 +51,7 @@ impl Orders {
     }
 }
 
-/// The driver of the motors at a port of bytes.
+/// The driver of the motors on a byte port.
 pub(crate) struct CanMotors {
     motors: Motors,
     wire: Wire,
@@ -60,9 +60,9 @@ pub(crate) struct CanMotors {
     outputs: VecDeque<Output>,
     /// The last command was a stop.
     stopped: bool,
-    /// How card and motors are, as their driver has it.
+    /// State of card and motors, from their driver.
     card: State,
-    /// What was said last.
+    /// The last reported state.
     said: Option<State>,
 }
 
@@ -76,7 +76,7 @@ impl CanMotors {
 
     fn obey(&mut self, now: Now, given: MonoTime, order: MotorPair) {
         let stop = order == MotorPair::STOPPED;
-        // A stop goes ahead of all that waits; repeated, it is renewed as any command is.
+        // A stop goes ahead of the queue; repeated, it is refreshed like any command.
         if stop && !self.stopped {
             self.motors.stop(now);
         } else {
@@ -85,7 +85,7 @@ impl CanMotors {
         self.stopped = stop;
     }
 
-    /// Takes what the driver wants; frames as bytes.
+    /// Takes the driver's outputs; frames as bytes.
     fn collect(&mut self, now: Now) {
         while let Some(output) = self.motors.poll_output() {
             self.outputs.push_back(match output {
@@ -108,8 +108,8 @@ impl CanMotors {
         }
     }
 
-    /// Tells the adapter what it is to do, at the start and again where it may have forgotten: one that lost its power for a
-    /// moment is closed, and no plug was pulled.
+    /// Sends the adapter its initial commands, at the start and again if it may have lost them: after a short power loss it
+    /// is closed although no cable was unplugged.
     fn greet(&mut self, now: MonoTime) {
         let Some(greeting) = self.wire.greeting() else { return };
         self.outputs.push_back(send(greeting, now));
@@ -138,18 +138,18 @@ impl CanMotors {
     }
 }
 
-/// What is known of the adapter.
+/// State of the adapter.
 #[derive(Debug, Default)]
 struct Adapter {
-    /// When it was told what to do last, and how often since a frame came.
+    /// When the initial commands were sent last, and how often since the last frame.
     greeted: Option<MonoTime>,
     times: u32,
     /// When a frame of the bus came.
     heard: Option<MonoTime>,
-    /// It has refused a frame since it last took one, and how often it was told again since.
+    /// It has refused a frame since it last accepted one, and how often the initial commands were repeated since.
     refused: bool,
     told: u32,
-    /// It goes on to refuse although it was told again.
+    /// It still refuses after the initial commands were repeated.
     refuses: bool,
 }
 
@@ -165,8 +165,8 @@ impl Adapter {
         self.times = 0;
     }
 
-    /// Whether what it says may be an answer to what it was told. One that is closed refuses to be closed, and some know no
-    /// empty lines: that tells nothing of frames.
+    /// Whether its message may be an answer to the initial commands. A closed adapter refuses to be closed, and some refuse
+    /// empty lines: that says nothing about frames.
     fn answers(&self, now: MonoTime) -> bool {
         self.greeted.is_some_and(|at| now.since(at) < ANSWERS)
     }
@@ -184,7 +184,7 @@ impl Adapter {
         }
     }
 
-    /// When to tell it again.
+    /// When to send the initial commands again.
     fn again_at(&self) -> Option<MonoTime> {
         let greeted = self.greeted?;
         let heard = self.heard.filter(|_| !self.refused).unwrap_or(greeted);
@@ -271,7 +271,7 @@ mod tests {
         found
     }
 
-    /// What a driver wants, from a time on.
+    /// Outputs of a driver, from a time on.
     #[derive(Debug, Default)]
     struct Wanted {
         throttles: Vec<Pair<i16>>,
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn an_order_that_waited_for_the_port_to_open_is_as_old_as_it_is() {
         let (mut driver, orders) = driver(MotorsConfig::default());
-        // The thread was in the opening of its port for two seconds.
+        // The thread was blocked in opening its port for two seconds.
         orders.put(at(1000).mono, AHEAD);
         driver.handle(at(3000), Input::Opened);
         let mut sent = wanted(&mut driver).throttles;
@@ -373,7 +373,7 @@ mod tests {
         let report = CardReport::Outputs { rail: 0, channels: 1 };
         let mut greeted = Vec::new();
         for ms in (0..20_000).step_by(100) {
-            // It works, restarts after six seconds, and brings frames again once it was told.
+            // It works, restarts after six seconds, and delivers frames again after the initial commands.
             let works = ms < 6000 || greeted.iter().any(|at| *at >= 12_000);
             if works && ms % 500 == 0 {
                 driver.handle(at(ms), Input::Bytes(&encode(&report.frame())));

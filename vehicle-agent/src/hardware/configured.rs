@@ -1,4 +1,4 @@
-//! Which devices the configuration gives the vessel: where each is reached, and the driver for it.
+//! The configured devices of the vessel: the port of each, and its driver.
 
 use super::can::{CanMotors, Orders};
 use super::wire::Wire;
@@ -21,7 +21,7 @@ use std::time::Duration;
 
 /// A task of this name gets its sentences from gpsd.
 pub(super) const GPSD_TASK: &str = "Sensors.GPSDraw";
-/// What opens and closes the hydrophone's command mode, which its driver does by itself.
+/// Commands that open and close the hydrophone's command mode, which its driver sends automatically.
 const COMMAND_MODE: [&str; 2] = ["LIVECM", "EX!"];
 
 /// A device, its driver and its port.
@@ -37,7 +37,7 @@ pub(crate) struct ConfiguredDevice {
 /// The devices of a configuration; the motors' driver takes its commands from `orders`.
 ///
 /// # Errors
-/// When there is none, or a value of the configuration cannot be: the text names the section.
+/// When there is none, or a value of the configuration is not valid: the text names the section.
 pub(crate) fn configured_devices(
     config: &Config,
     orders: &Arc<Orders>,
@@ -95,7 +95,7 @@ fn serial(section: &Section) -> anyhow::Result<Place> {
     Place::parse(&section.get(&device::SERIAL_DEVICE), positive(section.get(&device::BAUD_RATE)))
 }
 
-/// What is sent to a device when its port opens, without the line ends of the file.
+/// Initialization strings of a device, without the line ends of the file.
 fn init(section: &Section) -> Vec<String> {
     numbered(section, &device::INIT_COMMAND).into_iter().map(|(_, text)| text).collect()
 }
@@ -108,8 +108,8 @@ fn numbered(section: &Section, texts: &config::Param<Vec<u8>>) -> Vec<(String, S
     section.each(texts).into_iter().map(text).filter(|(_, text)| !text.is_empty()).collect()
 }
 
-/// A setting of the receiver with the answer that the files expect: it is told only for its firmware, `FV?`; all others are
-/// answered by themselves.
+/// A setting of the receiver with the expected answer from the files: only needed for its firmware, `FV?`; for all others
+/// the driver knows the answer.
 fn with_reply(text: &str, reply: Option<&str>) -> anyhow::Result<String> {
     match reply {
         None => Ok(text.to_owned()),
@@ -148,7 +148,7 @@ fn compass_of(section: &Section) -> anyhow::Result<ConfiguredDevice> {
     Ok(ConfiguredDevice { device: Device::Compass, driver, place })
 }
 
-/// A receiver of fish tags that only writes lines.
+/// A receiver of fish tags that only sends lines.
 fn line_receiver_of(section: &Section) -> anyhow::Result<ConfiguredDevice> {
     let driver = Box::new(LineReceiver::new(line_receiver_settings(section)?));
     Ok(ConfiguredDevice { device: Device::Hydrophone, driver, place: serial(section)? })
@@ -201,7 +201,7 @@ fn hydrophone_of(section: &Section) -> anyhow::Result<ConfiguredDevice> {
     })
 }
 
-/// The time between two reports of the water, as the setting LI has it; `None` for other settings, and where it is off.
+/// The interval of sensor reports in the setting LI; `None` for other settings, and if it is off.
 fn sensor_interval(setting: &str) -> Option<Duration> {
     let minutes = match setting.strip_prefix("LI=")? {
         "01" => 5,
@@ -228,7 +228,7 @@ fn motors_of(config: &Config, section: &Section, orders: &Arc<Orders>) -> anyhow
     Ok(ConfiguredDevice { device: Device::Motors, driver, place })
 }
 
-/// The channel that feeds a device is on from the start.
+/// Switches the power channel of a device on from the start.
 fn switch_on(motors: &mut MotorsConfig, name: &str) -> anyhow::Result<()> {
     if !name.is_empty() {
         let fed = motors.channels.iter_mut().find(|channel| channel.name == name);
@@ -240,10 +240,10 @@ fn switch_on(motors: &mut MotorsConfig, name: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where the card's bus is reached, and how frames are written there.
+/// The port of the card's bus, and its frame format.
 ///
 /// # Errors
-/// When the text is no port, or no adapter has this speed of the bus.
+/// When the text is not a port, or no adapter supports this bus speed.
 pub(crate) fn motors_place(section: &Section) -> anyhow::Result<(Place, Wire)> {
     let text = section.get(&torqeedo::DEVICE);
     let Some(adapter) = text.strip_prefix("slcan:") else {
@@ -263,10 +263,10 @@ pub(crate) fn motors_place(section: &Section) -> anyhow::Result<(Place, Wire)> {
     Ok((place, Wire::slcan(bitrate)))
 }
 
-/// What of the card differs between vessels.
+/// The card's settings of this vessel.
 ///
 /// # Errors
-/// When the motors would be commanded too seldom to be told.
+/// When frequency and divider give no valid interval between two commands.
 pub(crate) fn motors_config(section: &Section) -> anyhow::Result<MotorsConfig> {
     let divider = positive(section.get(&torqeedo::WRITE_DIVIDER));
     let write_period = write_period(section.get(&torqeedo::FREQUENCY), divider)

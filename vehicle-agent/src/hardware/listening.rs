@@ -1,4 +1,4 @@
-//! The devices of the configuration with drivers that only listen, for `lutra-agent doctor`.
+//! The configured devices with drivers that only listen, for `lutra-agent doctor`.
 
 use super::can::CanMotors;
 use super::configured::{
@@ -14,12 +14,12 @@ use drivers::motors::Motors;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a receiver of Thelma Biotel is asked: its firmware.
+/// Query of a Thelma Biotel receiver for its firmware.
 const FIRMWARE: &str = "FV?";
 
-/// The devices of a configuration where [`configured_devices`] has them, with drivers that change nothing: the compass is sent nothing;
-/// the hydrophone is asked for its firmware, and neither set nor told the time; no frame goes to the card of the motors, whose
-/// serial adapter alone is told the bus' speed and to take part.
+/// The devices of [`configured_devices`], with drivers that change nothing: the compass is sent nothing; the hydrophone is
+/// asked for its firmware, and gets neither settings nor the time; the motor card is sent no frame, only its serial adapter
+/// is sent the bus speed and opened.
 ///
 /// # Errors
 /// As [`configured_devices`].
@@ -28,7 +28,7 @@ pub(crate) fn listening(config: &Config) -> anyhow::Result<Vec<ConfiguredDevice>
     for configured in &mut all {
         match configured.device {
             Device::Compass => {
-                // gpsd is asked to watch, which is this connection's alone.
+                // gpsd is sent a watch command, which affects only this connection.
                 if let Some(section) = one(config, &compass::COMPASS)?
                     && section.task() != GPSD_TASK
                 {

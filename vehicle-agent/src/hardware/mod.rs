@@ -1,8 +1,8 @@
-//! The devices aboard: a thread for each port, readings in the order of their times, and the motors behind the watchdog.
+//! The devices aboard: one thread for each port, readings in order of time, and the motors behind the watchdog.
 //!
-//! A command goes from the loop to the [`MotorGate`], from there to the motors' driver by [`Orders`], and from its thread to the
-//! card. Each has a stop of its own: the gate when the loop does not come round, the driver when it gets no commands, the
-//! card when it gets no frames. A device that is absent, silent or lost is in error; the program goes on.
+//! A command goes from the loop to the [`MotorGate`], from there to the motors' driver by [`Orders`], and from its thread
+//! to the card. Each stops the motors on its own: the gate when the loop stalls, the driver when it gets no commands, the
+//! card when it gets no frames. A device that is absent, silent or lost is in error; the program continues.
 
 #[cfg(test)]
 mod accuracy;
@@ -33,7 +33,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use units::MonoTime;
 
-/// How long the end waits for the devices to be told.
+/// How long the end waits for the last commands to the devices.
 const END: Duration = Duration::from_secs(1);
 
 /// The devices aboard.
@@ -48,10 +48,10 @@ pub(crate) struct Hardware {
 }
 
 impl Hardware {
-    /// Begins to attend the devices of the configuration. `bell` wakes the loop when one has read something.
+    /// Starts the configured devices. `bell` wakes the loop when one has a reading.
     ///
     /// # Errors
-    /// When the configuration has no device, or one that cannot be as it says; never because a device is not there.
+    /// When the configuration has no device, or an invalid one; never because a device is missing.
     pub(crate) fn start(
         config: &Config,
         clock: &Clock,
@@ -76,7 +76,7 @@ impl Hardware {
     }
 }
 
-/// The way from the watchdog to the motors' thread, which never waits.
+/// Passes commands from the watchdog to the motors' thread; never waits.
 fn to_motors(clock: Clock, orders: Arc<Orders>, wake: Arc<Wake>) -> impl FnMut(MotorPair) + Send + 'static {
     move |motors| {
         orders.put(clock.now().mono, motors);
@@ -84,7 +84,7 @@ fn to_motors(clock: Clock, orders: Arc<Orders>, wake: Arc<Wake>) -> impl FnMut(M
     }
 }
 
-/// What becomes of what a device's driver has learned.
+/// Distributes the reports of a device's driver.
 fn to_queues(device: Device, queues: Arc<DeviceQueues>) -> impl Fn(Report) + Send + 'static {
     let name = device.name();
     move |report| match report {
@@ -98,12 +98,12 @@ fn to_queues(device: Device, queues: Arc<DeviceQueues>) -> impl Fn(Report) + Sen
             queues.state(device, Condition::Normal, "");
         }
         Report::State(State::Failing(why)) => {
-            // The vessel tells it, in the log and to the operator.
+            // The vessel reports it, in its log and to the operator.
             tracing::debug!(device = name, "{why}");
             queues.state(device, Condition::Error, &why);
         }
         Report::Note(note) if note.warning => {
-            // What of these the vessel writes into its log book is a warning here too.
+            // Those that the vessel writes into its log book are warnings here too.
             tracing::info!(device = name, "{}", note.text);
             queues.warning(device, note.text);
         }
@@ -140,7 +140,7 @@ impl Hull for Hardware {
     }
 
     fn end(&mut self, clean: bool) -> bool {
-        // A clean end takes the watchdog off before anything that may take its time.
+        // A clean end switches the watchdog off before anything that may be slow.
         self.board.end(clean);
         self.stations.iter().for_each(|(_, station)| station.end());
         let mut all = true;

@@ -1,7 +1,7 @@
-//! Where the threads of the devices lay down what these read, for the loop that steers.
+//! Queues of readings from the devices' threads to the control loop.
 //!
-//! Each device has a queue of its own with a bound: the readings of one that babbles push its own oldest readings out, which
-//! is counted, and nobody else's. Of a device's states only the last counts.
+//! Each device has its own bounded queue: a babbling device displaces only its own oldest readings, which is counted. Of a
+//! device's states only the last is kept.
 
 use super::Device;
 use devices::Reading;
@@ -10,22 +10,22 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use units::{MonoTime, Now};
 
-/// Readings of one device that may wait: of the busiest, about a minute of a loop that hangs.
+/// Most queued readings of one device: for the busiest, about a minute of a loop that hangs.
 const MOST_READINGS: usize = 4096;
 
-/// Warnings of one device that may wait; of more the oldest are in the log alone.
+/// Most queued warnings of one device; beyond that the oldest are only in the log.
 const MOST_WARNINGS: usize = 32;
 
 /// Wakes the loop.
 type Bell = Box<dyn Fn() + Send + Sync>;
 
-/// What waits for the loop.
+/// All queues to the loop.
 pub(super) struct DeviceQueues {
     waiting: Mutex<BTreeMap<Device, DeviceQueue>>,
     bell: Bell,
 }
 
-/// What waits of one device.
+/// The queue of one device.
 #[derive(Debug, Default)]
 struct DeviceQueue {
     readings: VecDeque<(Now, Reading)>,
@@ -59,7 +59,7 @@ impl DeviceQueues {
         (self.bell)();
     }
 
-    /// A device is otherwise than before.
+    /// The state of a device has changed.
     pub(super) fn state(&self, device: Device, condition: Condition, text: &str) {
         let of = |entity| DeviceState { entity, condition, text: text.to_owned() };
         let states = device.entities().iter().copied().map(of).collect();
@@ -67,7 +67,7 @@ impl DeviceQueues {
         (self.bell)();
     }
 
-    /// A device's driver warns of something.
+    /// A warning of a device's driver.
     pub(super) fn warning(&self, device: Device, text: String) {
         let mut waiting = self.lock();
         let warnings = &mut waiting.entry(device).or_default().warnings;

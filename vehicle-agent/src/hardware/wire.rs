@@ -1,4 +1,4 @@
-//! How frames of the CAN bus are written as bytes: lines of a serial adapter, or what the kernel's sockets take.
+//! Byte formats of CAN frames: lines of a serial adapter, or the kernel's socket format.
 
 use devices::can::{CanFrame, CanId};
 use devices::slcan::{Bitrate, Command, Line, Reader, encode};
@@ -10,23 +10,23 @@ const EXTENDED: u32 = 1 << 31;
 const REQUEST: u32 = 1 << 30;
 const BUS_ERROR: u32 = 1 << 29;
 
-/// What comes from the bus or its adapter.
+/// An event from the bus or its adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum OnWire {
     /// A frame.
     Frame(CanFrame),
-    /// The adapter has taken a frame to be sent, or a command.
+    /// The adapter has accepted a frame or a command.
     Taken,
     /// The adapter refuses.
     Refused,
 }
 
-/// How frames are written as bytes.
+/// Byte format of frames.
 #[derive(Debug)]
 pub(crate) enum Wire {
-    /// Lines of a serial adapter, and the speed of the bus that it is told.
+    /// Lines of a serial adapter, and the bus speed to set.
     Slcan(Bitrate, Reader),
-    /// The kernel's frames; what of one has come.
+    /// The kernel's frames; with the received part of one.
     Kernel(Vec<u8>),
 }
 
@@ -39,12 +39,12 @@ impl Wire {
     /// What to send when the port has been opened.
     pub(super) fn greeting(&self) -> Option<Vec<u8>> {
         let Self::Slcan(bitrate, _) = self else { return None };
-        // Empty lines end whatever half a command the adapter has; the speed is taken while it is closed only.
+        // Empty lines terminate a partial command in the adapter; the speed can be set only while it is closed.
         let commands = [Command::Close, Command::Bitrate(*bitrate), Command::Open].map(Command::encode);
         Some([b"\r\r\r".to_vec(), commands.concat()].concat())
     }
 
-    /// Forgets what came of a frame.
+    /// Discards the part of a frame.
     pub(super) fn reset(&mut self) {
         match self {
             Self::Slcan(_, reader) => *reader = Reader::default(),
@@ -60,11 +60,11 @@ impl Wire {
         }
     }
 
-    /// What these bytes complete.
+    /// Calls `found` for what these bytes complete.
     pub(crate) fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(OnWire)) {
         match self {
             Self::Slcan(_, reader) => reader.feed(bytes, |_, line| {
-                // Other answers and damaged lines tell nothing that the card's silence does not.
+                // Other answers and damaged lines are ignored: the card's silence shows a fault as well.
                 match line {
                     Ok(Line::Frame { frame, .. }) => found(OnWire::Frame(frame)),
                     Ok(Line::Sent | Line::Done) => found(OnWire::Taken),

@@ -1,4 +1,4 @@
-//! A simulated hull, which moves as far as the time it is polled for.
+//! A simulated hull, which moves up to the time of each poll.
 
 use super::Hull;
 use control::MotorPair;
@@ -9,11 +9,11 @@ use std::collections::VecDeque;
 use std::sync::mpsc::Receiver;
 use units::MonoTime;
 
-/// How commands come to the simulated thrusters.
+/// How commands reach the simulated thrusters.
 enum Thrusters {
-    /// At once: nothing can hold up a virtual clock.
+    /// Directly: a virtual clock cannot be delayed.
     Direct,
-    /// Through a watchdog with a thread of its own: what it is given, and what it lets through.
+    /// Through a watchdog with its own thread: its input, and its output.
     Watched(Box<dyn Fn(MotorPair)>, Receiver<MotorPair>),
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct Simulated {
     /// The simulation. Its readings come as values.
     pub(crate) vessel: Vessel,
     thrusters: Thrusters,
-    /// Readings that waited in a serial port while nobody polled.
+    /// Readings that waited in a serial port between polls.
     waited: VecDeque<(MonoTime, Reading)>,
 }
 
@@ -33,13 +33,12 @@ impl std::fmt::Debug for Simulated {
 }
 
 impl Simulated {
-    /// A hull whose thrusters obey at once.
+    /// A hull whose thrusters obey directly.
     pub(crate) fn new(vessel: Vessel) -> Self {
         Self { vessel, thrusters: Thrusters::Direct, waited: VecDeque::new() }
     }
 
-    /// A hull behind a watchdog: `command` hands a command to it, `passed` is what it lets through, its own stops
-    /// among them.
+    /// A hull behind a watchdog: `command` passes a command to it, `passed` receives its output, including its own stops.
     pub(crate) fn watched(
         vessel: Vessel,
         command: impl Fn(MotorPair) + 'static,
@@ -48,13 +47,13 @@ impl Simulated {
         Self { thrusters: Thrusters::Watched(Box::new(command), passed), ..Self::new(vessel) }
     }
 
-    /// Goes round the watchdog, whose clock is the computer's.
+    /// Bypasses the watchdog, whose clock is the computer's.
     #[cfg(test)]
     pub(crate) fn obey_at_once(&mut self) {
         self.thrusters = Thrusters::Direct;
     }
 
-    /// Hands the thrusters what the watchdog lets through.
+    /// Passes the watchdog's output to the thrusters.
     fn obey_watchdog(&mut self) {
         if let Thrusters::Watched(_, passed) = &self.thrusters {
             for motors in passed.try_iter() {
@@ -63,8 +62,8 @@ impl Simulated {
         }
     }
 
-    /// Drifts until `until` while nobody steers: the motors run for as long as a command is good and no longer.
-    /// Readings are lost but for the hydrophone's, whose lines wait in its serial port.
+    /// Drifts until `until` without control: the motors run only for the life of the last command. Readings are lost except
+    /// the hydrophone's, whose lines wait in its serial port.
     fn drift(&mut self, until: MonoTime) {
         let running = (self.vessel.now() + COMMAND_LIFE).min(until);
         self.vessel.step(running.since(self.vessel.now()));
@@ -77,7 +76,7 @@ impl Simulated {
         }
     }
 
-    /// The next reading that the simulation has made, and when; its bytes are for drivers.
+    /// The next reading of the simulation, with its time; its bytes, for drivers, are ignored.
     fn reading(&mut self) -> Option<(MonoTime, Reading)> {
         loop {
             let sim::Timed { at, output, .. } = self.vessel.poll_output()?;
@@ -121,6 +120,6 @@ impl Hull for Simulated {
 }
 
 fn obey(vessel: &mut Vessel, motors: MotorPair) {
-    // The authority lets only numbers within -1 to 1 through.
+    // Commands are limited to -1 to 1 by the authority.
     vessel.command(motors.port, motors.starboard).ok();
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 const FIRST: Duration = Duration::from_millis(500);
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// Waits that double from half a second to ten seconds, and begin again once the port has given something.
+/// Waits that double from half a second to ten seconds, and start over once data have come from the port.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Backoff(Duration);
 
@@ -21,7 +21,7 @@ impl Backoff {
         wait
     }
 
-    /// The port has given something.
+    /// Data have come from the port.
     pub(super) fn worked(&mut self) {
         self.0 = FIRST;
     }

@@ -1,20 +1,20 @@
-//! One of Lutra's programs for one CAN bus.
+//! Only one of Lutra's programs may use a CAN bus.
 //!
-//! The system lets any number of programs send on a CAN interface. Two that command the motors, with folders of data of their
-//! own, would command them in turns. So whoever opens an interface first takes a name that the system gives one process at a
-//! time, in the same name space as the interface, and takes back when the process ends, however it does.
+//! The system lets any number of programs send on a CAN interface. Two that command the motors, each with its own data
+//! folder, would command them in turns. So a program first binds a name that the system gives to one process at a time, in
+//! the same namespace as the interface, and releases when the process ends in any way.
 
 use super::open_error::OpenError;
 use std::io::ErrorKind;
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 
-/// The right to an interface, for as long as this lives.
+/// The lock of an interface, as long as this lives.
 #[derive(Debug)]
 pub(super) struct BusLock(#[expect(dead_code, reason = "it is held, not asked")] UnixDatagram);
 
 impl BusLock {
-    /// Takes an interface.
+    /// Locks an interface.
     ///
     /// # Errors
     /// When another program has it.

@@ -1,8 +1,9 @@
-//! Ports: where the bytes of the devices come from and go to.
+//! Ports: byte streams to and from the devices.
 //!
-//! A [`Place`] names one, a `port::Port` is one that is open, and a [`Station`] is the thread that attends it: it opens the port,
-//! hands what comes to a [`drivers::Driver`] with the time, sends what that wants sent, and opens the port again when it was
-//! lost. [`Pty`] is the other end of a port, for simulated devices. Nothing here knows what a device says.
+//! A [`Place`] names one, a `port::Port` is an open one, and a [`Station`] is the thread that serves it: it opens the port,
+//! passes received bytes with their time to a [`drivers::Driver`], sends the driver's output, and reopens the port when it
+//! was lost. [`Pty`] is the other end of a port, for simulated devices. This module does not interpret any device's
+//! protocol.
 
 mod backoff;
 mod bus_lock;

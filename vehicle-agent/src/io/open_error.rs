@@ -1,4 +1,4 @@
-//! That a port cannot be opened.
+//! The error of a port that cannot be opened.
 
 /// Why a port cannot be opened, where, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,17 +1,17 @@
-//! What waits to be sent: in order, at its time, and no faster than the device takes it.
+//! Bytes to be sent: in order, at their time, and no faster than the device accepts them.
 //!
-//! One place is for bytes of which the newest alone counts, as commands to motors: they go ahead of all others, and are
-//! forgotten once they are too old. So a port that took nothing for a while brings no stale command when it takes again.
+//! One slot is for bytes of which only the newest counts, such as motor commands: they go ahead of all others, and are
+//! dropped once they are too old. So a port that was blocked for a while does not send a stale command afterwards.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 use units::MonoTime;
 
-/// What may wait (bytes). Settings and clock commands of a device are some hundred bytes; a port that takes nothing for so
-/// long is as good as lost.
+/// Most queued bytes. Settings and clock commands of a device are some hundred bytes; a port that is blocked for longer is
+/// as good as lost.
 const MOST_BYTES: usize = 16 << 10;
 
-/// Bytes on their way.
+/// Queued bytes.
 #[derive(Debug)]
 struct Letter {
     bytes: Vec<u8>,
@@ -20,18 +20,18 @@ struct Letter {
     next: MonoTime,
     /// Time from one byte to the next.
     pace: Duration,
-    /// No bytes, but another speed of the line (bit/s).
+    /// Instead of bytes: a change of the line's speed (bit/s).
     speed: Option<u32>,
 }
 
-/// Bytes of which the newest alone counts.
+/// Bytes of which only the newest counts.
 #[derive(Debug)]
 struct Newest {
     bytes: Vec<u8>,
     until: Option<MonoTime>,
 }
 
-/// Bytes that wait to be sent.
+/// The queue of bytes to be sent.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     newest: Option<Newest>,
@@ -40,8 +40,7 @@ pub(super) struct Outbox {
 }
 
 impl Outbox {
-    /// Takes bytes to be sent from `at` on, after all that wait already. Answers whether there was room: what does not fit
-    /// is left out as a whole, never in part.
+    /// Queues bytes to be sent from `at` on. Returns whether there was room: they are queued as a whole or not at all.
     pub(super) fn put(&mut self, bytes: Vec<u8>, at: MonoTime, pace: Duration) -> bool {
         let fits = self.bytes + bytes.len() <= MOST_BYTES;
         if fits && !bytes.is_empty() {
@@ -51,11 +50,11 @@ impl Outbox {
         fits
     }
 
-    /// Has the line go over to another speed (bit/s) from `at` on, behind all that waits already. Answers whether there was room.
+    /// Queues a change of the line's speed (bit/s), from `at` on. Returns whether there was room.
     pub(super) fn put_speed(&mut self, baud: u32, at: MonoTime) -> bool {
         let fits = self.bytes < MOST_BYTES;
         if fits {
-            // It counts as a byte, so that these do not pile up either.
+            // It counts as a byte, so that speed changes are limited too.
             self.bytes += 1;
             let speed = Some(baud);
             self.letters.push_back(Letter {
@@ -69,7 +68,7 @@ impl Outbox {
         fits
     }
 
-    /// The speed that the line goes over to at this moment; it is given once.
+    /// The speed to which the line changes now; returned once.
     pub(super) fn speed_due(&mut self, now: MonoTime) -> Option<u32> {
         let baud = self.letters.front().filter(|letter| letter.next <= now)?.speed?;
         self.letters.pop_front();
@@ -77,16 +76,16 @@ impl Outbox {
         Some(baud)
     }
 
-    /// Takes bytes that go ahead of all that has not begun to leave, in place of earlier ones of this kind. They do not begin
-    /// to leave from `until` on.
+    /// Queues bytes ahead of everything whose sending has not begun, replacing earlier ones of this kind. Their sending
+    /// does not begin from `until` on.
     pub(super) fn put_newest(&mut self, bytes: Vec<u8>, until: Option<MonoTime>) {
         self.newest = Some(Newest { bytes, until }).filter(|newest| !newest.bytes.is_empty());
     }
 
-    /// What may be written at this moment; `None` when nothing is due.
+    /// Bytes that may be written now; `None` if none are due.
     pub(super) fn due(&mut self, now: MonoTime) -> Option<&[u8]> {
         self.newest.take_if(|newest| newest.until.is_some_and(|until| until <= now));
-        // Half a line or frame would spoil what follows it.
+        // A partial line or frame would corrupt the next one.
         if !self.has_begun()
             && let Some(newest) = &self.newest
         {
@@ -97,7 +96,7 @@ impl Outbox {
         Some(if letter.pace.is_zero() { rest } else { &rest[..1] })
     }
 
-    /// So many of the bytes that were due have been written.
+    /// `count` of the due bytes have been written.
     pub(super) fn sent(&mut self, now: MonoTime, count: usize) {
         if !self.has_begun()
             && let Some(Newest { bytes, .. }) = self.newest.take()
@@ -112,14 +111,14 @@ impl Outbox {
         let Some(letter) = self.letters.front_mut() else { return };
         letter.sent += count;
         self.bytes -= count;
-        // Counted from the byte that left, not from when it should have: what is late is not sent faster.
+        // Counted from the actual sending of the last byte: late bytes are not sent faster.
         letter.next = now + letter.pace;
         if letter.sent >= letter.bytes.len() {
             self.letters.pop_front();
         }
     }
 
-    /// Whether a part of the first bytes has left.
+    /// Whether the first entry has been sent in part.
     fn has_begun(&self) -> bool {
         self.letters.front().is_some_and(|letter| letter.sent > 0)
     }
@@ -132,7 +131,7 @@ impl Outbox {
         self.letters.front().map(|letter| letter.next)
     }
 
-    /// Forgets what waits: the port that it was for is gone.
+    /// Clears the queue: its port is gone.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
@@ -168,7 +167,7 @@ mod tests {
         assert_eq!(outbox.next_due(), None);
     }
 
-    /// What leaves at once, piece by piece.
+    /// Everything that is sent at once, piece by piece.
     fn all(outbox: &mut Outbox, now: MonoTime) -> Vec<String> {
         let mut left = Vec::new();
         while let Some(bytes) = outbox.due(now).map(<[u8]>::to_vec) {

@@ -1,13 +1,13 @@
-//! Where a device is reached, as configurations and commands write it.
+//! The port of a device, as written in configurations and commands.
 
 use anyhow::{Context as _, bail};
 use std::fmt;
 use std::path::PathBuf;
 
-/// Where a device is reached.
+/// The port of a device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// A serial port. `*` in the last part of the path stands for anything, where exactly one device fits.
+    /// A serial port. `*` in the last part of the path matches anything; exactly one device must match.
     Serial {
         /// Its path, best a stable one below /dev/serial/by-id.
         path: PathBuf,
@@ -16,9 +16,9 @@ pub(crate) enum Place {
     },
     /// A stream: host and port.
     Tcp(String),
-    /// Datagrams that come to this address and port.
+    /// Datagrams received at this address and port.
     Udp(String),
-    /// A recording of bytes, which come as fast as a line of this speed (bit/s) gives them.
+    /// A recording of bytes, played at the speed of a line (bit/s).
     Recording {
         /// The file.
         path: PathBuf,

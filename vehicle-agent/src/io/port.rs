@@ -1,4 +1,4 @@
-//! One open port, whatever its kind: bytes in, bytes out, and it never waits.
+//! One open port of any kind: bytes in, bytes out, without blocking.
 
 use super::bus_lock::BusLock;
 use super::open_error::OpenError;
@@ -12,19 +12,19 @@ use std::net::{TcpStream, ToSocketAddrs as _, UdpSocket};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
-/// How long a connection may take to come about.
+/// Time limit for connecting.
 const CONNECT: Duration = Duration::from_secs(2);
-/// A silent connection is asked whether it lives after this time, then so often, and given up after so many questions: a
-/// device that lost its power, or a cable that was pulled, closes nothing.
+/// TCP keepalive of a silent connection: idle time, interval and number of probes. A device that lost its power, or an
+/// unplugged cable, does not close the connection.
 const ASK_AFTER: Duration = Duration::from_secs(5);
 const ASK_EVERY: Duration = Duration::from_secs(2);
 const ASKED: u32 = 3;
-/// Bytes that are not acknowledged for so long end a connection (ms).
+/// Bytes that are not acknowledged for this long end a connection (ms).
 const UNACKNOWLEDGED_MS: u32 = 10_000;
 /// Bits on a line for one byte: start, eight data, stop.
 const BITS_PER_BYTE: f64 = 10.0;
 
-/// What a read gave.
+/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Got {
     /// So many bytes.
@@ -46,9 +46,9 @@ pub(crate) enum Port {
     Udp(UdpSocket),
     /// A recording.
     Recording(Recording),
-    /// A raw socket of a CAN interface, whose bytes are the kernel's frames of 16, for this program alone among Lutra's.
+    /// A raw socket of a CAN interface, whose bytes are the kernel's frames of 16, locked against other programs of Lutra.
     Can(CanSocket, #[expect(dead_code, reason = "it is held, not asked")] BusLock),
-    /// What a test says.
+    /// Scripted by a test.
     #[cfg(test)]
     Scripted(std::sync::Arc<std::sync::Mutex<Script>>),
 }
@@ -74,7 +74,7 @@ impl Script {
     }
 }
 
-/// A recording that comes as a line would bring it.
+/// A recording, played at a line's speed.
 #[derive(Debug)]
 pub(crate) struct Recording {
     file: File,
@@ -88,7 +88,7 @@ impl Port {
     /// Opens a port.
     ///
     /// # Errors
-    /// When that cannot be: the text names the place and says what to do.
+    /// When it cannot be opened: the text names the place and the remedy.
     pub(crate) fn open(place: &Place) -> Result<Self, OpenError> {
         let because = |error: io::Error, remedy: &str| OpenError(format!("{place}: {error}; {remedy}"));
         match place {
@@ -135,7 +135,7 @@ impl Port {
             Self::Serial(serial) => rustix::io::read(serial.as_fd(), buffer).map_err(io::Error::from),
             Self::Can(fd, _) => rustix::io::read(fd.as_fd(), buffer).map_err(io::Error::from),
             Self::Tcp(stream) => stream.read(buffer),
-            // A datagram without bytes is no end.
+            // An empty datagram is not the end.
             Self::Udp(socket) => match socket.recv(buffer) {
                 Ok(0) => return Ok(Got::Nothing),
                 read => read,
@@ -154,7 +154,7 @@ impl Port {
         }
     }
 
-    /// Writes as much as the port takes at once; never waits. Where nobody can be answered all is taken.
+    /// Writes as much as the port accepts at once; never waits. Ports without a writable other end discard everything.
     ///
     /// # Errors
     /// When the port is lost.
@@ -175,7 +175,7 @@ impl Port {
         }
     }
 
-    /// Goes over to another speed of the line (bit/s), where there is one.
+    /// Changes the line's speed (bit/s), if it is a serial line.
     ///
     /// # Errors
     /// When the port is lost, or has no such speed.
@@ -188,7 +188,7 @@ impl Port {
         }
     }
 
-    /// What to wait at; `None` for what is never waited for.
+    /// The file descriptor to poll; `None` if there is none.
     pub(super) fn waits_at(&self) -> Option<BorrowedFd<'_>> {
         match self {
             Self::Serial(serial) => Some(serial.as_fd()),
@@ -209,7 +209,7 @@ fn write_frames(fd: &CanSocket, bytes: &[u8]) -> io::Result<usize> {
     for frame in bytes.chunks_exact(FRAME) {
         match rustix::io::write(fd, frame) {
             Ok(count) => written += count,
-            // A full queue of the interface is said in its own way.
+            // A full queue of the interface has its own error code.
             Err(rustix::io::Errno::NOBUFS | rustix::io::Errno::AGAIN) => break,
             Err(error) => return Err(error.into()),
         }
@@ -233,7 +233,7 @@ fn connect(host: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// Has the system find out when the other end is gone without a word.
+/// Enables keepalive, to detect that the other end is gone.
 fn watch_over(stream: &TcpStream) -> io::Result<()> {
     sockopt::set_socket_keepalive(stream, true)?;
     sockopt::set_tcp_keepidle(stream, ASK_AFTER)?;
@@ -342,7 +342,8 @@ mod tests {
 
     #[test]
     fn a_socket_of_frames_takes_and_gives_them_whole_and_waits_for_nobody() {
-        // A pair that keeps frames apart and has a bounded queue stands in for the bus: many kernels have none, not even a virtual one.
+        // A socket pair that keeps message boundaries and has a bounded queue replaces the bus: many kernels have none, not
+        // even a virtual one.
         use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
         let (own, card) =
             socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::NONBLOCK, None).unwrap();

@@ -19,7 +19,7 @@ pub(crate) struct Pty {
 }
 
 impl Pty {
-    /// A new one, which nobody has opened.
+    /// A new one, not opened by any program.
     ///
     /// # Errors
     /// When the system has no more.
@@ -31,7 +31,8 @@ impl Pty {
         unlockpt(&device)?;
         let name = ptsname(&device, Vec::new())?;
         let path = PathBuf::from(OsStr::from_bytes(name.to_bytes()));
-        // Opened and closed once, it is known that nobody is there; and what comes first is not echoed.
+        // Opened and closed once, so that it shows that no program has it open; and echo is switched off before the first
+        // bytes.
         let other = open(&path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
         let mut settings = tcgetattr(&other)?;
         settings.make_raw();
@@ -39,8 +40,8 @@ impl Pty {
         Ok(Self { device, path })
     }
 
-    /// A new one for a test; `None` where there cannot be one, which is told: qemu-user (7.2 at least) has none of the calls by
-    /// which terminals of any speed are set (`TCGETS2`).
+    /// A new one for a test; `None`, with a note, where there cannot be one: qemu-user (7.2 at least) lacks the calls that
+    /// set any terminal speed (`TCGETS2`).
     #[cfg(test)]
     pub(crate) fn for_test() -> Option<Self> {
         match Self::open() {
@@ -57,18 +58,18 @@ impl Pty {
         &self.path
     }
 
-    /// Whether somebody has the other end open.
+    /// Whether a program has the other end open.
     pub(crate) fn is_open(&self) -> bool {
         let mut fds = [PollFd::new(&self.device, PollFlags::IN)];
         poll(&mut fds, Some(&Timespec::default())).is_ok() && !fds[0].revents().contains(PollFlags::HUP)
     }
 
-    /// The speed that the other end has set (bit/s); `None` while nobody is there.
+    /// The speed that the other end has set (bit/s); `None` while it is not open.
     pub(crate) fn baud(&self) -> Option<u32> {
         tcgetattr(&self.device).ok().filter(|_| self.is_open()).map(|settings| settings.input_speed())
     }
 
-    /// Sends bytes; answers how many were taken. Nobody there or not listening: bytes are lost, as on a line.
+    /// Sends bytes; returns how many were taken. Without a reader they are lost, as on a line.
     ///
     /// # Errors
     /// When the pseudo-terminal is gone.
@@ -88,7 +89,7 @@ impl Pty {
     /// When the pseudo-terminal is gone.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         match rustix::io::read(&self.device, buffer) {
-            // Nobody has the other end open.
+            // No program has the other end open.
             Err(Errno::AGAIN | Errno::INTR | Errno::IO) => Ok(None),
             other => Ok(Some(other?)),
         }

@@ -1,4 +1,4 @@
-//! Serial ports: found by stable names, opened for one program, raw, and with errors that say what to do.
+//! Serial ports: found by stable names, opened exclusively and raw, with errors that name the remedy.
 
 use super::open_error::OpenError;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Where stable names of serial ports are.
 const BY_ID: &str = "/dev/serial/by-id";
-/// What serial ports that people plug in are called.
+/// Name prefixes of pluggable serial ports.
 const NAMES: [&str; 3] = ["ttyUSB", "ttyACM", "ttyAMA"];
 /// Names listed in an error.
 const MOST_NAMES: usize = 12;
@@ -23,11 +23,11 @@ const MOST_NAMES: usize = 12;
 pub(crate) struct Serial(OwnedFd);
 
 impl Serial {
-    /// Opens the one port that the path stands for: raw, eight bits, no parity, one stop bit, at this speed (bit/s), for this
-    /// program alone.
+    /// Opens the one port that matches the path: raw, eight bits, no parity, one stop bit, at this speed (bit/s),
+    /// exclusively.
     ///
     /// # Errors
-    /// When that cannot be; the text says what to do.
+    /// When it cannot be opened; the text has the remedy.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, OpenError> {
         let path = one_of(path)?;
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
@@ -36,7 +36,7 @@ impl Serial {
             let text = format!("{} is no serial port; a recording is written as file:{0}", path.display());
             return Err(OpenError(text));
         }
-        // Two ways, for the kernel lets the administrator past the first.
+        // Two locks, as the kernel lets root bypass the first.
         ioctl_tiocexcl(&fd).map_err(|errno| explain(&path, errno))?;
         flock(&fd, FlockOperation::NonBlockingLockExclusive).map_err(|errno| explain(&path, errno))?;
         let serial = Self(fd);
@@ -46,7 +46,7 @@ impl Serial {
         Ok(serial)
     }
 
-    /// Goes over to another speed (bit/s) once all that was written has left; what came stays.
+    /// Changes the speed (bit/s) once all written bytes have been sent; received bytes are kept.
     pub(super) fn set_speed(&self, baud: u32) -> rustix::io::Result<()> {
         let mut settings = tcgetattr(&self.0)?;
         settings.set_speed(baud)?;
@@ -58,19 +58,19 @@ impl Serial {
         settings.make_raw();
         settings.control_modes.remove(ControlModes::CSTOPB | ControlModes::CRTSCTS);
         settings.control_modes.insert(ControlModes::CLOCAL | ControlModes::CREAD);
-        // With a least of one byte, a read of none means that the line was hung up.
+        // With VMIN of one byte, a read of none means that the line was hung up.
         settings.special_codes[SpecialCodeIndex::VMIN] = 1;
         settings.special_codes[SpecialCodeIndex::VTIME] = 0;
         settings.set_speed(baud)?;
         tcsetattr(&self.0, OptionalActions::Now, &settings)?;
-        // What came before anybody listened is of another time.
+        // Discard bytes that were received before the port was opened.
         tcflush(&self.0, QueueSelector::IOFlush)
     }
 }
 
 impl Drop for Serial {
     fn drop(&mut self) {
-        // Where somebody else has the line open as well, it would stay closed to all who come later.
+        // If another program also has the line open, it would stay locked to later ones.
         ioctl_tiocnxcl(&self.0).ok();
     }
 }
@@ -81,7 +81,7 @@ impl AsFd for Serial {
     }
 }
 
-/// The serial ports of this computer: stable names first, then those that people plug in.
+/// The serial ports of this computer: stable names first, then pluggable ones.
 fn candidates() -> Vec<PathBuf> {
     let mut found = list(Path::new(BY_ID), |_| true);
     found.extend(list(Path::new("/dev"), |name| NAMES.iter().any(|start| name.starts_with(start))));
@@ -96,7 +96,7 @@ fn list(folder: &Path, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
     paths
 }
 
-/// The path itself, or the only one that fits its `*`.
+/// The path itself, or the only one that matches its `*`.
 fn one_of(path: &Path) -> Result<PathBuf, OpenError> {
     let (Some(folder), Some(pattern)) = (path.parent(), path.file_name().and_then(|name| name.to_str()))
     else {
@@ -120,7 +120,7 @@ fn one_of(path: &Path) -> Result<PathBuf, OpenError> {
     }
 }
 
-/// Whether a name fits a pattern in which `*` stands for anything.
+/// Whether a name matches a pattern in which `*` matches anything.
 fn fits(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();
@@ -150,7 +150,7 @@ fn absent(path: &Path) -> OpenError {
     OpenError(format!("there is no {}; {there}", path.display()))
 }
 
-/// What an error at opening means, and what to do.
+/// Explains an error at opening, with the remedy.
 fn explain(path: &Path, errno: Errno) -> OpenError {
     let shown = path.display();
     OpenError(match errno {

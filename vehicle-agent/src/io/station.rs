@@ -1,7 +1,7 @@
-//! The thread that attends one port: it opens it, and again when it was lost, and runs its driver by the clock.
+//! The thread that serves one port: it opens and reopens it, and runs its driver with the clock.
 //!
-//! The driver never waits and is never waited for: what it wants sent goes through an [`Outbox`], what it has learned to a
-//! [`Sink`]. A port that cannot be opened is tried again after waits that double from half a second to ten seconds.
+//! The driver never blocks: its output goes through an [`Outbox`], its reports to a [`Sink`]. A port that cannot be opened
+//! is tried again after waits that double from half a second to ten seconds.
 
 use super::backoff::Backoff;
 use super::outbox::Outbox;
@@ -20,30 +20,30 @@ use units::{MonoTime, Now};
 
 /// Bytes read at once.
 const BUFFER: usize = 4096;
-/// Reads before the driver's deadlines are looked at again, so that a babbling device cannot hold them up.
+/// Reads before the driver's deadlines are checked again, so that a babbling device cannot delay them.
 const READS_AT_ONCE: usize = 16;
-/// The longest wait without looking at the clock again: recordings come by it, and it may have been set.
+/// The longest wait before the clock is read again: recordings are timed by it.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
-/// Recordings are looked at so often.
+/// How often recordings are read.
 const RECORDING_WAIT: Duration = Duration::from_millis(20);
-/// A port that took nothing is offered no byte for so long: a CAN socket says that it can be written to while its queue is
-/// full, as it is without a device that acknowledges.
+/// Pause after a write that the port did not accept: a CAN socket reports that it is writable while its queue is full, as
+/// it is without a device that acknowledges.
 const TOOK_NOTHING: Duration = Duration::from_millis(10);
-/// How long the end waits for what must still be sent.
+/// How long the end waits for the last bytes.
 const LAST_BYTES: Duration = Duration::from_millis(300);
 
-/// What a driver has learned.
+/// A report of a driver.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Report {
     /// The device has read something, at this moment.
     Reading(Now, Reading),
-    /// The state of the device is another.
+    /// The state of the device has changed.
     State(State),
     /// Something for the log.
     Note(Note),
 }
 
-/// Takes what a driver has learned. It must not wait.
+/// Receives a driver's reports. It must not wait.
 pub(crate) trait Sink: Send {
     /// Takes one report.
     fn take(&self, report: Report);
@@ -55,7 +55,7 @@ impl<F: Fn(Report) + Send> Sink for F {
     }
 }
 
-/// A port with a thread of its own.
+/// A port with its own thread.
 #[derive(Debug)]
 pub(crate) struct Station {
     wake: Arc<Wake>,
@@ -63,8 +63,8 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    /// Begins to attend a port. `wake` is the thread's bell: whoever has something new for the driver rings it, and the
-    /// driver is handed [`Input::Time`].
+    /// Starts to serve a port. `wake` is the thread's bell: other threads ring it after giving the driver new orders, and
+    /// the driver gets [`Input::Time`].
     ///
     /// # Errors
     /// When no thread can be started.
@@ -86,18 +86,18 @@ impl Station {
         Ok(Self { wake, ended })
     }
 
-    /// Tells the thread to end: its driver is asked once more what it wants sent.
+    /// Ends the thread, after the driver's last output.
     pub(crate) fn end(&self) {
         self.wake.end();
     }
 
-    /// Waits for the end of the thread; answers whether it came in time.
+    /// Waits for the end of the thread; returns whether it came in time.
     pub(crate) fn is_over_within(&self, longest: Duration) -> bool {
         self.ended.recv_timeout(longest) != Err(mpsc::RecvTimeoutError::Timeout)
     }
 }
 
-/// What the thread owns.
+/// State of the thread.
 struct Attendant {
     driver: Box<dyn Driver + Send>,
     place: Place,
@@ -111,12 +111,12 @@ struct Attendant {
     open_at: MonoTime,
     /// When to offer the port bytes again, after it took none.
     write_at: MonoTime,
-    /// When the port opened, or brought something last.
+    /// When the port was opened, or data came last.
     heard: MonoTime,
-    /// A recording that has come to its end is not played again.
+    /// A recording has ended, and is not played again.
     over: bool,
     state: Option<State>,
-    /// The outbox was full already when last looked at.
+    /// Whether the outbox was full at the last check.
     full: bool,
 }
 
@@ -161,7 +161,7 @@ impl Attendant {
         self.last_bytes();
     }
 
-    /// Opens the port if it is not, and it is time to.
+    /// Opens the port if it is closed and it is time to.
     fn open(&mut self) {
         if self.port.is_some() || self.over || self.clock.now().mono < self.open_at {
             return;
@@ -191,7 +191,7 @@ impl Attendant {
         }
     }
 
-    /// Tells the driver something and takes what it wants.
+    /// Passes an input to the driver and takes its outputs.
     fn tell(&mut self, input: Input<'_>) {
         let now = self.clock.now();
         self.driver.handle(now, input);
@@ -209,7 +209,7 @@ impl Attendant {
                 Output::Newest { bytes, until } if self.port.is_some() => {
                     self.outbox.put_newest(bytes, until);
                 }
-                // Why a port is not open is better known here.
+                // Why a port is not open is known better here.
                 Output::State(state) if self.port.is_some() => self.say(state),
                 Output::State(_) | Output::Newest { .. } => {}
                 Output::Note(note) => self.sink.take(Report::Note(note)),
@@ -217,7 +217,7 @@ impl Attendant {
         }
     }
 
-    /// Says once that the outbox is full.
+    /// Reports once that the outbox is full.
     fn told_whether_it_fits(&mut self, fits: bool) {
         if !fits && !self.full {
             let text = format!("{} takes nothing: what was to be sent is left out", self.place);
@@ -226,7 +226,7 @@ impl Attendant {
         self.full = !fits;
     }
 
-    /// Says how the device is, when that is another.
+    /// Reports the state of the device, when it has changed.
     fn say(&mut self, state: State) {
         if self.state.as_ref() != Some(&state) {
             self.state = Some(state.clone());
@@ -234,7 +234,7 @@ impl Attendant {
         }
     }
 
-    /// Writes what is due and what the port takes.
+    /// Writes due bytes, as many as the port accepts.
     fn write(&mut self) {
         loop {
             let now = self.clock.now().mono;
@@ -243,7 +243,7 @@ impl Attendant {
             }
             let Some(port) = &mut self.port else { return };
             if let Some(baud) = self.outbox.speed_due(now) {
-                // A port that does not know this speed stays at its own; one that is gone says so at the next write.
+                // A port without this speed keeps its own; a lost one fails at the next write.
                 if let Err(error) = port.set_speed(baud) {
                     tracing::warn!(%error, baud, "the port does not take this speed");
                 }
@@ -261,7 +261,7 @@ impl Attendant {
         }
     }
 
-    /// Hands what came to the driver.
+    /// Passes received bytes to the driver.
     fn read(&mut self, buffer: &mut [u8]) {
         for _ in 0..READS_AT_ONCE {
             let Some(port) = &mut self.port else { return };
@@ -312,14 +312,14 @@ impl Attendant {
         let wait = self.longest_wait(self.clock.now().mono);
         let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(wait.subsec_nanos()) };
         let bell = PollFd::new(&*self.wake, PollFlags::IN);
-        // An interrupted wait is a short one.
+        // An interrupted wait is only shorter.
         match self.port.as_ref().and_then(Port::waits_at) {
             Some(fd) => poll(&mut [bell, PollFd::from_borrowed_fd(fd, PollFlags::IN)], Some(&timeout)).ok(),
             None => poll(&mut [bell], Some(&timeout)).ok(),
         };
     }
 
-    /// What the driver wants sent at the end, for as long as the port takes it within a moment.
+    /// Sends the driver's last output, within a short time limit.
     fn last_bytes(&mut self) {
         self.tell(Input::Time);
         let until = self.clock.now().mono + LAST_BYTES;

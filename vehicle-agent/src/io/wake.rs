@@ -1,10 +1,10 @@
-//! What wakes a thread that waits for its port.
+//! Wakes a thread that waits for its port.
 
 use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A bell, and whether the end has come.
+/// A bell, and whether the thread is to end.
 #[derive(Debug)]
 pub(crate) struct Wake {
     bell: OwnedFd,
@@ -12,7 +12,7 @@ pub(crate) struct Wake {
 }
 
 impl Wake {
-    /// A bell that nobody has rung.
+    /// A bell that has not been rung.
     ///
     /// # Errors
     /// When the system has no more file descriptors.
@@ -23,7 +23,7 @@ impl Wake {
 
     /// Wakes the thread; never waits.
     pub(crate) fn ring(&self) {
-        // A counter that is full has been rung all the same.
+        // A full counter still wakes the thread.
         rustix::io::write(&self.bell, &1_u64.to_ne_bytes()).ok();
     }
 

@@ -1,8 +1,8 @@
-//! The servers of streams: who is connected, what waits for each, and who has to go.
+//! TCP servers: their clients, the outbox of each, and which are disconnected.
 //!
-//! Bounds: at most [`CLIENTS`] at a time; one more takes the place of the one that has said nothing for
-//! longest. What waits for a client is at most [`OUTBOX_BYTES`] here and [`SOCKET_BYTES`] in the system; one
-//! that does not take its packets in time is disconnected rather than given gaps. Both are said.
+//! Bounds: at most [`CLIENTS`] at a time; a further one replaces the client that has been silent for longest. At most
+//! [`OUTBOX_BYTES`] are queued for a client here and [`SOCKET_BYTES`] in the system; one that does not read its packets in
+//! time is disconnected rather than given gaps. Both are reported.
 
 use super::inbox::Inbox;
 use anyhow::Context as _;
@@ -17,18 +17,18 @@ use std::time::{Duration, Instant};
 
 /// Clients at a time.
 const CLIENTS: usize = 16;
-/// Connections of which the loop has not seen the end; beyond this nobody is let in.
+/// Most connections whose end the loop has not processed; beyond this further ones are refused.
 const STREAMS: usize = 2 * CLIENTS;
-/// What may wait for a client here, with what an entry costs (bytes).
+/// Most bytes queued for a client here, with the overhead of entries.
 const OUTBOX_BYTES: usize = 512 << 10;
 const ENTRY_BYTES: usize = 32;
-/// What may wait for a client in the system; Linux takes twice that.
+/// Most bytes queued for a client in the system; Linux doubles the value.
 const SOCKET_BYTES: usize = 96 << 10;
-/// A client that takes nothing for so long is stuck.
+/// A client that reads nothing for this long is stuck.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
-/// After a connection that could not be accepted: file descriptors may come back.
+/// Pause after a failed accept: file descriptors may become free.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
-/// Failures to accept are told at most once in this time.
+/// Failures to accept are reported at most once in this time.
 const ACCEPT_TOLD: Duration = Duration::from_mins(1);
 
 /// All clients.
@@ -69,7 +69,7 @@ impl Clients {
         }
     }
 
-    /// The one that has said nothing for longest.
+    /// The client that has been silent for longest.
     fn idlest(&self) -> Option<(u32, Arc<Client>)> {
         let all = lock(&self.all);
         let idlest = all.iter().min_by_key(|(_, client)| *lock(&client.heard))?;
@@ -92,11 +92,11 @@ impl Clients {
 }
 
 impl Client {
-    /// Takes a packet in; answers whether there was room.
+    /// Queues a packet; returns whether there was room.
     fn put(&self, packet: &Arc<[u8]>) -> bool {
         let mut outbox = lock(&self.outbox);
         if outbox.closed {
-            // It was told already.
+            // It was reported already.
             return true;
         }
         let bytes = outbox.bytes + packet.len() + ENTRY_BYTES;
@@ -125,7 +125,7 @@ impl Client {
         }
     }
 
-    /// Ends the connection; both threads come to their end by this.
+    /// Ends the connection, and with it both threads.
     fn close(&self) {
         *lock(&self.outbox) = Outbox { closed: true, ..Outbox::default() };
         self.filled.notify_all();
@@ -174,7 +174,7 @@ pub(super) fn listen(
         for number in (1..).map(|count| Peer::number(server, count)) {
             let accepted = listener.accept().map_err(anyhow::Error::from);
             let outcome = accepted.and_then(|(stream, from)| {
-                // Connections that come and go faster than the loop sees are turned away.
+                // Connections that come and go faster than the loop processes them are refused.
                 if inbox.streams() >= STREAMS {
                     Ok(())
                 } else {
@@ -216,7 +216,7 @@ fn serve(
     let writing = Arc::clone(&client);
     let writer = thread::Builder::new().name(format!("tcp-{number}-out"));
     let writer = writer.spawn(move || writing.write()).context("a thread")?;
-    // First the way to it, then the news: what the loop sends at once must not be lost.
+    // Register the client before announcing it: packets that the loop sends at once must not be lost.
     clients.insert(number, Arc::clone(&client));
     inbox.connected(number);
     let (reading, clients, inbox) = (Arc::clone(&client), Arc::clone(clients), Arc::clone(inbox));
@@ -275,7 +275,7 @@ mod tests {
     fn one_more_takes_the_place_of_the_most_silent() {
         let server = server();
         let mut all: Vec<(u32, TcpStream)> = (0..CLIENTS).map(|_| server.connect()).collect();
-        // The first speaks; then the second is the most silent.
+        // The first sends; then the second is the one silent for longest.
         let beat = imc::Packet::new(imc::Header::default(), imc::messages::Heartbeat).encode().unwrap();
         all[0].1.write_all(&beat).unwrap();
         assert!(matches!(server.inbox.take(DEADLINE), Some(Event::Packet(..))));
@@ -296,7 +296,7 @@ mod tests {
         let (number, mut stream) = server.connect();
         let packet: Arc<[u8]> = vec![7; 1000].into();
         let mut handed = 0;
-        // Whatever the client's own system takes in comes on top of what is held here.
+        // The client's own system buffers more on top of what is held here.
         while lock(&server.clients.all).get(&number).is_some_and(|client| !lock(&client.outbox).closed) {
             server.clients.send(number, &packet);
             let all = lock(&server.clients.all);
@@ -310,7 +310,7 @@ mod tests {
                 break assert_eq!(gone, number);
             }
         }
-        // What was on its way still comes, then the end.
+        // Packets under way still arrive, then the end.
         let mut rest = Vec::new();
         stream.read_to_end(&mut rest).ok();
         assert!(rest.len() < handed);

@@ -1,12 +1,13 @@
-//! What waits for the loop: one queue for each peer, taken from in turn, and a way past them for Aborts.
+//! The queues of the loop: one for each peer, served in turn, and a priority path for Aborts.
 //!
-//! - Each peer's queue holds at most [`PEER_BYTES`]; beyond that its own packets are dropped and counted, and
-//!   nobody else's. A stream that carries plans or commands ([`is_record`]) waits for room first, so that many
-//!   plans can be sent at once; only what waits for longer than [`ROOM_WAIT`] is dropped. All datagrams together take at most [`UDP_BYTES`]: at that bound the peer with most waiting
-//!   loses its newest. Connections are few ([`clients`](super::clients)), so that their queues are bounded too.
-//! - An Abort that is addressed to this vessel or broadcast on purpose (0xFFF0) goes before everything else and is never dropped;
-//!   while one of a peer waits, others of that peer are the same. What came before it must not be done after
-//!   it: commands that wait ([`COMMANDS`]) are withdrawn, and counted.
+//! - Each peer's queue holds at most [`PEER_BYTES`]; beyond that only its own packets are dropped and counted. A stream
+//!   that carries plans or commands ([`is_record`]) waits for room first, so that many plans can be sent at once; only
+//!   packets that wait for longer than [`ROOM_WAIT`] are dropped. All datagrams together take at most [`UDP_BYTES`]: at
+//!   that bound the peer with the longest queue loses its newest. Connections are few ([`clients`](super::clients)), so
+//!   that their queues are bounded too.
+//! - An Abort that is addressed to this vessel or broadcast on purpose (0xFFF0) goes before everything else and is never
+//!   dropped; while one of a peer is queued, further ones of that peer are merged with it. Earlier packets must not take
+//!   effect after it: queued commands ([`COMMANDS`]) are withdrawn, and counted.
 //! - Results from the disk are bounded by the work given to it.
 
 use crate::disk::{Done, is_record};
@@ -16,40 +17,40 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What one peer may have waiting (bytes, with what an entry costs).
+/// Most queued bytes of one peer, with the overhead of entries.
 pub(super) const PEER_BYTES: usize = 512 << 10;
-/// What all datagrams together may take.
+/// Most queued bytes of all datagrams together.
 const UDP_BYTES: usize = 4 << 20;
-/// What an entry costs besides its bytes.
+/// Memory of an entry besides its bytes.
 const ENTRY_BYTES: usize = 64;
 
-/// How long a stream waits for the loop to take something of it.
+/// How long a stream waits for the loop to make room.
 const ROOM_WAIT: Duration = Duration::from_secs(5);
 
 const ABORT: u16 = 550;
-/// RemoteActions, TeleoperationDone, Reference, VehicleCommand, PlanControl: what could set the vessel going.
+/// RemoteActions, TeleoperationDone, Reference, VehicleCommand, PlanControl: messages that could start a motion.
 const COMMANDS: [u16; 5] = [305, 460, 479, 501, 559];
 
-/// Something for the loop.
+/// An event for the loop.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Event {
     /// A packet.
     Packet(Peer, Vec<u8>),
     /// A packet of the shore, under the lease with this epoch (0 for none).
     Order(Peer, u64, Vec<u8>),
-    /// The shore says who commands.
+    /// The shore reports the controller.
     Lease(Lease),
-    /// A client is there.
+    /// A client has connected.
     Connected(u32),
-    /// A client is gone.
+    /// A client has disconnected.
     Disconnected(u32),
-    /// What became of work for the disk.
+    /// The outcome of work for the disk.
     Disk(Done),
-    /// What became of a route that was looked for.
+    /// The answer to a route request.
     Route(RouteAnswer),
 }
 
-/// What was not handed on since the last look.
+/// Packets that were not passed on since the last call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Losses {
     /// Packets dropped, by peer.
@@ -64,23 +65,23 @@ pub(crate) struct Inbox {
     own: Address,
     waiting: Mutex<Waiting>,
     arrived: Condvar,
-    /// Something was taken while a stream waited for room.
+    /// Signals free room to a stream that waits for it.
     room: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct Waiting {
-    /// Something else than what waits here wants the loop.
+    /// The loop was woken for something that is not queued here.
     woken: bool,
     /// Streams that wait for room.
     readers: usize,
     aborts: BTreeMap<Peer, Vec<u8>>,
     after_abort: bool,
     done: VecDeque<Done>,
-    /// The newest answer: others are not waited for any more.
+    /// The newest answer; older ones are not needed.
     route: Option<RouteAnswer>,
     peers: BTreeMap<Peer, Queue>,
-    /// Peers with something waiting, the next first.
+    /// Peers with queued packets, the next first.
     turns: VecDeque<Peer>,
     udp_bytes: usize,
     dropped: BTreeMap<Peer, u64>,
@@ -152,8 +153,7 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// A packet of the shore, under a lease, which is told what becomes of it; answers whether there was room.
-    /// Never waits.
+    /// A packet of the shore, under a lease; returns whether there was room, for the answer to the shore. Never waits.
     pub(crate) fn order(&self, peer: Peer, lease: u64, bytes: &[u8]) -> bool {
         let mut waiting = self.lock();
         let taken = if self.is_abort(bytes) {
@@ -171,7 +171,7 @@ impl Inbox {
         taken
     }
 
-    /// The shore says who commands, in order with its packets; answers whether there was room.
+    /// The shore reports the controller, in order with its packets; returns whether there was room.
     pub(crate) fn lease(&self, peer: Peer, lease: Lease) -> bool {
         let mut waiting = self.lock();
         let has_room = waiting.has_room(peer, lease.holder.len());
@@ -193,25 +193,25 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// The disk has done something.
+    /// The disk's thread has an outcome.
     pub(crate) fn done(&self, done: Done) {
         self.lock().done.push_back(done);
         self.arrived.notify_one();
     }
 
-    /// A route was found, or there is none.
+    /// The answer to a route request.
     pub(crate) fn route(&self, answer: RouteAnswer) {
         self.lock().route = Some(answer);
         self.arrived.notify_one();
     }
 
-    /// Wakes the loop, which has something to do that does not wait here.
+    /// Wakes the loop, for work that is not queued here.
     pub(crate) fn wake(&self) {
         self.lock().woken = true;
         self.arrived.notify_one();
     }
 
-    /// The next thing, waiting for it at most so long, or until somebody wakes the loop.
+    /// The next event, waiting for at most `longest`, or until the loop is woken.
     pub(crate) fn take(&self, longest: Duration) -> Option<Event> {
         let until = Instant::now() + longest;
         let mut waiting = self.lock();
@@ -230,7 +230,7 @@ impl Inbox {
         }
     }
 
-    /// What was not handed on since the last call, if anything.
+    /// Losses since the last call, if any.
     pub(crate) fn take_losses(&self) -> Option<Losses> {
         let mut waiting = self.lock();
         let dropped: Vec<_> = std::mem::take(&mut waiting.dropped).into_iter().collect();
@@ -243,7 +243,7 @@ impl Inbox {
         self.lock().dropped_of_all
     }
 
-    /// Connections whose end the loop has not seen yet.
+    /// Connections whose end the loop has not processed yet.
     pub(super) fn streams(&self) -> usize {
         self.lock().peers.keys().filter(|peer| matches!(peer, Peer::Tcp(_))).count()
     }
@@ -333,14 +333,14 @@ impl Waiting {
 
     fn count_dropped(&mut self, peer: Peer) {
         self.dropped_of_all += 1;
-        // Invented senders must not fill the memory either.
+        // Forged senders must not fill the memory either.
         if self.dropped.len() < 64 || self.dropped.contains_key(&peer) {
             *self.dropped.entry(peer).or_default() += 1;
         }
     }
 
     fn take(&mut self) -> Option<Event> {
-        // An endless row of Aborts shares with the others as well.
+        // An endless series of Aborts must leave turns for others too.
         if !std::mem::take(&mut self.after_abort)
             && let Some((peer, bytes)) = self.aborts.pop_first()
         {
@@ -423,13 +423,13 @@ mod tests {
         }
         inbox.packet(quiet, &beat);
         assert_eq!(take(&inbox), Some(Event::Connected(7)));
-        // The quiet one is next but one, whatever waits of the other.
+        // The quiet peer is next but one, however much is queued of the other.
         let next: Vec<_> = (0..2).map(|_| take(&inbox).unwrap()).collect();
         assert!(next.contains(&Event::Packet(quiet, beat.clone())), "{next:?}");
         let losses = inbox.take_losses().unwrap();
         let [(Peer::Tcp(7), dropped)] = losses.dropped[..] else { panic!("{losses:?}") };
         assert_eq!(dropped, inbox.dropped());
-        // What was not dropped all comes, then the end.
+        // All packets that were not dropped come, then the end.
         inbox.disconnected(7);
         let rest = drain(&inbox);
         assert_eq!(rest.last(), Some(&Event::Disconnected(7)));
@@ -484,18 +484,18 @@ mod tests {
         inbox.packet(Peer::Tcp(1), &abort);
         inbox.packet(Peer::Tcp(1), &abort);
         inbox.packet(udp(3, 1), &packet(Address::BROADCAST, Abort));
-        // One to somebody else, and one that is damaged, are nothing of the kind.
+        // An Abort for another system, and a damaged one, do not count as Aborts here.
         inbox.packet(udp(4, 1), &packet(Address(0x2811), Abort));
         let mut damaged = abort.clone();
         damaged[10] ^= 1;
         inbox.packet(udp(5, 1), &damaged);
-        // What comes after an abort is meant.
+        // Commands after an Abort are intended.
         inbox.packet(udp(2, 1), &start);
 
         let is_abort = |event: &Event| matches!(event, Event::Packet(_, bytes) if id(bytes) == Some(ABORT));
         assert!(is_abort(&take(&inbox).unwrap()));
         let rest = drain(&inbox);
-        // One of each peer; the damaged one is left to the brain to refuse.
+        // One of each peer; the brain refuses the damaged one.
         assert_eq!(rest.iter().filter(|event| is_abort(event)).count(), 3);
         let starts = rest.iter().filter(|event| matches!(event, Event::Packet(_, bytes) if *bytes == start));
         assert_eq!(starts.count(), 1);

@@ -1,6 +1,6 @@
-//! Sockets: announcements, datagrams, and servers of streams. Each socket has a thread that does nothing
-//! but wait for it; what comes waits in the [`Inbox`] of the one loop that owns the brain. What the
-//! configuration has off is not opened.
+//! Sockets: announcements, datagrams, and TCP servers. Each socket has a thread that only waits for it; received packets
+//! are queued in the [`Inbox`] of the loop that owns the brain. Transports that are off in the configuration are not
+//! opened.
 
 mod clients;
 mod inbox;
@@ -19,10 +19,10 @@ use std::time::Duration;
 
 /// Ports after the configured one that are tried for datagrams.
 const NEXT_PORTS: u16 = 5;
-/// After a datagram that could not be received, so that a broken socket does not take a whole processor.
+/// Pause after a failed receive, so that a broken socket does not occupy a processor.
 const RECEIVE_PAUSE: Duration = Duration::from_millis(10);
 
-/// Where to listen; what is off is absent.
+/// Where to listen; `None` or empty if off.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Ports {
     /// Interface.
@@ -47,11 +47,11 @@ pub(crate) struct Listen {
 /// Where to announce.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct AnnouncePorts {
-    /// The first free one is listened on, all are sent to.
+    /// Announcements are received on the first free one, and sent to all.
     pub(crate) ports: Vec<u16>,
     /// The multicast group.
     pub(crate) group: Ipv4Addr,
-    /// Hosts and groups that are announced to.
+    /// Further destinations of announcements.
     pub(crate) hosts: Vec<Ipv4Addr>,
 }
 
@@ -149,7 +149,7 @@ impl Net {
     pub(crate) fn announce(&mut self, bytes: &[u8]) {
         let Some(socket) = &self.announcer else { return };
         for to in &self.announce_to {
-            // A host without a network cannot send to the group; that is no news every ten seconds.
+            // A host without a network cannot send to the group; do not report that every ten seconds.
             send_now(socket, bytes, *to);
         }
     }
@@ -168,7 +168,7 @@ fn bind_udp(ip: Ipv4Addr, port: u16) -> anyhow::Result<Arc<UdpSocket>> {
     Ok(Arc::new(socket))
 }
 
-/// Listens on the first free port; answers which that is.
+/// Listens on the first free port; returns it.
 fn listen_announce(
     bind: Ipv4Addr,
     announce: &AnnouncePorts,
@@ -210,7 +210,7 @@ fn listen_udp(name: &str, socket: Arc<UdpSocket>, inbox: Arc<Inbox>) -> anyhow::
         loop {
             match socket.recv_from(&mut buffer) {
                 Ok((length, SocketAddr::V4(from))) => inbox.packet(Peer::Udp(from), &buffer[..length]),
-                // A peer that went away is reported here as well.
+                // A peer that has gone is also reported here.
                 Ok(_) | Err(_) => thread::sleep(RECEIVE_PAUSE),
             }
         }

@@ -1,4 +1,4 @@
-//! Users of the boat's system, which may be another than the one that runs: read from its own list.
+//! Users of the boat's system, which may not be the running system: read from its own passwd file.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub(super) struct Account {
 /// The superuser.
 pub(super) const ROOT: Account = Account { user: 0, group: 0 };
 
-/// Whom the list below `root` calls so.
+/// The user of this name in the passwd file below `root`.
 pub(super) fn named(root: &Path, name: &str) -> Option<Account> {
     let list = fs::read_to_string(root.join("etc/passwd")).ok()?;
     list.lines().find_map(|line| {

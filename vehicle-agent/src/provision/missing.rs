@@ -1,11 +1,11 @@
-//! What the boat lacks beside the files of the bundle.
+//! Checks what the boat lacks besides the files of the bundle.
 
 use super::place::CHART;
 use crate::doctor::Finding;
 use provision::{Bundle, Part, Port};
 use std::path::Path;
 
-/// Programs that keep a computer's clock.
+/// Programs that set a computer's clock.
 const CLOCK_KEEPERS: [&str; 4] = [
     "usr/sbin/chronyd",
     "usr/lib/systemd/systemd-timesyncd",
@@ -49,7 +49,7 @@ fn chart(bundle: &Bundle, root: &Path) -> Finding {
     }
 }
 
-/// Whether the device's port is there; a device that is off has none.
+/// Checks that the device's port exists; a device that is off has none.
 fn device(Port { device, port }: &Port, root: &Path) -> Finding {
     let path = port.strip_prefix("slcan:").unwrap_or(port);
     let place = match path.strip_prefix('/') {

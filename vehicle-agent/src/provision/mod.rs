@@ -1,8 +1,8 @@
-//! `lutra-agent provision`: makes this computer the one of a vessel, from the sealed bundle that `lutra-server fleet bundle` wrote.
+//! `lutra-agent provision`: makes this computer a vessel's, from the sealed bundle that `lutra-server fleet bundle` wrote.
 //!
-//! `verify` looks whether the bundle is for this computer, whole, and of its time; `place` says where each file goes and who may
-//! read it; `stage` writes them beside their places and puts them there by renaming when all are on the disk; `missing` looks at what the
-//! boat lacks beside. Where files go stands here and never in the bundle.
+//! `verify` checks that the bundle is for this computer, complete, and valid now; `place` has the path and owner of each
+//! file; `stage` writes the files under other names and renames them when all are on the disk; `missing` checks what else
+//! the boat lacks. Paths are defined here and never in the bundle.
 
 mod account;
 mod missing;
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use units::UtcTime;
 
-/// As many bytes as tell how long a bundle is.
+/// Enough bytes to determine the length of a bundle.
 const HEAD_BYTES: u64 = 64;
 /// The longest passphrase that is read.
 const PASSPHRASE_BYTES: u64 = 1 << 20;
@@ -34,10 +34,10 @@ const PASSPHRASE_BYTES: u64 = 1 << 20;
 pub(crate) struct ProvisionArguments {
     /// The bundle.
     file: PathBuf,
-    /// Below which the boat's file system lies; for a card that is prepared on another computer.
+    /// Root of the boat's file system; for a card that is prepared on another computer.
     #[arg(long, value_name = "DIR", default_value = "/")]
     root: PathBuf,
-    /// Only verify, and say what would be written and what is missing.
+    /// Only verify, and print what would be written and what is missing.
     #[arg(long)]
     check: bool,
     /// Take a bundle of another vessel, or an older one than this computer has.
@@ -48,7 +48,7 @@ pub(crate) struct ProvisionArguments {
     passphrase_file: Option<PathBuf>,
 }
 
-/// What the boat lacks beside is said, and is no failure: it is often brought later.
+/// What else the boat lacks is reported, but is no error: it is often added later.
 pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<()> {
     let ProvisionArguments { file, root, check, replace, passphrase_file } = arguments;
     let sealed = read(file)?;
@@ -145,7 +145,7 @@ fn asked() -> anyhow::Result<String> {
     let terminal = io::stdin();
     let shown = tcgetattr(&terminal).context("the terminal")?;
     let mut hidden = shown.clone();
-    // Ctrl-C comes as a letter, so that it does not leave a terminal behind that shows nothing.
+    // Ctrl-C is read as a character, so that it does not leave the terminal without echo.
     hidden.local_modes.remove(LocalModes::ECHO | LocalModes::ISIG);
     tcsetattr(&terminal, OptionalActions::Now, &hidden).context("the terminal")?;
     let mut text = String::new();

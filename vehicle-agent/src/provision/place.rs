@@ -1,4 +1,4 @@
-//! Where the files of a bundle go: the places that the Debian package uses, below the boat's root.
+//! Paths of a bundle's files: those of the Debian package, below the boat's root.
 
 use super::account::{AGENT, Account, ROOT, named};
 use anyhow::{Context as _, bail, ensure};
@@ -11,23 +11,23 @@ use std::path::{Component, Path, PathBuf};
 pub(super) const BASE: &str = "etc/lutra/agent.ini";
 /// The boat's overlay.
 pub(super) const OVERLAY: &str = "etc/lutra/vessel.ini";
-/// What this computer was provisioned with.
+/// Record of the bundle that this computer was provisioned with.
 pub(super) const RECORD: &str = "etc/lutra/provisioned.json";
-/// What has the service take the overlay.
+/// The systemd drop-in that makes the service use the overlay.
 pub(super) const SERVICE: &str = "etc/systemd/system/lutra-agent.service.d/vessel.conf";
 /// The sea chart.
 pub(super) const CHART: &str = "var/lib/lutra-agent/chart/chart.lutra-index";
 
-/// A file and where it goes.
+/// A file and its path.
 pub(super) struct Destination {
     pub(super) path: PathBuf,
     pub(super) bytes: Vec<u8>,
     pub(super) mode: u32,
-    /// Whose it is, and whose a folder is that must be made; `None` leaves both to whoever runs this.
+    /// Owner of the file; `None` keeps the user who runs this.
     pub(super) owner: Option<Account>,
-    /// Rights of a folder that must be made.
+    /// Permissions of a folder that must be made.
     pub(super) folder_mode: u32,
-    /// Whose that is.
+    /// Owner of that folder.
     pub(super) folder_owner: Option<Account>,
 }
 
@@ -41,7 +41,7 @@ impl std::fmt::Debug for Destination {
     }
 }
 
-/// Everything that a bundle puts on the boat, what says so last.
+/// All files that a bundle puts on the boat, the record of it last.
 pub(super) fn destinations(bundle: &Bundle, root: &Path) -> anyhow::Result<Vec<Destination>> {
     let owners = Owners::of(root)?;
     let mut all = Vec::new();
@@ -85,10 +85,10 @@ pub(super) fn destinations(bundle: &Bundle, root: &Path) -> anyhow::Result<Vec<D
     Ok(all)
 }
 
-/// Whose the files become.
+/// Owners of the files.
 struct Owners {
     root: Option<Account>,
-    /// The superuser's, and readable for the agent.
+    /// Owned by root, and readable for the agent.
     shared: Option<Account>,
     agent: Option<Account>,
 }
@@ -113,7 +113,7 @@ impl Owners {
     }
 }
 
-/// Has the service run with the overlay instead of the packaged file alone, which stays as the package has it.
+/// Makes the service use the overlay; the packaged file is not changed.
 fn service(bundle: &Bundle) -> Vec<u8> {
     let manifest = &bundle.manifest;
     let (name, profile) = (&manifest.vessel, &manifest.profile);
@@ -124,7 +124,7 @@ fn service(bundle: &Bundle) -> Vec<u8> {
     .into_bytes()
 }
 
-/// A place below `root`; refused where a folder on the way is a symbolic link, which could lead out of it.
+/// A path below `root`; refused if a folder on it is a symbolic link, which could lead out of it.
 pub(super) fn within(root: &Path, place: &str) -> anyhow::Result<PathBuf> {
     let mut path = root.to_owned();
     for part in Path::new(place).components() {

@@ -1,4 +1,4 @@
-//! Files written beside their places and put there by renaming, when all of them are on the disk.
+//! Writes files under other names and renames them when all of them are on the disk.
 
 use super::account::Account;
 use super::place::Destination;
@@ -12,10 +12,10 @@ use std::os::unix::fs::{
 };
 use std::path::{Path, PathBuf};
 
-/// This stays free on the disk, for what the vessel records.
+/// Disk space that stays free, for the vessel's records.
 const RESERVE_BYTES: u64 = 16 << 20;
 
-/// Those that are not in their places yet as they should be.
+/// The files that are missing or differ.
 pub(super) fn due(wanted: Vec<Destination>) -> anyhow::Result<Vec<Destination>> {
     let mut due = Vec::new();
     for one in wanted {
@@ -47,7 +47,7 @@ fn is_there(one: &Destination) -> io::Result<bool> {
         && fs::read(&one.path)? == one.bytes)
 }
 
-/// Puts all in their places. Where anything fails before the last was written, nothing is changed.
+/// Puts all in place. If anything fails before the last is written, nothing is changed.
 pub(super) fn put(due: &[Destination]) -> anyhow::Result<()> {
     room(due)?;
     let mut staged = Staged::default();
@@ -59,7 +59,7 @@ pub(super) fn put(due: &[Destination]) -> anyhow::Result<()> {
     staged.finish()
 }
 
-/// Whether the disks have room for all of it.
+/// Checks that the disks have room for all of it.
 fn room(due: &[Destination]) -> anyhow::Result<()> {
     let needed: u64 = due.iter().map(|one| one.bytes.len() as u64).sum();
     for one in due {
@@ -82,7 +82,7 @@ fn enough(free: u64, needed: u64, place: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was written beside; taken away again when it is dropped unfinished.
+/// Files written under other names; removed if dropped unfinished.
 #[derive(Debug, Default)]
 struct Staged {
     files: Vec<(PathBuf, PathBuf)>,
@@ -97,7 +97,7 @@ impl Staged {
         name.push(one.path.file_name().unwrap_or_default());
         name.push(".provision-new");
         let beside = folder.join(name);
-        // One that a run without power left behind.
+        // A remainder of a run that lost power.
         match fs::remove_file(&beside) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -117,7 +117,8 @@ impl Staged {
         for folder in absent.into_iter().rev() {
             DirBuilder::new().mode(mode).create(folder)?;
             self.folders.push(folder.to_owned());
-            // Its parent may belong to the agent's user: what was made is held fast, and no link in its place is followed.
+            // Its parent may belong to the agent's user: the new folder is opened without following links, in case it was
+            // replaced.
             let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
             let made = File::from(rustix::fs::open(folder, flags, Mode::empty())?);
             made.set_permissions(Permissions::from_mode(mode))?;
@@ -130,7 +131,7 @@ impl Staged {
 
     fn finish(mut self) -> anyhow::Result<()> {
         self.folders.clear();
-        // What is not in its place when one fails is taken away when this is dropped.
+        // Files that are not in place when one fails are removed when this is dropped.
         while let Some((beside, place)) = self.files.first().cloned() {
             fs::rename(&beside, &place).with_context(|| {
                 format!("cannot put {} in its place; run it again, which does the rest", place.display())

@@ -1,4 +1,4 @@
-//! Bundles brought aboard a root file system like the package's, and those that are refused.
+//! Bundles installed on a root file system like the package's, and refused ones.
 
 use super::*;
 use crate::doctor::Status;
@@ -47,7 +47,7 @@ fn bundle_of(name: &str, made: UtcTime, more: Vec<(Part, Vec<u8>)>) -> Bundle {
     Bundle::new(manifest, files)
 }
 
-/// As the command does it after the bundle was opened; how many files were written.
+/// As the command does after opening the bundle; returns the number of files written.
 fn bring(bundle: &Bundle, root: &Path, now: UtcTime, replace: bool) -> anyhow::Result<usize> {
     verify::in_time(bundle, now)?;
     verify::computer(bundle, root, replace)?;

@@ -1,4 +1,4 @@
-//! Whether a bundle is for this computer, and its time.
+//! Checks that a bundle is for this computer, and valid now.
 
 use super::place::{BASE, OVERLAY, RECORD};
 use crate::setup;
@@ -13,7 +13,7 @@ use units::{Civil, UtcTime};
 /// Clocks of shore and boat may differ by so much (µs).
 const CLOCKS_DIFFER_US: i64 = 3_600_000_000;
 
-/// The bundle is not of the future, and the authority in it is good now.
+/// Checks that the bundle is not from the future, and that its authority is valid now.
 pub(super) fn in_time(bundle: &Bundle, now: UtcTime) -> anyhow::Result<()> {
     let made = UtcTime::from_micros(bundle.manifest.made_us);
     if made - now > CLOCKS_DIFFER_US {
@@ -42,7 +42,7 @@ pub(super) fn in_time(bundle: &Bundle, now: UtcTime) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The package is installed, and this computer is no other vessel's and has no newer bundle.
+/// Checks that the package is installed, and that this computer is not another vessel's and has no newer bundle.
 pub(super) fn computer(bundle: &Bundle, root: &Path, replace: bool) -> anyhow::Result<()> {
     let base = root.join(BASE);
     ensure!(base.is_file(), "{} is not there: install the package lutra-agent first", base.display());
@@ -75,7 +75,7 @@ pub(super) fn computer(bundle: &Bundle, root: &Path, replace: bool) -> anyhow::R
     Ok(())
 }
 
-/// The agent aboard takes the overlay.
+/// Checks that the agent aboard accepts the overlay.
 pub(super) fn configuration(bundle: &Bundle, root: &Path) -> anyhow::Result<()> {
     let overlay =
         Overlaid { path: root.join(OVERLAY), bytes: bundle.file(Part::Overlay).unwrap_or_default() };
@@ -93,7 +93,7 @@ pub(super) fn configuration(bundle: &Bundle, root: &Path) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// The disk with one file as the bundle has it.
+/// The file system with one file replaced by the bundle's.
 struct Overlaid<'a> {
     path: PathBuf,
     bytes: &'a [u8],

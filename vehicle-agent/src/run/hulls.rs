@@ -1,4 +1,4 @@
-//! The hulls that the loop can steer, each with the watchdog before its motors.
+//! The hulls that the loop can steer, each with the watchdog of its motors.
 
 use crate::clock::Clock;
 use crate::hardware::Hardware;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use units::UtcTime;
 
-/// What a hull is made with.
+/// Inputs for making a hull.
 pub(super) struct HullContext<'a> {
     pub(super) config: &'a Config,
     pub(super) clock: &'a Clock,
@@ -27,7 +27,7 @@ pub(super) fn simulated(context: &HullContext<'_>) -> anyhow::Result<(Simulated,
     let vessel = Vessel::new(&setup::vessel(context.config, context.utc, context.seed)?)?;
     let (device, passed) = channel();
     let gate = MotorGate::start(move |motors| {
-        // The watchdog outlives the simulation at the end of the program: then nobody listens.
+        // At the end of the program the watchdog outlives the simulation: then there is no receiver.
         device.send(motors).ok();
     })?;
     let watchdog = Arc::clone(&gate);

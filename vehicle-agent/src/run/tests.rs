@@ -1,4 +1,4 @@
-//! The loop with clocks of its own: nothing here waits for time to pass.
+//! The loop with its own clocks: nothing here waits for real time.
 
 use super::*;
 use crate::hull::Simulated;
@@ -20,9 +20,9 @@ const PEER: Peer = Peer::Tcp(1);
 struct Bench {
     agent: Agent<Simulated>,
     elapsed: Arc<Mutex<Duration>>,
-    /// What the computer's clock is ahead of the true time (µs).
+    /// Offset of the computer's clock from true time (µs).
     ahead_us: Arc<Mutex<i64>>,
-    /// Whether the next look at the clock panics.
+    /// Whether the next reading of the clock panics.
     broken: Arc<Mutex<bool>>,
     folder: tempfile::TempDir,
 }
@@ -36,7 +36,7 @@ impl Bench {
         Self::with("", false)
     }
 
-    /// With more configuration; what the brain is told and wants may be recorded.
+    /// With more configuration, and optionally a recording.
     fn with(more: &str, records: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let config = folder.path().join("otter.ini");
@@ -82,7 +82,7 @@ impl Bench {
         }
     }
 
-    /// The same, waiting each second for the disk: a recording that it cannot keep up with ends.
+    /// The same, waiting each second for the disk, as a recording ends if the disk is too slow.
     fn pass_recorded(&mut self, span: Duration) {
         for _ in 0..span.as_secs() {
             self.pass(SECOND);
@@ -105,7 +105,7 @@ impl Bench {
         self.agent.take(Event::Packet(PEER, packet));
     }
 
-    /// Whether the disk has it that this plan is under way.
+    /// Whether this plan is stored as under way.
     fn has_under_way(&self, plan_id: &str) -> bool {
         let kept = std::fs::read(self.folder.path().join("under-way.imc")).unwrap_or_default();
         kept.windows(plan_id.len()).any(|bytes| bytes == plan_id.as_bytes())
@@ -116,7 +116,7 @@ impl Bench {
         shafts.port.abs() + shafts.starboard.abs()
     }
 
-    /// Ends the agent; answers all that its logs hold.
+    /// Ends the agent; returns all packets of its logs.
     fn end(self) -> Vec<Packet> {
         self.agent.end(&Ending::default()).unwrap();
         logged(&self.folder)
@@ -203,14 +203,14 @@ fn a_clock_that_is_set_is_noticed_in_words_states_and_times() {
 #[test]
 fn a_vessel_whose_loop_hangs_loses_its_thrust_and_goes_on_afterwards() {
     let mut bench = Bench::new();
-    // The watchdog goes by the computer's time, which may stand still for a test that waits for its turn.
+    // The watchdog uses the computer's clock, and a loaded machine may delay the test.
     bench.agent.vehicle.hull.obey_at_once();
     bench.pass(Duration::from_secs(5));
     bench.send(start());
     bench.pass(Duration::from_secs(10));
     let sailing = bench.shafts();
     assert!(sailing > 20.0, "{sailing}");
-    // So long in one step: the plan would have gone on, but nobody steered.
+    // A long step: the plan would have continued, but without control.
     *bench.elapsed.lock().unwrap() += Duration::from_millis(1500);
     bench.agent.catch_up();
     assert!(bench.shafts() < 0.1 * sailing, "{} of {sailing}", bench.shafts());
@@ -266,8 +266,8 @@ fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
     assert_eq!(end.op, LoggingControlOp::Stopped);
 }
 
-/// The route comes from the thread that looks for it, in the time that takes; what came of it is in the recording. Takes some
-/// seconds: half a minute of the whole agent, recorded, and again.
+/// The route comes from the planning thread, after some real time; the answer is in the recording. Takes some seconds: half
+/// a minute of the whole agent, recorded, and again.
 #[test]
 fn a_vessel_that_hears_nobody_returns_by_a_route_and_that_is_replayed() {
     let middle = LatLon::from_deg(63.33, 10.083_333).unwrap();
@@ -309,7 +309,7 @@ fn a_vessel_that_hears_nobody_returns_by_a_route_and_that_is_replayed() {
         arg: named("far", place(0.0, -600.0)).into(),
         ..start()
     });
-    // The thread takes as long as it takes: the vessel's own time goes on meanwhile.
+    // The thread needs real time: the vessel's own time advances meanwhile.
     let begun = std::time::Instant::now();
     let mut returns = false;
     while !returns && begun.elapsed() < Duration::from_mins(1) {

@@ -16,7 +16,7 @@ fn values(settings: &Settings) -> Vec<(&'static str, Option<String>)> {
     parameters::all().iter().map(|parameter| (parameter.name, parameter.get(settings))).collect()
 }
 
-/// The same vessel with the force controller in place of the one by propeller speed.
+/// The same vessel with the rpm controller, and with the force controller.
 fn setups() -> [String; 2] {
     let rpm = crate::OTTER_INI.to_owned();
     let (before, after) = rpm.split_once("[Control.ASV.HeadingAndSpeed]").unwrap();

@@ -1,4 +1,4 @@
-//! How the shipped configuration sails, through the whole of the agent but its sockets.
+//! How the shipped configuration sails, with the whole agent except its sockets.
 
 use super::*;
 use crate::plan::{goto, sequence};
@@ -20,7 +20,7 @@ struct Only {
     simulate: SimulateArguments,
 }
 
-/// What became of a square.
+/// Result of sailing a square.
 struct Sailed {
     completed: bool,
     activity_per_s: f64,

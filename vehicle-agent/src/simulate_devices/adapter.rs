@@ -6,7 +6,7 @@ use devices::slcan::{Command, Line, Reader, encode};
 const DONE: &[u8] = b"\r";
 const REFUSED: &[u8] = b"\x07";
 
-/// The adapter: it takes part in the bus only while it was told to.
+/// The adapter: it is on the bus only while open.
 #[derive(Debug, Default)]
 pub(super) struct Adapter {
     reader: Reader,
@@ -14,7 +14,7 @@ pub(super) struct Adapter {
 }
 
 impl Adapter {
-    /// Takes what the computer sends: frames for the bus go to `bus`, answers come back.
+    /// Processes what the computer sends: frames go to `bus`, answers are returned.
     pub(super) fn receive(&mut self, bytes: &[u8], mut bus: impl FnMut(CanFrame)) -> Vec<u8> {
         let mut answers = Vec::new();
         let open = &mut self.open;
@@ -24,14 +24,14 @@ impl Adapter {
                 bus(frame);
             }
             Ok(Line::Command(command)) => answers.extend(obey(open, command)),
-            // An empty line is taken for a command that did nothing.
+            // An empty line counts as a command without effect.
             Ok(Line::Done) => answers.extend(DONE),
             _ => answers.extend(REFUSED),
         });
         answers
     }
 
-    /// A frame of the bus as the computer gets it; nothing while the adapter is closed.
+    /// The bytes of a bus frame for the computer; none while the adapter is closed.
     pub(super) fn send(&self, frame: &CanFrame) -> Vec<u8> {
         if self.open { encode(frame) } else { Vec::new() }
     }
@@ -40,7 +40,7 @@ impl Adapter {
 fn obey(open: &mut bool, command: Command) -> &'static [u8] {
     match command {
         Command::Close => *open = false,
-        // What an adapter takes while it is closed only.
+        // Commands that an adapter accepts only while closed.
         Command::Open | Command::Listen | Command::Bitrate(_) | Command::Timestamps(_) if *open => {
             return REFUSED;
         }

@@ -1,4 +1,4 @@
-//! What a person or a test tells the simulated devices while they run: one line each.
+//! Commands of a person or a test to the running simulated devices: one line each.
 
 use anyhow::{Context as _, bail};
 use std::str::FromStr;
@@ -28,36 +28,36 @@ impl Kind {
     }
 }
 
-/// What is to happen.
+/// The fault, or its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
     /// The cable is pulled.
     Unplug,
     /// The cable is put in again.
     Plug,
-    /// The device says nothing; the motors' card goes on to obey.
+    /// The device is silent; the motor card still obeys.
     Silence,
-    /// Noise comes in place of what it says, as fast as its line carries it.
+    /// It sends noise instead of data, at the full speed of its line.
     Babble,
-    /// It says what nobody can mean: numbers that are none, or far beyond what there is.
+    /// It sends invalid values: fields that are not numbers, or far out of range.
     Nonsense,
-    /// The motors' card switches no power channel any more.
+    /// The motor card does not switch power channels any more.
     Refuse,
-    /// The CAN adapter of the motors, or the compass, loses its power for a moment, and nothing is unplugged: the adapter has left
-    /// the bus, the compass has forgotten what it did not save.
+    /// The CAN adapter of the motors, or the compass, loses its power for a moment, without being unplugged: the adapter
+    /// has left the bus, the compass has lost unsaved settings.
     Restart,
-    /// Neither silent nor babbling any more, nor otherwise broken.
+    /// The end of all faults of the device.
     Mend,
-    /// Nothing breaks: it is told at which instants the hydrophone's clock was set.
+    /// Not a fault: prints the instants at which the hydrophone's clock was set.
     Report,
 }
 
-/// A line: what, and to which device.
+/// A parsed line: fault and device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Order {
-    /// What is to happen.
+    /// The fault, or its end.
     pub(super) fault: Fault,
-    /// To which.
+    /// The device.
     pub(super) kind: Kind,
 }
 

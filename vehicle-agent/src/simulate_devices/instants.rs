@@ -1,8 +1,8 @@
-//! How well the instants are met at which the hydrophone's clock is set: what the simulated receiver measures of each command.
+//! Accuracy of setting the hydrophone's clock: the simulated receiver measures the instant of each command.
 //!
-//! A receiver takes the instant of the first character for the mark that the command tells of: each ten seconds, or with `UT=` a
-//! whole second. Characters are a millisecond apart. What is measured is when the other end of the pseudo-terminal could be
-//! read, so the waits of two programs for the processor are in it.
+//! A receiver takes the instant of the first character as the mark that the command means: each ten seconds, or with `UT=`
+//! a whole second. Characters are a millisecond apart. The measured time is when the other end of the pseudo-terminal could
+//! be read, so it includes the scheduling delays of two programs.
 
 use std::fmt;
 use std::time::Duration;
@@ -15,7 +15,7 @@ const PAUSE_US: i64 = 20_000;
 /// A command has no more characters.
 const LONGEST: usize = 16;
 
-/// A command as it comes.
+/// A command being received.
 #[derive(Debug)]
 struct Coming {
     text: Vec<u8>,
@@ -23,7 +23,7 @@ struct Coming {
     last: UtcTime,
 }
 
-/// What was measured.
+/// The measurements.
 #[derive(Debug, Default)]
 pub(super) struct Instants {
     coming: Option<Coming>,
@@ -48,7 +48,7 @@ impl Instants {
         coming.last = utc;
     }
 
-    /// No more comes of the command.
+    /// The command is complete.
     fn end(&mut self) {
         let Some(Coming { text, first, last }) = self.coming.take() else { return };
         let raster_us = match &text[..] {

@@ -1,9 +1,9 @@
 //! `lutra-agent simulate-devices`: a simulated Otter whose devices speak their real protocols on pseudo-terminals.
 //!
-//! The agent that steers it by `run --profile Hardware` cannot tell them from devices: the compass writes the sentences that it
-//! was told to, at its line's speed, the motors' card hangs behind a serial CAN adapter and obeys MOTOR_SET alone, the hydrophone answers the
-//! commands for its clock, and at which instants they came is measured. Time is the computer's. Lines on standard input break
-//! devices and mend them again.
+//! To the agent that steers it by `run --profile Hardware` they are like real devices: the compass sends the configured
+//! sentences at its line's speed, the motor card is behind a serial CAN adapter and obeys only MOTOR_SET, the hydrophone
+//! answers the commands for its clock, whose instants are measured. Time is the computer's. Lines on standard input begin
+//! and end faults of devices.
 
 mod adapter;
 mod fault;
@@ -31,15 +31,15 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use units::UtcTime;
 
-/// Lines for the devices that may wait.
+/// Lines for the devices that may be queued.
 const ORDERS_WAITING: usize = 64;
-/// The longest wait: ports that nobody has open, signals and lines are looked at so often.
+/// The longest wait: how often closed ports, signals and input lines are checked.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// A step that is longer is taken in pieces of this length.
+/// Longer steps are divided into pieces of this length.
 const STEP: Duration = Duration::from_millis(40);
-/// Epochs of the compass a second, of which each sentence takes as many as it is told to.
+/// Epochs of the compass a second; each sentence is sent in a configured fraction of them.
 const COMPASS_HZ: u32 = 10;
-/// How often the truth is written.
+/// How often the true state is written.
 const TRUTH_PERIOD: Duration = Duration::from_millis(200);
 
 #[derive(Debug, Args)]
@@ -57,16 +57,16 @@ pub(crate) struct SimulateDevicesArguments {
     /// Speed of the hydrophone's line (bit/s).
     #[arg(long, default_value_t = 115_200)]
     hydrophone_baud: u32,
-    /// Seed of all chance.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A compass without errors.
     #[arg(long)]
     perfect: bool,
-    /// A compass that was told what to send before, and saved it; without, it sends nothing before it is told to.
+    /// A compass that was configured before, and saved its settings; without this it sends nothing until configured.
     #[arg(long)]
     set_up: bool,
-    /// Write where the vessel and its fish really are to this file, five times a second: an object of JSON a line.
+    /// Write the true positions of the vessel and its fish to this file, five times a second: an object of JSON a line.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// Write what the computer sends to the devices to this file: an object of JSON for each piece.
@@ -74,7 +74,7 @@ pub(crate) struct SimulateDevicesArguments {
     received: Option<PathBuf>,
 }
 
-/// The vessel, its devices and who attends them.
+/// The vessel, its devices and their lines.
 struct Bench {
     vessel: Vessel,
     gnss: Plug,
@@ -125,7 +125,7 @@ impl Bench {
         })
     }
 
-    /// Waits for the computer or the next output, and moves everything on to this moment.
+    /// Waits for the computer or the next output, and advances everything to the present.
     fn turn(&mut self) -> anyhow::Result<()> {
         self.wait();
         while let Ok(order) = self.orders.try_recv() {
@@ -141,7 +141,7 @@ impl Bench {
         self.write_truth()
     }
 
-    /// Moves the vessel on to this moment.
+    /// Advances the vessel to the present.
     fn advance(&mut self) {
         let mut left = self.begun.elapsed().saturating_sub(Duration::from_micros(self.vessel.now().micros()));
         while !left.is_zero() {
@@ -157,7 +157,7 @@ impl Bench {
         let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(wait.subsec_nanos()) };
         let plugs = [&self.gnss, &self.motors, &self.hydrophone];
         let mut fds: Vec<PollFd<'_>> = plugs.into_iter().filter_map(Plug::waits_at).collect();
-        // An interrupted wait is a short one.
+        // An interrupted wait is only shorter.
         poll(&mut fds, Some(&timeout)).ok();
     }
 
@@ -174,7 +174,7 @@ impl Bench {
         match fault {
             Fault::Unplug => self.plug_of(kind).unplug(),
             Fault::Plug => {
-                // An adapter that had no power is closed.
+                // After a power loss an adapter is closed.
                 if kind == Kind::Motors {
                     self.adapter = Adapter::default();
                 }
@@ -214,10 +214,10 @@ impl Bench {
         }
     }
 
-    /// What the computer has sent.
+    /// Receives the computer's bytes.
     fn receive(&mut self) -> anyhow::Result<()> {
-        // First what is measured: the time is taken as soon as the bytes are there, and the vessel moves on to it before it
-        // hears of them.
+        // The hydrophone first, whose time is measured: it is taken as soon as the bytes are there, and the vessel advances
+        // to it before it gets them.
         let bytes = self.hydrophone.receive()?;
         self.instants.take(utc_now()?, &bytes);
         if !bytes.is_empty() {
@@ -229,7 +229,7 @@ impl Bench {
         self.write_received(Kind::Gnss, &bytes)?;
         if !bytes.is_empty() {
             self.vessel.receive_serial(Port::Gnss, &bytes);
-            // What it answered leaves at the speed of before.
+            // Its answers are sent at the previous speed.
             self.send()?;
             self.gnss.set_baud(self.vessel.gnss_baud());
         }
@@ -240,7 +240,7 @@ impl Bench {
         self.motors.send(&answers)
     }
 
-    /// What the devices say by now.
+    /// Sends the devices' output up to now.
     fn send(&mut self) -> anyhow::Result<()> {
         while let Some(timed) = self.vessel.poll_output() {
             match timed.output {
@@ -283,7 +283,7 @@ impl Bench {
     }
 }
 
-/// What the card makes nothing of, it leaves alone; who reads the bus' messages is told.
+/// Passes a frame to the card, which ignores unknown ones.
 fn obey_frame(vessel: &mut Vessel, frame: &CanFrame) {
     if let Err(error) = vessel.receive_can(frame) {
         complain!("{error}");
@@ -326,9 +326,9 @@ fn vessel(arguments: &SimulateDevicesArguments) -> anyhow::Result<Vessel> {
     if arguments.perfect {
         vessel.gnss = GnssConfig::default().perfect();
     }
-    // When a character could be read says little of when it came: its pace is measured and judged by no one.
+    // The time of reading a character says little about its arrival: the pace is measured but not checked.
     vessel.hydrophone.clock.least_pace_us = 0;
-    // What it sends, and how often, the computer tells it.
+    // The computer configures what it sends, and how often.
     vessel.gnss.rate_hz = COMPASS_HZ;
     vessel.gnss.baud = arguments.gnss_baud;
     vessel.gnss.at_first = if arguments.set_up { AtFirst::Usual } else { AtFirst::Nothing };

@@ -1,11 +1,11 @@
-//! What a device says that has lost its senses: the right form, and values that nobody can mean.
+//! Output of a faulty device: the right format with invalid values.
 
 use devices::can::{CanFrame, CanId};
 
-/// Each byte of a frame's values: as numbers of any size far beyond what there is.
+/// Each byte of a frame's values: far out of range for numbers of any size.
 const BEYOND: u8 = 0x80;
 
-/// A line of text whose fields with digits are no numbers any more, with the checksum that fits where it had one.
+/// A line of text whose numeric fields are not numbers any more, with a valid checksum if it had one.
 pub(super) fn line(line: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(line);
     let body = text.trim_matches(|c: char| c.is_ascii_control());
@@ -22,7 +22,7 @@ pub(super) fn line(line: &[u8]) -> Vec<u8> {
     format!("{leading}${fields}{sum}{ending}").into_bytes()
 }
 
-/// A frame of the motors' card: of the same part, with values beyond all measure.
+/// A frame of the motor card: the same message, with values far out of range.
 pub(super) fn frame(frame: &CanFrame) -> CanFrame {
     let mut data = frame.data().to_vec();
     data.iter_mut().skip(1).for_each(|byte| *byte = BEYOND);

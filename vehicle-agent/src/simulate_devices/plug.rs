@@ -10,29 +10,29 @@ use std::time::Duration;
 
 /// Bits of a line for a byte: start, eight data, stop.
 const BITS_PER_BYTE: f64 = 10.0;
-/// Speed of the noise of a device that takes any (bit/s).
+/// Speed of the noise of a device without a fixed speed (bit/s).
 const USUAL_BAUD: u32 = 115_200;
-/// Bytes of noise at once at most: what nobody reads is lost, as on a line.
+/// Most bytes of noise at once: unread bytes are lost, as on a line.
 const MOST_NOISE: f64 = 4096.0;
 
 /// One device's end of its line.
 #[derive(Debug)]
 pub(super) struct Plug {
     name: &'static str,
-    /// The stable name, where one is wanted.
+    /// The stable name, if one is requested.
     link: Option<PathBuf>,
-    /// The line's speed (bit/s); `None` for a device that takes any.
+    /// The line's speed (bit/s); `None` for a device without a fixed one.
     baud: Option<u32>,
     pty: Option<Pty>,
-    /// Noise comes in place of what the device says.
+    /// The device sends noise instead of data.
     pub(super) babbles: bool,
-    /// What it says makes no sense.
+    /// It sends invalid values.
     pub(super) nonsense: bool,
-    /// Up to when noise has come.
+    /// Up to when noise has been sent.
     babbled: Duration,
-    /// A sentence that has begun, while they make no sense.
+    /// The begin of a sentence, while values are made invalid.
     begun: Vec<u8>,
-    /// The noise so far.
+    /// State of the noise generator.
     noise: u32,
 }
 
@@ -55,12 +55,12 @@ impl Plug {
         Ok(plug)
     }
 
-    /// Plugs it in, under a path of its own and under its stable name.
+    /// Plugs it in, with a new path and its stable name.
     pub(super) fn plug_in(&mut self) -> anyhow::Result<()> {
         self.unplug();
         let pty = Pty::open().context("a pseudo-terminal")?;
         if let Some(link) = &self.link {
-            // What another run left.
+            // The link of another run.
             std::fs::remove_file(link).ok();
             symlink(pty.path(), link).with_context(|| format!("making {}", link.display()))?;
         }
@@ -68,7 +68,7 @@ impl Plug {
         Ok(())
     }
 
-    /// Pulls the cable: the device's name goes away with it.
+    /// Unplugs the cable: the device's name is removed.
     pub(super) fn unplug(&mut self) {
         if self.pty.take().is_some()
             && let Some(link) = &self.link
@@ -77,12 +77,12 @@ impl Plug {
         }
     }
 
-    /// The device goes over to another speed of its line (bit/s).
+    /// The device changes the speed of its line (bit/s).
     pub(super) const fn set_baud(&mut self, baud: u32) {
         self.baud = Some(baud);
     }
 
-    /// Its name and where it is: the stable name, where there is one.
+    /// Its name and path: the stable name, if there is one.
     pub(super) fn shown(&self) -> String {
         let path = self.link.as_deref().or(self.pty.as_ref().map(Pty::path));
         format!(
@@ -92,13 +92,13 @@ impl Plug {
         )
     }
 
-    /// What to wait at; `None` while nobody is at the other end.
+    /// The file descriptor to poll; `None` while the other end is closed.
     pub(super) fn waits_at(&self) -> Option<PollFd<'_>> {
         let pty = self.pty.as_ref().filter(|pty| pty.is_open())?;
         Some(PollFd::new(pty, PollFlags::IN))
     }
 
-    /// Sends what the device says; at another speed of the line, noise comes out of it.
+    /// Sends the device's bytes; at another speed of the line they arrive as noise.
     pub(super) fn send(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
         let Some(pty) = &mut self.pty else { return Ok(()) };
         if self.baud.is_some() && pty.baud() != self.baud {
@@ -111,7 +111,7 @@ impl Plug {
         }
     }
 
-    /// Sends lines of text, without sense if so it is.
+    /// Sends lines of text, with invalid values if so set.
     pub(super) fn send_text(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
         if !self.nonsense {
             self.begun.clear();
@@ -125,7 +125,7 @@ impl Plug {
         self.send(&lines.flat_map(nonsense::line).collect::<Vec<u8>>())
     }
 
-    /// What a babbling device says up to this time since the start: as much as its line carries.
+    /// Sends the noise of a babbling device up to this time since the start, at the full speed of its line.
     pub(super) fn babble(&mut self, now: Duration) -> anyhow::Result<()> {
         let since_s = now.saturating_sub(self.babbled).as_secs_f64();
         if !self.babbles {
@@ -154,7 +154,7 @@ impl Plug {
         Ok(())
     }
 
-    /// What the computer has sent, at the right speed.
+    /// Receives the computer's bytes, if sent at the right speed.
     pub(super) fn receive(&mut self) -> anyhow::Result<Vec<u8>> {
         let Some(pty) = &mut self.pty else { return Ok(Vec::new()) };
         let mut buffer = [0; 1024];

@@ -16,14 +16,14 @@ pub(crate) struct Gnss {
 #[derive(Debug)]
 struct Gathering {
     epochs: Epochs,
-    /// The clock of arrivals, for a port.
+    /// The clock for times of arrival, for a port.
     arrivals: Option<Clock>,
-    /// When the first sentence of the epoch at hand came.
+    /// When the first sentence of the current epoch arrived.
     begun: Option<UtcTime>,
 }
 
 impl Gnss {
-    /// Epochs are stamped with their time of arrival where there is a clock for that, else with their own time.
+    /// Epochs are stamped with their time of arrival if there is a clock, else with their own time.
     pub(crate) fn new(arrivals: Option<Clock>) -> Self {
         let gathering = Gathering { epochs: Epochs::default(), arrivals, begun: None };
         Self { framer: Framer::default(), gathering }

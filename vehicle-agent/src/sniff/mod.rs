@@ -1,7 +1,7 @@
-//! `lutra-agent sniff`: what a device says, in readable lines or JSON, from a port, a recording or standard input.
+//! `lutra-agent sniff`: decodes a device's data into readable lines or JSON, from a port, a recording or standard input.
 //!
-//! A [`Decoder`] makes [`Found`] lines of bytes; `source` opens what they come from. Nothing is kept but the line at hand, so
-//! a recording may be of any size. A decoder for another device goes in a file of its own and gets a row in
+//! A [`Decoder`] turns bytes into [`Found`] lines; `source` opens their source. Only the current line is kept, so a
+//! recording may have any size. A decoder for another device is added in its own file and gets a row in
 //! [`Device::decoder`].
 
 mod gnss;
@@ -20,7 +20,7 @@ use source::Source;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-/// One line of the outcome.
+/// One line of output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Found {
     /// As JSON with SI values: an object.
@@ -40,16 +40,16 @@ impl Found {
     }
 }
 
-/// What makes lines of a device's bytes. Damaged lines come out in place, as `{"error": why, "offset": byte}` with the
+/// Decodes a device's bytes into lines. Damaged lines are reported in place, as `{"error": why, "offset": byte}` with the
 /// offset of their first byte.
 pub(crate) trait Decoder {
     /// Takes the next bytes.
     fn feed(&mut self, bytes: &[u8], found: &mut Vec<Found>);
-    /// No more will come: what is whole so far, or what the last bytes lack.
+    /// The end of the data: reports what is complete, or what the last bytes lack.
     fn end(&mut self, found: &mut Vec<Found>);
 }
 
-/// What `--help` says of the JSON.
+/// Help text about the JSON.
 pub(crate) const HELP: &str = "JSON, one object a line; a key is absent where the device did not report it:
 
 gnss, one for each epoch:
@@ -86,7 +86,7 @@ all: {error, offset}, a damaged line in its place; offset of its first byte in t
 /// Arguments of `lutra-agent sniff`.
 #[derive(Debug, Args)]
 pub(crate) struct SniffArguments {
-    /// What speaks.
+    /// The kind of device.
     #[arg(long, value_enum)]
     device: Device,
     /// A serial port, a recording, or - for standard input.
@@ -100,9 +100,9 @@ pub(crate) struct SniffArguments {
     baud: Option<u32>,
     /// The lines of the device `pattern`, as {serial},{utc},{protocol},{id},{data?},#{sum8}.
     ///
-    /// Text stands as it is, fields in braces; ? lets a field be empty. Fields: serial, counter, protocol, id, data,
-    /// snr_db, skip; the time unix_s (with ms), unix_ms or utc; the carrier khz or hz; checksums sum8 and xor8, two
-    /// hexadecimal digits over the line before the text in front of them, without a leading $.
+    /// Text is literal, fields are in braces; ? lets a field be empty. Fields: serial, counter, protocol, id, data, snr_db,
+    /// skip; the time unix_s (with ms), unix_ms or utc; the carrier khz or hz; checksums sum8 and xor8, two hexadecimal
+    /// digits over the line before the text in front of them, without a leading $.
     #[arg(long, value_name = "TEXT", required_if_eq("device", "pattern"), value_parser = Pattern::parse)]
     pattern: Option<Pattern>,
 }
@@ -127,7 +127,7 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Speed of its port as the boats have it (baud).
+    /// Speed of its port on the boats (baud).
     const fn baud(self) -> u32 {
         match self {
             Self::Gnss | Self::TqBus => 19_200,
@@ -136,10 +136,10 @@ impl Device {
         }
     }
 
-    /// What reads it. `arrivals` is the clock to stamp with what has a time of arrival.
+    /// Its decoder. `arrivals` is the clock for times of arrival, if there are any.
     ///
     /// # Errors
-    /// When the pattern is lacking that the device needs.
+    /// When the device needs a pattern and none is given.
     fn decoder(self, arrivals: Option<Clock>, pattern: Option<&Pattern>) -> anyhow::Result<Box<dyn Decoder>> {
         Ok(match self {
             Self::Gnss => Box::new(gnss::Gnss::new(arrivals)),
@@ -155,10 +155,10 @@ impl Device {
     }
 }
 
-/// Prints what a device says until its end.
+/// Prints a device's data until the end.
 ///
 /// # Errors
-/// When the source cannot be opened or read, or the outcome not written. A reader that has gone away is no error.
+/// When the source cannot be opened or read, or the output not written. A reader that has gone is no error.
 pub(crate) fn sniff(arguments: &SniffArguments) -> anyhow::Result<()> {
     let SniffArguments { device, from, json, baud, pattern } = arguments;
     let mut source = Source::open(from, *baud, device.baud())?;
@@ -177,7 +177,7 @@ pub(crate) fn sniff(arguments: &SniffArguments) -> anyhow::Result<()> {
 /// Why it ended before the source did.
 #[derive(Debug)]
 enum Stopped {
-    /// Nobody reads the outcome any more.
+    /// The reader of the output is gone.
     Unread,
     Write(io::Error),
     Read(io::Error),
@@ -203,7 +203,7 @@ fn copy(
             Ok(count) => decoder.feed(&bytes[..count], &mut found),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => {
-                // What came before the port was lost counts.
+                // Data from before the port was lost are valid.
                 decoder.end(&mut found);
                 print(&mut found, out, json).map_err(Stopped::written)?;
                 return Err(Stopped::Read(error));

@@ -1,4 +1,4 @@
-//! What `sniff` reads: a serial port, as the running agent opens it ([`Serial`]), a file or standard input.
+//! Sources of `sniff`: a serial port, opened as by the running agent ([`Serial`]), a file or standard input.
 
 use crate::io::Serial;
 use anyhow::{Context as _, bail};
@@ -23,12 +23,12 @@ impl Source {
     /// Opens a port, a file, or standard input for `-`. A port runs at `baud`, at `usual` where none is given.
     ///
     /// # Errors
-    /// When it is not there, may not be read or is in use: which, and what to do.
+    /// When it does not exist, may not be read or is in use; the error has the remedy.
     pub(super) fn open(path: &Path, baud: Option<u32>, usual: u32) -> anyhow::Result<Self> {
         if path.as_os_str() == "-" {
             return Ok(Self::Standard(io::stdin()));
         }
-        // What is not there may be a port that is not plugged in, or a pattern of names.
+        // A path that does not exist may be an unplugged port, or a pattern of names.
         let kind = fs::metadata(path).ok().map(|about| about.file_type());
         match kind {
             Some(kind) if kind.is_dir() => {
@@ -43,7 +43,7 @@ impl Source {
             }
             _ => {
                 let port = Serial::open(path, baud.unwrap_or(usual))?;
-                // Here a read waits for what comes.
+                // Reads are blocking here.
                 let flags = fcntl_getfl(&port).map_err(io::Error::from)?;
                 fcntl_setfl(&port, flags - OFlags::NONBLOCK).map_err(io::Error::from)?;
                 Ok(Self::Port(port))
@@ -51,12 +51,12 @@ impl Source {
         }
     }
 
-    /// Whether it is a serial port, so that what comes has a time of arrival.
+    /// Whether it is a serial port, so that data have a time of arrival.
     pub(super) const fn is_port(&self) -> bool {
         matches!(self, Self::Port(_))
     }
 
-    /// What to do when it cannot be read any more.
+    /// Remedy when it cannot be read any more.
     pub(super) const fn remedy(&self) -> &'static str {
         match self {
             Self::Port(_) => "the port is gone; check the cable and its plug, then start again",
@@ -69,7 +69,7 @@ impl Source {
 impl Read for Source {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         match self {
-            // A port has no end: nothing at all is its line hung up.
+            // A port has no end: a read of zero bytes means that its line was hung up.
             Self::Port(port) => match rustix::io::read(port, &mut *bytes)? {
                 0 if !bytes.is_empty() => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "hung up")),
                 count => Ok(count),

@@ -1,4 +1,4 @@
-//! The Thelma Biotel hydrophone: one line for each of its lines.
+//! The Thelma Biotel hydrophone: one line of output for each of its lines.
 
 use super::{Decoder, Found};
 use devices::tbr::{DamagedLine, Framer, Heard, Line, SET_AFTER_S};

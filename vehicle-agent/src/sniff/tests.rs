@@ -1,4 +1,4 @@
-//! Decoders against recordings, and what is written of them.
+//! Decoders against recordings, and their output.
 
 use super::*;
 use serde_json::{Value, json};

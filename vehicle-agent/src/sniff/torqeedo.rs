@@ -1,5 +1,5 @@
-//! The motors' CAN bus as lines: frames from a candump log, as `ID#DATA`, or from a serial adapter (slcan), in one input
-//! if need be, for each line says by itself which it is.
+//! The motors' CAN bus as lines: frames from a candump log, as `ID#DATA`, or from a serial adapter (slcan), also mixed in
+//! one input, as each line shows its format.
 //!
 //! Every frame is one [`Found`] with `what`, `source` and `destination` (addresses in hexadecimal) and its values in SI
 //! units; `t` (ISO 8601 UTC, as the log counts) where the line has it, `stamp_s` where the adapter gives the time within its
@@ -21,7 +21,7 @@ pub(crate) struct Torqeedo {
 }
 
 impl Torqeedo {
-    /// A decoder that has read nothing yet.
+    /// A new decoder.
     pub(crate) fn new() -> Self {
         Self { lines: LineSplitter::new(&[b'\r', b'\n', BELL], candump::MOST_LINE) }
     }
@@ -63,7 +63,7 @@ fn damaged(offset: u64, error: &dyn std::error::Error) -> Found {
     Found { text: format!("byte {offset}: {error}"), json: json!({ "error": error, "offset": offset }) }
 }
 
-/// A line of a serial adapter: a frame, or what it and its computer say to each other.
+/// A line of a serial adapter: a frame, or a command or answer.
 fn adapter(line: &slcan::Line) -> Found {
     let (answer, text) = match line {
         slcan::Line::Frame { frame: one, stamp_ms } => {
@@ -94,7 +94,7 @@ fn frame(frame: &CanFrame, time: Option<(&str, Value)>) -> Found {
         }
         Err(error) => {
             let mut fields = raw(frame);
-            // The address stands in the same place in every extended identifier, whatever the rest means.
+            // The address is in the same bits of every extended identifier, whatever the rest means.
             if let CanId::Extended(id) = frame.full_id() {
                 fields["source"] = address((id >> 8) as u8);
             }
@@ -139,7 +139,7 @@ fn raw(frame: &CanFrame) -> Value {
     fields
 }
 
-/// What a message is called, and its fields.
+/// Name and fields of a message.
 fn message(message: &Message, frame: &CanFrame) -> (String, Value) {
     let (what, fields) = match message {
         Message::Text(text) => ("text", json!({ "text": String::from_utf8_lossy(text.bytes()) })),
@@ -212,7 +212,7 @@ fn motor_drive(drive: &devices::torqeedo::MotorDrive) -> Value {
     })
 }
 
-/// Throttles of both motors by number. Which of them is port is a matter of the vessel's cables.
+/// Throttles of both motors by number. Which of them is port depends on the vessel's cables.
 fn motor_set(per_mille: [i16; 2]) -> Value {
     let [motor_0, motor_1] = per_mille.map(|value| f64::from(value) / f64::from(FULL_THROTTLE));
     json!({ "throttle_0": motor_0, "throttle_1": motor_1 })
@@ -252,7 +252,7 @@ mod tests {
         found[0].json.clone()
     }
 
-    /// The values that the vectors and the outcome both have, by the names of either.
+    /// Values that are both in the test vectors and in the output, by their names in each.
     const SAME: [(&str, &str); 11] = [
         ("voltage_v", "voltage_v"),
         ("current_a", "current_a"),

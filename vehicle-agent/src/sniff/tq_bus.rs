@@ -16,7 +16,7 @@ pub(crate) struct TqBus {
 }
 
 impl TqBus {
-    /// A decoder that has read nothing yet.
+    /// A new decoder.
     pub(crate) fn new() -> Self {
         Self::default()
     }
@@ -67,7 +67,7 @@ fn shown(payload: &[u8]) -> Found {
     Found { json, text: text.trim_end().to_owned() }
 }
 
-/// The device that an address is.
+/// Name of the device with this address.
 fn name(address: u8) -> String {
     match address {
         MASTER => "master".to_owned(),

@@ -1,4 +1,4 @@
-//! Innovasea's receivers VR2C and Rx-LIVE: one line for each of theirs.
+//! Innovasea's receivers VR2C and Rx-LIVE: one line of output for each of theirs.
 
 use super::{Decoder, Found};
 use devices::vr2c::{DamagedLine, Detection, Framer, Line, Status};

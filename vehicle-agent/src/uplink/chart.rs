@@ -1,4 +1,4 @@
-//! Brings the shore's chart to the disk in a thread of its own, which may take its time for it.
+//! Writes the shore's chart to disk in its own thread, which may be slow.
 
 use super::queue::Queue;
 use crate::ending::UPLINK_THREADS;
@@ -11,15 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 
-/// The link hands over one at a time, and another offer on top of it.
+/// The link passes one job at a time, and possibly another offer in addition.
 const WAITING: usize = 4;
 
-/// Something to do.
+/// A job.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// Prepare to take this chart.
+    /// Prepare to receive this chart.
     Begin(ChartOffer),
-    /// Keep a part of it.
+    /// Store a part of it.
     Part(ChartDigest, u64, Bytes),
 }
 
@@ -32,14 +32,14 @@ impl Job {
     }
 }
 
-/// What became of it.
+/// The outcome of a job.
 #[derive(Debug)]
 pub(super) enum Outcome {
-    /// So much is there: the next part.
+    /// So many bytes are there: request the next part.
     GoOn(u64),
-    /// All of it is there, as it should be.
+    /// It is complete and valid.
     Kept(ChartFile),
-    /// It cannot be taken, and why.
+    /// It cannot be received, and why.
     Failed(String),
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Keeper {
 }
 
 impl Keeper {
-    /// Starts the thread; it rings at the queue's thread when a job is done.
+    /// Starts the thread; it wakes the queue's thread when a job is done.
     pub(super) fn start(data: &Path, queue: Arc<Queue>) -> io::Result<Self> {
         let mut folder = ChartFolder::new(data);
         let (jobs, todo) = sync_channel::<Job>(WAITING);
@@ -69,22 +69,22 @@ impl Keeper {
         Ok(Self { jobs, done })
     }
 
-    /// Hands a job over; false when the thread does not take it.
+    /// Queues a job; false if the thread does not take it.
     pub(super) fn hand(&self, job: Job) -> bool {
         self.jobs.try_send(job).is_ok()
     }
 
-    /// What became of a job.
+    /// The outcome of a job, if there is one.
     pub(super) fn outcome(&self) -> Option<(ChartDigest, Outcome)> {
         self.done.try_recv().ok()
     }
 }
 
-/// Nothing for a part that nobody waits for any more.
+/// `None` for a part that is no longer needed.
 fn carry_out(folder: &mut ChartFolder, job: Job) -> Option<Outcome> {
     let have = match job {
         Job::Begin(offer) => {
-            // One that waits to be in force is there already.
+            // A chart that is not in force yet may be stored already.
             let there = folder.load().ok().flatten().filter(|chart| chart.digest() == offer.digest);
             if let Some(chart) = there {
                 return Some(Outcome::Kept(chart));

@@ -4,7 +4,7 @@ use imc::PacketView;
 use std::collections::{BTreeMap, BTreeSet};
 use units::UtcTime;
 
-/// What the configuration says of messages, by their ids.
+/// The configured message settings, by id.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Filter {
     /// Those that are carried; `None` for all.
@@ -20,7 +20,7 @@ pub(crate) struct Filter {
 pub(super) enum Disposition {
     /// It is not carried.
     Leave,
-    /// It came too soon after the last of its kind: only the map gets it.
+    /// It came too soon after the last of its kind: it is sent live only, not recorded.
     LiveOnly,
     /// It is recorded, and whether it is kept longest.
     Record(bool),
@@ -30,7 +30,7 @@ pub(super) enum Disposition {
 #[derive(Debug)]
 pub(super) struct RateFilter {
     filter: Filter,
-    /// When the last of a kind was recorded, by message, entity and, for those numbered alike, number.
+    /// When the last of a kind was recorded, by message, entity and, for thrusters, number.
     last: BTreeMap<(u16, u8, u8), UtcTime>,
 }
 
@@ -39,7 +39,7 @@ impl RateFilter {
         Self { filter, last: BTreeMap::new() }
     }
 
-    /// What to do with a packet that was said at this time.
+    /// What to do with a packet of this time.
     pub(super) fn disposition(&mut self, now: UtcTime, packet: &[u8]) -> Disposition {
         let Ok(view) = PacketView::unchecked(packet) else { return Disposition::Leave };
         let id = view.id();
@@ -47,7 +47,7 @@ impl RateFilter {
             return Disposition::Leave;
         }
         if let Some(rate) = self.filter.most_per_s.get(&id).filter(|rate| **rate > 0.0) {
-            // Thrusters of one entity differ by their first byte; of other messages that only lets more through.
+            // The thrusters of one entity are distinguished by their first payload byte.
             let kind = (id, view.src_ent(), view.payload().first().copied().unwrap_or(0));
             let kind = if id == SET_THRUSTER_ACTUATION { kind } else { (kind.0, kind.1, 0) };
             let period_us = (1e6 / rate) as i64;

@@ -1,9 +1,9 @@
-//! The way to the shore: a queue that the loop fills without waiting, and a thread that spools and sends.
+//! The uplink to the shore: a queue that the loop fills without waiting, and a thread that spools and sends.
 //!
-//! The loop's side is [`Uplink`]. Its queue holds 4 MiB; what comes while it is full is counted and declared as a gap
-//! of the record. The thread puts everything on disk first ([`spool`]), talks to the shore by the
-//! rules of [`link`], and hands commands on as they come. A fault of its own (a panic) is told and it starts over: it
-//! ends neither the vessel's voyage nor the record of it.
+//! The loop's side is [`Uplink`]. Its queue holds 4 MiB; packets that arrive while it is full are counted and declared as a
+//! gap of the record. The thread puts everything on disk first ([`spool`]), speaks the protocol of [`link`] with the shore,
+//! and passes commands on as they arrive. A panic of the thread is logged and it starts over: neither the voyage nor its
+//! recording ends.
 
 mod chart;
 mod filter;
@@ -36,16 +36,16 @@ use worker::Worker;
 
 /// How long the end of the program waits for the last packets to be on disk.
 const END_WITHIN: Duration = Duration::from_secs(3);
-/// A spool that the disk refused is tried again this often.
+/// Interval of attempts to open a spool after a failure.
 const OPEN_EVERY: Duration = Duration::from_secs(5);
-/// After a fault of its own the thread starts over so much later: one that comes again is not to fill the log.
+/// Pause after a panic before the thread starts over: a recurring one must not fill the log.
 const ANEW_AFTER: Duration = Duration::from_secs(1);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Connects to the shore as the vessel would, by each of its ways, and hangs up. Answers what was reached.
+/// Connects to the shore as the vessel would, by each of its ways, and disconnects. Returns what was reached.
 ///
 /// # Errors
-/// Why the shore is not reached or refuses, in words.
+/// Why the shore is not reached or refuses.
 pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<String, String> {
     let (mut reached, mut failed) = (Vec::new(), Vec::new());
     for door in &settings.ways {
@@ -58,12 +58,12 @@ pub(crate) fn reach(settings: &UplinkSettings, patience: Duration) -> Result<Str
     if failed.is_empty() { Ok(reached.join(", ")) } else { Err(failed.join("; ")) }
 }
 
-/// What the shore says, or what the way to it has to tell.
+/// A message from the shore, or from the uplink itself.
 #[derive(Debug)]
 pub(crate) enum FromShore<'a> {
-    /// The spool could not take what the vessel says, and why.
+    /// The spool could not store packets, and why.
     NotSpooled(String),
-    /// Who commands the vessel.
+    /// The controller of the vessel.
     Lease(onboard::Lease),
     /// A packet for the vessel, under the lease with this epoch (0 for none).
     Order {
@@ -76,21 +76,21 @@ pub(crate) enum FromShore<'a> {
     Chart(onboard::ChartFile),
 }
 
-/// Takes what the shore says; an error says why it is refused.
+/// Processes a message of the shore; an error says why it is refused.
 pub(crate) type Deliver = Box<dyn FnMut(FromShore<'_>) -> Result<(), String> + Send>;
 
-/// The loop's side of the way to the shore.
+/// The loop's side of the uplink.
 #[derive(Debug)]
 pub(crate) struct Uplink {
     queue: Arc<Queue>,
-    /// Answers whether it ended in order.
+    /// Returns whether it ended normally.
     thread: Option<JoinHandle<bool>>,
     clock: Clock,
 }
 
 impl Uplink {
-    /// Opens the spool and starts the thread. A disk that refuses the spool is no reason for a vessel not to sail:
-    /// the thread tries again, and what finds no room in the queue until then is declared as a gap.
+    /// Opens the spool and starts the thread. A disk fault must not keep a vessel from sailing: the thread tries again, and
+    /// packets without room in the queue until then are declared as a gap.
     ///
     /// # Errors
     /// When another agent uses the spool, or the thread cannot be started.
@@ -118,22 +118,22 @@ impl Uplink {
         Ok(Self { queue, thread: Some(thread), clock })
     }
 
-    /// A packet that the vessel said. Never waits; it goes with the next [`Uplink::flush`].
+    /// Queues a packet of the vessel. Never waits; it is sent with the next [`Uplink::flush`].
     pub(crate) fn record(&self, packet: &[u8]) {
         self.queue.put(self.clock.utc(), packet);
     }
 
-    /// Lets the thread take what was recorded: packets of one moment go to the disk and ashore together.
+    /// Wakes the thread for the queued packets: those of one cycle go to disk and ashore together.
     pub(crate) fn flush(&self) {
         self.queue.flush();
     }
 
-    /// The chart aboard is this, as the shore is told.
+    /// Sets the chart aboard, for the report to the shore.
     pub(crate) fn chart(&self, chart: ChartAboard) {
         self.queue.put_chart(chart);
     }
 
-    /// Puts what is queued on disk and says farewell; answers whether that was done in time.
+    /// Puts the queue on disk and closes the link; returns whether that was done in time.
     pub(crate) fn end(mut self) -> bool {
         self.queue.end();
         let Some(thread) = self.thread.take() else { return true };
@@ -145,8 +145,8 @@ impl Uplink {
     }
 }
 
-/// Works until the end of the program, again after each fault; answers whether it ended in order. What a fault takes
-/// along is declared by the spool, which was not closed.
+/// Works until the end of the program, again after each panic; returns whether it ended normally. Packets lost in a panic
+/// are declared by the spool, which was not closed.
 fn work(
     settings: &UplinkSettings,
     queue: &Arc<Queue>,
@@ -171,7 +171,7 @@ fn work(
         match run {
             Ok(Ok(())) => return true,
             Ok(Err(error)) => tracing::error!("uplink: {error}"),
-            // The hook has told of it.
+            // The panic hook has logged it.
             Err(_) => {}
         }
         if queue.is_ending() {
@@ -193,7 +193,7 @@ fn open(settings: &UplinkSettings, clock: &Clock) -> anyhow::Result<Spool> {
     Ok(spool)
 }
 
-/// Tries until the disk gives the spool; `None` when the program ends before that.
+/// Tries until the spool can be opened; `None` if the program ends before that.
 fn open_later(settings: &UplinkSettings, queue: &Queue, clock: &Clock) -> Option<Spool> {
     let mut next = clock.elapsed() + OPEN_EVERY;
     while !queue.is_ending() {

@@ -1,4 +1,4 @@
-//! From the loop to the thread: packets in memory, bounded, never waited for.
+//! The queue from the loop to the thread: in memory, bounded, non-blocking.
 
 use link::ChartAboard;
 use std::collections::VecDeque;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use units::UtcTime;
 
-/// Bytes that may wait, with what a packet costs besides its own.
+/// Most queued bytes, with the overhead of packets.
 const QUEUE_BYTES: usize = 4 << 20;
 const PACKET_COST_BYTES: usize = 64;
 
@@ -18,12 +18,12 @@ pub(super) struct Queue {
     waiting: Mutex<Waiting>,
     /// The thread was woken and has not looked yet.
     woken: AtomicBool,
-    /// The chart aboard, the latest word.
+    /// The chart aboard, as last set.
     chart: Mutex<ChartAboard>,
     bell: UnixStream,
 }
 
-/// What waits, or was lost because too much did.
+/// Queued packets, and those lost for lack of room.
 #[derive(Debug, Default)]
 pub(super) struct Waiting {
     pub(super) packets: VecDeque<(UtcTime, Vec<u8>)>,
@@ -32,7 +32,7 @@ pub(super) struct Waiting {
     pub(super) ending: bool,
 }
 
-/// Packets that found no room, after those that wait.
+/// Packets without room, after the queued ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Missed {
     pub(super) count: u64,
@@ -50,8 +50,8 @@ impl Queue {
         Ok((Self { waiting, woken, chart, bell }, wake))
     }
 
-    /// Takes a packet, or counts it where there is no room. Once one was lost the following are too until the
-    /// thread has looked, so that the gap stands in its place. [`Queue::flush`] is to follow.
+    /// Queues a packet, or counts it if there is no room. Once one was lost, the following are too until the thread has
+    /// emptied the queue, so that the gap is in its place. [`Queue::flush`] must follow.
     pub(super) fn put(&self, recorded: UtcTime, packet: &[u8]) {
         let mut waiting = self.lock();
         let cost = packet.len() + PACKET_COST_BYTES;
@@ -64,7 +64,7 @@ impl Queue {
         }
     }
 
-    /// Wakes the thread for what was put.
+    /// Wakes the thread for the queued packets.
     pub(super) fn flush(&self) {
         let is_empty = {
             let waiting = self.lock();
@@ -75,7 +75,7 @@ impl Queue {
         }
     }
 
-    /// The chart aboard is this.
+    /// Sets the chart aboard.
     pub(super) fn put_chart(&self, chart: ChartAboard) {
         let mut known = self.chart.lock().unwrap_or_else(PoisonError::into_inner);
         if *known != chart {
@@ -104,12 +104,12 @@ impl Queue {
     /// Wakes the thread.
     pub(super) fn ring(&self) {
         if !self.woken.swap(true, Ordering::AcqRel) {
-            // A full pipe wakes as well.
+            // A full pipe wakes the thread too.
             (&self.bell).write_all(&[0]).ok();
         }
     }
 
-    /// Everything that waits.
+    /// Takes the whole queue.
     pub(super) fn take(&self, wake: &mut UnixStream) -> Waiting {
         let mut bytes = [0; 64];
         while wake.read(&mut bytes).is_ok_and(|read| read > 0) {}

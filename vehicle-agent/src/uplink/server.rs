@@ -1,9 +1,9 @@
-//! The server, as it is reached.
+//! Address and credentials of the server.
 
 use anyhow::{Context as _, bail};
 use std::path::PathBuf;
 
-/// Where the shore is, and by what it knows this vessel.
+/// URL of the shore, and the token of this vessel.
 #[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Server {
     pub(crate) url: String,

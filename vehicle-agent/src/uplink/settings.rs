@@ -1,4 +1,4 @@
-//! What `[Transports.Lutra]` says.
+//! Settings from `[Transports.Lutra]`.
 
 use super::filter::Filter;
 use super::server::Server;
@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Everything that the way to the shore needs to know.
+/// Settings of the uplink.
 #[derive(Debug, Clone)]
 pub(crate) struct UplinkSettings {
     /// IMC address of the vessel.
@@ -28,16 +28,16 @@ pub(crate) struct UplinkSettings {
     /// Bytes a second over time; `None` for no bound.
     pub(crate) budget_bytes_per_s: Option<u32>,
     pub(crate) sync_every: Duration,
-    /// The agent's folder of data, where the shore's chart comes; `None` where it is not wanted.
+    /// The agent's data folder, for the shore's chart; `None` if that is not wanted.
     pub(crate) chart: Option<PathBuf>,
 }
 
 impl UplinkSettings {
-    /// What the configuration says; `None` when it has the way to the shore off. Files without a path are beside
-    /// the configuration `file`, the spool is in the folder `data`.
+    /// Reads the configuration; `None` if the uplink is off. Files without a path are beside the configuration `file`, the
+    /// spool is in the folder `data`.
     ///
     /// # Errors
-    /// When what it says cannot be used.
+    /// When a value is not valid.
     pub(crate) fn read(
         config: &Config,
         file: &Path,
@@ -82,7 +82,7 @@ fn server(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Resu
     Server::at(url, token, authority)
 }
 
-/// The ways that are enabled, in the order of their names; the one by the computer's routes where none is.
+/// The enabled ways, in the order of their names; if there are none, a single one by the computer's routing table.
 fn ways(config: &Config, server: Server) -> anyhow::Result<Vec<Door>> {
     let sections: Vec<&Section> = config.running(&lutra::WAY).collect();
     if sections.is_empty() {

@@ -1,4 +1,4 @@
-//! A WebSocket to the shore: made in a thread that may wait, used by one that does not.
+//! A WebSocket to the shore: opened in a thread that may block, used by one that does not.
 
 use super::server::Server;
 use super::ways::{Door, Leaves};
@@ -19,14 +19,14 @@ use tungstenite::http::{HeaderValue, header};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, HandshakeError, Message, WebSocket};
 
-/// The link itself keeps less than this under way.
+/// The link itself keeps fewer bytes in flight.
 const MOST_UNSENT_BYTES: usize = 4 << 20;
 
 /// A connection to the shore.
 #[derive(Debug)]
 pub(super) struct Socket {
     socket: WebSocket<Stream>,
-    /// Something could not be sent yet.
+    /// Data could not be sent yet.
     pub(super) wants_to_write: bool,
 }
 
@@ -45,7 +45,7 @@ impl Stream {
     }
 }
 
-/// Bytes that an attempt has carried so far, both directions: what it costs by a metered way, made or not.
+/// Bytes that an attempt has transferred so far, in both directions: its cost on a metered way, successful or not.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Carried(Arc<AtomicUsize>);
 
@@ -109,10 +109,10 @@ impl Write for Stream {
     }
 }
 
-/// Connects and shakes hands, each step within this time, and counts what that carries. May wait for names to be looked up too.
+/// Connects and does the handshakes, each step within this time, and counts the bytes. Name lookup may block in addition.
 ///
 /// # Errors
-/// What to tell the link, and what to tell people.
+/// The reason for the link, and a text for people.
 pub(super) fn connect(
     door: &Door,
     patience: Duration,
@@ -180,7 +180,7 @@ fn dial(server: &Server, leaves: &Leaves, patience: Duration) -> anyhow::Result<
     Err(error).with_context(|| format!("connecting to {host}:{port}"))
 }
 
-/// TLS that trusts the given certificates alone.
+/// TLS that trusts only the given certificates.
 fn secure(
     server: &Server,
     authority: &std::path::Path,
@@ -201,21 +201,21 @@ fn secure(
 }
 
 impl Socket {
-    /// What to wait for the readiness of.
+    /// The file descriptor to poll.
     pub(super) fn fd(&self) -> BorrowedFd<'_> {
         self.socket.get_ref().tcp().as_fd()
     }
 
-    /// Takes a message to send; [`Socket::flush`] sends it.
+    /// Queues a message; [`Socket::flush`] sends it.
     ///
     /// # Errors
-    /// When the connection is broken or takes nothing any more.
+    /// When the connection is broken, or its queue is full.
     pub(super) fn send(&mut self, message: Bytes) -> Result<(), String> {
         self.wants_to_write = true;
         waited(self.socket.write(Message::Binary(message))).map(|_| ())
     }
 
-    /// Sends as much as the kernel takes.
+    /// Sends as much as the kernel accepts.
     ///
     /// # Errors
     /// When the connection is broken.
@@ -226,7 +226,7 @@ impl Socket {
         Ok(())
     }
 
-    /// The next message that is there.
+    /// The next available message.
     ///
     /// # Errors
     /// When the connection is broken or closed.
@@ -244,7 +244,7 @@ impl Socket {
     }
 }
 
-/// `None` where the kernel has nothing, or takes nothing, for the moment.
+/// `None` if the operation would block.
 fn waited<T>(outcome: Result<T, Error>) -> Result<Option<T>, String> {
     match outcome {
         Ok(value) => Ok(Some(value)),

@@ -1,4 +1,4 @@
-//! Brings files to the disk in a thread of its own: a memory card may take a second for it.
+//! Syncs files to disk in its own thread: a memory card may take a second for it.
 
 use super::queue::Queue;
 use std::fs::File;
@@ -17,7 +17,7 @@ pub(super) struct Syncer {
 }
 
 impl Syncer {
-    /// Starts the thread; it rings at the queue's thread when a job is done.
+    /// Starts the thread; it wakes the queue's thread when a job is done.
     pub(super) fn start(queue: Arc<Queue>) -> io::Result<Self> {
         let (jobs, todo) = sync_channel::<Job>(1);
         let (tell, done) = channel();
@@ -37,7 +37,7 @@ impl Syncer {
         self.busy
     }
 
-    /// Hands a job over; only while the thread is not busy.
+    /// Starts a job; only while the thread is not busy.
     pub(super) fn start_job(&mut self, job: Job) {
         self.busy = self.jobs.try_send(job).is_ok();
     }

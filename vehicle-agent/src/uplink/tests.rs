@@ -45,7 +45,7 @@ struct SmallShore {
     gaps: Vec<link::GapReason>,
     shore: Shore,
     outcomes: Vec<(u64, Outcome)>,
-    /// What came by the live lane.
+    /// Packets received by the live lane.
     live: Vec<Vec<u8>>,
     started: Instant,
 }
@@ -107,7 +107,7 @@ impl SmallShore {
     fn carry_out(&mut self, socket: &mut WebSocket<std::net::TcpStream>) {
         while let Some(output) = self.shore.poll_output() {
             match output {
-                // A vessel that is gone is noticed by reading.
+                // A vessel that is gone is detected by reading.
                 ShoreOutput::Send(_, bytes) => drop(socket.send(Message::Binary(bytes))),
                 ShoreOutput::Hello(id, hello) => {
                     assert_eq!((hello.address, &hello.name[..]), (0x2810, "ntnu-otter-01"));
@@ -260,7 +260,7 @@ fn a_url_says_where_the_shore_is_or_what_is_wrong() {
     }
 }
 
-/// The answer to one attempt at a server whose first connection is handled so.
+/// The result of one attempt at a server that handles its first connection by `serve`.
 fn attempt(
     url: impl Fn(u16) -> String,
     authority: Option<std::path::PathBuf>,
@@ -321,7 +321,7 @@ fn over_tls_only_the_given_authority_is_trusted() {
                     .with_single_cert(vec![certificate], key)
                     .unwrap();
                 let tls = rustls::ServerConnection::new(Arc::new(config)).unwrap();
-                // A client that does not trust this one goes away.
+                // A client that does not trust this server disconnects.
                 if let Ok(mut socket) = tungstenite::accept(rustls::StreamOwned::new(tls, stream)) {
                     socket.send(Message::Binary(bytes::Bytes::from_static(b"over tls"))).unwrap();
                 }
@@ -364,7 +364,7 @@ fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
     );
 }
 
-/// A disk of a MiB in memory; gone when dropped. `None`, and says so, where none may be mounted.
+/// A disk of a MiB in memory; removed when dropped. `None`, with a note, where none may be mounted.
 struct SmallDisk(tempfile::TempDir);
 
 impl SmallDisk {
@@ -380,7 +380,7 @@ impl SmallDisk {
         None
     }
 
-    /// Takes all room there is.
+    /// Fills all free space.
     fn fill(&self) {
         let path = self.0.path().join("filler");
         let mut file = std::fs::File::options().create(true).append(true).open(path).unwrap();
@@ -425,7 +425,7 @@ fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
     };
     let until = Instant::now() + DEADLINE;
     let (mut filled, mut back) = (false, false);
-    // Served until what was said long after the disk was full has come by the live lane, and until records come again.
+    // Served until packets from long after the disk was full have come by the live lane, and until records come again.
     let said = std::cell::RefCell::new(|shore: &SmallShore| {
         assert!(Instant::now() < until, "live: {}, kept: {}", shore.live.len(), shore.kept.len());
         if !filled && !shore.kept.is_empty() {
@@ -448,7 +448,7 @@ fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
     drop(uplink);
 }
 
-/// What the sections of ways say, or why they are refused.
+/// The ways of these sections, or why they are refused.
 fn ways(sections: &str) -> Result<Vec<Door>, String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("lutra.token"), "secret").unwrap();

@@ -1,4 +1,4 @@
-//! The ways to the shore aboard: by which interface or from which address each goes, and what it has carried today.
+//! The ways (network paths) to the shore: interface or source address of each, and its traffic today.
 
 use super::server::Server;
 use super::spool::write_whole;
@@ -13,12 +13,12 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use units::MonoTime;
 
-/// Beside the spool, what each way has carried.
+/// File beside the spool with the traffic of each way.
 const FILE: &str = "ways";
-/// What the ways have carried is kept this often.
+/// The traffic of the ways is saved this often.
 const KEPT_EVERY: Duration = Duration::from_secs(10);
 
-/// A way, and where it leads.
+/// A way, and its server.
 #[derive(Debug, Clone)]
 pub(crate) struct Door {
     pub(crate) way: WaySettings,
@@ -26,7 +26,7 @@ pub(crate) struct Door {
     pub(crate) leaves: Leaves,
 }
 
-/// Where connections leave the vessel's computer; by its routes where nothing is said.
+/// The local end of connections; by the routing table if nothing is given.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Leaves {
     /// By this interface.
@@ -36,12 +36,12 @@ pub(crate) struct Leaves {
 }
 
 impl Door {
-    /// The one way where no others are configured.
+    /// The single way if no others are configured.
     pub(crate) fn only(server: Server) -> Self {
         Self { way: WaySettings::default(), server, leaves: Leaves::default() }
     }
 
-    /// For people: `4G (wss://…)`, or the URL where the way has no name.
+    /// For people: `4G (wss://…)`, or the URL if the way has no name.
     pub(crate) fn called(&self) -> String {
         let url = &self.server.url;
         if self.way.name.is_empty() { url.clone() } else { format!("{} ({url})", self.way.name) }
@@ -92,7 +92,7 @@ fn no_interface(interface: &str, error: &io::Error) -> anyhow::Error {
     }
 }
 
-/// What each way had carried when that was last kept; nothing for one that is not known.
+/// Loads the saved traffic of each way; zero for an unknown one.
 pub(super) fn load(folder: &Path, ways: &mut [Door]) {
     let text = std::fs::read_to_string(folder.join(FILE)).unwrap_or_default();
     for line in text.lines() {
@@ -107,12 +107,12 @@ pub(super) fn load(folder: &Path, ways: &mut [Door]) {
     }
 }
 
-/// Keeps what the ways have carried on the disk, so that a start of the program forgets little of it.
+/// Saves the traffic of the ways, so that little of it is lost at a restart.
 #[derive(Debug)]
 pub(super) struct Ledger {
     folder: PathBuf,
     ways: Vec<Door>,
-    /// As it is on the disk, or on its way there; `None` where the disk did not take it.
+    /// The saved values, or those being saved; `None` after a failure.
     used: Option<Vec<Used>>,
     next: MonoTime,
     keeping: Option<Keeping>,
@@ -122,17 +122,17 @@ type Save = Box<dyn FnOnce() -> io::Result<()> + Send>;
 type Keeping = JoinHandle<io::Result<()>>;
 
 impl Ledger {
-    /// Of these ways, with what they had carried.
+    /// For these ways, with their loaded traffic.
     pub(super) fn new(now: MonoTime, folder: &Path, ways: &[Door]) -> Self {
         let used = ways.iter().map(|door| door.way.used).collect();
         let (folder, ways, used) = (folder.to_owned(), ways.to_vec(), Some(used));
         Self { folder, ways, used, next: now + KEPT_EVERY, keeping: None }
     }
 
-    /// Keeps it where that is due: now and then, and `at_end` of the program.
+    /// Saves the traffic if due: periodically, and `at_end` of the program.
     ///
     /// # Errors
-    /// When the disk did not take it the last time, or there is no thread for it now. It is tried again when it is due next.
+    /// When the last attempt failed, or no thread can be started now. It is tried again when due next.
     pub(super) fn keep(&mut self, now: MonoTime, used: Vec<Used>, at_end: bool) -> io::Result<()> {
         let spawn = |save: Save| std::thread::Builder::new().name("uplink-keep".to_owned()).spawn(save);
         self.keep_by(spawn, now, used, at_end)
@@ -150,7 +150,7 @@ impl Ledger {
             return Ok(());
         }
         self.next = now + KEPT_EVERY;
-        // What is under way is of earlier: it must not come last.
+        // An older save is still running: it must not finish last.
         if !(at_end || self.keeping.as_ref().is_none_or(Keeping::is_finished)) {
             return Ok(());
         }
@@ -167,7 +167,7 @@ impl Ledger {
         if at_end {
             return save();
         }
-        // A disk may take long, and live values do not wait for it.
+        // A disk may be slow, and live values must not wait for it.
         self.used = None;
         self.keeping = Some(spawn(Box::new(save))?);
         self.used = Some(used);
@@ -234,7 +234,7 @@ mod tests {
         };
         assert_eq!(keep(&mut ledger, false).unwrap_err().to_string(), "no thread");
         keep(&mut ledger, true).unwrap();
-        // It says that the folder is missing, and tries again.
+        // It reports that the folder is missing, and tries again.
         assert_eq!(keep(&mut ledger, true).unwrap_err().kind(), io::ErrorKind::NotFound);
         std::fs::create_dir(&missing).unwrap();
         assert!(keep(&mut ledger, true).is_err(), "of the time before");

@@ -1,5 +1,5 @@
-//! The thread that spools what the vessel says and carries it ashore. It waits for packets, the socket and the
-//! link's own deadlines at once; connecting and syncing, which can take long, have threads of their own.
+//! The thread that spools the vessel's packets and sends them ashore. It waits for packets, the sockets and the link's
+//! deadlines at once; connecting and syncing, which can take long, have their own threads.
 
 use super::chart::{Job, Keeper, Outcome};
 use super::filter::{Disposition, RateFilter};
@@ -23,15 +23,15 @@ use std::time::Duration;
 use units::MonoTime;
 
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
-/// Messages taken from a socket before packets are looked at again.
+/// Messages taken from a socket before packets are processed again.
 const MESSAGES_AT_ONCE: usize = 32;
-/// Attempts by one way that may hang, in the lookup of a name above all.
+/// Most attempts of one way that may hang, mainly in name lookup.
 const MOST_ATTEMPTS: usize = 3;
-/// A disk that goes on refusing is told of this often.
+/// A persistent disk error is reported this often.
 const TROUBLE_TOLD: Duration = Duration::from_secs(30);
 const SOFTWARE: &str = concat!("lutra-agent ", env!("CARGO_PKG_VERSION"));
 
-/// What became of an attempt to connect.
+/// Result of an attempt to connect.
 struct Attempt {
     way: usize,
     id: ConnectionId,
@@ -56,18 +56,18 @@ pub(super) struct Worker {
     deliver: Deliver,
     /// One for each way at most.
     connections: BTreeMap<ConnectionId, Connection>,
-    /// The attempts that the link waits for: by which way, and until when.
+    /// The attempts that the link waits for: way, and deadline.
     opening: BTreeMap<ConnectionId, (usize, MonoTime)>,
     /// Attempts of each way that are under way.
     attempts: Vec<usize>,
     attempted: (Sender<Attempt>, Receiver<Attempt>),
     syncer: Option<Syncer>,
-    /// `None` where the shore's chart is not wanted, or nobody can take it.
+    /// `None` if the shore's chart is not wanted, or its thread could not be started.
     keeper: Option<Keeper>,
-    /// The chart aboard, as the link was told.
+    /// The chart aboard, as last passed to the link.
     chart: Option<ChartAboard>,
     next_sync: MonoTime,
-    /// What was last said of a connection that could not be made, for each way.
+    /// The last reported connection error of each way.
     complaints: Vec<String>,
     ledger: Ledger,
     next_trouble: MonoTime,
@@ -147,7 +147,7 @@ impl Worker {
         }
     }
 
-    /// Spools what the loop has put; answers whether that was the last.
+    /// Spools the queued packets; returns whether the program is ending.
     fn take_packets(&mut self) -> bool {
         let waiting = self.queue.take(&mut self.wake);
         if waiting.packets.is_empty() && waiting.missed.is_none() {
@@ -172,7 +172,7 @@ impl Worker {
             let text =
                 format!("the disk does not take the spool: {error}; the shore gets the latest values only");
             if self.trouble(&text) {
-                // Ashore it is heard by the live lane, like all else.
+                // The shore gets it by the live lane, like everything else.
                 (self.deliver)(FromShore::NotSpooled(text)).ok();
             }
         }
@@ -180,7 +180,7 @@ impl Worker {
             self.trouble("the spool is full: the oldest telemetry gives way");
         }
         self.vessel.handle(self.clock.now(), VesselInput::SpoolRefused(written.is_err()));
-        // The disk first, then the map.
+        // First to disk, then live.
         for packet in live {
             self.vessel.handle(self.clock.now(), VesselInput::Live(packet));
         }
@@ -188,7 +188,7 @@ impl Worker {
         waiting.ending
     }
 
-    /// Tells of trouble with the disk, but not all the time; answers whether it did.
+    /// Reports a disk error, at limited rate; returns whether it did.
     fn trouble(&mut self, text: &str) -> bool {
         let now = self.clock.now().mono;
         let due = now >= self.next_trouble;
@@ -203,7 +203,7 @@ impl Worker {
         while let Ok(Attempt { way, id, carried_bytes, outcome }) = self.attempted.1.try_recv() {
             self.attempts[way] -= 1;
             self.handle(VesselInput::Handshake(way, carried_bytes));
-            // One that the link does not wait for any more is closed by dropping it.
+            // A connection that the link no longer waits for is closed by dropping it.
             if self.opening.remove(&id).is_none() {
                 continue;
             }
@@ -227,7 +227,7 @@ impl Worker {
         }
     }
 
-    /// Says why there is no connection by a way, once for each reason.
+    /// Reports why there is no connection by a way, once for each reason.
     fn complain(&mut self, way: usize, text: String) {
         if text != self.complaints[way] {
             match self.settings.ways[way].way.name.as_str() {
@@ -238,7 +238,7 @@ impl Worker {
         }
     }
 
-    /// Takes messages; answers whether there may be more, which the kernel need not know of.
+    /// Processes messages; returns whether more may be buffered in this process, which poll does not show.
     fn receive(&mut self) -> bool {
         let ids: Vec<ConnectionId> = self.connections.keys().copied().collect();
         let mut more = false;
@@ -278,7 +278,7 @@ impl Worker {
         self.handle(VesselInput::Closed(id));
     }
 
-    /// Tells the link something and carries out what it wants.
+    /// Passes an input to the link and carries out its outputs.
     fn handle(&mut self, input: VesselInput) {
         self.vessel.handle(self.clock.now(), input);
         while let Some(output) = self.vessel.poll_output() {
@@ -305,7 +305,7 @@ impl Worker {
             VesselOutput::Close(id, reason) => {
                 let given_up = self.opening.remove(&id).map(|(way, _)| way);
                 let closed = self.connections.remove(&id).map(|mut connection| {
-                    // A last word, if the kernel takes it at once.
+                    // Sends the last message, if the kernel accepts it at once.
                     connection.socket.flush().ok();
                     connection.way
                 });
@@ -377,7 +377,7 @@ impl Worker {
         }
     }
 
-    /// Tells the link what is aboard, and what became of the chart that comes.
+    /// Passes the chart aboard, and the progress of its transfer, to the link.
     fn take_chart(&mut self) {
         let aboard = self.queue.chart();
         let aboard = ChartAboard { takes: aboard.takes && self.keeper.is_some(), ..aboard };
@@ -459,7 +459,7 @@ impl Worker {
         }
     }
 
-    /// Waits until there is something to do; with `more` it only looks.
+    /// Waits until there is something to do; with `more` it only polls.
     fn wait(&mut self, more: bool) {
         let now = self.clock.now();
         let mut due = if more { now.mono } else { now.mono + LONGEST_WAIT };
@@ -477,7 +477,7 @@ impl Worker {
             let write = if socket.wants_to_write { PollFlags::OUT } else { PollFlags::empty() };
             fds.push(PollFd::from_borrowed_fd(socket.fd(), PollFlags::IN | write));
         }
-        // Interrupted or not: everything is looked at next.
+        // Interrupted or not: everything is checked next.
         poll(&mut fds, Some(&timeout)).ok();
     }
 }

@@ -1,4 +1,4 @@
-//! The computer's clock against the satellites': a pulse as the kernel notes it, and a real chronyd that takes the time.
+//! The computer's clock against GNSS time: a pulse as the kernel records it, and a real chronyd that takes the time.
 
 use crate::common::Console;
 use crate::common::devices::Devices;
@@ -21,7 +21,7 @@ fn configure(devices: &Devices, keys: &str) {
     std::fs::write(path, text).unwrap();
 }
 
-/// Notes a pulse at each whole second as the kernel does, seen by a clock that is 15 ms ahead, until told to end.
+/// Records a pulse at each whole second as the kernel does, for a clock that is 15 ms ahead, until `end`.
 fn pulses(file: &Path, end: &AtomicBool) {
     let mut last = 0;
     while !end.load(Ordering::Relaxed) {
@@ -64,7 +64,7 @@ fn a_clock_that_is_15_ms_off_by_the_pulse_is_reported_in_words_and_figures() {
     writer.join().unwrap();
 }
 
-/// A chronyd that sets no clock (`-x`) and takes the satellites' time; slow as it takes a sample a second.
+/// A chronyd that does not set the clock (`-x`) and takes GNSS time; slow, as it takes one sample a second.
 #[test]
 fn a_real_chronyd_takes_the_satellites_time() {
     if Command::new("chronyd").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_err()
@@ -75,7 +75,7 @@ fn a_real_chronyd_takes_the_satellites_time() {
         );
     }
     let devices = Devices::start(&[]);
-    // Chronyd takes questions in a folder of its own only.
+    // Chronyd accepts queries only in its own folder.
     let folder = &devices.folder.path().join("chrony");
     std::fs::DirBuilder::new().mode(0o700).create(folder).unwrap();
     let (socket, asked) = (folder.join("lutra.sock"), folder.join("chronyd.sock"));
@@ -111,6 +111,6 @@ fn a_real_chronyd_takes_the_satellites_time() {
     };
     chronyd.kill().unwrap();
     chronyd.wait().unwrap();
-    // The simulated receiver goes by this computer's clock: what is left is the delay of its messages.
+    // The simulated receiver uses this computer's clock: the remaining offset is the delay of its messages.
     assert!(offset_s.abs() < 1.0, "{offset_s} s: {said}");
 }

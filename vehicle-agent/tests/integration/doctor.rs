@@ -1,4 +1,4 @@
-//! `doctor` and `motors test` before simulated devices: what they find, and what they say is to be done.
+//! `doctor` and `motors test` with simulated devices: their findings and remedies.
 //!
 //! A device that does not answer takes the seconds that its driver gives it.
 
@@ -79,7 +79,7 @@ fn the_doctor_sets_nothing_and_switches_nothing() {
     let devices = Devices::start(&["--set-up"]);
     let (code, found) = doctor(&devices);
     assert_eq!(code, Some(1), "{found:#}");
-    // The simulation writes down what the computer sent to each device.
+    // The simulation records what the computer sent to each device.
     assert_eq!(devices.received("gnss"), "");
     assert_eq!(devices.received("hydrophone"), "LIVECMFV?EX!");
     assert_eq!(devices.received("motors"), "\r\r\rC\rS6\rO\r");

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// A small disk, where the system lets us have one.
+/// A small disk, where the system permits one.
 struct SmallDisk(PathBuf);
 
 impl SmallDisk {
@@ -55,7 +55,7 @@ fn a_full_disk_stops_the_log_and_no_vessel() {
     assert_eq!(console.database(PlanDBOp::Set, "far", Some(far_plan().into())).r#type, PlanDBType::Success);
     console.start("far", None);
 
-    // Something else takes all the room there is.
+    // Another file fills all free space.
     let fill = data.join("fill");
     let mut file = std::fs::File::create(&fill).unwrap();
     while file.write_all(&[1; 4096]).is_ok() {}
@@ -78,7 +78,7 @@ fn a_full_disk_stops_the_log_and_no_vessel() {
     drop(file);
     std::fs::remove_file(&fill).unwrap();
     let retried = Instant::now();
-    // The next attempt is due within half a minute, which is what a wait lasts: two of them.
+    // The next attempt is due within half a minute, the limit of one wait: so wait twice.
     let well = |packet: &Packet| is(packet, EntityStateState::Normal);
     let first = console.wait("a new log", |packet| match packet.get::<EntityState>() {
         Some(_) => well(packet).map(Some),
@@ -148,7 +148,7 @@ fn motors_stop_when_the_console_is_gone() {
     agent.terminate();
 }
 
-/// Sends heartbeats as fast as the other side takes them, until it is told to stop or hung up on.
+/// Sends heartbeats as fast as the other side accepts them, until `stop` or a closed connection.
 fn flood(port: u16, stop: &Arc<AtomicBool>) -> std::thread::JoinHandle<()> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     let (beats, stop) = (packet(Heartbeat).repeat(1000), Arc::clone(stop));
@@ -166,7 +166,7 @@ fn an_abort_comes_through_a_flood() {
 
     let stop = Arc::new(AtomicBool::new(false));
     let floods = [flood(agent.tcp[0], &stop), flood(agent.tcp[0], &stop)];
-    // By datagrams, which nobody waits for, to whoever hears it, from a console that never spoke before.
+    // By datagrams, without acknowledgement, as a broadcast, from a new console.
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let header = Header { src: Address(0x4002), dst: Address::BROADCAST, ..Header::default() };
     let abort = Packet::new(header, Abort).encode().unwrap();
@@ -174,13 +174,13 @@ fn an_abort_comes_through_a_flood() {
     console.wait_for::<Aborted>("aborted", |_| true);
     console.wait_for::<SetThrusterActuation>("a stop", |set| set.value == 0.0);
     console.wait_for::<VehicleState>("service", |state| state.op_mode == VehicleStateOpMode::Service);
-    // Others are heard as well while it lasts, and one who floods may abort too.
+    // Others are served meanwhile, and a flooding client may abort too.
     console.start("far", None);
     let mut loud = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
     loud.write_all(&packet(Heartbeat).repeat(50_000)).unwrap();
     loud.write_all(&packet(Abort)).unwrap();
     console.wait_for::<Aborted>("aborted again", |_| true);
-    // The end comes through as well.
+    // The termination works as well.
     let last = agent.terminate();
     stop.store(true, Ordering::Relaxed);
     for flood in floods {
@@ -199,7 +199,7 @@ fn a_client_that_does_not_read_is_disconnected_with_a_word() {
     let mut agent = Agent::spawn(&mut command, folder.path(), &[]);
     let mut words = BufReader::new(agent.child.stderr.take().unwrap()).lines();
     let deaf = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
-    // What the deaf one gets is what others ask for: the list of entities, again and again.
+    // The client that does not read gets answers to others: the list of entities, repeatedly.
     let mut asker = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
     let query = packet(EntityList { op: EntityListOp::Query, ..Default::default() }).repeat(500);
     let mut reader = asker.try_clone().unwrap();
@@ -212,7 +212,7 @@ fn a_client_that_does_not_read_is_disconnected_with_a_word() {
     });
     assert!(said);
     agent.signal("TERM");
-    // Whoever reads its words goes on to do so.
+    // Its output is still read.
     let rest = std::thread::spawn(move || words.count());
     assert!(agent.ended().starts_with("motors stopped"));
     asking.join().unwrap();
@@ -220,7 +220,7 @@ fn a_client_that_does_not_read_is_disconnected_with_a_word() {
     rest.join().unwrap();
 }
 
-/// What the logs hold, oldest first.
+/// Packets of the logs, oldest first.
 fn logged(folder: &Path) -> Vec<Packet> {
     let mut all = logs(&folder.join("logs"));
     all.sort();
@@ -271,7 +271,7 @@ fn a_folder_in_use_is_refused_by_a_code_of_its_own() {
     assert_eq!(second.status.code(), Some(3), "{told}");
     assert!(told.contains(&format!("process {}", agent.child.id())) && told.contains("--data"), "{told}");
     agent.terminate();
-    // The right to it ends with the process, also when it is killed.
+    // The lock ends with the process, also when it is killed.
     let mut killed = Agent::start(folder.path(), &[]);
     killed.child.kill().unwrap();
     killed.child.wait().unwrap();
@@ -386,7 +386,7 @@ fn a_disk_that_hangs_holds_up_its_answer_and_nothing_else() {
     let agent = Agent::start(folder.path(), &[]);
     let mut console = Console::connect(&agent);
     console.ready();
-    // Writing to a pipe that nobody reads waits, as a disk that fails does.
+    // Writing to a pipe without a reader blocks, like a failing disk.
     let pipe = folder.path().join("plans/far.part");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     console.send(PlanDB {
@@ -407,7 +407,7 @@ fn a_disk_that_hangs_holds_up_its_answer_and_nothing_else() {
     let answers = console.seen.iter().filter_map(|packet| packet.get::<PlanDB>());
     let early = answers.filter(|reply| reply.request_id == 77 && reply.r#type != PlanDBType::InProgress);
     assert_eq!(early.count(), 0, "nothing is acknowledged before it is on the disk");
-    // The disk comes back with an error: a pipe is nothing that keeps.
+    // The disk returns with an error: a pipe cannot be synced.
     let mut given = Vec::new();
     std::fs::File::open(&pipe).unwrap().read_to_end(&mut given).unwrap();
     let refused = console.wait_for::<PlanDB>("the answer", |reply| reply.request_id == 77);

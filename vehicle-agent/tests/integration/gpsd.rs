@@ -1,4 +1,5 @@
-//! gpsd as the other side: the real daemon between a made receiver and the driver, and `gpsdecode` as an independent reader.
+//! Interoperation with gpsd: the real daemon between a simulated receiver and the driver, and `gpsdecode` as an independent
+//! decoder.
 
 use crate::common::devices::Devices;
 use crate::common::receiver::{HEADING_RAD, PLACE_RAD, epoch_at};
@@ -19,7 +20,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use units::{MonoTime, Now, UtcTime};
 
-/// Whether a program of gpsd's is here; says what to install where it is not.
+/// Whether a program of gpsd is installed; prints what to install if not.
 fn is_there(tool: &str) -> bool {
     let version = Command::new(tool).arg("-V").stdout(Stdio::null()).stderr(Stdio::null()).status();
     if version.is_err() {
@@ -51,18 +52,18 @@ fn assert_near(what: &str, ours: f64, theirs: f64, tolerance: f64) {
     assert!((ours - theirs).abs() <= tolerance, "{what}: {ours} by us, {theirs} by gpsdecode");
 }
 
-/// Our epoch of the time of a report, which has milliseconds.
+/// Our epoch at the time of a report, which has milliseconds.
 fn epoch_of<'a>(ours: &'a [Value], report: &Value) -> &'a Value {
     let time = report["time"].as_str().unwrap().trim_end_matches('Z');
     let is_of = |one: &&Value| one["utc"].as_str().is_some_and(|utc| utc.starts_with(time));
     ours.iter().find(is_of).unwrap_or_else(|| panic!("no epoch of {time}"))
 }
 
-/// Position, time, quality and dilution of each report of gpsdecode against our epoch of that time; answers how many.
+/// Compares position, time, quality and dilution of each report of gpsdecode with our epoch of that time; returns how many.
 ///
 /// Tolerances are half of the last digit that gpsdecode prints: 1e-9 degrees, and a thousandth of a metre of `eph`, which is the
 /// horizontal dilution times 4.75 m with corrections and 19 m without (gpsd's `H_UERE_WITH_DGPS` and `H_UERE_NO_DGPS`). Times
-/// are the same to the millisecond. gpsdecode leaves the status out where there is nothing to say of an autonomous position.
+/// are the same to the millisecond. gpsdecode omits the status for an autonomous position.
 fn compare_positions(ours: &[Value], theirs: &[Value]) -> usize {
     let reports = of_class(theirs, "TPV");
     for report in &reports {
@@ -112,8 +113,8 @@ fn angle(degrees: f64, width: usize) -> String {
     format!("{:0width$}{:010.7}", degrees.trunc(), degrees.fract() * 60.0)
 }
 
-/// A row of the values that the recording of the V104s was made of, said as a receiver with RMC, GSA and GSV says it: gpsd 3.22
-/// passes VTG over, and tells of the satellites with those in view, of which there are twelve here.
+/// A row of the values that the recording of the V104s was made of, written as a receiver with RMC, GSA and GSV does: gpsd
+/// 3.22 ignores VTG, and reports satellites together with those in view, of which there are twelve here.
 fn said(row: &str) -> String {
     let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
     let [utc_s, lat_rad, lon_rad, quality, satellites, hdop, _, cog_rad, sog_mps, psi_rad, ..] = cells[..]
@@ -166,7 +167,7 @@ fn gpsdecode_reads_the_same_courses_speeds_and_satellites() {
         assert_near("course", course_deg, report["track"].as_f64().unwrap(), 0.6e-4);
         assert_near("speed", epoch["sog_mps"].as_f64().unwrap(), report["speed"].as_f64().unwrap(), 0.6e-3);
     }
-    // gpsdecode tells of the satellites when those in view are whole, which is before the GSA of the same second.
+    // gpsdecode reports the satellites when those in view are complete, which is before the GSA of the same second.
     let skies = of_class(&theirs, "SKY");
     assert_eq!(skies.len(), 20);
     for (epoch, sky) in ours.iter().zip(&skies[1..]) {
@@ -208,7 +209,7 @@ fn gpsd_on(terminal: &Path) -> (Daemon, u16) {
     (Daemon(daemon.unwrap()), port)
 }
 
-/// The first reading with a position and a heading that comes of a real gpsd.
+/// The first reading with position and heading from a real gpsd.
 fn first_reading(watch: Watch) -> GnssReading {
     let (mut receiver, name) = terminal();
     let (_daemon, port) = gpsd_on(Path::new(&name));
@@ -241,7 +242,7 @@ fn first_reading(watch: Watch) -> GnssReading {
                 _ => {}
             }
         }
-        // The receiver speaks whenever the line was quiet for a while: an epoch is over.
+        // The receiver sends whenever the line was quiet for a while: an epoch is complete.
         match connection.read(&mut bytes) {
             Ok(0) => panic!("gpsd hung up"),
             Ok(length) => driver.handle(now(), Input::Bytes(&bytes[..length])),
@@ -258,7 +259,7 @@ fn first_reading(watch: Watch) -> GnssReading {
     unreachable!("the deadline ends it")
 }
 
-/// Takes some seconds: gpsd looks at a few epochs before it believes in a receiver.
+/// Takes some seconds: gpsd needs a few epochs before it accepts a receiver.
 #[test]
 fn a_real_gpsd_gives_the_receivers_readings_both_ways() {
     if !is_there("gpsd") {
@@ -275,7 +276,7 @@ fn a_real_gpsd_gives_the_receivers_readings_both_ways() {
 }
 
 /// The simulated compass at its terminal, a real gpsd that reads it, and the whole program that sails by that.
-/// Takes some seconds: all three live by the computer's clock, and the boat has to gather way.
+/// Takes some seconds: all three use the computer's clock, and the boat has to gather way.
 #[test]
 fn a_plan_is_sailed_by_a_real_gpsd_that_reads_the_simulated_compass() {
     if !is_there("gpsd") {
@@ -303,7 +304,7 @@ fn a_plan_is_sailed_by_a_real_gpsd_that_reads_the_simulated_compass() {
         Some((fix.clone(), packet.header.timestamp))
     });
     devices.wait("the truth of that time", |truth| truth.utc_s > utc_s);
-    // gpsd passes sentences on as they come; the boat makes a metre in that time at most.
+    // gpsd passes sentences on as they arrive; the boat moves a metre in that time at most.
     let off_m = devices.off_m(utc_s, fix.lat, fix.lon);
     assert!(off_m < 2.0, "{off_m} m off: {fix:?}");
     assert!(agent.terminate().starts_with("motors stopped, log closed"));

@@ -1,7 +1,7 @@
 //! The whole program with real protocols: `simulate-devices` is the devices, `run --profile Hardware` steers the vessel.
 //!
-//! These tests take the seconds that the devices' own deadlines take, for both programs live by the computer's clock.
-//! Nothing sleeps: every wait is for a packet, a line or the truth that the simulation writes, with a deadline.
+//! These tests take as long as the devices' own deadlines, as both programs use the computer's clock. Nothing sleeps: every
+//! wait is for a packet, a line or the true state from the simulation, with a deadline.
 
 use crate::common::devices::{Devices, configuration};
 use crate::common::{Agent, Console, DEADLINE, far_plan, ini, program};
@@ -10,7 +10,7 @@ use onboard::Entity;
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// Waits until a part says that it is in this state, in words that contain these.
+/// Waits until an entity reports this state, with a text that contains `words`.
 fn wait_state(console: &mut Console, entity: Entity, state: EntityStateState, words: &str) {
     console.wait(&format!("{entity:?} {state:?} {words}"), |packet| {
         let said = packet.get::<EntityState>().filter(|_| packet.header.src_ent == entity.number())?;
@@ -47,7 +47,7 @@ fn a_plan_is_sailed_over_real_protocols_and_a_silent_motor_card_stops_the_boat_a
     assert!(off_m < 1.5, "{off_m} m");
     wait_state(&mut console, Entity::Hydrophone, EntityStateState::Normal, "detections");
 
-    // The receiver measures at which instants its clock is set. Two marks of ten seconds have passed by then.
+    // The receiver measures the instants at which its clock is set. Two marks of ten seconds have passed by then.
     let mark_s = (devices.last().utc_s / 10.0).ceil() * 10.0;
     devices.wait("two marks", |truth| truth.utc_s > mark_s + 10.5);
     let instants = devices.order("report hydrophone");
@@ -57,7 +57,7 @@ fn a_plan_is_sailed_over_real_protocols_and_a_silent_motor_card_stops_the_boat_a
         rest.split_whitespace().next().unwrap().parse().unwrap()
     };
     assert!(number("commands=") >= 2.0, "{instants}");
-    // The computer may be busy: what is wrong by itself is farther off than that, or comes all at once.
+    // The computer may be busy: a real error would be larger than that, or all characters would come at once.
     assert!(number("worst_ms=").abs() < 250.0 && number(" to ") > 0.8, "{instants}");
 
     devices.order("babble hydrophone");
@@ -75,7 +75,7 @@ fn a_plan_is_sailed_over_real_protocols_and_a_silent_motor_card_stops_the_boat_a
     console.start("far", None);
     devices.wait("way on again", |truth| truth.speed_mps > 0.5);
 
-    // The last thing that the motors hear at the end is a stop; the card would stop them only after a second.
+    // The last command to the motors is a stop; the card would stop them only after a second.
     let ended = Instant::now();
     let last = agent.terminate();
     assert!(last.starts_with("motors stopped, log closed"), "{last}");
@@ -105,7 +105,7 @@ fn a_compass_that_is_unplugged_in_a_plan_stops_the_boat_until_it_is_back_and_the
     devices.order("mend gnss");
     wait_state(&mut console, Entity::Gps, EntityStateState::Normal, "");
     agent.terminate();
-    // What the devices did is in the recording: another brain does the same of it.
+    // The devices' data are in the recording: another brain gives the same outputs.
     let replay = program().arg("replay").arg(recording).output().unwrap();
     assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
 }
@@ -119,7 +119,7 @@ fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_lin
     let mut agent = devices.agent(&[]);
     let mut console = Console::connect(&agent);
     sail(&mut console);
-    // Stopped for a while as a whole, and then killed: the card stops the motors by itself.
+    // Suspended for a while, and then killed: the card stops the motors on its own.
     agent.signal("STOP");
     devices.wait("both propellers stand", |truth| truth.shaft_radps < 0.1);
     agent.signal("CONT");
@@ -127,13 +127,13 @@ fn a_killed_program_leaves_standing_motors_and_one_with_a_wrong_speed_of_the_lin
     agent.child.kill().unwrap();
     agent.child.wait().unwrap();
     devices.wait("both propellers stand", |truth| truth.shaft_radps < 0.1);
-    // The port is free for the next one at once, to which the compass, as it was set up, is noise.
+    // The port is free for the next agent at once, which receives the compass as noise at its present speed.
     std::fs::write(&config, wrong).unwrap();
     let agent = devices.agent(&[]);
     let mut console = Console::connect(&agent);
     wait_state(&mut console, Entity::Gps, EntityStateState::Error, "bytes come but no valid NMEA");
     wait_state(&mut console, Entity::MotorPort, EntityStateState::Normal, "");
-    // It is told to go over to the speed of the line, at the speed that it has.
+    // The agent orders it, at its present speed, to change to the line's speed.
     wait_state(&mut console, Entity::Gps, EntityStateState::Normal, "");
     assert!(devices.received("gnss").contains("$JBAUD,115200"), "{}", devices.received("gnss"));
     console.wait_for::<GpsFix>("a position", |fix| fix.validity.contains(GpsFixValidity::VALID_POS));
@@ -155,7 +155,7 @@ fn a_vessel_whose_devices_are_all_absent_starts_and_says_of_each_what_to_do() {
     assert!(agent.terminate().starts_with("motors stopped, log closed"));
 }
 
-/// Waits until the log book has a warning in words that contain these.
+/// Waits until the log book has a warning that contains `words`.
 fn wait_warning(console: &mut Console, words: &str) {
     console.wait_for::<LogBookEntry>(words, |entry| {
         entry.r#type == LogBookEntryType::Warning && entry.text.to_str_lossy().contains(words)
@@ -171,7 +171,7 @@ fn an_adapter_that_restarts_without_being_unplugged_is_told_again_and_the_plan_g
     devices.order("restart motors");
     let again = devices
         .wait("the adapter is told again", |_| devices.received("motors").matches("\rO\r").count() >= 2);
-    // The card forgets a command after a second.
+    // The card drops a command after a second.
     devices.wait("commanded after that", |truth| truth.utc_s > again.utc_s + 2.0 && truth.shaft_radps > 20.0);
     let state = console.wait_for::<PlanControlState>("the plan's state", |_| true);
     assert_eq!(state.state, PlanControlStateState::Executing);
@@ -219,7 +219,7 @@ fn devices_that_say_what_cannot_be_are_not_believed_and_the_boat_stops_until_the
     devices.order("mend motors");
     wait_state(&mut console, Entity::MotorPort, EntityStateState::Normal, "");
     console.ready();
-    // Noise as fast as the line carries it, with what an adapter refuses by in it.
+    // Noise at the full speed of the line, including an adapter's refusals.
     console.start("far", None);
     devices.wait("way on", |truth| truth.speed_mps > 0.5);
     devices.order("babble motors");
@@ -241,7 +241,7 @@ fn a_compass_without_its_orders_says_nothing_and_one_that_lost_its_power_gets_th
     wait_state(&mut console, Entity::Gps, EntityStateState::Normal, "");
     assert!(devices.received("gnss").matches("$JASC,GPGGA,5\r\n").count() >= 2);
     assert!(agent.terminate().starts_with("motors stopped, log closed"));
-    // Another agent, whose orders the compass does not know: it answers none of them, and sends nothing.
+    // Another agent, whose commands the compass does not know: it answers none of them, and sends nothing.
     let config = devices.folder.path().join("otter.ini");
     let command = |n| format!("Initialization String {n} - Command = $JASC,GPGGX,5\\r\\n\n");
     let wrong = (0..7).map(command).collect::<Vec<_>>().concat();

@@ -1,11 +1,11 @@
-//! The real program is killed, as the computer's watchdog does it, and started again on the same folder.
+//! The real program is killed, as by the computer's watchdog, and restarted on the same folder.
 
 use crate::common::{Agent, Console, far_plan, ini};
 use imc::messages::*;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// What goes on when the program is killed.
+/// What the vessel does when the program is killed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doing {
     Plan,
@@ -21,7 +21,7 @@ fn start(folder: &Path) -> (Agent, Console) {
     (agent, console)
 }
 
-/// Brings it there, and waits until the disk has what the next start is to know.
+/// Starts it, and waits until the disk has what the next start needs.
 fn begin(console: &mut Console, doing: Doing) {
     console.ready();
     match doing {
@@ -48,7 +48,7 @@ fn begin(console: &mut Console, doing: Doing) {
     }
 }
 
-/// What is kept of what is under way, once it begins with this word; none at rest.
+/// Waits until the stored task under way begins with this word; `None` for no task.
 fn kept(folder: &Path, console: &mut Console, word: Option<&str>) {
     let holds = || {
         let bytes = std::fs::read(folder.join("under-way.imc")).ok();

@@ -19,7 +19,7 @@ fn the_service_manager_is_told_that_it_is_ready_lives_and_ends() {
     let mut command = program();
     manager.watches(command.arg("run").arg(ini()).arg("--quiet"), Duration::from_millis(400));
     let agent = Agent::spawn(&mut command, folder.path(), &[]);
-    // It may come round for the first time before it has said that it is ready.
+    // The first watchdog message may come before the ready message.
     manager.waits_for("READY=1");
     for _ in 0..3 {
         assert_eq!(manager.told(), "WATCHDOG=1");
@@ -71,7 +71,7 @@ fn a_scripted_mission_from_outside() {
     console.wait_for::<VehicleState>("service again", |state| state.op_mode == VehicleStateOpMode::Service);
     let last = agent.terminate();
     assert!(last.starts_with("motors stopped"), "{last}");
-    // What was to be kept is on the disk at the end at the latest.
+    // Saved data are on disk at the end at the latest.
     let saved = std::fs::read_to_string(folder.path().join("ntnu-otter-01-saved.ini")).unwrap();
     assert!(saved.contains("ILOS Lookahead Distance") && saved.contains("13"), "{saved}");
     let replay = program().arg("replay").arg(folder.path().join("run.rec")).output().unwrap();
@@ -89,7 +89,7 @@ fn its_times_do_not_lag_by_the_time_it_took_to_start() {
     let agent = Agent::start(folder.path(), &[]);
     let mut console = Console::connect(&agent);
     let mut late = f64::INFINITY;
-    // The best of some: other programs may hold up any one of them.
+    // The best of several: other programs may delay any of them.
     for _ in 0..30 {
         let made = console
             .wait("estimate", |packet| packet.get::<EstimatedState>().map(|_| packet.header.timestamp));
@@ -124,7 +124,7 @@ fn a_console_in_contact_by_datagrams() {
         assert!(Instant::now() < until, "{heard:?}");
         let (length, _) = socket.recv_from(&mut buffer).unwrap();
         if heard.is_empty() {
-            // Asked once the announcement has come through, which has a port and a thread of its own.
+            // Requested after the announcement, which has its own port and thread.
             let query = packet(EntityList { op: EntityListOp::Query, ..Default::default() });
             socket.send_to(&query, ("127.0.0.1", agent.udp)).unwrap();
         }
@@ -141,7 +141,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     console.ready();
     console.database(PlanDBOp::Set, "far", Some(far_plan().into()));
     console.start("far", None);
-    // Two flushes of the log: what came before the last is on the disk.
+    // Two flushes of the log: everything before the last is on disk.
     console.wait_for::<EstimatedState>("way on", |state| state.x.hypot(state.y) > 12.0);
     agent.child.kill().unwrap();
     agent.child.wait().unwrap();
@@ -149,7 +149,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     let mut names = std::collections::BTreeSet::new();
     for log in logs(&folder.path().join("logs")) {
         let mut reader = LogReader::open(&log).unwrap();
-        // A log that was cut ends in damage or an error, after all that is whole.
+        // A truncated log ends in damage or an error, after all complete packets.
         while let Ok(Some(item)) = reader.next_item() {
             if let LogItem::Packet { view, .. } = item {
                 names.extend(Packet::decode(view.bytes()).unwrap().message().map(Message::abbrev));
@@ -190,7 +190,7 @@ fn two_simulations_record_the_same_bytes_and_replay() {
     }
     assert!(recordings[0] == recordings[1]);
     assert!(program().arg("replay").arg(folder.path().join("a")).status().unwrap().success());
-    // Damage is noticed, but for that of the rare byte that nothing depends on.
+    // Damage is detected, except in the rare byte that nothing depends on.
     let noticed = (2..5).filter(|quarter| {
         let mut damaged = recordings[0].clone();
         let place = damaged.len() * quarter / 6;
@@ -252,7 +252,7 @@ fn gains_that_oscillate_are_told_by_check_and_at_the_start_and_hinder_neither() 
     let json = program().arg("check").arg(&path).arg("--json").output().unwrap();
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["doubts"].as_array().unwrap().len(), 1, "{json}");
-    // Its standard input has ended already: it starts, and ends in order.
+    // Its standard input is closed already: it starts, and ends normally.
     let run = program()
         .arg("run")
         .arg(&path)
@@ -294,7 +294,7 @@ fn a_second_server_of_streams_carries_what_its_section_lists() {
     for _ in 0..3 {
         formation.wait("the next", |packet| packet.get::<Heartbeat>().map(|_| ()));
     }
-    // What is asked is answered on all streams; nothing but heartbeats comes by itself.
+    // Requests are answered on all streams; only heartbeats are sent unrequested.
     let by_itself = formation.seen.iter().find(|packet| packet.header.dst.is_everyone());
     assert_eq!(by_itself, None);
     assert!(console.seen.len() > 10);
@@ -308,7 +308,7 @@ fn it_ends_in_order_with_the_program_that_started_it_when_told_to() {
     command.arg("run").arg(folder.path().join("otter.ini")).args(["--quiet", "--end-with-stdin"]);
     let mut agent = Agent::spawn(command.stdin(Stdio::piped()), folder.path(), &[]);
     Console::connect(&agent).ready();
-    // What the system does with the pipes of a program that is gone.
+    // As the system does with the pipes of a program that has ended.
     drop(agent.child.stdin.take());
     assert!(agent.ended().starts_with("motors stopped, log closed"));
 }

@@ -1,4 +1,4 @@
-//! A reader that went away or a full disk behind a redirected log stops no vessel.
+//! A closed reader, or a full disk behind a redirected log, does not stop a vessel.
 
 use std::fs::OpenOptions;
 use std::io::{BufRead as _, BufReader};

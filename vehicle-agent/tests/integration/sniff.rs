@@ -22,7 +22,7 @@ fn a_pipe_is_read_until_its_end() {
     let mut input = child.stdin.take().unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap());
     input.write_all(TAG).unwrap();
-    // It comes at once, while the pipe is open.
+    // It is printed at once, while the pipe is open.
     let mut line = String::new();
     output.read_line(&mut line).unwrap();
     let found: Value = serde_json::from_str(&line).unwrap();
@@ -45,7 +45,7 @@ fn a_reader_that_goes_away_is_no_error() {
         .unwrap();
     drop(child.stdout.take());
     let mut input = child.stdin.take().unwrap();
-    // Until it has noticed and gone.
+    // Until it has noticed and ended.
     while input.write_all(TAG).is_ok() {}
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success());
@@ -54,7 +54,7 @@ fn a_reader_that_goes_away_is_no_error() {
 
 #[test]
 fn a_port_is_set_to_raw_bytes_and_its_end_says_what_to_do() {
-    // Closed in the child: else its own copy would keep the line up.
+    // Closed in the child: otherwise its own copy would keep the line open.
     let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
     grantpt(&device).unwrap();
     unlockpt(&device).unwrap();
@@ -74,7 +74,7 @@ fn a_port_is_set_to_raw_bytes_and_its_end_says_what_to_do() {
         told.send(line).unwrap();
         output
     });
-    // What comes before the port is set is of another time and thrown away: the tag is said until it is heard.
+    // Bytes from before the port is configured are discarded: the tag is sent until it is decoded.
     let line = (0..200).find_map(|_| {
         device.write_all(TAG).unwrap();
         device.write_all(b"\n").unwrap();
@@ -86,7 +86,7 @@ fn a_port_is_set_to_raw_bytes_and_its_end_says_what_to_do() {
     assert!(!settings.local_modes.intersects(LocalModes::ICANON | LocalModes::ECHO));
     assert_eq!(settings.output_speed(), 38_400);
     drop(device);
-    // The rest is read as well, or the program would wait for room in the pipe.
+    // The rest is read as well, or the program would block on a full pipe.
     std::io::copy(&mut reader.join().unwrap(), &mut std::io::sink()).unwrap();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1));

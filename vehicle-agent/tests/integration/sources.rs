@@ -1,5 +1,5 @@
-//! Positions that come by other ways than a serial port: a stream, datagrams, a recording. The whole program with each, and what
-//! it says and does when the other end goes away and comes back.
+//! Positions from sources other than a serial port: a TCP stream, datagrams, a recording. The whole program with each, and
+//! its behaviour when the other end disappears and returns.
 //!
 //! Nothing sleeps: every wait is for a packet or a connection, with a deadline.
 
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use units::UtcTime;
 
-/// Time between two epochs of the made receivers.
+/// Time between two epochs of the simulated receivers.
 const PERIOD: Duration = Duration::from_millis(200);
 
 /// A vessel whose compass is at this place, and that has no other device.
@@ -35,7 +35,7 @@ fn vessel(place: &str, more: &str) -> (TempDir, Agent) {
     (folder, agent)
 }
 
-/// Waits for a position and a heading that are the made receiver's.
+/// Waits for the simulated receiver's position and heading.
 fn wait_position(console: &mut Console) {
     let fix = console.wait_for::<GpsFix>("a position", |fix| fix.satellites == 9);
     assert!((fix.lat - PLACE_RAD.0).abs() < 1e-9 && (fix.lon - PLACE_RAD.1).abs() < 1e-9, "{fix:?}");
@@ -52,7 +52,7 @@ fn wait_error(console: &mut Console, words: &str) {
     });
 }
 
-/// A receiver that says an epoch again and again until it is told to end.
+/// A receiver that sends epochs repeatedly until it is ended.
 struct Speaking(Arc<AtomicBool>, Option<JoinHandle<()>>);
 
 impl Speaking {
@@ -83,7 +83,7 @@ impl std::ops::Drop for Speaking {
     }
 }
 
-/// Listens where a listener was. Whoever connected meanwhile may have been given that very port for its own end.
+/// Listens again on a listener's port, which may have been assigned as local port of a connection meanwhile.
 fn listen_again(address: SocketAddr) -> TcpListener {
     let until = Instant::now() + DEADLINE;
     loop {
@@ -115,13 +115,13 @@ fn sentences_by_a_stream_are_positions_and_a_server_that_went_away_is_found_agai
 
 #[test]
 fn sentences_by_datagrams_are_positions_and_silence_is_told_until_they_come_again() {
-    // A port that is free, as far as anybody can know.
+    // A port that is probably free.
     let address = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let (_folder, agent) = vessel(&format!("udp://{address}"), "Input Timeout = 1\n");
     let mut console = Console::connect(&agent);
     let speak = || {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-        // A port that is not open yet refuses: the receiver does not care.
+        // A port that is not open yet refuses: the receiver ignores that.
         Speaking::start(move |bytes| {
             socket.send_to(bytes, address).ok();
             Ok(())
@@ -149,7 +149,7 @@ fn a_recording_gives_its_positions_once_and_its_end_is_told() {
     wait_position(&mut console);
     wait_error(&mut console, "the recording is over");
     let fixes = console.seen.iter().filter(|packet| packet.get::<GpsFix>().is_some()).count();
-    // As fast as the line would bring them: those that came before the console did are not seen.
+    // At the speed of the line: those from before the console connected are not seen.
     assert!((2..=15).contains(&fixes), "{fixes}");
     assert!(agent.terminate().starts_with("motors stopped, log closed"));
 }
@@ -160,7 +160,7 @@ fn a_stream_that_comes_about_and_says_nothing_is_given_up_and_tried_again() {
     let (_folder, agent) =
         vessel(&format!("tcp://{}", listener.local_addr().unwrap()), "Input Timeout = 3\n");
     let mut console = Console::connect(&agent);
-    // Both stand: the agent gives the first up by itself.
+    // Both are open: the agent drops the first on its own.
     let silent = listener.accept().unwrap();
     let _speaking = Speaking::stream(listener.accept().unwrap().0);
     wait_position(&mut console);

@@ -1,5 +1,5 @@
-//! The real program and a shore, either of them killed, and a connection that goes dead: what the vessel said is
-//! ashore once.
+//! The real program and a shore, either of them killed, and a connection that goes dead: the vessel's packets are ashore
+//! once.
 
 use crate::common::{Agent, CONSOLE, DEADLINE, OTTER, ini};
 use imc::lsf::{LogItem, LogReader};
@@ -17,7 +17,7 @@ use tempfile::TempDir;
 use tungstenite::{Message as Frame, WebSocket};
 use units::{MonoTime, Now, UtcTime};
 
-/// What was received is durable after this.
+/// Received records are durable after this.
 const COMMIT: Duration = Duration::from_millis(50);
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
@@ -37,7 +37,7 @@ impl Disk {
     }
 }
 
-/// The shore's program: all of it is gone when it is dropped.
+/// The shore's program: its state is lost when dropped.
 struct SmallShore<'a> {
     disk: &'a mut Disk,
     listener: TcpListener,
@@ -49,7 +49,7 @@ struct SmallShore<'a> {
     accepted: u64,
     /// Connections up to this number are dead: nothing is read from them or sent.
     dead: u64,
-    /// The vessel's next number when it greeted last.
+    /// The vessel's next number in its last hello.
     greeted_next: u64,
     ups: u64,
     outcomes: Vec<Outcome>,
@@ -96,12 +96,12 @@ impl<'a> SmallShore<'a> {
         }
     }
 
-    /// Looks once at everything; answers whether something was there.
+    /// Processes everything once; returns whether there was anything.
     fn serve(&mut self) -> bool {
         let mut busy = false;
         if let Ok((stream, _)) = self.listener.accept() {
             stream.set_nonblocking(false).unwrap();
-            // One that was given up meanwhile does not shake hands.
+            // An abandoned connection does not complete the handshake.
             if let Ok(socket) = tungstenite::accept(stream) {
                 socket.get_ref().set_nonblocking(true).unwrap();
                 self.accepted += 1;
@@ -152,7 +152,7 @@ impl<'a> SmallShore<'a> {
             match output {
                 ShoreOutput::Send(id, bytes) if id.0 > self.dead => {
                     if let Some(socket) = self.sockets.get_mut(&id.0) {
-                        // A peer that was killed is noticed by reading.
+                        // A killed peer is detected by reading.
                         socket.send(Frame::Binary(bytes)).ok();
                     }
                 }
@@ -187,7 +187,7 @@ impl<'a> SmallShore<'a> {
     }
 }
 
-/// An Otter's configuration with the way to the shore.
+/// An Otter's configuration with the uplink.
 fn configure(folder: &Path, port: u16) {
     let lutra = format!(
         "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://127.0.0.1:{port}/link\nToken File = token\n"
@@ -216,7 +216,7 @@ fn plan_query() -> Vec<u8> {
     Packet::new(header, query).encode().unwrap()
 }
 
-/// A start of a plan that nobody stored.
+/// A start of a plan that does not exist.
 fn plan_start() -> Vec<u8> {
     let start =
         PlanControl { r#type: PlanControlType::Request, plan_id: "x".into(), ..PlanControl::default() };
@@ -266,7 +266,7 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
 
     let mut shore = SmallShore::start(&mut disk, port);
     shore.serve_until("begun", |shore| shore.kept() > 200);
-    // A command reaches the brain, and its answer comes as everything does.
+    // A command reaches the brain, and its answer comes like other packets.
     let ttl = Duration::from_secs(20);
     shore.tell(ShoreInput::Command { id: 1, ttl, lease: 0, overtakes: false, packet: plan_query().into() });
     shore.serve_until("answered", |shore| !shore.outcomes.is_empty());
@@ -277,13 +277,13 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     };
     shore.serve_until("told the plans", |shore| shore.disk.packets().any(is_answer));
 
-    // The shore dies with what it has not committed.
+    // The shore dies with its uncommitted records.
     drop(shore);
     let mut shore = SmallShore::start(&mut disk, port);
     let before = shore.kept();
     shore.serve_until("on after the shore died", |shore| shore.kept() > before + 200);
 
-    // The connection goes dead without a word: the vessel makes another.
+    // The connection goes dead silently: the vessel makes another.
     shore.dead = shore.accepted;
     let (before, ups) = (shore.kept(), shore.ups);
     shore.serve_until("on over another connection", |shore| shore.ups > ups && shore.kept() > before + 200);
@@ -296,14 +296,14 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     let (before, ups) = (shore.kept(), shore.ups);
     shore.serve_until("on after the vessel died", |shore| shore.ups > ups && shore.kept() > before + 200);
 
-    // It ends in order; what it said last comes after its next start.
+    // It ends in order; its last packets arrive after its next start.
     agent.terminate();
     let agent = Agent::start(folder.path(), &[]);
     let ups = shore.ups;
     shore.serve_until("complete", |shore| shore.ups > ups && shore.kept() as u64 > shore.greeted_next);
     drop(shore);
 
-    // All that the logs hold is ashore as often, but what was declared missing.
+    // Every packet of the logs is ashore as often, except declared gaps.
     let mut ashore = BTreeMap::<&[u8], usize>::new();
     for packet in disk.packets() {
         *ashore.entry(packet).or_default() += 1;
@@ -313,7 +313,7 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     for log in &current {
         let mut reader = LogReader::open(log).unwrap();
         while let Ok(Some(item)) = reader.next_item() {
-            // Each log begins and ends with a mark of its own.
+            // Each log begins and ends with its own mark.
             if let LogItem::Packet { view, .. } = item
                 && view.id() != LoggingControl::ID
             {
@@ -323,8 +323,8 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     }
     let last_s = disk.packets().filter_map(|packet| Some(PacketView::new(packet).ok()?.timestamp()));
     let last_s = last_s.fold(0.0, f64::max);
-    // What the killed vessel had not spooled is declared, up to its next start. (A time is given before it is
-    // recorded.)
+    // Packets that the killed vessel had not spooled are declared, up to its next start. (A packet's time precedes its
+    // recording.)
     let [gap] = &disk.gaps[..] else { panic!("{:?}", disk.gaps) };
     assert_eq!((gap.reason, gap.to - gap.from), (GapReason::Killed, 1));
     let declared_s = gap.since.seconds() - 0.5..gap.until.seconds();

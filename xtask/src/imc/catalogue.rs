@@ -1,4 +1,4 @@
-//! The catalogue as it is written in `messages.json`.
+//! The catalogue in the form of `messages.json`.
 
 use anyhow::ensure;
 use serde::Deserialize;
@@ -160,7 +160,7 @@ impl Field {
 }
 
 impl Catalogue {
-    /// What the generator relies on.
+    /// Checks the generator's assumptions.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         let ids: BTreeSet<u16> = self.messages.iter().map(|m| m.id).collect();
         let abbrevs: BTreeSet<&str> = self.messages.iter().map(|m| m.abbrev.as_str()).collect();

@@ -117,7 +117,7 @@ fn category_file(category: &str, messages: &[&Message]) -> File {
     File { path: format!("{FOLDER}/{}.rs", names::snake(category)), text }
 }
 
-/// What a message is for, or at least what it is called.
+/// Purpose of a message, or at least its name.
 fn headline(message: &Message) -> String {
     message.summary.clone().unwrap_or_else(|| format!("{}.", message.name.trim_end_matches('.')))
 }
@@ -150,7 +150,7 @@ fn named_type(message: &Message, field: &Field) -> String {
         .unwrap_or_else(|| format!("{}{}", message.abbrev, names::pascal(&field.abbrev)))
 }
 
-/// One message: its struct, its own enumerations and bit fields, and its way to the wire and back.
+/// One message: its struct, its own enumerations and bit fields, and its encoding and decoding.
 fn message_type(text: &mut String, message: &Message) {
     let abbrev = &message.abbrev;
     writeln!(text, "/// {}\n///\n/// {} ({}).", headline(message), message.name, message.id).ok();

@@ -1,4 +1,4 @@
-//! What the catalogue says of every message and field, for code that meets them at run time.
+//! Descriptions of every message and field, for code that handles them at run time.
 
 use super::catalogue::{Catalogue, Field, Kind, Label, Message};
 use super::{File, banner, names};
@@ -108,7 +108,7 @@ fn message_table(text: &mut String, message: &Message) {
     text.push_str("    ],\n};\n\n");
 }
 
-/// The message's fields, as far as its bytes can be passed over: fixed-size neighbours are one run.
+/// Layout of the message's fields for skipping: adjacent fields of fixed size are one run.
 fn runs(message: &Message) -> Vec<String> {
     let mut runs = Vec::new();
     let mut fixed = 0;

@@ -90,7 +90,7 @@ pub(in crate::cli) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
     Ok(loaded.sealed.index)
 }
 
-/// Tells which charts could not be read for an answer.
+/// Reports charts that could not be read for an answer.
 fn tell_damage(index: &DepthIndex, db: &Path) {
     for what in index.unreadable() {
         let file = chartdb::index_path(db);

@@ -1,4 +1,4 @@
-//! `chart check`: a plan against the chart, as server and vessels hold it.
+//! `chart check`: checks a plan against the chart, as server and vessels do.
 
 use super::ask::{index, place};
 use crate::cli::say::say;
@@ -72,11 +72,11 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
     if let Ok(document) = serde_json::from_slice::<PlanDocument>(&bytes) {
         return of_document(name, &document);
     }
-    // What documents cannot say, such as a drift with the motors off, is checked too.
+    // Maneuvers that plan documents do not have, such as drifting with the motors off, are checked too.
     if let Ok(mut value) = serde_json::from_slice::<serde_json::Value>(&bytes)
         && let Some(object) = value.as_object_mut().filter(|object| object.contains_key("abbrev"))
     {
-        // A whole packet's words about itself.
+        // The header of a whole packet.
         object.retain(|key, _| !matches!(key.as_str(), "header" | "endian"));
         match imc::json::message_from_value(&value).with_context(|| name.to_owned())? {
             Message::PlanSpecification(plan) => return Ok(*plan),

@@ -31,7 +31,7 @@ pub(super) struct GridArguments {
     #[arg(long, value_name = "M")]
     spacing: f64,
     /// Do not divide squares that are everywhere at least this deep (m): fine where shallow, coarse where deep.
-    /// Each square then tells its shallowest.
+    /// Each square then has its shallowest depth.
     #[arg(long, value_name = "M", requires = "coarsest")]
     deep: Option<f64>,
     /// Side of the largest squares (m).
@@ -87,7 +87,7 @@ impl Sink {
             )?;
             "INSERT OR REPLACE INTO depth_grid VALUES (?1, ?2, ?3, ?4, ?5)"
         } else {
-            // Neighbours share the vertices of their border, so a place is no key here.
+            // Neighbours share the vertices of their border, so the position cannot be a key.
             connection.execute_batch(
                 "CREATE TABLE contour_vertices (Lat REAL NOT NULL, Lon REAL NOT NULL, DRVAL1 REAL NOT NULL, \
                  DRVAL2 REAL, chart TEXT NOT NULL);
@@ -127,7 +127,7 @@ impl Sink {
         Ok(())
     }
 
-    /// Under its name only when it is whole.
+    /// Renames the file to its final name, now that it is complete.
     fn finish(self, path: &Path) -> anyhow::Result<()> {
         match self {
             Self::Csv(file) => file.into_inner()?.sync_all()?,
@@ -146,7 +146,7 @@ fn part(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Writes what `each` gives; nothing stays of a file that fails.
+/// Writes the rows of `each`; a file that fails is removed.
 fn write(
     path: &Path,
     json: bool,

@@ -38,7 +38,7 @@ pub(super) struct ImportArguments {
     /// Table of lakes in a GeoPackage.
     #[arg(long, value_name = "TABLE")]
     layer: Option<String>,
-    /// Bring in what is whole although other charts cannot be read.
+    /// Import complete charts although others cannot be read.
     #[arg(long)]
     keep_going: bool,
 }

@@ -12,7 +12,7 @@ use super::Common;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// The chart set lies in the folder of data unless told otherwise.
+/// Options of all subcommands: the chart set is in the data folder by default.
 #[derive(Debug, Args)]
 pub(super) struct Set {
     /// The chart set, a GeoPackage [default: charts.set of the configuration].
@@ -64,7 +64,7 @@ impl Set {
     }
 }
 
-/// Does as told.
+/// Runs the subcommand.
 pub(super) fn chart(common: &Common, arguments: &ChartArguments) -> anyhow::Result<()> {
     let db = arguments.set.path(common)?;
     let json = arguments.set.json;

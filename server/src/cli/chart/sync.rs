@@ -71,9 +71,9 @@ pub(super) fn sync(db: &Path, config: &Config, json: bool, arguments: &SyncArgum
 
 type Vessels = BTreeMap<u16, (Option<String>, VesselChart)>;
 
-/// The vessels that have names and those that told of their charts.
+/// The vessels that have names, and those that reported their charts.
 fn vessels_of(config: &Config, package: &ChartPackage, only: Option<&str>) -> anyhow::Result<Vessels> {
-    // A database that is not there yet names nobody.
+    // Without a database there are no names.
     let (named, only) = if config.data.join("app.db").exists() {
         with(&config.data, async |db| known(db, only).await)?
     } else {

@@ -1,7 +1,7 @@
-//! An agent as a process: found, started, ended, and what it said when it ended by itself.
+//! An agent as a child process: finding, starting and ending it, and its last log lines if it ended unexpectedly.
 //!
-//! An agent ends with its standard input, whose other end is here: so it is stopped, and so it stops when this
-//! program is killed. It is in a process group of its own, so that Ctrl-C reaches it only through this program.
+//! An agent ends when its standard input is closed. This program holds the other end: so it stops agents, and they also end
+//! if this program is killed. Each is in its own process group, so that Ctrl-C reaches it only through this program.
 
 use super::fleet::Otter;
 use anyhow::{Context as _, bail};
@@ -23,7 +23,7 @@ const LINES: usize = 5;
 /// Where lutra-agent is: beside this program, else in PATH.
 ///
 /// # Errors
-/// It is nowhere.
+/// It is not found.
 pub(super) fn find() -> anyhow::Result<PathBuf> {
     let own = std::env::current_exe().context("cannot tell where this program is")?;
     let beside = own.parent().unwrap_or(Path::new(".")).to_owned();
@@ -48,7 +48,7 @@ fn is_program(file: &Path) -> bool {
 #[derive(Debug)]
 pub(super) struct Agent {
     child: Child,
-    /// What keeps it going.
+    /// Its standard input: it runs while this is open.
     input: Option<ChildStdin>,
     log: PathBuf,
 }
@@ -82,7 +82,7 @@ impl Agent {
         self.child.wait().await
     }
 
-    /// Ends it in order, or kills it when that takes too long; whether the former.
+    /// Ends it normally, or kills it if that takes too long; returns whether it ended normally.
     pub(super) async fn end(mut self) -> bool {
         self.input.take();
         if tokio::time::timeout(LONGEST_END, self.child.wait()).await.is_ok() {
@@ -92,7 +92,7 @@ impl Agent {
         false
     }
 
-    /// The last lines that it said.
+    /// The last lines of its log.
     pub(super) fn last_words(&self) -> String {
         let text = fs::read(&self.log).unwrap_or_default();
         let text = String::from_utf8_lossy(&text);

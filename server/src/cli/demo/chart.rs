@@ -1,4 +1,4 @@
-//! The demo's chart: the fictitious archipelago, brought in as people bring in theirs.
+//! The demo's chart: the fictitious archipelago, imported in the usual way.
 
 use crate::cli::say::say;
 use anyhow::{Context as _, bail};
@@ -7,10 +7,10 @@ use shore::clock;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Imports the archipelago into the chart set at `set`; the depth index that agents read.
+/// Imports the archipelago into the chart set at `set`; returns the depth index that agents read.
 ///
 /// # Errors
-/// A file cannot be written or does not come in whole.
+/// A file cannot be written or imported completely.
 pub(super) fn bring_in(folder: &Path, set: &Path) -> anyhow::Result<PathBuf> {
     let cells = folder.join("chart");
     fs::create_dir_all(&cells).with_context(|| format!("cannot make {}", cells.display()))?;

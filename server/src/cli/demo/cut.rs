@@ -1,8 +1,8 @@
-//! A fault to watch: the link of one Otter is cut, and comes back.
+//! A simulated fault: the link of one Otter is cut, and restored.
 //!
-//! Its agent reaches the server by a wire of this program's own. Cut, the wire carries nothing and says nothing of
-//! it, like a radio out of range: both ends find out by themselves, as they would at sea. Connections from before
-//! and during the cut are dead when it ends, so that the vessel's link must come back and bring what was missed.
+//! Its agent reaches the server by a TCP relay in this program. While cut, the relay silently carries nothing, like a radio
+//! out of range: both ends must detect it, as they would at sea. Connections from before and during the cut are dead
+//! afterwards, so that the vessel's link must reconnect and send what was missed.
 
 use super::fleet::Otter;
 use crate::AppState;
@@ -18,13 +18,13 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
-/// How often it is looked whether what was missed is there.
+/// How often the history is checked for the missed data.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
-/// After so long without it something is wrong.
+/// If they are missing for longer, something is wrong.
 const LONGEST_RETURN: Duration = Duration::from_mins(1);
-/// A connection that cannot be accepted is not tried again at once.
+/// Pause after a failed accept.
 const PAUSE: Duration = Duration::from_millis(200);
-/// Positions that are counted at most.
+/// Most positions that are counted.
 const COUNTED: usize = 1_000_000;
 
 /// When a link is cut.
@@ -38,20 +38,20 @@ pub(super) struct Times {
     pub(super) every: Duration,
 }
 
-/// A wire to the server that can be cut.
+/// A TCP relay to the server that can be cut.
 #[derive(Debug)]
 pub(super) struct Wire {
-    /// Its near end.
+    /// Where it listens.
     pub(super) address: SocketAddr,
-    /// Counts cuts and mends: odd while it is cut.
+    /// Counts cuts and repairs: odd while it is cut.
     changes: watch::Sender<u32>,
 }
 
 impl Wire {
-    /// Lays a wire to `server`, until `stop`.
+    /// Starts a relay to `server`, until `stop`.
     ///
     /// # Errors
-    /// Loopback has no port left.
+    /// Loopback has no free port.
     pub(super) async fn lay(server: SocketAddr, stop: CancellationToken) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await?;
         let address = listener.local_addr()?;
@@ -70,13 +70,13 @@ impl Wire {
         Ok(Self { address, changes })
     }
 
-    /// Cuts it, or mends it.
+    /// Cuts it, or restores it.
     fn change(&self) {
         self.changes.send_modify(|count| *count += 1);
     }
 }
 
-/// Carries bytes both ways until an end closes or the wire is cut; then holds both ends until it is whole again.
+/// Carries bytes both ways until an end closes or the relay is cut; then holds both ends open until it is restored.
 async fn carry(mut near: TcpStream, server: SocketAddr, mut changes: watch::Receiver<u32>) {
     let is_whole = |count: &u32| count.is_multiple_of(2);
     let (begun, mut far) = (*changes.borrow(), None);
@@ -93,7 +93,7 @@ async fn carry(mut near: TcpStream, server: SocketAddr, mut changes: watch::Rece
     drop((near, far));
 }
 
-/// Cuts the wire again and again, and tells what there is to see.
+/// Cuts the relay periodically, and prints what can be observed.
 pub(super) async fn again_and_again(wire: Wire, otter: Otter, times: Times, state: AppState, url: String) {
     let (name, page) = (&otter.name, format!("{url}/vessels/{}", otter.address.0));
     let lasts_s = times.lasts.as_secs();
@@ -120,8 +120,8 @@ pub(super) async fn again_and_again(wire: Wire, otter: Otter, times: Times, stat
     }
 }
 
-/// Waits until the history has what came after the cut, and so everything before it, for records come in order. The
-/// positions of the cut, and how long that took.
+/// Waits until the history has records from after the cut, and so everything before, as records arrive in order. Returns
+/// the positions during the cut, and how long that took.
 async fn filled(
     state: &AppState,
     vessel: Address,
@@ -146,7 +146,7 @@ async fn filled(
     None
 }
 
-/// How many positions of a vessel are known of a time.
+/// Number of positions of a vessel in a range of time.
 fn positions(reader: &mut Reader, vessel: Address, range: TimeRange, most: usize) -> store::Result<usize> {
     let series = reader.series(Some(vessel))?;
     let estimates = series.into_iter().filter(|series| series.message == Some("EstimatedState"));
@@ -178,7 +178,7 @@ mod tests {
         wire.change();
         before.write_all(b"lost").await.unwrap();
         wire.change();
-        // What is said into the cut is never heard, and the connection is dead for both.
+        // Bytes sent during the cut never arrive, and the connection is dead for both.
         assert!(matches!(far.read(&mut heard).await, Ok(0) | Err(_)));
         assert!(matches!(before.read(&mut heard).await, Ok(0) | Err(_)));
 

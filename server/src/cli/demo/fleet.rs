@@ -10,16 +10,16 @@ use units::{LatLon, LocalFrame, LocalPoint, UtcTime};
 
 /// The configuration that comes with lutra-agent.
 const OTTER_INI: &str = include_str!("../../../../vehicle-agent/etc/otter.ini");
-/// The first Otter's address: a surface vehicle's that nobody has, among those for everyone but LSTS.
+/// The first Otter's address: an unused one of surface vehicles, in the range for users other than LSTS.
 const FIRST: u16 = 0x28D1;
 /// Where the first Otter starts, north and east (degrees): in the fjord off Trondheim.
 const PLACE_DEG: (f64, f64) = (63.446, 10.345);
-/// The Otter of which only a log is left; before the first's address, which nobody has either.
+/// The Otter of which only a log exists; the address before the first, also unused.
 const YESTERDAY: u16 = FIRST - 1;
 /// Otters in a row, and how far they are apart (m).
 const IN_A_ROW: u16 = 3;
 const APART_M: f64 = 250.0;
-/// As many have room so; more lie closer, in as much deep water.
+/// So many fit at that distance; more are placed closer, in the same deep water.
 const WITH_ROOM: u16 = 12;
 /// Tagged fish, within so far from the middle of the first row (m).
 pub(super) const FISH: u32 = 3;
@@ -37,7 +37,7 @@ pub(super) enum Pattern {
 }
 
 impl Pattern {
-    /// In the order in which Otters get them.
+    /// In the order in which they are assigned to Otters.
     pub(super) const ALL: [Self; 3] = [Self::Square, Self::Rows, Self::Circle];
 
     /// In words.
@@ -87,21 +87,21 @@ pub(super) fn of_yesterday() -> Otter {
     }
 }
 
-/// Where an Otter's link leads, and what opens it.
+/// Address and token of an Otter's link.
 #[derive(Debug, Clone)]
 pub(super) struct Link {
     pub(super) server: SocketAddr,
     pub(super) token: String,
 }
 
-/// What all Otters have around them.
+/// The environment of all Otters.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct World<'a> {
     /// The chart's depth index.
     pub(super) chart: &'a Path,
     /// When the fish begin to swim.
     pub(super) since: UtcTime,
-    /// Whether there are any.
+    /// Whether there are fish.
     pub(super) fish: bool,
 }
 
@@ -110,10 +110,10 @@ fn frame() -> LocalFrame {
     LocalFrame::new(LatLon::from_deg(north, east).expect("invariant: the place is on Earth"))
 }
 
-/// Writes what the configurations of all agents have in common, before any of them reads it.
+/// Writes the common part of all agents' configurations, before any of them reads it.
 ///
 /// # Errors
-/// The folder does not take it.
+/// The folder cannot be written.
 pub(super) fn prepare(folder: &Path) -> anyhow::Result<()> {
     put(&folder.join("otter.ini"), OTTER_INI)
 }
@@ -125,7 +125,7 @@ fn put(path: &Path, text: &str) -> anyhow::Result<()> {
 /// Writes the files of an agent: its own configuration, and its link's token.
 ///
 /// # Errors
-/// The folder does not take them.
+/// The folder cannot be written.
 pub(super) fn write(
     folder: &Path,
     world: World<'_>,
@@ -149,12 +149,12 @@ impl Otter {
         folder.join(&self.name)
     }
 
-    /// What its agent says.
+    /// Log of its agent.
     pub(super) fn log(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.log", self.name))
     }
 
-    /// What differs from the configuration that all have in common.
+    /// Its differences from the common configuration.
     fn configuration(&self, world: World<'_>, link: Option<&Link>) -> String {
         let Self { name, address, start, .. } = self;
         let link = link.map_or_else(

@@ -1,4 +1,4 @@
-//! What there is to look at, printed once.
+//! The demo's guide, printed once.
 
 use super::cut::Times;
 use super::fleet::{FISH, Otter};

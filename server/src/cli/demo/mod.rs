@@ -1,8 +1,8 @@
 //! `lutra-server demo`: a server with scratch stores and simulated Otters that sail plans, all on this computer.
 //!
-//! Everything is what it is in earnest: the Otters are real `lutra-agent run` processes that come in by the vessel
-//! link with tokens of their own, and get their plans as packets through the hub. Only the hulls and the sea are
-//! simulated. It listens on loopback only, for its password is printed and need not be changed.
+//! Everything but hulls and sea is real: the Otters are `lutra-agent run` processes that connect by the vessel link with
+//! their own tokens, and get their plans as packets through the hub. It listens on loopback only, as its password is
+//! printed and need not be changed.
 
 mod agent;
 mod chart;
@@ -48,15 +48,16 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
-/// Where it listens unless told.
+/// Default address.
 const USUAL: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 8080);
-/// Ports after a taken one that are tried.
+/// Number of ports tried after a taken one.
 const NEXT_PORTS: u16 = 20;
-/// What the server logs: not that links go down when the demo ends the agents, and of an agent's own end it tells.
+/// Log filter of the server: without the links that go down when the demo ends agents; an agent's unexpected end is
+/// reported by the demo.
 const LOG: &str = "warn,server::transports::link=error";
-/// How long an end by the clock waits for all Otters to sail.
+/// How long a timed run waits for all Otters to sail.
 const LONGEST_START: Duration = Duration::from_mins(1);
-/// Who may log in.
+/// Name of the account.
 const ADMIN: &str = "admin";
 
 #[derive(Debug, Args)]
@@ -93,7 +94,7 @@ pub(super) struct DemoArguments {
     cut_every: u64,
 }
 
-/// Runs the demo until a signal, or as long as told.
+/// Runs the demo until a signal, or for the given time.
 pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result<()> {
     if common.config.is_some() || common.data.is_some() {
         bail!(
@@ -147,14 +148,14 @@ impl DemoArguments {
     }
 }
 
-/// An Otter and its plan, as people have it and as the vessel gets it.
+/// An Otter and its plan, in the forms for people and for the vessel.
 struct Member {
     otter: Otter,
     document: PlanDocument,
     plan: PlanSpecification,
 }
 
-/// What the demo works with.
+/// Resources of the demo.
 #[derive(Clone)]
 struct Stage {
     /// lutra-agent.
@@ -166,14 +167,14 @@ struct Stage {
     past: Option<Past>,
 }
 
-/// Waits until so many Otters sail, but not for ever.
+/// Waits until this many Otters sail, with a time limit.
 async fn all_sail(mut sailing: watch::Receiver<BTreeSet<Address>>, count: usize) {
-    // The tasks that count end only with the demo.
+    // The tasks that count the Otters end only with the demo.
     let all = sailing.wait_for(|all| all.len() >= count);
     tokio::time::timeout(LONGEST_START, all).await.ok();
 }
 
-/// Starts the Otters and keeps them going until `ended`. What an end by the clock finds missing.
+/// Starts the Otters and keeps them running until `ended`. Returns what a timed run finds missing.
 async fn run(
     serving: Serving,
     stage: &Stage,
@@ -191,7 +192,7 @@ async fn run(
     let Stage { program, folder, chart, fish, past } = stage;
     let world = World { chart, since: clock::now(), fish: *fish };
     let cut = cut.zip(crew.last().map(|member| member.otter.clone()));
-    // It carries until the agents have ended.
+    // The relay runs until the agents have ended.
     let whole = CancellationToken::new();
     let wire = match &cut {
         Some(_) => Some(Wire::lay(server, whole.clone()).await.context("a wire on loopback")?),
@@ -229,11 +230,11 @@ async fn run(
     }
     whole.cancel();
     let missing = report(serving, reports).await;
-    // Whoever presses Ctrl-C in the first second knows that nothing has happened yet.
+    // After Ctrl-C in the first second, incomplete results are no error.
     Ok(if by_clock { missing } else { Vec::new() })
 }
 
-/// Brings yesterday's log in. Whoever waits for the first picture does not wait for this.
+/// Imports yesterday's log, in the background.
 async fn yesterday(
     stage: Stage,
     count: usize,
@@ -247,7 +248,7 @@ async fn yesterday(
     past::tell(past, &url, outcome);
 }
 
-/// Ends the server and tells what became of everything; what is missing.
+/// Ends the server and reports the outcome; returns what is missing.
 async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     reports.sort_by(|one, other| one.name.cmp(&other.name));
     let recording = serving.state.shore.recorder.state();
@@ -263,7 +264,7 @@ async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     missing
 }
 
-/// Waits for a signal or for the time to be up; true for the latter.
+/// Waits for a signal or the end of the time; true for the latter.
 fn ended(enough: impl Future<Output = ()>) -> anyhow::Result<impl Future<Output = bool>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -278,7 +279,7 @@ fn ended(enough: impl Future<Output = ()>) -> anyhow::Result<impl Future<Output 
     })
 }
 
-/// `wanted`, or where its port is taken the next free one of that address.
+/// `wanted`, or the next free port of that address.
 fn free(wanted: SocketAddr) -> anyhow::Result<SocketAddr> {
     if !wanted.ip().is_loopback() {
         bail!(
@@ -307,7 +308,7 @@ fn free(wanted: SocketAddr) -> anyhow::Result<SocketAddr> {
     )
 }
 
-/// Defaults, as changed by `--set`; neither file nor variables, which may be meant for a server in earnest.
+/// Defaults, as changed by `--set`; neither file nor variables, which may be for a production server.
 fn configuration(common: &Common, listen: SocketAddr, folder: &Path) -> anyhow::Result<Config> {
     let own = |key: &str, value: String| (key.to_owned(), value);
     let mut flags = vec![own("log.level", LOG.to_owned()), own("http.listen", listen.to_string())];
@@ -320,11 +321,11 @@ fn configuration(common: &Common, listen: SocketAddr, folder: &Path) -> anyhow::
     Ok(config)
 }
 
-/// What opens the server: the admin's password, the demo's own token, and each Otter's link token in their order.
+/// Credentials: the admin's password, the demo's own token, and each Otter's link token in order.
 struct Access {
     password: String,
     tokens: Vec<String>,
-    /// The token by which the demo itself commands.
+    /// The token with which the demo itself commands.
     script: String,
 }
 

@@ -1,5 +1,5 @@
-//! Something from before the start: the log of a mission that another Otter sailed yesterday, in the form in which
-//! vehicles write logs, brought in as people bring in theirs.
+//! Data from before the start: the log of a mission that another Otter sailed yesterday, as vehicles write logs, imported
+//! in the usual way.
 
 use super::fleet::{self, Otter, World};
 use super::plans;
@@ -16,15 +16,15 @@ use std::time::Duration;
 use tokio::process::Command;
 use units::UtcTime;
 
-/// So long ago it began (µs), and so long it lasted (s).
+/// How long ago it began (µs), and how long it lasted (s).
 const AGO_US: i64 = 86_400_000_000;
 const LASTS_S: i64 = 1_200;
-/// How often it is looked how far an import is.
+/// How often the progress of an import is checked.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Who brings it in.
+/// Who imports it.
 const BY: &str = "the demo";
 
-/// A mission of which only its log is left.
+/// A mission of which only a log exists.
 #[derive(Debug, Clone)]
 pub(super) struct Past {
     pub(super) otter: Otter,
@@ -37,14 +37,14 @@ impl Past {
         vessels::Add { address: self.otter.address.0, name: self.otter.name.clone(), now }
     }
 
-    /// Yesterday's, at this time of day.
+    /// Yesterday's mission, at this time of day.
     pub(super) fn before(now: UtcTime) -> Self {
         // Whole seconds, as they are written into the command line.
         let begun_s = (now.micros() - AGO_US).div_euclid(1_000_000);
         Self { otter: fleet::of_yesterday(), begun: UtcTime::from_micros(begun_s * 1_000_000) }
     }
 
-    /// Where a page is that replays it ten times as fast as it was.
+    /// Address of a page that replays it at ten times the speed.
     pub(super) fn page(&self) -> String {
         let from_us = self.begun.micros();
         let to_us = from_us + LASTS_S * 1_000_000;
@@ -52,10 +52,10 @@ impl Past {
         format!("/vessels/{}?from={from_us}&to={to_us}&t={at_us}&speed=10", self.otter.address.0)
     }
 
-    /// Has the mission sailed by a clock that does not wait, and brings in what was logged. The packets that came.
+    /// Has the mission sailed with a virtual clock, and imports its log. Returns the number of packets.
     ///
     /// # Errors
-    /// The agent does not do it, or the log does not come in whole.
+    /// The agent fails, or the log cannot be imported completely.
     pub(super) async fn bring_in(
         &self,
         program: &Path,
@@ -124,7 +124,7 @@ fn find(folder: &Path, logs: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Brings a log in and waits until that is over. Somebody who does the same at the moment comes first.
+/// Imports a log and waits for the end. An import by a user at the same time goes first.
 async fn import(state: &AppState, log: &Path, name: String) -> anyhow::Result<Import> {
     let mut looks = tokio::time::interval(LOOK_EVERY);
     let upload = loop {
@@ -147,7 +147,7 @@ async fn import(state: &AppState, log: &Path, name: String) -> anyhow::Result<Im
     }
 }
 
-/// Tells what became of it.
+/// Reports the outcome.
 pub(super) fn tell(past: &Past, url: &str, outcome: anyhow::Result<u64>) {
     let name = &past.otter.name;
     match outcome {

@@ -1,4 +1,4 @@
-//! What the Otters of a demo sail: plans that begin again at their end.
+//! The plans of a demo's Otters, which repeat.
 
 use super::fleet::{Otter, Pattern};
 use anyhow::anyhow;
@@ -11,11 +11,11 @@ use shore::plans;
 use std::f64::consts::FRAC_PI_2;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// How fast (m/s).
+/// Speed (m/s).
 const SPEED_MPS: f32 = 1.5;
 /// Sides of the square (m).
 const SIDE_M: f64 = 120.0;
-/// How long the circle is sailed, and how long the station is kept then (s).
+/// Duration of the circle, and of the station keeping after it (s).
 const CIRCLE_S: u16 = 300;
 const STATION_S: u16 = 90;
 
@@ -38,10 +38,10 @@ impl Pattern {
     }
 }
 
-/// An Otter's plan as people have it ashore, and as a vessel gets it.
+/// An Otter's plan, in the forms for people ashore and for the vessel.
 ///
 /// # Errors
-/// It cannot be written as the other.
+/// One form cannot be converted to the other.
 pub(super) fn drawn(otter: &Otter) -> anyhow::Result<(PlanDocument, PlanSpecification)> {
     let told = |troubles: Vec<api::PlanTrouble>| {
         let texts: Vec<String> = troubles.into_iter().map(|trouble| trouble.text).collect();
@@ -78,7 +78,7 @@ fn rows(origin: LatLon) -> Rows {
         hstep: 20.0,
         coff: 10,
         alternation: 100,
-        // Without the flag for a first turn to the right they go north from here.
+        // Without the flag for a first turn to the right, the rows go north from here.
         ..Rows::default()
     }
 }

@@ -1,5 +1,5 @@
-//! One Otter of a demo from its start to its end: its agent is kept running, and the vessel is given its plan
-//! whenever it is ready and has nothing to do, until somebody else commands it.
+//! One Otter of a demo: its agent is kept running, and the vessel is given its plan whenever it is ready and idle, until a
+//! user commands it.
 
 use super::agent::Agent;
 use super::fleet::Otter;
@@ -19,37 +19,37 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use units::{LatLon, LocalFrame};
 
-/// How often an agent that ended by itself is started again.
+/// How often an agent that ended unexpectedly is restarted.
 const RESTARTS: u32 = 3;
-/// How long before; what it said before its end is no longer taken for its state then.
+/// Pause before a restart: by then the old agent's last state has expired.
 const RESTART_AFTER: Duration = Duration::from_secs(3);
-/// How often the vessel is looked at.
+/// How often the vessel's state is read.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
-/// A state older than this says nothing.
+/// An older state is ignored.
 const FRESH_US: i64 = 2_000_000;
-/// After a request to start the plan the next waits so long.
+/// Least time between two requests to start the plan.
 const ASK_EVERY: Duration = Duration::from_secs(5);
-/// How long it waits for what becomes of an order; the order itself goes on.
+/// How long it waits for the outcome of an order; the order itself continues.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What the demo looks at.
+/// Messages that the demo reads.
 const MESSAGES: [&str; 3] = ["PlanControlState", "PlanControl", "TBRFishTag"];
-/// Orders after which a vessel is somebody's: the demo has no business with it any more.
+/// Orders by which a user takes over a vessel: the demo then leaves it alone.
 const STEERS: [&str; 5] = ["vessel.abort", "plan.start", "plan.stop", "goto", "teleop.begin"];
 
-/// Who the demo is towards the shore: it commands as a script does.
+/// The demo as a client of the shore: it commands as a script does.
 pub(super) struct Crew {
     pub(super) shore: Arc<Shore>,
-    /// A script in the admin's name.
+    /// A script of the admin.
     pub(super) by: Issuer,
     /// The Otters that have begun to sail.
     pub(super) under_way: watch::Sender<BTreeSet<Address>>,
 }
 
-/// What became of an Otter.
+/// Outcome of an Otter.
 #[derive(Debug, Default)]
 pub(super) struct Report {
     pub(super) name: String,
-    /// Where it was at the end, how fast (m/s), and how far from its start (m).
+    /// Its last position, speed (m/s), and distance from its start (m).
     place: Option<(LatLon, f64, f64)>,
     /// Transmissions of tags it heard.
     tags: u64,
@@ -59,7 +59,7 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// What it should have done and did not.
+    /// What it failed to do.
     pub(super) fn missing(&self) -> Option<String> {
         let what = match self {
             Self { given_up: true, .. } => "its agent does not keep running",
@@ -130,21 +130,21 @@ pub(super) async fn sail(
     watch.report
 }
 
-/// What the shore knows of an Otter.
+/// State of an Otter as the shore knows it.
 #[derive(Debug, Default)]
 struct Seen {
     linked: bool,
     /// The plan that it executes.
     executes: Option<String>,
-    /// Whether it could begin a plan.
+    /// Whether it can start a plan.
     is_ready: bool,
-    /// What the vessel said last of why it does not start a plan.
+    /// The vessel's last reason for refusing a plan.
     refusal: Option<String>,
     place: Option<(LatLon, f64)>,
     tags: u64,
-    /// Somebody has control, so that it is not to be given its plan now.
+    /// A user has control, so the plan must not be started now.
     commanded: bool,
-    /// Who stopped it or sent it elsewhere, and the command's number, the last first.
+    /// Commands by users that stopped it or sent it elsewhere: number and user, the newest first.
     steered: Vec<(u64, String)>,
 }
 
@@ -188,7 +188,7 @@ fn text(update: &Update, name: &str) -> Option<String> {
     Some(update.fields.iter().find(|field| field.name == name)?.value.as_str()?.to_owned())
 }
 
-/// Looks after a vessel through the server.
+/// Supervises a vessel through the server.
 struct Watch {
     otter: Otter,
     plan: PlanSpecification,
@@ -196,7 +196,7 @@ struct Watch {
     report: Report,
     /// The numbers of the demo's own orders.
     own: BTreeSet<u64>,
-    /// Whether it was said that the vessel is left to somebody.
+    /// Whether it was reported that the vessel is left to a user.
     left: bool,
 }
 
@@ -206,7 +206,7 @@ impl Watch {
         Self { otter, plan, crew, report, own: BTreeSet::new(), left: false }
     }
 
-    /// Tells how it gets on, and starts its plan whenever it is ready for one; returns when the server ends.
+    /// Reports progress, and starts the plan whenever the vessel is ready; returns when the server ends.
     async fn look_after(&mut self) {
         let (begun, mut asked, mut linked, mut sailing) = (Instant::now(), None::<Instant>, false, false);
         let name = self.otter.name.clone();
@@ -254,7 +254,7 @@ impl Watch {
         }
     }
 
-    /// A vessel that somebody stopped or sent elsewhere is theirs: the demo would only undo it.
+    /// A vessel that a user stopped or sent elsewhere is left alone: the demo would only undo that.
     fn leave_to(&mut self, seen: &Seen) {
         if self.left {
             return;
@@ -265,7 +265,7 @@ impl Watch {
         }
     }
 
-    /// How it is now; `None` once the server ends.
+    /// Its present state; `None` once the server ends.
     async fn look(&self) -> Option<Seen> {
         let Crew { shore, by, .. } = &self.crew;
         let wanted = Wanted {
@@ -286,7 +286,7 @@ impl Watch {
         let lease = commands.ask_lease(vessel, by.clone(), LeaseRequest::Request(reason.to_owned()), reason);
         lease.await?;
         let begun = self.order(&by).await;
-        // Whoever wants it need not ask for it.
+        // So that a user can take control without asking.
         commands.ask_lease(vessel, by, LeaseRequest::Release, "").await?;
         begun
     }
@@ -298,7 +298,7 @@ impl Watch {
         self.see_out(by, Order::StartPlan { plan_id }).await
     }
 
-    /// Gives an order, and waits for what becomes of it, but not for ever.
+    /// Gives an order, and waits for its outcome, with a time limit.
     async fn see_out(&mut self, by: &Issuer, order: Order) -> shore::Result<()> {
         let vessel = self.otter.address;
         let commands = self.crew.shore.commands.clone();
@@ -314,7 +314,7 @@ impl Watch {
         Ok(())
     }
 
-    /// Takes down where it is.
+    /// Stores its position.
     async fn remember(&mut self) {
         let Some(seen) = self.look().await else { return };
         let frame = LocalFrame::new(self.otter.start);

@@ -1,4 +1,4 @@
-//! The folder in which a demo keeps everything.
+//! The folder of all data of a demo.
 
 use anyhow::{Context as _, bail};
 use std::fmt;
@@ -7,7 +7,7 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt as _;
 use std::path::{Path, PathBuf};
 
-/// Names that are tried.
+/// Most names that are tried.
 const NAMES: u32 = 1000;
 
 /// A folder that only its owner may read, removed with all in it when dropped unless it is to be kept.
@@ -21,12 +21,12 @@ impl Scratch {
     /// A new one among the temporary files.
     ///
     /// # Errors
-    /// There cannot be one.
+    /// It cannot be made.
     pub(super) fn temporary() -> anyhow::Result<Self> {
         let parent = std::env::temp_dir();
         for number in 0..NAMES {
             let path = parent.join(format!("lutra-demo-{}-{number}", std::process::id()));
-            // Only one that is new: a folder of somebody else is never taken for ours.
+            // Only a new one: another user's folder is never taken for ours.
             match DirBuilder::new().mode(0o700).create(&path) {
                 Ok(()) => return Ok(Self { path, kept: false }),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -46,7 +46,7 @@ impl Scratch {
     /// This one, which must be new or empty.
     ///
     /// # Errors
-    /// It holds something, or there cannot be one.
+    /// It is not empty, or cannot be made.
     pub(super) fn kept(path: &Path) -> anyhow::Result<Self> {
         let about = || format!("cannot make {}", path.display());
         DirBuilder::new().mode(0o700).recursive(true).create(path).with_context(about)?;
@@ -63,7 +63,7 @@ impl Scratch {
 }
 
 impl fmt::Display for Scratch {
-    /// Where it is, and what becomes of it.
+    /// Its path, and whether it is kept.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let fate = if self.kept { "which stays" } else { "which is removed at the end" };
         write!(f, "{}, {fate}", self.path.display())

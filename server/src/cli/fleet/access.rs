@@ -32,7 +32,7 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
         None => None,
     };
     if vpn.is_some() {
-        // Said before it is done: a kill between the two leaves a line too many, not a key that nobody knows of.
+        // Logged before it is done: a kill in between leaves a superfluous line, not an unlogged key.
         let line = (now, state::line("fleet.rotate", &format!("{name}: VPN key")));
         with(&config.data, async |db| within_transaction(db, Record(vec![line])).await)?;
     }
@@ -85,7 +85,7 @@ pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Resu
     Ok(())
 }
 
-/// Ends a vessel's link tokens and forgets its secrets; the files of the VPN are the caller's.
+/// Ends a vessel's link tokens and deletes its secrets; the caller updates the files of the VPN.
 pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<()> {
     let revoke = Revoke { name: name.to_owned(), files: files.clone(), now: clock::now() };
     let Revoked { tokens, had_key } = with(data, async |db| within_transaction(db, revoke).await)?;
@@ -95,16 +95,16 @@ pub(super) fn take(data: &Path, files: &Files, name: &str) -> anyhow::Result<()>
     Ok(())
 }
 
-/// What becomes of a vessel's older tokens when it gets a new one.
+/// How a vessel's older tokens end when it gets a new one.
 #[derive(Debug, Clone, Copy)]
 enum Older {
-    /// They open nothing any more.
+    /// They are invalid at once.
     End,
-    /// They open the link until then.
+    /// They stay valid until then.
     Until(UtcTime),
 }
 
-/// A new token, a new key, or both: all of it or nothing. The audit log knows of the key already.
+/// A new token, a new key, or both: all of it or nothing. The key is in the audit log already.
 struct Rotate {
     name: String,
     vessel: u16,

@@ -1,9 +1,9 @@
-//! `lutra-server fleet apply`: what is to be done, told first, then done.
+//! `lutra-server fleet apply`: prints what is to be done, then does it.
 //!
 //! The lines of the audit log about keys come first, then the keys, then one transaction of app.db with names, tokens and their
-//! lines, then the files of the VPN, then the copy of the fleet file. So no key is there of which the log does not tell; a line may
-//! stand twice after a kill. Each step is whole or not there, and each is looked at anew by the next run: whatever
-//! interrupts one, the same command finishes it.
+//! lines, then the files of the VPN, then the copy of the fleet file. So every key is in the log; after a kill a line may
+//! be there twice. Each step is atomic, and the next run checks each again: after any interruption, the same command
+//! finishes the work.
 
 use super::files::{self, Files, VpnAccess};
 use super::state::{self, Known};
@@ -20,7 +20,7 @@ use std::net::Ipv4Addr;
 use std::path::Path;
 use units::UtcTime;
 
-/// A token that the fleet's file does not hold any more goes on for so long: the boat may have it.
+/// A token that the fleet's folder no longer holds stays valid for this long: the boat may have it.
 const GRACE_DAYS: i64 = 14;
 
 /// `lutra-server fleet apply`.
@@ -67,7 +67,7 @@ fn refuse(conflicts: &[String]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where the file contradicts what is there already.
+/// Contradictions between the file and the present state.
 fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<Vec<String>> {
     let mut conflicts = Vec::new();
     for Vessel { name, imc_address, .. } in &fleet.vessels {
@@ -105,7 +105,7 @@ fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> 
     Ok(conflicts)
 }
 
-/// Tells which vessels are known and no longer in the file.
+/// Reports vessels that are known and no longer in the file.
 fn tell_left(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<()> {
     let keys = files.names()?;
     let mut names: Vec<&str> = known.vessels.iter().map(|vessel| vessel.name.as_str()).collect();
@@ -132,7 +132,7 @@ fn tell_left(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> 
     Ok(())
 }
 
-/// A vessel's key: a new one, or that it has, at another address.
+/// A vessel's key: a new one, or its present one at another address.
 #[derive(Debug)]
 struct KeyStep {
     name: String,
@@ -250,7 +250,7 @@ impl Plan {
     }
 }
 
-/// What app.db is told, with the kept tokens: all of it or nothing.
+/// The change of app.db and of the stored tokens: all of it or nothing.
 #[derive(Debug)]
 struct Change {
     names: Vec<(String, u16)>,
@@ -274,7 +274,7 @@ impl Request for Change {
                 tokens::MakeLink { label: format!("fleet: {name}"), vessel, days: None, now }.run(db).await?;
             self.files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
             lines.push(state::line("token.make", &format!("fleet: {name}")));
-            // One that this file does not hold any more, after a run that was killed or a file that was lost: nobody would end it.
+            // A token that is not in the stored file, after a killed run or a lost file: nothing else would end it.
             let at = UtcTime::from_micros(now.micros() + GRACE_DAYS * access::DAY_US);
             let label = Some(format!("fleet: {name}"));
             if (links::End { vessel, but: Some(made.id), label, at: Some(at) }).run(db).await? > 0 {

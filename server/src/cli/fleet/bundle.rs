@@ -17,7 +17,7 @@ use shore::identity::{one_time_password, with, within_transaction};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a bundle has beside the chart, at most.
+/// Most bytes of a bundle besides the chart.
 const OTHER_BYTES: u64 = 1 << 20;
 /// The largest passphrase or authority that is read.
 const SMALL_FILE_BYTES: u64 = 1 << 20;
@@ -41,7 +41,7 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     getrandom::fill(&mut random).context("the kernel gives no randomness")?;
     let sealed = bundle.seal(&passphrase, Randomness(random))?;
     let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.bundle")));
-    // Who took the secrets of a vessel out of here is written down before anybody has them.
+    // Logged before the secrets of a vessel leave the server.
     let lines = Record(vec![(clock::now(), state::line("fleet.bundle", name))]);
     with(&config.data, async |db| within_transaction(db, lines).await)?;
     files::write(&output, &sealed)?;

@@ -1,9 +1,9 @@
-//! What is kept of a fleet in the data folder, each file for its owner alone and written whole or not at all.
+//! Files of a fleet in the data folder, each readable only by its owner and written atomically.
 //!
 //! `DATA/fleet/fleet.toml` is the file that was applied last, `NAME.token` a vessel's link token, which app.db knows by its hash
 //! alone, `NAME.vpn` its VPN key and address, `server.key` the server's key (no vessel's: names of vessels end otherwise).
-//! `DATA/vpn/` holds what WireGuard and nftables read. A token that app.db does not know is worth nothing: so a run that was
-//! killed between the two leaves nothing half done, and the next makes another.
+//! `DATA/vpn/` holds what WireGuard and nftables read. A token that is not in app.db is invalid: so a run that was killed
+//! between the two does no harm, and the next one makes another.
 
 use anyhow::{Context as _, ensure};
 use provision::{INTERFACE, VpnKey};
@@ -106,7 +106,7 @@ impl Files {
         Ok(names)
     }
 
-    /// Forgets the secrets of a vessel. Whether there were any.
+    /// Deletes the secrets of a vessel. Returns whether there were any.
     pub(super) fn forget(&self, name: &str) -> anyhow::Result<bool> {
         let mut forgotten = false;
         for path in [self.token_path(name), self.vpn_path(name)] {
@@ -139,7 +139,7 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Option<String>> {
 /// Writes a file that only its owner can read, completely or not at all. Makes its folder if it is missing.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // What is renamed over a device would take its place.
+    // Renaming over a device would replace it.
     let special = fs::symlink_metadata(path).is_ok_and(|about| !about.is_file());
     ensure!(!special, "{} is not a regular file: give another name", path.display());
     let mut partial = path.as_os_str().to_owned();

@@ -1,4 +1,4 @@
-//! A fleet file read and held against what it must fit: the agent's parameters and the server's configuration.
+//! Reads a fleet file and checks it against the agent's parameters and the server's configuration.
 
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
@@ -7,7 +7,7 @@ use anyhow::{Context as _, bail};
 use provision::{BASE_FILE, Fleet, Vessel, overlay};
 use std::path::Path;
 
-/// How the overlay is called where it is tried.
+/// Name of the overlay during the check.
 const OVERLAY: &str = "vessel.ini";
 
 /// `lutra-server fleet check`.
@@ -53,7 +53,7 @@ pub(super) fn read(file: &Path) -> anyhow::Result<(Fleet, String)> {
     bail!("{} problem{s} in {}; nothing was done", problems.len(), file.display())
 }
 
-/// What the agent would refuse of a vessel's overlay.
+/// Errors that the agent would report for a vessel's overlay.
 fn refused_aboard(fleet: &Fleet, vessel: &Vessel) -> Vec<String> {
     let text = overlay(fleet, vessel, "lutra.token", fleet.server.encrypted.then_some("ca.pem"));
     let base = match config::documented_ini(&config::Vessel::default()) {
@@ -72,7 +72,7 @@ fn refused_aboard(fleet: &Fleet, vessel: &Vessel) -> Vec<String> {
     told
 }
 
-/// An error, or anything doubtful in the overlay itself: a parameter that no agent knows does nothing aboard.
+/// An error, or a warning about the overlay itself: an unknown parameter has no effect aboard.
 fn is_refusal(problem: &config::Problem) -> bool {
     let own = problem.place.as_ref().is_some_and(|place| &*place.file == OVERLAY);
     match problem.severity {
@@ -82,7 +82,7 @@ fn is_refusal(problem: &config::Problem) -> bool {
     }
 }
 
-/// Where file and server do not fit.
+/// Mismatches of file and server.
 pub(super) fn doubts(fleet: &Fleet, config: &Config) -> Vec<String> {
     let mut doubts = Vec::new();
     let (listen, server) = (config.http.listen, &fleet.server);

@@ -1,8 +1,9 @@
 //! `lutra-server fleet`: a fleet from one file: vessels, link tokens, keys and files of the VPN, and a bundle for each boat.
 //!
-//! `files` is what is kept of it in the data folder, `state` what stands in app.db and there, `apply` makes both as the file says,
-//! `vpn` writes the files of the VPN, `bundle` what is carried aboard, `access` renews and takes what a vessel comes in by, `look` reads the file and
-//! compares it with the server's and the agent's configuration.
+//! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match
+//! the fleet file, `vpn` writes the files of the VPN, `bundle` makes the file that is carried aboard, `access` renews and
+//! revokes a vessel's credentials, `look` reads the fleet file and compares it with the server's and the agent's
+//! configuration.
 
 mod access;
 mod apply;
@@ -18,12 +19,12 @@ use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum FleetCommand {
-    /// Read a fleet file and tell everything that is wrong with it, with line and remedy. Changes nothing.
+    /// Read a fleet file and report everything that is wrong with it, with line and remedy. Changes nothing.
     Check {
         /// The fleet file; deploy/fleet.example.toml explains every key.
         file: PathBuf,
     },
-    /// Make vessels, link tokens, and keys and files of the VPN as a fleet file says. Says first what it will do.
+    /// Make vessels, link tokens, and keys and files of the VPN as a fleet file says. First prints what it will do.
     ///
     /// A second run changes nothing. A vessel that is no longer in the file is reported and keeps its access, unless
     /// --revoke names it.
@@ -53,7 +54,7 @@ pub(super) struct Place {
 pub(super) struct ApplyArguments {
     /// The fleet file.
     file: PathBuf,
-    /// Only say what would be done.
+    /// Only print what would be done.
     #[arg(long)]
     dry_run: bool,
     /// Take the access of this vessel, which is no longer in the file; may be repeated.
@@ -99,7 +100,7 @@ pub(super) struct RotateArguments {
     place: Place,
 }
 
-/// Does as told.
+/// Runs the subcommand.
 pub(super) fn fleet(common: &Common, command: FleetCommand) -> anyhow::Result<()> {
     match command {
         FleetCommand::Check { file } => look::check(common, &file),

@@ -1,4 +1,4 @@
-//! What stands in app.db and in the folder of the fleet, before anything is changed.
+//! State of app.db and of the fleet's folder, before anything is changed.
 
 use super::files::Files;
 use anyhow::{Context as _, bail};
@@ -8,19 +8,19 @@ use shore::identity::{Fault, Line, Request as _, links, vessels, with};
 use std::path::Path;
 use units::UtcTime;
 
-/// What app.db says.
+/// What app.db has.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     /// Vessels that have names.
     pub(super) vessels: Vec<Vessel>,
-    /// Vessels (IMC addresses) that some token lets in.
+    /// Vessels (IMC addresses) that have a valid token.
     pub(super) open: Vec<u16>,
-    /// Vessels of the fleet, by name, whose kept token opens their link.
+    /// Vessels of the fleet, by name, whose stored token is valid.
     pub(super) good: Vec<String>,
 }
 
 impl Known {
-    /// Looks; a folder without app.db stays without.
+    /// Reads the state; does not create app.db.
     pub(super) fn look(data: &Path, files: &Files, fleet: &Fleet, now: UtcTime) -> anyhow::Result<Self> {
         let mut kept = Vec::new();
         for vessel in &fleet.vessels {
@@ -60,8 +60,7 @@ pub(super) fn applied(files: &Files) -> anyhow::Result<Fleet> {
     }
 }
 
-/// The vessels that may take part in the VPN: those of the fleet that have a key, then those that left the file and were not
-/// revoked.
+/// The peers of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
 pub(super) fn peers(files: &Files, fleet: &Fleet) -> anyhow::Result<Vec<Peer>> {
     let mut peers = Vec::new();
     for vessel in &fleet.vessels {
@@ -97,14 +96,14 @@ pub(super) fn line(action: &'static str, subject: &str) -> Line {
 /// A new key of the VPN.
 ///
 /// # Errors
-/// The kernel has no randomness.
+/// The kernel gives no random bytes.
 pub(super) fn new_key() -> anyhow::Result<VpnKey> {
     let mut bytes = [0; 32];
     getrandom::fill(&mut bytes).context("the kernel gives no randomness")?;
     Ok(VpnKey::from_random(bytes))
 }
 
-/// A fault of a file within a change of app.db, which undoes the change.
+/// A file error within a change of app.db, which rolls the change back.
 pub(super) fn refused(error: &anyhow::Error) -> Fault {
     Fault::refused(format!("{error:#}"))
 }

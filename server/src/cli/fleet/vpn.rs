@@ -1,11 +1,11 @@
-//! The files of the VPN: written where they differ, and what root does with them.
+//! Writes the files of the VPN where they differ, and prints the steps for root.
 
 use super::files::{self, Files};
 use super::state;
 use crate::cli::say::say;
 use provision::{Fleet, nftables, wireguard};
 
-/// What must be done by hand so that the VPN goes by its files.
+/// Prints the manual steps that apply the files of the VPN.
 pub(super) fn tell_next(files: &Files) {
     let (wireguard, firewall) = (files.wireguard(), files.firewall());
     say!("the VPN goes by the new files once root has them:");
@@ -13,7 +13,7 @@ pub(super) fn tell_next(files: &Files) {
     say!("  sudo systemctl enable wg-quick@lutra && sudo systemctl restart wg-quick@lutra");
 }
 
-/// Writes the files of the VPN as far as they differ. Whether any did.
+/// Writes the files of the VPN where they differ. Returns whether any did.
 pub(super) fn write_vpn(files: &Files, fleet: &Fleet) -> anyhow::Result<bool> {
     let Some(key) = files.server_key()? else { return Ok(false) };
     let peers = state::peers(files, fleet)?;

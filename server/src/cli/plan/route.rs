@@ -107,7 +107,7 @@ struct Pair {
     clearance: Option<f64>,
 }
 
-/// What every route of one call shares.
+/// Settings shared by all routes of one call.
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,
@@ -124,7 +124,7 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
     let format = arguments.out.as_deref().map(format).transpose()?;
     let config = common.load(Vec::new())?;
     let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
-    // As far from borders as the guard holds legs from dangers, or as was asked.
+    // Distance from borders: as the guard demands from dangers, or as requested.
     let margin_m = arguments.clearance.unwrap_or(f64::INFINITY).min(limits.half_width_m()).max(0.0);
     let zones = zones::read(&arguments.avoid, arguments.within.as_deref(), margin_m)?;
     let router = Router::new(Arc::new(index(&db)?));
@@ -158,7 +158,7 @@ fn format(out: &Path) -> anyhow::Result<Format> {
 }
 
 impl Terms<'_> {
-    /// A depth or clearance that is asked for is taken as it is; else the guard's, with its uncertainty of positions.
+    /// A requested depth or clearance is used unchanged; else the guard's, with its position uncertainty.
     fn needs(&self, min_depth: Option<f64>, clearance: Option<f64>) -> Needs {
         let limits = &self.limits;
         let depth_m = min_depth.or(self.arguments.min_depth);
@@ -398,7 +398,7 @@ fn turn_warning(leg: &RouteLeg) -> Option<String> {
     leg.turn?.trouble.map(|trouble| trouble.to_string())
 }
 
-/// Adds what would give a route.
+/// Adds the conditions under which there would be a route.
 fn would_do(value: &mut Value, passable: &Passable) {
     let degrees = |place: LatLon| [place.lat_deg(), place.lon_deg()];
     let Passable { depth_m, shallowest, clearance_m, gap, by_rule_alone, by_zones_alone } = passable;

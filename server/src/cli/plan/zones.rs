@@ -11,8 +11,8 @@ use units::LatLon;
 const LARGEST: u64 = 4 << 20;
 const MOST_CORNERS: usize = 10_000;
 
-/// The areas of some files; `None` if no file is given. Of an area to avoid that has holes they are avoided too; of one to stay
-/// within they would have to be kept out of, which nobody is to guess.
+/// The areas of some files; `None` if no file is given. Holes in an area to avoid are avoided too; an area to stay within
+/// must have none, as their meaning would be a guess.
 pub(super) fn read(avoid: &[PathBuf], within: Option<&Path>, margin_m: f64) -> anyhow::Result<Option<Zones>> {
     if avoid.is_empty() && within.is_none() {
         return Ok(None);
@@ -61,7 +61,7 @@ fn zones(file: &Path, polygons: &[&Value]) -> anyhow::Result<Vec<Zone>> {
         .collect()
 }
 
-/// All polygons of a piece of GeoJSON. What is no area would be left out of what is avoided, so it is refused.
+/// All polygons of a piece of GeoJSON. Anything but areas is refused: leaving it out would make the avoided area too small.
 fn collect<'a>(value: &'a Value, polygons: &mut Vec<&'a Value>) -> anyhow::Result<()> {
     let parts = |value: &'a Value| value.as_array().into_iter().flatten();
     match value["type"].as_str() {

@@ -1,20 +1,20 @@
-//! The compact form of a client's frames: a series is described once, then only its values come, and all frames are one
-//! stream of raw DEFLATE, so that what frames have in common costs next to nothing.
+//! The compact form of a client's frames: a series is described once, then only its values are sent, and all frames are one
+//! stream of raw DEFLATE, so that repeated parts cost almost nothing.
 //!
-//! What such a client gets holds no secret of it, so that the lengths of what is sent give none away.
+//! The frames contain no secret of the client, so compressed lengths cannot reveal one.
 
 use api::{Field, LiveFrame, LiveSample, LiveSeries, Update};
 use bytes::Bytes;
 use flate2::{Compress, Compression, FlushCompress, Status};
 use std::collections::BTreeMap;
 
-/// What tells the series of a client apart: system, message, entity, instance.
+/// Key of a series: system, message, entity, instance.
 type Key = (u16, u16, u8, Option<u8>);
 
 /// One connection's frames in the compact form.
 pub(super) struct Compact {
     deflate: Compress,
-    /// The numbers of the series that were described since the snapshot, and how many fields of each.
+    /// Numbers of the series described since the snapshot, and the number of described fields.
     described: BTreeMap<Key, (u32, usize)>,
 }
 
@@ -40,12 +40,12 @@ impl Compact {
         Ok(self.packed(&text).into())
     }
 
-    /// The number of a value's series, which is described where fields come that were not named before.
+    /// The number of a value's series, which is described again if the value has fields not described before.
     fn number(&mut self, value: &Update, described: &mut Vec<LiveSeries>) -> u32 {
         let next = u32::try_from(self.described.len()).unwrap_or(u32::MAX);
         let key = (value.system, value.id, value.entity, value.instance);
         let (series, fields) = self.described.entry(key).or_insert((next, 0));
-        // The fields of a message are known by its number: one that ends early has the first of them.
+        // A message's fields are fixed by its id: a truncated message has the first of them.
         if *series == next || value.fields.len() > *fields {
             *fields = value.fields.len();
             described.push(LiveSeries {
@@ -70,8 +70,7 @@ impl Compact {
             let taken = usize::try_from(self.deflate.total_in() - begun).unwrap_or(usize::MAX);
             let rest = text.get(taken..).unwrap_or_default();
             let status = self.deflate.compress_vec(rest, &mut packed, FlushCompress::Sync);
-            // All is written when room is left after the flush; a flush that is asked for again with nothing to
-            // write would add another.
+            // Everything is written if room is left after the flush; another flush without data would add a second mark.
             let whole = packed.len() < packed.capacity();
             if whole || !matches!(status, Ok(Status::Ok | Status::BufError)) {
                 return packed;

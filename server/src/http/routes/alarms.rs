@@ -4,7 +4,7 @@ use crate::http::alarms;
 use crate::web::{Need, Route};
 use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveRequest};
 
-/// What is wrong. Who may acknowledge which is decided by the alarm's vessel.
+/// Alarms. Who may acknowledge one depends on its vessel.
 pub(super) fn alarms_table() -> Vec<Route> {
     let operator = Need::Somewhere(Role::Operator);
     vec![

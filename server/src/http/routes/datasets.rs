@@ -1,4 +1,4 @@
-//! Routes of datasets, and of the links by which others get them.
+//! Routes of datasets, and of the links by which they are shared.
 
 use crate::http::{datasets, shares};
 use crate::web::{Need, Route};
@@ -7,7 +7,7 @@ use api::{
     DatasetShareRequest, DatasetStep, DatasetVersion, DatasetWithdrawal, Role, ShareVisit,
 };
 
-/// Datasets. Who may see and change which is decided by its vessels.
+/// Datasets. Who may see and change one depends on its vessels.
 pub(super) fn datasets_table() -> Vec<Route> {
     let (viewer, researcher) = (Need::Somewhere(Role::Viewer), Need::Somewhere(Role::Researcher));
     vec![
@@ -87,7 +87,7 @@ fn versions_table() -> Vec<Route> {
     ]
 }
 
-/// What describes versions to programs.
+/// Machine-readable metadata of versions.
 fn descriptions_table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     vec![
@@ -159,7 +159,7 @@ fn shares_table() -> Vec<Route> {
     ]
 }
 
-/// What a link gives to those who have its address, without a login. Each of these routes checks the link itself.
+/// Data for clients that have the address of a link, without a login. Each of these routes checks the link itself.
 pub(super) fn links() -> Vec<Route> {
     vec![
         Route::get(

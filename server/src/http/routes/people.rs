@@ -1,4 +1,4 @@
-//! Routes of what people write down: the log book and missions.
+//! Routes of the log book and missions.
 
 use crate::http::{logbook, missions};
 use crate::web::{Need, Route};
@@ -9,7 +9,7 @@ use api::{
 };
 use shore::logbook::PHOTO_BYTES;
 
-/// The log book that people keep. Who may see and change which note is decided by its vessel and author.
+/// The log book. Who may see and change a note depends on its vessel and author.
 pub(super) fn log_book() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let operator = Need::Somewhere(Role::Operator);
@@ -65,7 +65,7 @@ pub(super) fn log_book() -> Vec<Route> {
     ]
 }
 
-/// Missions that people record. Who may see and change which is decided by its vessels.
+/// Recorded missions. Who may see and change one depends on its vessels.
 pub(super) fn missions_table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let operator = Need::Somewhere(Role::Operator);

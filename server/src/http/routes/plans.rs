@@ -10,7 +10,7 @@ use api::{
 /// Bytes of a plan, and of a file that holds one.
 const PLAN_BYTES: usize = 4 << 20;
 
-/// Plans ashore. Who may see and change which is decided by the plan's vessel.
+/// Plans ashore. Who may see and change one depends on its vessel.
 pub(super) fn plans() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let operator = Need::Somewhere(Role::Operator);

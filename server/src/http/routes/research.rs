@@ -1,4 +1,4 @@
-//! Routes of what researchers ask for: detections, and the register of studies.
+//! Routes for researchers: detections, and the register of studies.
 
 use crate::http::{explore, export, history, register};
 use crate::web::{Need, Route};
@@ -9,7 +9,7 @@ use api::{
 };
 use shore::register::FILE_BYTES;
 
-/// Detections: those of a page, what they are together, and files of them.
+/// Detections: pages of them, summaries, and files.
 pub(super) fn detections() -> Vec<Route> {
     let (viewer, researcher) = (Need::Somewhere(Role::Viewer), Need::Somewhere(Role::Researcher));
     vec![
@@ -47,7 +47,7 @@ pub(super) fn detections() -> Vec<Route> {
     ]
 }
 
-/// The register of studies. Who may change which entry is decided by its kind and vessel.
+/// The register of studies. Who may change an entry depends on its kind and vessel.
 pub(super) fn register_table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let researcher = Need::Somewhere(Role::Researcher);

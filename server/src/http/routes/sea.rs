@@ -1,4 +1,4 @@
-//! Routes of the sea chart, and of what people close on it.
+//! Routes of the sea chart, and of no-go areas.
 
 use crate::http::{areas, charts};
 use crate::web::{Need, Route};
@@ -8,10 +8,10 @@ use api::{
     SeaRouteAnswer, SeaRouteRequest,
 };
 
-/// The most areas of a file with the most corners, as JSON with all decimals, fit in this.
+/// Large enough for the most areas with the most corners, as JSON with all decimals.
 const AREAS_BYTES: usize = 4 << 20;
 
-/// What people close to all vessels.
+/// No-go areas.
 pub(super) fn no_go_areas() -> Vec<Route> {
     let (viewer, operator) = (Need::Somewhere(Role::Viewer), Need::Everywhere(Role::Operator));
     vec![

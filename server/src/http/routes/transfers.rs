@@ -1,10 +1,10 @@
-//! Routes of the ways out and in.
+//! Routes of exports and imports.
 
 use crate::http::{export, imports};
 use crate::web::{Need, Route};
 use api::{ExportQuery, ExportSize, Import, ImportQuery, LogQuery, Role};
 
-/// The ways out and in.
+/// Exports and imports.
 pub(super) fn transfers() -> Vec<Route> {
     let researcher = Need::Somewhere(Role::Researcher);
     let operator = Need::Everywhere(Role::Operator);

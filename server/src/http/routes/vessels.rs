@@ -1,4 +1,4 @@
-//! Routes of one vessel: its history, what it is ordered, what it tells.
+//! Routes of one vessel: its history, orders and reports.
 
 use crate::http::{control, history, teleop};
 use crate::web::{Need, Route};
@@ -76,7 +76,7 @@ pub(super) fn of_vessels() -> Vec<Route> {
     ]
 }
 
-/// What people order a vessel to do.
+/// Orders to a vessel.
 pub(super) fn orders() -> Vec<Route> {
     let viewer = Need::OnVessel(Role::Viewer);
     vec![
@@ -138,7 +138,7 @@ pub(super) fn orders() -> Vec<Route> {
     ]
 }
 
-/// What vessels tell of themselves when they are asked.
+/// Reports of vessels on request.
 pub(super) fn told_by_vessels() -> Vec<Route> {
     let viewer = Need::OnVessel(Role::Viewer);
     vec![

@@ -18,7 +18,7 @@ impl Counted {
         Some(Self { inode: file.ino() })
     }
 
-    /// What was dropped since the socket was opened.
+    /// Datagrams dropped since the socket was opened.
     pub(super) fn drops(self) -> Option<u64> {
         drops(&fs::read_to_string("/proc/self/net/udp").ok()?, self.inode)
     }

@@ -1,7 +1,7 @@
-//! The nodes that announced themselves, kept in a file, so that after a restart a vessel that streams is heard at once
-//! and not with its next announcement.
+//! Announced nodes, kept in a file, so that after a restart a streaming vessel is accepted at once and not only after its
+//! next announcement.
 //!
-//! It holds no more than an announcement told, and is read through the same list of admitted networks.
+//! It holds only data of announcements, and is checked against the list of admitted networks when read.
 
 use imc::Address;
 use imc::messages::SystemType;
@@ -21,7 +21,7 @@ const LAST_WRITE: Duration = Duration::from_secs(1);
 pub(super) struct Announced {
     pub(super) address: u16,
     pub(super) name: String,
-    /// The number of its kind of system.
+    /// Code of its system type.
     pub(super) kind: u8,
     pub(super) sockets: Vec<SocketAddrV4>,
 }
@@ -40,14 +40,13 @@ impl Announced {
 #[derive(Debug)]
 pub(super) struct Memory {
     path: PathBuf,
-    /// What is in it, or on its way there.
+    /// Its contents, including those being written.
     kept: Vec<Announced>,
     writing: Option<JoinHandle<()>>,
 }
 
 impl Memory {
-    /// What is known in this folder of data. A file that cannot be read is as good as none: nodes announce themselves
-    /// again.
+    /// Reads the file in a data folder. An unreadable file counts as absent: nodes announce themselves again.
     pub(super) fn open(data: &Path) -> Self {
         let path = data.join("doors/udp.json");
         let kept = read(&path).unwrap_or_else(|error| {
@@ -61,7 +60,7 @@ impl Memory {
         &self.kept
     }
 
-    /// Keeps these; false while the last writing goes on: a disk that hangs holds up nobody.
+    /// Begins to write these; false while the last writing is not done: a disk that hangs does not block.
     pub(super) fn keep(&mut self, nodes: impl FnOnce() -> Vec<Announced>) -> bool {
         if self.writing.as_ref().is_some_and(|writing| !writing.is_finished()) {
             return false;
@@ -80,7 +79,7 @@ impl Memory {
         true
     }
 
-    /// Waits for what is written, but not for a disk that hangs.
+    /// Waits for the last writing, with a time limit for a disk that hangs.
     pub(super) async fn close(&mut self) {
         if let Some(writing) = self.writing.take() {
             tokio::time::timeout(LAST_WRITE, writing).await.ok();

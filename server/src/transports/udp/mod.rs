@@ -1,15 +1,15 @@
 //! The server as an IMC node: discovery, and datagrams to and from the nodes that announced themselves.
 //!
-//! The first free of the discovery ports is listened on, the multicast group joined; our own announcement goes to
-//! all of them every ten seconds, and by unicast to every node that announced itself to us. A node is a peer from
-//! its first packet by an announced address and port until it was silent for the contact timeout. What comes from a
-//! socket that nobody announced is dropped, as DUNE does; announced nodes are remembered over a restart ([`memory`]).
+//! The server listens on the first free discovery port and joins the multicast group; its own announcement goes to all
+//! discovery ports every ten seconds, and by unicast to every announced node. A node is a peer from its first packet from
+//! an announced address and port until it was silent for the contact timeout. Packets from a socket that was not announced
+//! are dropped, as DUNE does; announced nodes are kept over a restart ([`memory`]).
 //!
-//! The socket and not the source says whose a datagram is: a DUNE sends what other consoles of its host told it from
-//! its own, which is an echo, and not from theirs. Several may announce the same IMC address; it is the one that spoke
-//! first for as long as it goes on speaking.
+//! A datagram belongs to the node of its socket, not of its IMC source: a DUNE forwards packets of other consoles on its
+//! host from its own socket, which are echoes. If several nodes announce the same IMC address, it belongs to the first that
+//! sent packets, as long as that continues to send.
 //!
-//! Datagrams wait nowhere that does not count what it loses: the kernel ([`drops`]), then the [`reader`]'s inbox.
+//! Every queue of datagrams counts its losses: the kernel's ([`drops`]), then the [`reader`]'s inbox.
 
 mod drops;
 mod memory;
@@ -42,21 +42,21 @@ use tokio_util::task::TaskTracker;
 const GROUP: Ipv4Addr = Ipv4Addr::new(224, 0, 75, 69);
 /// How often we announce ourselves.
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(10);
-/// A node that was silent for this long is no contact any more; it is one again with its next packet.
+/// A node that was silent for this long is no longer a contact, until its next packet.
 const CONTACT: Duration = Duration::from_secs(30);
 /// A node that was silent for this long must announce itself again.
 const KNOWN: Duration = Duration::from_mins(10);
-/// How often silent nodes are looked for.
+/// How often silent nodes are removed.
 const FORGET_EVERY: Duration = Duration::from_secs(1);
-/// Bytes that may wait for one node.
+/// Bytes that may be queued for one node.
 const OUTBOX_BYTES: usize = 256 * 1024;
-/// Nodes that announced themselves and are remembered; further ones are not until an old one is forgotten.
+/// Most announced nodes that are kept; further ones are ignored until an old one is removed.
 const NODES_KEPT: usize = 256;
 /// Packets that the hub gets at once.
 const BATCH: usize = 256;
-/// What the kernel is asked to keep for us (bytes): some seconds of many vessels.
+/// Requested receive buffer of the kernel (bytes): some seconds of many vessels.
 const KERNEL_BYTES: usize = 8 << 20;
-/// A node that spoke within this is there, and no other takes its IMC address. Vessels speak each second.
+/// A node that sent a packet within this time is present, and no other takes its IMC address. Vessels send each second.
 const STEADY: Duration = Duration::from_secs(5);
 /// Ports tried after the configured one.
 const NEXT_PORTS: u16 = 5;
@@ -68,7 +68,7 @@ impl Known {
         Self { name, kind, sockets, heard, contact: None, refused: false }
     }
 
-    /// What it announces; whether that is new.
+    /// Stores its announcement; returns whether that is new.
     fn is_now(&mut self, announced: &Announced) -> bool {
         let Announced { name, sockets, .. } = announced.clone();
         let (before, now) = ((&self.name, self.kind, &self.sockets), (&name, announced.kind(), &sockets));
@@ -82,7 +82,7 @@ impl Known {
         Announced { address: address.0, name, kind: self.kind.value(), sockets }
     }
 
-    /// Whether who announces these sockets from there is another than the one that speaks from its own.
+    /// Whether the announcement of these sockets is from another node than the present contact.
     fn is_another(&self, sockets: &[SocketAddrV4], from: IpAddr) -> bool {
         let speaks = self.contact.is_some() && self.heard.elapsed() < STEADY;
         let is_its_own =
@@ -90,7 +90,7 @@ impl Known {
         speaks && !sockets.iter().any(is_its_own)
     }
 
-    /// Its name and where it is, for people.
+    /// Its name and address, for people.
     fn title(&self) -> String {
         self.sockets.first().map_or_else(|| self.name.clone(), |socket| format!("{} at {socket}", self.name))
     }
@@ -121,11 +121,11 @@ struct Known {
     sockets: Vec<SocketAddrV4>,
     heard: Instant,
     contact: Option<Contact>,
-    /// Whether it was said that there is no place for it.
+    /// Whether it was reported that there is no place for it.
     refused: bool,
 }
 
-/// A node that talks with us.
+/// A node in contact.
 struct Contact {
     connection: Connection,
     /// Where its packets are sent.
@@ -170,12 +170,12 @@ impl Node {
         Ok(Self { data, discovery, announce_ports, access, memory: Memory::open(folder) })
     }
 
-    /// Where datagrams are taken.
+    /// Address for datagrams.
     pub(super) fn address(&self) -> SocketAddr {
         self.data.local_addr().unwrap_or_else(|_| (Ipv4Addr::UNSPECIFIED, 0).into())
     }
 
-    /// Where announcements are taken.
+    /// Address for announcements.
     pub(super) fn announce_address(&self) -> Option<SocketAddr> {
         self.discovery.as_ref()?.local_addr().ok()
     }
@@ -219,7 +219,7 @@ impl Node {
         party.memory.close().await;
     }
 
-    /// The services by which others reach us: each address of this host that they may see.
+    /// The services to announce: each address of this host that others may reach.
     fn services(&self) -> String {
         let SocketAddr::V4(at) = self.address() else { return String::new() };
         let mut hosts = vec![*at.ip()];
@@ -247,11 +247,11 @@ fn bind(ip: Ipv4Addr, port: u16) -> io::Result<std::net::UdpSocket> {
     Ok(socket)
 }
 
-/// Asks for room for bursts, and says how to give more where the system does not.
+/// Requests a large receive buffer for bursts, and logs how to permit it if the system does not.
 fn widen(socket: &std::net::UdpSocket) {
     let options = socket2::SockRef::from(socket);
     options.set_recv_buffer_size(KERNEL_BYTES).ok();
-    // Linux counts its own bookkeeping as much again.
+    // Linux doubles the value for its own bookkeeping.
     let granted_kib = options.recv_buffer_size().unwrap_or_default() / 2 / 1_024;
     let asked_kib = KERNEL_BYTES / 1_024;
     if granted_kib < asked_kib {
@@ -266,9 +266,9 @@ fn widen(socket: &std::net::UdpSocket) {
     }
 }
 
-/// The node and those it knows.
+/// This node and the nodes that it knows.
 struct Party {
-    /// To send by; the reader's thread serves it.
+    /// For sending; the reader's thread receives on it.
     socket: Arc<UdpSocket>,
     inbox: Arc<Inbox>,
     counted: Option<Counted>,
@@ -279,7 +279,7 @@ struct Party {
     router: Router,
     tasks: TaskTracker,
     known: BTreeMap<Address, Known>,
-    /// Whether somebody is known otherwise than it is remembered.
+    /// Whether the known nodes differ from the file.
     changed: bool,
 }
 
@@ -313,7 +313,7 @@ impl Party {
         })
     }
 
-    /// What came, in order.
+    /// Processes received datagrams, in order.
     async fn take(&mut self, datagrams: impl IntoIterator<Item = Datagram>) {
         let mut batches: BTreeMap<Address, Vec<Incoming>> = BTreeMap::new();
         for Datagram { from, bytes, discovery } in datagrams {
@@ -335,7 +335,7 @@ impl Party {
                 }
             } else if !discovery {
                 metrics::counter!("lutra_refused_total", "transport" => "udp").increment(1);
-                // An announcement that was refused is told already.
+                // A refused announcement is reported already.
                 if !announces {
                     let why = say("a datagram of a node that has not announced itself from there");
                     self.router.ledger().refused(Transport::Udp, from.ip(), why);
@@ -347,7 +347,7 @@ impl Party {
         }
     }
 
-    /// The node that a socket belongs to: of its source if that announced it, else of who did.
+    /// The node that a socket belongs to: the packet's source if that announced it, else the node that did.
     fn node_at(&self, source: Address, from: SocketAddr) -> Option<Address> {
         let SocketAddr::V4(from) = from else { return None };
         let owns = |known: &Known| known.sockets.contains(&from);
@@ -357,7 +357,7 @@ impl Party {
         self.known.iter().find(|(_, known)| owns(known)).map(|(address, _)| *address)
     }
 
-    /// Takes an announcement in. Whether its node is one to talk with.
+    /// Processes an announcement. Returns whether its node is accepted.
     fn announced(&mut self, view: &PacketView<'_>, from: SocketAddr) -> bool {
         let ours = self.router.address() == view.src();
         if ours || view.src().is_everyone() {
@@ -370,7 +370,7 @@ impl Party {
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
         let services = announce.services.to_str_lossy();
         let all = imc::services::parse(&services).filter(|service| service.scheme == "imc+udp");
-        // Of the addresses that it says, the one it speaks from is the one we reach it by.
+        // Of the announced addresses, the one that it sends from comes first: it is known to be reachable.
         let mut sockets: Vec<SocketAddrV4> = all.filter_map(|service| service.socket()).take(16).collect();
         sockets.sort_by_key(|socket| IpAddr::V4(*socket.ip()) != from.ip());
         if !sockets.iter().any(|socket| IpAddr::V4(*socket.ip()) == from.ip()) {
@@ -405,12 +405,12 @@ impl Party {
         true
     }
 
-    /// Hands packets of a node to the hub; the first makes it a peer.
+    /// Passes packets of a node to the hub; the first makes it a peer.
     async fn give(&mut self, source: Address, batch: Vec<Incoming>) {
         let Some(known) = self.known.get_mut(&source) else { return };
         known.heard = Instant::now();
         if known.contact.as_ref().is_some_and(|contact| contact.to != known.sockets) {
-            // It announced other addresses: what waits is sent there from now on.
+            // It announced other addresses: queued packets are sent there from now on.
             known.part().await;
         }
         if known.contact.is_none() {
@@ -448,7 +448,7 @@ impl Party {
         }
     }
 
-    /// Says who we are to everyone who may listen.
+    /// Sends our announcement to all.
     async fn announce(&mut self) {
         let Ok(Some(packet)) = self.router.announcement().await else { return };
         let mut hosts = vec![Ipv4Addr::LOCALHOST];
@@ -461,13 +461,13 @@ impl Party {
         hosts.dedup();
         for host in hosts {
             for port in self.announce_ports.iter().filter(|port| **port != 0) {
-                // A host without a network cannot send to the group; that is no news every ten seconds.
+                // A host without a network cannot send to the group; do not report that every ten seconds.
                 self.socket.send_to(&packet, (host, *port)).await.ok();
             }
         }
     }
 
-    /// Lets nodes go that were silent for long.
+    /// Removes nodes that were silent for long.
     async fn forget(&mut self) {
         for known in self.known.values_mut().filter(|known| known.heard.elapsed() >= CONTACT) {
             known.part().await;
@@ -477,7 +477,7 @@ impl Party {
         self.changed |= self.known.len() < before;
     }
 
-    /// Tells what was lost, in the kernel or for want of room here.
+    /// Reports losses in the kernel and in the inbox.
     fn count_lost(&self) {
         let (kernel, here) =
             (self.counted.and_then(Counted::drops).unwrap_or_default(), self.inbox.dropped());
@@ -486,7 +486,7 @@ impl Party {
         self.router.ledger().lost(Transport::Udp, kernel + here);
     }
 
-    /// Keeps who is known for the next start.
+    /// Saves the known nodes for the next start.
     fn remember(&mut self) {
         if self.changed {
             let known = &self.known;
@@ -496,7 +496,7 @@ impl Party {
     }
 }
 
-/// Sends what waits for a node to the first of its sockets that the network knows a way to.
+/// Sends queued packets to the first of a node's sockets that is reachable.
 async fn send(socket: Arc<UdpSocket>, to: Vec<SocketAddrV4>, outbox: Arc<Outbox>) {
     loop {
         let Ok(packets) = outbox.take_packets().await else {

@@ -1,7 +1,7 @@
-//! Takes datagrams from the kernel as they come, in a thread of its own, so that neither the hub's pace nor other work
-//! of the server lets the kernel's buffer run over.
+//! Reads datagrams in its own thread as they arrive, so that neither the hub nor other work of the server lets the kernel's
+//! buffer overflow.
 //!
-//! What was read waits in an [`Inbox`] of [`WAITING_BYTES`]. When that is full, the newest are dropped and counted.
+//! Datagrams are queued in an [`Inbox`] of [`WAITING_BYTES`]. When that is full, the newest are dropped and counted.
 
 use bytes::Bytes;
 use shore::owners::Owners;
@@ -14,24 +14,24 @@ use tokio::runtime::Builder;
 use tokio::sync::Notify;
 use tokio_util::sync::CancellationToken;
 
-/// Bytes that may wait for the hub, with what keeping them costs.
+/// Bytes that may be queued for the hub, with their overhead.
 const WAITING_BYTES: usize = 16 << 20;
 const OVERHEAD_BYTES: usize = size_of::<Datagram>() + 32;
-/// Datagrams that are read of one socket before the other is looked at.
+/// Most datagrams read from one socket before the other gets its turn.
 const AT_ONCE: usize = 1_024;
 /// Longest datagram.
 const DATAGRAM_BYTES: usize = 65_536;
 
-/// What came.
+/// A received datagram.
 #[derive(Debug)]
 pub(super) struct Datagram {
     pub(super) from: SocketAddr,
     pub(super) bytes: Bytes,
-    /// Whether it came to the discovery port.
+    /// Whether it arrived at the discovery port.
     pub(super) discovery: bool,
 }
 
-/// What was read and waits.
+/// Queue of datagrams that were read.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     waiting: Mutex<Waiting>,
@@ -65,7 +65,7 @@ impl Inbox {
         self.ready.notify_one();
     }
 
-    /// Everything that waits; waits for something.
+    /// Waits for datagrams, and takes all.
     pub(super) async fn take(&self) -> VecDeque<Datagram> {
         loop {
             let datagrams = self.take_now();
@@ -82,7 +82,7 @@ impl Inbox {
         std::mem::take(&mut waiting.datagrams)
     }
 
-    /// Datagrams that had no room, since the start.
+    /// Datagrams dropped for lack of room, since the start.
     pub(super) fn dropped(&self) -> u64 {
         self.lock().dropped
     }
@@ -126,7 +126,7 @@ async fn read(data: &UdpSocket, discovery: Option<&UdpSocket>, inbox: &Inbox) {
             }
         }
         if batch.is_empty() {
-            // What woke us was no datagram.
+            // Woken without a datagram.
             tokio::task::yield_now().await;
         } else {
             inbox.push(&mut batch);
@@ -141,7 +141,7 @@ async fn readable(socket: Option<&UdpSocket>) -> io::Result<()> {
     }
 }
 
-/// Reads what is there.
+/// Reads the available datagrams.
 fn drain(socket: &UdpSocket, discovery: bool, buffer: &mut [u8], batch: &mut Vec<Datagram>) {
     for _ in 0..AT_ONCE {
         match socket.try_recv_from(buffer) {
@@ -150,7 +150,7 @@ fn drain(socket: &UdpSocket, discovery: bool, buffer: &mut [u8], batch: &mut Vec
                 batch.push(Datagram { from, bytes, discovery });
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
-            // An earlier datagram's: its receiver was not there.
+            // The error of an earlier sent datagram, whose receiver was unreachable.
             Err(_) => {}
         }
     }

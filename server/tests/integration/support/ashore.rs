@@ -1,4 +1,4 @@
-//! What must be true ashore however a vessel and its shore were treated: every number once, every packet once.
+//! Invariants ashore after any faults of vessel and shore: every number once, every packet once.
 
 use super::program::logged;
 use super::{OTTER, archive_of, archived_packets};
@@ -9,29 +9,29 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A packet may be given its time so long before it is recorded (s).
+/// A packet's time may precede its recording by so much (s).
 pub(crate) const SAID_BEFORE_S: f64 = 0.5;
 
 pub(crate) fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64()
 }
 
-/// When a packet was said (s since 1970).
+/// Time of a packet (s since 1970).
 pub(crate) fn time_s(packet: &[u8]) -> f64 {
     PacketView::new(packet).unwrap().timestamp()
 }
 
-/// Bytes of the vessel in the archive: cheap to look at again and again.
+/// Bytes of the vessel in the archive: cheap to check repeatedly.
 pub(crate) fn archived_bytes(data: &Path) -> u64 {
     archive_of(data, OTTER).iter().filter_map(|log| Some(std::fs::metadata(log).ok()?.len())).sum()
 }
 
-/// When the newest packet ashore was said (s since 1970).
+/// Time of the newest packet ashore (s since 1970).
 pub(crate) fn newest_s(data: &Path) -> f64 {
     archived_packets(data, OTTER).iter().map(|one| time_s(one)).fold(0.0, f64::max)
 }
 
-/// The records of all that came by the link, as `Arrivals.idx` has them.
+/// The records of all packets of the link, from `Arrivals.idx`.
 fn link_records(data: &Path) -> Vec<[u8; 32]> {
     let mut found = Vec::new();
     for system in std::fs::read_dir(data.join("archive")).unwrap().map(|entry| entry.unwrap().path()) {
@@ -82,8 +82,8 @@ pub(crate) fn every_number_came_once(data: &Path, declared: u64) {
     assert_eq!(missing, declared, "numbers are missing that nobody declared");
 }
 
-/// Everything that the vessel's logs hold is ashore as often, but what was said when `exempt`. How many packets
-/// were compared.
+/// Checks that every packet of the vessel's logs is ashore as often, except in times that are `exempt`. Returns the number
+/// of compared packets.
 pub(crate) fn all_that_was_logged_is_ashore(
     data: &Path,
     aboard: &Path,
@@ -92,7 +92,7 @@ pub(crate) fn all_that_was_logged_is_ashore(
     let ashore = counted(archived_packets(data, OTTER));
     let of_its_own = |packet: &Bytes| {
         let view = PacketView::new(packet).unwrap();
-        // Each log begins and ends with a mark of its own.
+        // Each log begins and ends with its own mark.
         view.src() == OTTER && view.id() != LoggingControl::ID
     };
     let said = counted(logged(aboard).into_iter().filter(of_its_own).collect());

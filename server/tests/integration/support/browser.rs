@@ -1,10 +1,10 @@
-//! A browser that knows no more than cookies, and questions that anyone may ask.
+//! A minimal browser with cookies, and requests without authentication.
 
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 
-/// A browser that knows no more than cookies.
+/// A minimal browser with cookies.
 pub(crate) struct Browser {
     host: String,
     cookies: BTreeMap<String, String>,
@@ -51,7 +51,7 @@ impl Browser {
     }
 }
 
-/// Status and body of the answer to a question that anyone may ask.
+/// Status and body of the answer to a request without authentication.
 pub(crate) fn ask(server: SocketAddr, path: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(server).unwrap();
     write!(stream, "GET {path} HTTP/1.0\r\nhost: {server}\r\n\r\n").unwrap();

@@ -82,7 +82,7 @@ pub(crate) fn packet(src: Address, dst: Address, timestamp: f64, message: impl I
     Packet::new(header, message).encode().unwrap().into()
 }
 
-/// What nobody may change: big-endian packets, ids nobody knows, bytes after the last field.
+/// Packets that must stay unchanged: big-endian packets, unknown ids, bytes after the last field.
 pub(crate) fn odd_packets(timestamp: f64) -> Vec<Bytes> {
     let known = Packet::new(Header { timestamp, src: OTTER, ..Header::default() }, messages::Heartbeat);
     let big = Packet { order: ByteOrder::Big, ..known.clone() };

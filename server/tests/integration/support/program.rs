@@ -16,10 +16,10 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 
 pub(crate) const SERVER: &str = env!("CARGO_BIN_EXE_lutra-server");
-/// How often a condition is looked at.
+/// How often a condition is checked.
 const LOOK_EVERY: std::time::Duration = std::time::Duration::from_millis(20);
 
-/// Waits until something holds; panics with `what` when it does not in twice [`PATIENCE`].
+/// Waits until a condition holds; panics with `what` if it does not within twice [`PATIENCE`].
 pub(crate) async fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + 2 * PATIENCE;
     loop {
@@ -31,14 +31,14 @@ pub(crate) async fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) ->
     }
 }
 
-/// The command line of the server on a data folder; what it prints.
+/// Runs the server's command line on a data folder; returns its output.
 pub(crate) fn run(data: &Path, arguments: &[&str]) -> String {
     let output = Command::new(SERVER).args(arguments).arg("--data").arg(data).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// A new token for the link of a vessel, which is named so if it is not yet.
+/// A new token for the link of a vessel, which is named if it is not yet.
 pub(crate) fn link_token(data: &Path, name: &str, address: &str) -> String {
     if !run(data, &["vessel", "list"]).contains(name) {
         run(data, &["vessel", "add", name, address]);
@@ -59,13 +59,13 @@ pub(crate) fn add_admin(data: &Path, name: &str, password: &str) {
 pub(crate) struct Process(pub(crate) Child);
 
 impl Process {
-    /// Ends it as nothing can be prepared for.
+    /// Kills it (SIGKILL).
     pub(crate) fn kill(&mut self) {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
 
-    /// Ends it as an init system does.
+    /// Terminates it (SIGTERM), as an init system does.
     pub(crate) fn terminate(&mut self) {
         assert!(Command::new("kill").arg(self.0.id().to_string()).status().unwrap().success());
         assert!(self.0.wait().unwrap().success());
@@ -92,7 +92,7 @@ pub(crate) struct Server {
     pub(crate) web: SocketAddr,
     pub(crate) proxy: SocketAddr,
     log: PathBuf,
-    /// Held open, or the server could not print.
+    /// Kept open, or the server could not print.
     _out: BufReader<ChildStdout>,
 }
 
@@ -156,7 +156,7 @@ pub(crate) struct Agent {
 }
 
 impl Agent {
-    /// Starts one in a folder, with the way to the shore at a port of this computer.
+    /// Starts one in a folder, with the uplink to a port of this computer.
     pub(crate) fn start(program: &Path, folder: &Path, shore: SocketAddr, token: &str) -> Self {
         Self::start_by(Command::new(program), folder, shore, token)
     }
@@ -177,7 +177,7 @@ impl Agent {
         Self::start_in(command, "Simulation", folder, shore, token, more)
     }
 
-    /// Starts one whose way to the shore is encrypted, and that trusts an authority for it.
+    /// Starts one with an encrypted uplink, which trusts an authority.
     pub(crate) fn start_encrypted(
         program: &Path,
         folder: &Path,
@@ -228,7 +228,7 @@ impl Agent {
         Self { process: Process(child), tcp, folder: folder.to_owned(), _out: out }
     }
 
-    /// What it complained of so far.
+    /// Errors that it has logged so far.
     pub(crate) fn errors(&self) -> String {
         std::fs::read_to_string(self.folder.join("errors")).unwrap()
     }
@@ -250,17 +250,17 @@ pub(crate) fn logged(folder: &Path) -> Vec<Bytes> {
     packets
 }
 
-/// What a cable does.
+/// State of a relay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cable {
     Passes(SocketAddr),
-    /// Nothing moves and nothing is told, as in a radio shadow.
+    /// Carries nothing, without closing connections, as in a radio shadow.
     Silent,
-    /// Connections break, new ones too.
+    /// Connections are closed, new ones too.
     Cut,
 }
 
-/// A way to a server that can be cut, and moved to another server.
+/// A TCP relay to a server that can be cut, and moved to another server.
 pub(crate) struct Line {
     pub(crate) address: SocketAddr,
     state: watch::Sender<Cable>,
@@ -286,12 +286,12 @@ impl Line {
         Self { address, state, accepted, rate }
     }
 
-    /// Connections that were asked for so far.
+    /// Connections accepted so far.
     pub(crate) fn accepted(&self) -> u64 {
         self.accepted.load(Ordering::Relaxed)
     }
 
-    /// Carries so many bytes a second from here on, each way of each connection; 0 for as many as come.
+    /// Limits the rate from here on, in each direction of each connection; 0 for no limit.
     pub(crate) fn carries(&self, bytes_per_s: u64) {
         self.rate.store(bytes_per_s, Ordering::Relaxed);
     }
@@ -321,7 +321,7 @@ async fn connect(vessel: TcpStream, mut state: watch::Receiver<Cable>, rate: Arc
     tokio::select! {
         () = carry(from_vessel, to_shore, state.clone(), &rate) => {}
         () = carry(from_shore, to_vessel, state, &rate) => {}
-        // Another server is another connection.
+        // Another server needs another connection.
         _ = cut.wait_for(|state| *state != Cable::Silent && *state != Cable::Passes(server)) => {}
     }
 }

@@ -1,4 +1,5 @@
-//! A slow and lossy way to a server, as TCP makes it of a bad mobile link: everything comes, in order, late and in jerks.
+//! A slow and lossy connection to a server, as TCP over a bad mobile network: everything arrives, in order, late and in
+//! bursts.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -8,19 +9,19 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, sleep_until};
 
-/// One way; there and back it is 300 ms.
+/// One-way delay; the round trip is 300 ms.
 const DELAY: Duration = Duration::from_millis(150);
-/// What is lost is sent again after this, then after twice as long, and so on; what comes after it waits.
+/// A lost segment is sent again after this time, then after twice as long, and so on; later ones wait.
 const AGAIN: Duration = Duration::from_millis(500);
-/// One of so many segments is lost.
+/// One in so many segments is lost.
 const LOST_OF: u64 = 10;
 const SEGMENT: usize = 1_448;
 /// Segments on the way at once.
 const WINDOW: usize = 16;
-/// The ends must not hide the way's slowness in their buffers.
+/// Small, so that buffers do not hide the slow connection.
 const BUFFER: u32 = 16 * 1024;
 
-/// The way; it lasts as long as the program.
+/// The relay; it lasts as long as the program.
 pub(crate) struct SlowLine {
     pub(crate) address: SocketAddr,
     cut: watch::Sender<bool>,
@@ -46,7 +47,7 @@ impl SlowLine {
         Self { address, cut }
     }
 
-    /// Breaks all connections and takes no others, or takes them again.
+    /// Closes all connections and accepts no others, or accepts them again.
     pub(crate) fn cut(&self, is: bool) {
         self.cut.send_replace(is);
     }

@@ -1,4 +1,4 @@
-//! A client of HTTPS that trusts one authority alone, as browsers and vessels do.
+//! An HTTPS client that trusts only one authority.
 
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, ServerName};
@@ -9,10 +9,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// One that trusts the authority of a file.
+/// A client that trusts the authority of a file.
 pub(crate) struct Trusting {
     config: Arc<ClientConfig>,
-    /// From which address of this computer it asks.
+    /// Its source address on this computer.
     from: Ipv4Addr,
 }
 
@@ -30,13 +30,13 @@ impl Trusting {
         Self { config, from: Ipv4Addr::LOCALHOST }
     }
 
-    /// The same at another address of this computer.
+    /// The same, from another address of this computer.
     pub(crate) fn at(mut self, from: Ipv4Addr) -> Self {
         self.from = from;
         self
     }
 
-    /// Connects and shakes hands, asking for this name; an error where it does not trust who answers.
+    /// Connects with a TLS handshake for this name; an error if it does not trust the server.
     pub(crate) fn connect(&self, to: SocketAddr, name: &str) -> std::io::Result<Encrypted> {
         let name = ServerName::try_from(name.to_owned()).unwrap();
         let mut session = ClientConnection::new(Arc::clone(&self.config), name).unwrap();
@@ -51,7 +51,7 @@ impl Trusting {
         Ok(StreamOwned::new(session, socket))
     }
 
-    /// The certificate with which is answered.
+    /// The server's certificate.
     pub(crate) fn certificate(&self, to: SocketAddr, name: &str) -> std::io::Result<CertificateDer<'static>> {
         let stream = self.connect(to, name)?;
         Ok(stream.conn.peer_certificates().unwrap()[0].clone().into_owned())
@@ -79,7 +79,7 @@ impl Trusting {
     }
 }
 
-/// Asks on a connection that stays, and answers the status.
+/// Sends a request on a persistent connection, and returns the status.
 pub(crate) fn ask_on(stream: &mut Encrypted, path: &str) -> String {
     write!(stream, "GET {path} HTTP/1.1\r\nhost: shore\r\n\r\n").unwrap();
     let mut answer = Vec::new();

@@ -1,4 +1,4 @@
-//! What goes to a vessel that is steered by hand, and by which transport.
+//! Messages to a vessel that is steered by hand, and their transport.
 
 use super::STOP_LASTS;
 use hub::{Tag, Telecommand, Urgency};
@@ -13,8 +13,7 @@ pub(super) fn keys(sticks: &Sticks) -> Message {
     RemoteActions { actions: sticks.actions().as_str().into() }.into()
 }
 
-/// Sends stick positions, or the word that steering by hand is over, by the way that leads to the vessel. Within
-/// `life`, or never.
+/// Sends stick positions, or the end of teleoperation, by the route to the vessel: within `life`, or never.
 pub(super) fn dispatch(
     operations: &mut Operations,
     now: Now,
@@ -32,13 +31,13 @@ pub(super) fn dispatch(
     };
     let Ok(packet) = Packet::new(header, message).encode() else { return };
     let tag = Tag { id: None, epoch, expires: now.mono + life, urgency: Urgency::Sticks };
-    // What finds no way is worth nothing a moment later.
+    // Without a route it is dropped: it would be stale a moment later.
     operations.hub_mut().dispatch(now, Telecommand { vessel, tag, packet: packet.into() });
 }
 
-/// Lets go a vessel of which control was lost. One that is reached by another way than its link knows of no control and
-/// goes on with the last stick position: it is stopped. Each is told that it is not steered by hand any more, in the name
-/// of whoever has control now. One that does something else by now is left alone.
+/// Releases a vessel of which control was lost. A vessel that is not reached over its link does not know of leases and
+/// would continue with the last stick position: it is stopped. Both are sent the end of teleoperation in the name of the
+/// new controller. A vessel that does something else by now is left alone.
 pub(super) fn release(operations: &mut Operations, now: Now, vessel: Address, stop: Option<&Sticks>) {
     if operations.running(vessel).is_none_or(|plan| plan != TELEOPERATION_PLAN) {
         return;

@@ -11,7 +11,7 @@ pub(crate) async fn fresh() -> SqliteConnection {
     db
 }
 
-/// The migrations as they were when `user_version` alone told how many a file had seen.
+/// The migrations from the time when only `user_version` counted them.
 const BY_NUMBER: [&str; 4] = [
     include_str!("../../../../migrations/0001_people.sql"),
     include_str!("../../../../migrations/0002_plans.sql"),
@@ -29,7 +29,7 @@ fn latest() -> i64 {
     all().into_iter().max().unwrap()
 }
 
-/// Something in every table of the second migration.
+/// A row in every table of the second migration.
 const FILLED: &str = "
     INSERT INTO person VALUES (7, 'nils', 'hash', 0, 5);
     INSERT INTO permission VALUES (7, -1, 4), (7, 2068, 3);
@@ -41,7 +41,7 @@ const FILLED: &str = "
     INSERT INTO plan VALUES (11, 'north', 2068, 2, NULL);
     INSERT INTO plan_revision VALUES (11, 2, 'nils', 5, 0, '{}');";
 
-/// Makes app.db as programs did that kept no checksums: by rusqlite, with the number of migrations as its version.
+/// Makes app.db like programs without checksums: by rusqlite, with the number of migrations as its version.
 fn made_by_number(folder: &Path, seen: usize) {
     let mut old = rusqlite::Connection::open(folder.join("app.db")).unwrap();
     old.pragma_update(None, "journal_mode", "WAL").unwrap();

@@ -1,4 +1,4 @@
-//! Who is let in, from what stands in app.db and from what is remembered.
+//! Access from app.db and from memory.
 
 use super::super::db::tests::fresh;
 use super::super::language::Choose;
@@ -86,7 +86,7 @@ async fn a_use_is_remembered_while_app_db_takes_none() {
     let first = due(60).unwrap();
     assert_eq!(due(61), None, "it is not offered again at once");
     assert_eq!(due(66), Some(first));
-    // Something else changes, so that everything is read again: what app.db never got is still known.
+    // Another change causes everything to be read again: a use that was never written to app.db is still known.
     world.session(70).await;
     let register = world.look().await;
     assert!(matches!(register.session(&secret, LIFE, at(160)), Found::Known(..)));
@@ -141,7 +141,7 @@ async fn a_token_of_somebody_with_a_one_time_password_says_why_it_opens_nothing_
     let token = Make { person: kari, new, now: at(0) }.run(&mut world.db).await.unwrap().secret;
     let Found::Refused(why) = world.look().await.token(&token, at(1)) else { panic!("refused") };
     assert!(why.contains("one-time password") && why.contains("kari"), "{why}");
-    // The first password of her own is no reason to end what was made meanwhile.
+    // Her first own password does not end tokens made meanwhile.
     persons::set_password(&mut world.db, kari, "y", false, None).await.unwrap();
     assert_eq!(known(world.look().await.token(&token, at(1))).name, "kari");
 }

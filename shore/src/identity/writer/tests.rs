@@ -5,7 +5,7 @@ use super::*;
 use std::time::Instant;
 use units::UtcTime;
 
-/// Both ways to a database in a folder, which lives as long as what comes with them.
+/// The handle of a database, with its temporary folder.
 pub(crate) async fn started(owners: &Owners) -> (Db, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let connection = db::open(folder.path()).await.unwrap();
@@ -17,7 +17,7 @@ fn otter() -> vessels::Add {
     vessels::Add { address: 7, name: "otter".to_owned(), now: UtcTime::default() }
 }
 
-/// Does its work, and fails then.
+/// Does its work, and then fails.
 #[derive(Debug)]
 struct Fails<R>(R);
 
@@ -39,7 +39,7 @@ async fn failed_work_leaves_nothing_behind() {
     assert_eq!(db.ask(vessels::List).await.unwrap().len(), 1, "what was answered is seen by who asks next");
 }
 
-/// As much as the file may grow, pages.
+/// Limits the file to so many pages.
 #[derive(Debug)]
 struct MostPages(i64);
 
@@ -64,7 +64,7 @@ fn many_lines() -> Record {
 async fn after_a_full_disk_it_writes_again_once_there_is_room() {
     let (db, _folder) = started(&Owners::new(crate::clock::Clock::real())).await;
     for _ in 0..3 {
-        // Of this connection alone, which is the one that is given up.
+        // Only for this connection, which is the one that is discarded.
         db.change(MostPages(1)).await.unwrap();
         let told = db.change(many_lines()).await.unwrap_err().to_string();
         assert!(told.contains("full"), "{told}");

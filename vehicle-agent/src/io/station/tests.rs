@@ -16,7 +16,7 @@ use units::UtcTime;
 
 const DEADLINE: Duration = Duration::from_secs(20);
 
-/// A driver that greets, tells what it is handed, and answers `?` by a paced line.
+/// A driver that greets, reports its inputs, and answers `?` with a paced line.
 #[derive(Default)]
 struct Parrot {
     outputs: VecDeque<Output>,
@@ -85,7 +85,7 @@ fn attend_with(driver: impl Driver + Send + 'static, place: Place) -> Attended {
 }
 
 impl Attended {
-    /// Waits for a report that is as wanted.
+    /// Waits for a matching report.
     fn wait(&self, wanted: impl Fn(&Report) -> bool) -> Report {
         loop {
             let report = self.reports.recv_timeout(DEADLINE).unwrap();
@@ -173,7 +173,7 @@ fn a_recording_is_played_once() {
     assert!(why.contains("the recording is over") && !why.contains("cable"), "{why}");
 }
 
-/// An attendant of a port whose other end is the test, by a clock that the test moves.
+/// An attendant of a port whose other end is the test, with a clock that the test moves.
 struct Bench {
     attendant: Attendant,
     script: Arc<Mutex<Script>>,
@@ -198,7 +198,7 @@ impl Bench {
         Self { attendant, script, now_us }
     }
 
-    /// Lets the loop go round until a time, each time after the wait that it wants; answers how often it did.
+    /// Runs the loop until a time, each cycle after the wait that it requests; returns the number of cycles.
     fn run_to(&mut self, until_ms: u64) -> usize {
         for turns in 0.. {
             self.attendant.tick();
@@ -214,7 +214,7 @@ impl Bench {
         unreachable!("the count does not end")
     }
 
-    /// Tries to open the port and goes on to when it is tried again; how long that was (ms).
+    /// Tries to open the port and advances to the next attempt; returns the wait (ms).
     fn wait_to_open(&mut self) -> u64 {
         self.attendant.open();
         let now_us = self.now_us.load(Ordering::Relaxed);
@@ -223,7 +223,7 @@ impl Bench {
         open_at_us.saturating_sub(now_us) / 1000
     }
 
-    /// Reads on, as bytes of a socket come in their own time.
+    /// Reads until the condition holds, as bytes of a socket arrive asynchronously.
     fn read_until(&mut self, wanted: impl Fn(&Attendant) -> bool) {
         let until = Instant::now() + DEADLINE;
         while !wanted(&self.attendant) {
@@ -248,7 +248,7 @@ fn a_bus_that_takes_nothing_costs_no_time_and_gets_no_stale_throttle_when_it_tak
     let driver = CanMotors::new(motors, MotorsWire::Kernel(Vec::new()), Arc::clone(&orders));
     let mut bench = Bench::new(driver);
     bench.attendant.tell(Input::Opened);
-    // The loop commands ahead for three seconds while nobody acknowledges on the bus.
+    // The loop commands ahead for three seconds while no device acknowledges on the bus.
     let mut turns = 0;
     for ms in (0..3000).step_by(100) {
         orders.put(MonoTime::from_micros(ms * 1000), MotorPair { port: 1.0, starboard: 1.0 });
@@ -257,7 +257,7 @@ fn a_bus_that_takes_nothing_costs_no_time_and_gets_no_stale_throttle_when_it_tak
     }
     assert!(turns <= 400, "{turns} turns in 3 s, each after 10 ms at least");
     assert!((200..=400).contains(&bench.script.lock().unwrap().offers), "{:?}", bench.script);
-    // It is told to stop, and then the bus is there again: a stop comes first, and no throttle of before.
+    // It gets a stop, and then the bus is back: the stop is sent first, and no earlier throttle.
     orders.put(MonoTime::from_micros(3_000_000), MotorPair::STOPPED);
     bench.attendant.tell(Input::Time);
     bench.run_to(3050);
@@ -266,7 +266,7 @@ fn a_bus_that_takes_nothing_costs_no_time_and_gets_no_stale_throttle_when_it_tak
     let taken = bench.taken();
     assert!(!taken.is_empty() && taken.iter().all(|throttle| *throttle == 0), "{taken:?}");
 
-    // Nor does one that nobody renewed leave after its time.
+    // Nor is a command sent after its time without a refresh.
     bench.script.lock().unwrap().takes = 0;
     orders.put(MonoTime::from_micros(4_000_000), MotorPair { port: 1.0, starboard: 1.0 });
     bench.attendant.tell(Input::Time);
@@ -278,7 +278,7 @@ fn a_bus_that_takes_nothing_costs_no_time_and_gets_no_stale_throttle_when_it_tak
 
 #[test]
 fn a_stream_that_brings_nothing_for_too_long_is_opened_again() {
-    /// A driver of a device that never rests.
+    /// A driver of a device that always has a deadline due.
     struct Restless(Parrot);
 
     impl Driver for Restless {
@@ -305,7 +305,7 @@ fn a_stream_that_brings_nothing_for_too_long_is_opened_again() {
     let silent = listener.accept().unwrap().0;
     let why = attended.failing();
     assert!(why.contains("nothing came for 0.1 s"), "{why}");
-    // The second connection comes while the first still stands.
+    // The second connection comes while the first is still open.
     let second = listener.accept().unwrap();
     drop((silent, second));
     attended.station.end();
@@ -326,13 +326,13 @@ fn a_server_that_is_away_is_tried_after_waits_that_double_until_it_has_said_some
         waits_ms.push(bench.wait_to_open());
     }
     assert_eq!(waits_ms, [500, 1000, 2000, 4000, 8000, 10_000, 10_000]);
-    // It is there, and hangs up without a word: that is no success.
+    // It accepts, and closes without sending data: that is no success.
     let listener = TcpListener::bind(address).unwrap();
     bench.attendant.open();
     drop(listener.accept().unwrap());
     bench.read_until(|attendant| attendant.port.is_none());
     assert_eq!(bench.wait_to_open(), 10_000);
-    // It speaks, and hangs up.
+    // It sends data, and closes.
     bench.attendant.open();
     let mut server = listener.accept().unwrap().0;
     server.write_all(b"word").unwrap();

@@ -1,30 +1,30 @@
-//! What the spool is called: the stream's number, the count of starts.
+//! Identity of the spool: the stream's number, the count of starts.
 
 use anyhow::Context as _;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// What is kept beside the entries.
+/// Data stored beside the entries.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
-    /// The stream whose numbers count.
+    /// The present stream.
     pub(crate) stream: u64,
     /// Starts of the program with this spool.
     pub(crate) starts: u64,
-    /// The computer's start that it was last used in.
+    /// Boot id of the computer when it was last used.
     pub(crate) boot: String,
     /// Whether everything was on the disk when it was last closed.
     pub(crate) clean: bool,
 }
 
 impl Identity {
-    /// A stream that nobody has heard of.
+    /// A new stream.
     pub(crate) fn fresh(starts: u64) -> anyhow::Result<Self> {
         Ok(Self { stream: random()?, starts, boot: boot(), clean: false })
     }
 
-    /// What is kept in the folder; `None` when there is nothing that can be read.
+    /// Reads it from the folder; `None` if there is none that can be read.
     pub(crate) fn load(folder: &Path) -> Option<Self> {
         let text = fs::read_to_string(path(folder)).ok()?;
         let value = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
@@ -36,7 +36,7 @@ impl Identity {
         })
     }
 
-    /// Brings it to the disk in one step.
+    /// Writes it to disk atomically.
     pub(crate) fn save(&self, folder: &Path) -> anyhow::Result<()> {
         let Self { stream, starts, boot, clean } = self;
         let text = format!("stream = {stream}\nstarts = {starts}\nboot = {boot}\nclean = {clean}\n");
@@ -45,13 +45,13 @@ impl Identity {
     }
 }
 
-/// The number of the computer's start; empty where the system tells none.
+/// The computer's boot id; empty if the system has none.
 pub(crate) fn boot() -> String {
     let text = fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     text.trim().to_owned()
 }
 
-/// A number by chance.
+/// A random number.
 pub(crate) fn random() -> anyhow::Result<u64> {
     use std::io::Read as _;
     let mut bytes = [0; 8];
@@ -61,7 +61,7 @@ pub(crate) fn random() -> anyhow::Result<u64> {
     Ok(u64::from_le_bytes(bytes))
 }
 
-/// Writes a file so that after a failure of power it is either the old one or this.
+/// Writes a file so that after a power failure it is either the old one or this.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let beside = path.with_extension("tmp");
     let mut file = File::create(&beside)?;
@@ -72,7 +72,7 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     sync_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
-/// Brings names of new, renamed and removed files to the disk.
+/// Syncs the names of new, renamed and removed files to disk.
 pub(crate) fn sync_folder(folder: &Path) -> std::io::Result<()> {
     File::open(folder)?.sync_all()
 }

@@ -1,16 +1,14 @@
-//! The spool: everything that is to reach the shore, on disk until it did.
+//! The spool: everything that is to reach the shore, kept on disk until it has.
 //!
-//! Packets get their numbers here. They are appended to files of about 1 MiB and handed to the kernel before
-//! anyone sends them; a thread beside brings them to the disk. So a program that is killed loses nothing that was
-//! spooled, and a computer that loses power loses what was spooled since the last sync: the sync interval and the
-//! time that the disk takes. Numbers that may have been given out then are never given out again; they are
-//! declared as a gap. What a killed program had not spooled yet is declared too, from the last that it had to the
-//! next start; one number stands for it, as nobody counted it.
+//! Packets get their numbers here. They are appended to files of about 1 MiB and passed to the kernel before they are sent;
+//! a separate thread syncs them to disk. So a killed program loses nothing that was spooled, and a computer that loses
+//! power loses what was spooled since the last sync: the sync interval plus the time of the sync. Numbers that may have
+//! been used then are never used again; they are declared as a gap. Packets that a killed program had not spooled yet are
+//! declared too, from its last packet to the next start; one number represents them, as their count is unknown.
 //!
-//! Bounded in bytes. When full, the oldest file that still has everything loses its telemetry; when none has, the
-//! oldest loses the rest. What is thinned out is declared as a gap, in its place. A disk that refuses writes is the
-//! same to the vessel: packets that could not be written take numbers, and the gap is written as soon as the disk
-//! takes it.
+//! Its size is limited. When full, the oldest file that is complete loses its telemetry; if none is, the oldest loses the
+//! rest. Removed packets are declared as a gap, in their place. Write errors are handled likewise: packets that could not
+//! be written use numbers, and the gap is written as soon as the disk works again.
 
 mod identity;
 mod read;
@@ -36,9 +34,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use units::UtcTime;
 
-/// Entries that may be off the disk at once; more wait for it.
+/// Most entries that are not synced; further ones wait.
 const MOST_UNSYNCED: u64 = 100_000;
-/// Numbers left out after power was lost: more than can have been given out since the last sync.
+/// Numbers skipped after a power loss: more than can have been used since the last sync.
 const LEFT_OUT: u64 = 2 * MOST_UNSYNCED;
 /// A number with twenty digits.
 const NAME_DIGITS: usize = 20;
@@ -70,13 +68,13 @@ pub(crate) struct Spool {
     active: Active,
     /// The number of the next packet.
     next: u64,
-    /// The number after the last entry that the kernel has.
+    /// The number after the last entry passed to the kernel.
     written: u64,
-    /// The number after the last entry that the disk has.
+    /// The number after the last entry synced to disk.
     synced: u64,
     /// Entries from `written` on.
     buffer: Vec<u8>,
-    /// Numbers below `next` that could not be written and whose gap is still to be.
+    /// Numbers below `next` that could not be written and whose gap is still to be declared.
     lost: Option<Gap>,
     /// Files, and the folder, that were closed or changed since the last sync.
     closed: Vec<Arc<File>>,
@@ -98,15 +96,15 @@ struct Active {
     first: u64,
     file: Arc<File>,
     bytes: u64,
-    /// Something half written could not be cut off: nothing may be appended.
+    /// A partial write could not be truncated: nothing may be appended.
     is_torn: bool,
 }
 
 impl Spool {
-    /// Opens the spool in a folder, or makes one. Answers what had to be mended.
+    /// Opens the spool in a folder, or makes one. Returns remarks about repairs.
     ///
     /// # Errors
-    /// When another program uses it ([`InUse`](crate::disk::InUse)), or the disk refuses.
+    /// When another program uses it ([`InUse`](crate::disk::InUse)), or on a disk error.
     pub(crate) fn open(folder: &Path, bounds: Bounds, now: UtcTime) -> anyhow::Result<(Self, Vec<String>)> {
         Self::open_after(folder, bounds, now, &identity::boot())
     }
@@ -134,7 +132,7 @@ impl Spool {
             let (numbers, reason) =
                 if is_same_boot { (1, GapReason::Killed) } else { (LEFT_OUT, GapReason::PowerLost) };
             let (from, to) = (found.next, found.next + numbers);
-            // A clock that was set back meanwhile makes a moment of it.
+            // If the clock was set back meanwhile, the gap has no duration.
             Gap { from, to, since: found.last_recorded.min(now), until: now, reason }
         });
         if let Some(gap) = gap {
@@ -175,7 +173,7 @@ impl Spool {
         Ok((spool, remarks))
     }
 
-    /// What the link is to know.
+    /// State of the spool, for the link.
     pub(crate) fn state(&self) -> SpoolState {
         let first = self.files.first_key_value().map_or(self.written, |(first, _)| *first);
         SpoolState { stream: self.identity.stream, first, next: self.written }
@@ -196,14 +194,14 @@ impl Spool {
         self.files.values().map(|info| info.bytes).sum()
     }
 
-    /// Takes a packet; [`Spool::write`] hands it to the kernel.
+    /// Buffers a packet; [`Spool::write`] passes it to the kernel.
     pub(crate) fn append(&mut self, recorded: UtcTime, packet: &[u8], important: bool) {
         self.put_lost();
         segment::put_record(&mut self.buffer, self.next, recorded, packet, important);
         self.next += 1;
     }
 
-    /// So many packets were lost before they came here.
+    /// Declares `count` packets that were lost before the spool.
     pub(crate) fn missed(&mut self, count: u64, since: UtcTime, until: UtcTime) {
         if count > 0 {
             let (from, reason) = (self.next, GapReason::NotRecorded);
@@ -212,10 +210,10 @@ impl Spool {
         }
     }
 
-    /// Hands everything to the kernel.
+    /// Passes the buffer to the kernel.
     ///
     /// # Errors
-    /// When the disk refuses: the packets are lost, and declared as soon as it does not.
+    /// On a disk error: the packets are lost, and declared as soon as the disk works again.
     pub(crate) fn write(&mut self) -> io::Result<()> {
         self.put_lost();
         if self.buffer.is_empty() {
@@ -242,7 +240,7 @@ impl Spool {
         Ok(())
     }
 
-    /// What could not be written is lost; a part that was written is taken back.
+    /// Drops a buffer that could not be written; a partial write is truncated.
     fn give_up_buffer(&mut self) {
         let bytes = std::mem::take(&mut self.buffer).into();
         let (mut since, mut until) = (None, None);
@@ -262,7 +260,7 @@ impl Spool {
         self.lost = Some(Gap { from, to, since, until, reason });
     }
 
-    /// Adds to what is lost; follows what was lost before or is buffered.
+    /// Extends the lost range; it follows earlier losses or the buffer.
     fn lose(&mut self, gap: Gap) {
         match &mut self.lost {
             Some(lost) if lost.to == gap.from && lost.reason == gap.reason => {
@@ -287,12 +285,12 @@ impl Spool {
         self.files.insert(active.first, Info { level: Level::Whole, bytes: active.bytes });
         let before = std::mem::replace(&mut self.active, active);
         self.closed.push(before.file);
-        // The new file's name is to be on the disk too.
+        // The new file's name must be synced too.
         self.closed.push(Arc::new(File::open(&self.folder)?));
         Ok(())
     }
 
-    /// Files whose end is not on the disk, and the number up to which everything is when they are.
+    /// Files that are not synced, and the number up to which everything is on disk once they are.
     pub(crate) fn unsynced(&mut self) -> Option<(Vec<Arc<File>>, u64)> {
         self.is_unsynced().then(|| {
             let mut files = std::mem::take(&mut self.closed);
@@ -301,12 +299,12 @@ impl Spool {
         })
     }
 
-    /// Whether something is not on the disk.
+    /// Whether anything is not synced.
     pub(crate) fn is_unsynced(&self) -> bool {
         self.synced < self.written
     }
 
-    /// Everything below this number is on the disk.
+    /// Notes that everything below this number is on disk.
     pub(crate) fn synced(&mut self, next: u64) {
         self.synced = self.synced.max(next);
     }
@@ -319,7 +317,7 @@ impl Spool {
         Ok(())
     }
 
-    /// Everything below this number is ashore: files that have nothing else are removed.
+    /// Notes that everything below this number is ashore: files without other entries are removed.
     pub(crate) fn acknowledged(&mut self, next: u64) {
         while let Some((first, end)) = self.oldest() {
             if end > next {
@@ -336,19 +334,19 @@ impl Spool {
         Some((*firsts.next()?, *firsts.next()?))
     }
 
-    /// Begins another stream: the shore knows numbers of this one that the disk has lost.
+    /// Begins a new stream: the shore has numbers of this one that the disk has lost.
     ///
     /// # Errors
-    /// When it cannot be brought to the disk.
+    /// When it cannot be written.
     pub(crate) fn renumber(&mut self) -> anyhow::Result<()> {
         self.identity.stream = random()?;
         self.identity.save(&self.folder)
     }
 
-    /// Brings everything to the disk at the end of the program.
+    /// Syncs everything to disk at the end of the program.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On a disk error.
     pub(crate) fn close(mut self) -> anyhow::Result<()> {
         self.write()?;
         self.sync_now()?;

@@ -1,4 +1,4 @@
-//! Reading the spool: what is there at a start, and what has which number.
+//! Reading the spool: its state at a start, and entries by number.
 
 use super::segment::{self, HEADER_BYTES, Header, Item, Level, MOST_ENTRY_BYTES};
 use super::{Info, NAME_DIGITS, Spool, path};
@@ -15,7 +15,7 @@ use units::UtcTime;
 /// Read at once at least.
 const LEAST_CHUNK_BYTES: usize = 8 << 10;
 
-/// What is in a folder.
+/// Contents of a folder.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) files: BTreeMap<u64, Info>,
@@ -26,21 +26,21 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Looks through a folder, cuts off what was torn and removes what a thinning left behind.
+    /// Reads a folder, truncates a torn file and removes remainders of a thinning.
     pub(super) fn look(folder: &Path, remarks: &mut Vec<String>) -> anyhow::Result<Self> {
         let mut files = BTreeMap::new();
         let mut covered = 0;
         for first in names(folder)? {
             let path = path(folder, first);
             let (bytes, header) = head(&path).with_context(|| format!("reading {}", path.display()))?;
-            // Thinned into the file before it, whose old self was replaced; only this was left to remove.
+            // It was merged into the previous file, which was replaced; only this removal was left.
             if first < covered {
                 fs::remove_file(&path).ok();
                 continue;
             }
             let header = header.filter(|header| header.first == first);
             covered = covered.max(header.and_then(|header| header.end).unwrap_or(0));
-            // What has no header is found damaged when it is read.
+            // A file without a header is treated as damaged when read.
             let level = header.map_or(Level::Whole, |header| header.level);
             files.insert(first, Info { level, bytes });
         }
@@ -57,13 +57,13 @@ impl Found {
         let bytes = Bytes::from(fs::read(&path).with_context(|| format!("reading {}", path.display()))?);
         let mut at = if Header::from_bytes(&bytes).is_some() { HEADER_BYTES } else { bytes.len() };
         let mut next = first;
-        // It was written when the last entry of the file before was.
+        // It was made when the last entry of the previous file was written.
         self.last_recorded = changed(&path)?;
         while let Some((item, length)) = segment::take(&bytes.slice(at..)) {
             self.last_recorded = match &item {
                 Item::Record(record, _) => record.recorded,
                 Item::Gap(gap) if gap.until > UtcTime::default() => gap.until,
-                // Of damage nobody knows the time.
+                // The time of damaged entries is unknown.
                 Item::Gap(_) => self.last_recorded,
             };
             (next, at) = (item.end(), at + length);
@@ -84,7 +84,7 @@ impl Found {
     }
 }
 
-/// Refuses a spool of a later version: what that wrote would be taken for damage here, and removed. Writes nothing.
+/// Refuses a spool of a later version: its data would be taken for damage here, and removed. Writes nothing.
 pub(super) fn refuse_newer(folder: &Path) -> anyhow::Result<()> {
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
     for entry in entries {
@@ -133,7 +133,7 @@ fn head(path: &Path) -> io::Result<(u64, Option<Header>)> {
     Ok((file.metadata()?.len(), Header::from_bytes(&bytes)))
 }
 
-/// Where the last reading ended, so that the next goes on there.
+/// Where the last reading ended, so that the next continues there.
 #[derive(Debug)]
 pub(super) struct Place {
     first: u64,
@@ -143,8 +143,8 @@ pub(super) struct Place {
 }
 
 impl Spool {
-    /// What the spool has from this number on, from one file and about so many bytes. Empty when there is nothing,
-    /// or the disk cannot be read now.
+    /// The entries from this number on, from one file and about `most_bytes` long. Empty if there are none, or the disk
+    /// cannot be read now.
     pub(crate) fn read(&mut self, from: u64, most_bytes: usize) -> Vec<Entry> {
         if from >= self.written {
             return Vec::new();

@@ -29,7 +29,7 @@ const MAGIC: &[u8; 8] = b"LUSPOOL1";
 const LEAST_BODY_BYTES: usize = 17;
 pub(crate) const MOST_ENTRY_BYTES: usize = FRAME_BYTES + LEAST_BODY_BYTES + imc::MAX_PACKET_BYTES;
 
-/// Whether a file begins as those of a later version do: the same word with a higher digit.
+/// Whether a file begins like those of a later version: the same magic with a higher digit.
 pub(crate) fn is_newer(begin: &[u8]) -> bool {
     let Some((word, digit)) =
         begin.first_chunk::<8>().and_then(|begin| begin.split_last()).map(|(d, w)| (w, *d))
@@ -39,14 +39,14 @@ pub(crate) fn is_newer(begin: &[u8]) -> bool {
     word == &MAGIC[..7] && digit.is_ascii_digit() && digit > MAGIC[7]
 }
 
-/// What is left in a file.
+/// What a file still has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Level {
     /// Everything.
     Whole,
-    /// Only what is kept longest.
+    /// Only the packets that are kept longest.
     Important,
-    /// Only that something was there.
+    /// Only the gap.
     Nothing,
 }
 
@@ -69,7 +69,7 @@ impl Header {
         bytes
     }
 
-    /// `None` for what is no header.
+    /// `None` if it is not a header.
     pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; HEADER_BYTES] = bytes.first_chunk()?;
         let level = match (bytes.starts_with(MAGIC), bytes[8]) {
@@ -83,7 +83,7 @@ impl Header {
     }
 }
 
-/// What a file has under a number.
+/// An entry of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Item {
     /// A packet, and whether it is kept longest.

@@ -3,7 +3,7 @@ use link::Entry;
 use proptest::prelude::*;
 use tempfile::TempDir;
 
-/// In memory where there is such a place: these tests wait for the disk thousands of times.
+/// In memory if possible: these tests sync thousands of times.
 fn temporary() -> TempDir {
     TempDir::new_in("/dev/shm").or_else(|_| TempDir::new()).unwrap()
 }
@@ -161,7 +161,7 @@ fn when_full_telemetry_goes_first_and_every_loss_is_declared() {
     assert_eq!(packets, all_but(&gaps, 4000));
     assert!(gaps.iter().all(|gap| gap.reason == GapReason::SpoolFull));
     assert_eq!(spool.thinned(), 4000 - packets.len() as u64);
-    // The oldest important packets are there while the telemetry of then is not.
+    // The oldest important packets are kept while the telemetry of that time is removed.
     assert_eq!(&packets[..3], [0, 20, 40]);
     // Far more: the important ones go too, the oldest first, and the files do not pile up.
     append(&mut spool, 30_000, important);
@@ -169,7 +169,7 @@ fn when_full_telemetry_goes_first_and_every_loss_is_declared() {
     assert_eq!(packets, all_but(&gaps, 34_000));
     assert!(packets[0] > 0 && important(packets[0]) && spool.bytes() <= bounds.bytes);
     assert!(spool.files.len() < 30, "{}", spool.files.len());
-    // It is found as it was left.
+    // It is reopened in the same state.
     spool.close().unwrap();
     let mut spool = Spool::open(folder.path(), bounds, time(0)).unwrap().0;
     assert_eq!(read_all(&mut spool, 0), (packets, gaps));
@@ -201,7 +201,7 @@ fn after_a_loss_of_power_no_number_is_given_out_twice() {
     let (mut spool, _) = start("monday");
     append(&mut spool, 100, |_| false);
     drop(spool);
-    // Killed: the numbers go on, and one stands for what was not spooled.
+    // Killed: the numbers continue, and one represents the packets not spooled.
     let (mut spool, remarks) = start("monday");
     assert_eq!((spool.state().next, remarks.len()), (101, 1));
     append(&mut spool, 99, |_| false);
@@ -244,7 +244,7 @@ fn what_a_killed_program_had_not_spooled_is_declared_up_to_the_next_start() {
     spool.roll().unwrap();
     spool.acknowledged(spool.state().next);
     drop(spool);
-    // A clock that was set back declares a moment, not a time that ends before it begins.
+    // A clock that was set back gives a gap without duration, not one that ends before it begins.
     let (spool, gap) = start(7_000);
     assert_eq!(gap, Some((time(7_000), time(7_000))));
     spool.close().unwrap();
@@ -303,7 +303,7 @@ fn without_its_identity_another_stream_begins() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Whatever happens in whatever order, each number is a packet as it was written or a gap that says why.
+    /// After any operations in any order, each number is a packet as written or a gap with its reason.
     #[test]
     fn every_number_is_accounted_for(steps in proptest::collection::vec((0..7_u8, 1..120_u64), 1..20)) {
         let folder = temporary();

@@ -1,4 +1,4 @@
-//! Making room: taking out of the oldest files what matters least.
+//! Making room: removing the least important packets of the oldest files.
 
 use super::segment::{self, HEADER_BYTES, Header, Item, Level};
 use super::{Info, Spool, identity, path};
@@ -9,7 +9,7 @@ use std::io;
 use units::UtcTime;
 
 impl Spool {
-    /// Thins files until the bound is kept or there is nothing to thin.
+    /// Thins files until the size is within its limit or there is nothing to thin.
     pub(super) fn thin(&mut self) -> io::Result<()> {
         while self.bytes() > self.bounds.bytes {
             let Some(first) = self.thinnable() else { return Ok(()) };
@@ -18,14 +18,14 @@ impl Spool {
         Ok(())
     }
 
-    /// The oldest of the files that have most left, but the one that is written.
+    /// The oldest of the least thinned files, except the active one.
     fn thinnable(&self) -> Option<u64> {
         let closed = self.files.range(..self.active.first);
         let thinnable = closed.filter(|(_, info)| info.level < Level::Nothing);
         thinnable.min_by_key(|(first, info)| (info.level, **first)).map(|(first, _)| *first)
     }
 
-    /// Takes a file's telemetry out, or all that is left, and joins it to the one before where that fits.
+    /// Removes a file's telemetry, or all that is left, and merges it into the previous one if possible.
     fn thin_one(&mut self, first: u64) -> io::Result<()> {
         let end = self.files.range(first + 1..).next().map_or(self.written, |(next, _)| *next);
         let level = match self.files[&first].level {
@@ -54,7 +54,7 @@ impl Spool {
         Ok(())
     }
 
-    /// Everything in a file, damage as a gap.
+    /// All entries of a file, damage as a gap.
     fn items(&self, first: u64, end: u64) -> io::Result<Vec<Item>> {
         let bytes = Bytes::from(fs::read(path(&self.folder, first))?);
         let (mut at, mut next, mut items) = (HEADER_BYTES.min(bytes.len()), first, Vec::new());
@@ -71,7 +71,7 @@ impl Spool {
     }
 }
 
-/// Entries of a thinned file; gaps that follow each other for the same reason are one.
+/// Entries of a thinned file; adjacent gaps with the same reason are merged.
 #[derive(Debug, Default)]
 struct Thinned {
     items: Vec<Item>,

@@ -1,4 +1,4 @@
-//! The simulated devices as a process, and the truth that they write.
+//! The simulated devices as a process, and the true state that they write.
 
 use super::{Agent, DEADLINE, ini, program};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -14,7 +14,7 @@ pub(crate) struct Devices {
     pub(crate) folder: TempDir,
 }
 
-/// Where the vessel really is.
+/// The true state of the vessel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Truth {
     pub(crate) utc_s: f64,
@@ -70,7 +70,7 @@ impl Devices {
         line
     }
 
-    /// Breaks or mends a device, and waits until that is done; what is answered.
+    /// Starts or ends a fault of a device, and waits until that is done; returns the answer.
     pub(crate) fn order(&mut self, order: &str) -> String {
         writeln!(self.child.stdin.as_mut().unwrap(), "{order}").unwrap();
         let line = self.line();
@@ -94,7 +94,7 @@ impl Devices {
         Agent::spawn(&mut command, self.folder.path(), more)
     }
 
-    /// All that was true so far, five times a second.
+    /// All true states so far, five times a second.
     pub(crate) fn truth(&self) -> Vec<Truth> {
         let text = std::fs::read_to_string(self.folder.path().join("truth")).unwrap();
         let read = |line: &str| {
@@ -117,20 +117,20 @@ impl Devices {
         *self.truth().last().unwrap()
     }
 
-    /// Waits until the truth is as wanted.
+    /// Waits until the true state meets a condition.
     pub(crate) fn wait(&self, what: &str, wanted: impl Fn(&Truth) -> bool) -> Truth {
         let until = Instant::now() + DEADLINE;
         while Instant::now() < until {
             if let Some(truth) = self.truth().last().filter(|truth| wanted(truth)) {
                 return *truth;
             }
-            // The file grows five times a second; there is nothing to wait at but the clock.
+            // The file grows five times a second; it can only be polled.
             std::thread::park_timeout(Duration::from_millis(50));
         }
         panic!("{what}: not within {DEADLINE:?}; last: {:?}", self.last());
     }
 
-    /// How far a place is from where the vessel was at a time (m).
+    /// Distance of a place from the vessel's position at a time (m).
     pub(crate) fn off_m(&self, utc_s: f64, lat_rad: f64, lon_rad: f64) -> f64 {
         let all = self.truth();
         let nearest = all.iter().min_by(|a, b| (a.utc_s - utc_s).abs().total_cmp(&(b.utc_s - utc_s).abs()));
@@ -141,7 +141,7 @@ impl Devices {
         north_m.hypot(east_m)
     }
 
-    /// Ends them as an init system does: their names go away with them.
+    /// Ends them as an init system does: their names are removed.
     pub(crate) fn terminate(mut self) {
         let sent = std::process::Command::new("kill").arg(self.child.id().to_string()).status().unwrap();
         assert!(sent.success() && self.child.wait().unwrap().success());

@@ -60,7 +60,7 @@ impl Agent {
         out.read_line(&mut line).unwrap();
         let ports = |name: &str| -> Vec<u16> {
             let found = line.split_whitespace().find_map(|word| word.strip_prefix(&format!("{name}=")));
-            // What is off has no port.
+            // A transport that is off has no port.
             found.unwrap_or_else(|| panic!("{line}")).split(',').flat_map(str::parse).collect()
         };
         let port = |name: &str| ports(name).first().copied().unwrap_or(0);
@@ -68,7 +68,7 @@ impl Agent {
         Self { child, out, listening: line, udp, tcp, announce }
     }
 
-    /// Ends it as an init system does; answers what it printed last.
+    /// Terminates it as an init system does; returns its last output.
     pub(crate) fn terminate(self) -> String {
         self.signal("TERM");
         self.ended()
@@ -80,7 +80,7 @@ impl Agent {
         assert!(sent.success());
     }
 
-    /// Waits for its good end; answers what it printed last.
+    /// Waits for its normal end; returns its last output.
     pub(crate) fn ended(mut self) -> String {
         let mut rest = String::new();
         self.out.read_to_string(&mut rest).unwrap();
@@ -121,7 +121,7 @@ impl Console {
         self.stream.write_all(&packet(message)).unwrap();
     }
 
-    /// Reads until something is what is wanted.
+    /// Reads until a packet matches.
     pub(crate) fn wait<T>(&mut self, what: &str, mut wanted: impl FnMut(&Packet) -> Option<T>) -> T {
         let until = Instant::now() + DEADLINE;
         while Instant::now() < until {

@@ -1,16 +1,16 @@
-//! What a made receiver says.
+//! Output of a simulated receiver.
 
 use devices::nmea::{EarthModel, Sentence};
 use devices::{GnssFix, GnssReading, GroundVelocity, Quality};
 use std::time::{SystemTime, UNIX_EPOCH};
 use units::UtcTime;
 
-/// Where it is (rad).
+/// Its position (rad).
 pub(crate) const PLACE_RAD: (f64, f64) = (1.107, 0.18);
-/// Where it heads (rad).
+/// Its heading (rad).
 pub(crate) const HEADING_RAD: f64 = 1.25;
 
-/// An epoch at this moment.
+/// An epoch with the present time.
 pub(crate) fn epoch() -> Vec<u8> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
     epoch_at(UtcTime::from_micros(since.as_micros() as i64))
