@@ -173,7 +173,7 @@ fn units(column: &DetectionColumn) -> &'static str {
     match column.unit() {
         None | Some("count") => "1",
         // A ratio of powers: UDUNITS has no decibel without what it refers to.
-        Some("dB") => "lg(re 1)",
+        Some("dB") => "0.1 lg(re 1)",
         Some("deg") => "degrees",
         Some(unit) => unit,
     }
