@@ -50,12 +50,9 @@ fn fill(data: &Path) {
 }
 
 fn written(data: &Path, file: &HeardFile) -> (Exported, Vec<u8>) {
-    let systems = Some(vec![Address(BOAT)]);
-    let range = TimeRange { from_us: 0, to_us: i64::from(START_S + 10_000) * 1_000_000 };
-    let wanted = DetectionsWanted { systems, range, came_from: None, tags: Vec::new() };
     let names = BTreeMap::from([(BOAT, "Otter 1".to_owned())]);
     let mut out = Vec::new();
-    let done = write(data, &wanted, &names, &Study::default(), file, &mut out).unwrap();
+    let done = write(data, &asked(), &names, &Study::default(), file, &mut out).unwrap();
     (done, out)
 }
 
@@ -161,6 +158,31 @@ fn every_format_is_written_with_its_own_ending_and_the_same_bytes_again() {
     }
     let names: Vec<String> = ["lutra", "vue", "dwca", "netcdf"].map(|name| file(name).name()).into();
     assert_eq!(names, ["detections.csv", "detections-vue.csv", "detections-dwca.zip", "detections.nc"]);
+}
+
+fn asked() -> DetectionsWanted {
+    let systems = Some(vec![Address(BOAT)]);
+    let range = TimeRange { from_us: 0, to_us: i64::from(START_S + 10_000) * 1_000_000 };
+    DetectionsWanted { systems, range, came_from: None, tags: Vec::new() }
+}
+
+#[test]
+fn a_refusal_for_want_of_room_says_what_to_do_over_http_too() {
+    let data = tempfile::tempdir().unwrap();
+    fill(data.path());
+    for (name, most_waiting_bytes) in [("netcdf", 100), ("geopackage", 20_000)] {
+        let file = HeardFile { most_waiting_bytes, ..file(name) };
+        let (names, study, mut out) = (BTreeMap::new(), Study::default(), Vec::new());
+        let failed = write(data.path(), &asked(), &names, &study, &file, &mut out).unwrap_err();
+        let shown = crate::Error::from(failed);
+        assert_eq!(shown.kind, crate::ErrorKind::Refused, "{name}: {shown}");
+        assert!(shown.text.contains("ask for a shorter time"), "{name}: {shown}");
+        assert!(out.is_empty(), "{name}: nothing goes out before");
+    }
+    // What the system says has its place in the log alone.
+    let source = std::io::Error::from(std::io::ErrorKind::StorageFull);
+    let of_system = StoreError::Io { path: data.path().into(), source };
+    assert_eq!(crate::Error::from(of_system).kind, crate::ErrorKind::Internal);
 }
 
 #[test]

@@ -97,10 +97,11 @@ impl Points {
         let variables = self.variables();
         let kinds: Vec<Kind> =
             variables.iter().filter(|one| one.over == Over::Records).map(|one| one.kind).collect();
+        // Before the first byte goes out: what finds no room here is refused, and not cut.
+        let mut waiting = self.waiting.read()?;
         let header =
             Classic { records: ("obs", self.rows), attributes: described(about, &self.covered), variables };
         header.write(out)?;
-        let mut waiting = self.waiting.read()?;
         let mut record = Vec::new();
         for _ in 0..self.rows {
             record.clear();
