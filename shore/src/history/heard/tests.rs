@@ -185,6 +185,51 @@ fn a_refusal_for_want_of_room_says_what_to_do_over_http_too() {
     assert_eq!(crate::Error::from(of_system).kind, crate::ErrorKind::Internal);
 }
 
+/// What is not read any more: it takes bytes, and says so when it is flushed.
+struct Unread {
+    bytes: usize,
+}
+
+impl std::io::Write for Unread {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.bytes += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Err(std::io::ErrorKind::BrokenPipe.into())
+    }
+}
+
+#[test]
+fn a_file_that_is_made_at_its_end_ends_early_where_it_is_not_read_any_more() {
+    let data = tempfile::tempdir().unwrap();
+    let mut store = Store::open(data.path()).unwrap();
+    for second in 0..1_100 {
+        let received = UtcTime::from_micros(i64::from(START_S + second) * 1_000_000);
+        let tag = TBRFishTag {
+            serial_no: 1_024,
+            unix_timestamp: START_S + second,
+            trans_protocol: 6_u8.into(),
+            trans_id: 7,
+            lat: Some(1.1),
+            lon: Some(0.2),
+            ..TBRFishTag::default()
+        };
+        let header =
+            Header { timestamp: received.seconds(), src: Address(BOAT), src_ent: 2, ..Header::default() };
+        let packet = Packet::new(header, tag).encode().unwrap();
+        store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
+    }
+    store.close().unwrap();
+    for name in ["netcdf", "geopackage"] {
+        let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread { bytes: 0 });
+        let failed = write(data.path(), &asked(), &names, &study, &file(name), &mut unread).unwrap_err();
+        assert!(matches!(failed, StoreError::Io { .. }), "{name}: {failed}");
+        assert_eq!(unread.bytes, 0, "{name} is not made to its end");
+    }
+}
+
 #[test]
 fn a_file_that_is_larger_than_may_wait_is_refused_with_what_to_do() {
     let data = tempfile::tempdir().unwrap();
