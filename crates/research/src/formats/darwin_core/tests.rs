@@ -217,6 +217,11 @@ fn the_description_names_people_licence_and_extent_and_is_whole_xml() {
         }
         assert_eq!(depth, 0);
     }
+    let turned = DatasetAuthor { name: "Nordmann, Kari Anne".to_owned(), ..DatasetAuthor::default() };
+    let turned = About { creators: vec![turned], ..About::default() };
+    let turned = eml_of(&turned, &study(), &[after_s(0)]);
+    let names = "<givenName>Kari Anne</givenName><surName>Nordmann</surName>";
+    assert!(turned.contains(names), "the family name stands first: {turned}");
     let of_register = eml_of(&About::default(), &study(), &[after_s(0)]);
     assert!(of_register.contains("<surName>Nordmann</surName>"), "who leads the project: {of_register}");
     let of_nobody = eml_of(&About::default(), &Study::default(), &[]);
