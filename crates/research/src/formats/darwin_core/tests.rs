@@ -129,6 +129,22 @@ fn of_an_hour_the_first_detection_stays_and_says_of_how_many() {
 }
 
 #[test]
+fn the_first_of_an_hour_is_the_one_that_was_heard_first() {
+    // Heard at 08:40, 08:10 and 08:20, reported in this order.
+    let late =
+        |heard_s: u32, reported_s: u32| Detection { clock: after_s(heard_s).clock, ..after_s(reported_s) };
+    let files = archive("dwca", &study(), &[late(2_400, 0), late(600, 1), late(1_200, 2)]);
+    let rows = table(&files["occurrence.csv"]);
+    assert_eq!(rows.len(), 1);
+    assert_eq!(rows[0]["eventDate"], "2026-11-21T08:10:00.007Z");
+    assert_eq!(rows[0]["dataGeneralizations"], "subsampled by hour: first of 3 record(s)");
+    let facts = table(&files["extendedmeasurementorfact.csv"]);
+    let of_row = facts.iter().all(|fact| fact["occurrenceID"] == rows[0]["occurrenceID"]);
+    let kinds: Vec<&str> = facts.iter().map(|fact| &*fact["measurementType"]).collect();
+    assert!(of_row && kinds == ["signal to noise ratio", "depth", "length", "weight"], "{facts:?}");
+}
+
+#[test]
 fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
     let study = study();
     let mut hours = hours::Hours::default();
@@ -136,9 +152,9 @@ fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
     let (first, soon, late) = (after_s(0), after_s(7_200), after_s(7_202));
     let heard = |one| study.heard(one, "otter-1", Lag::Unknown);
     hours.open(&heard(&first), row(1));
-    assert!(hours.count(&heard(&first)) && hours.next(Some(&heard(&soon))).is_none());
+    assert!(hours.count(&heard(&first)).is_some() && hours.next(Some(&heard(&soon))).is_none());
     assert_eq!(hours.next(Some(&heard(&late))).map(|row| row.of), Some(2));
-    assert!(!hours.count(&heard(&first)), "it is closed");
+    assert!(hours.count(&heard(&first)).is_none(), "it is closed");
     for hour in 0..=10_000_u32 {
         // Reported at once, heard in hours of their own.
         let clock = ReceiverClock::read(START_S + 3_600 * hour, 0);
