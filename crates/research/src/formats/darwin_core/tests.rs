@@ -1,6 +1,7 @@
 use super::super::tests::{START_S, bare, bytes, study, whole};
 use super::super::{About, Writer, format, unzipped};
 use super::*;
+use crate::Limits;
 use crate::lag::Lag;
 use crate::study::Study;
 use api::DatasetAuthor;
@@ -169,8 +170,15 @@ fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
 #[test]
 fn coarse_places_stay_coarse_and_are_said_to_be() {
     let coarse = study().without_places(1_000);
-    let files = archive("dwca", &coarse, &[Detection { data: None, ..after_s(0) }]);
+    let limits = Limits::new(&[], "", Some(1_000), false).unwrap();
+    let exact = after_s(0);
+    let given = limits.given(&coarse.heard(&exact, "otter-1", Lag::Unknown)).unwrap().into_owned();
+    let lat = |one: &Detection| format!("{:.8}", one.pose.unwrap().place.lat_deg());
+    let files = archive("dwca", &coarse, std::slice::from_ref(&given));
     let rows = table(&files["occurrence.csv"]);
+    assert_eq!(rows[0]["decimalLatitude"], lat(&given));
+    assert_ne!(lat(&exact), lat(&given));
+    assert!(files.values().all(|text| !text.contains(&lat(&exact))), "in no file of the archive");
     let said = "subsampled by hour: first of 1 record(s); places are middles of cells of about 1000 m";
     assert_eq!(rows[0]["dataGeneralizations"], said);
     assert_eq!(rows[0]["locality"], "");
