@@ -1,7 +1,8 @@
 //! How large a file of detections will be, before it is written.
 //!
 //! A short file is written to nowhere, and its rows and bytes are counted. Of a long one the explorer knows how many detections it
-//! has and where equal parts of them begin: the begin of each part is written, and stands for the part. The header is counted once.
+//! has and where equal parts of them begin: the begin of each part is written, and stands for the part. The header is counted once. Tracks of
+//! vessels, which a GeoPackage has too, are not counted: its size is always an estimate.
 
 use super::heard::{self, HeardFile, Sample, SampleBounds};
 use api::ExportSize;
@@ -43,13 +44,15 @@ impl Measured<'_> {
     /// The same, from so many detections.
     fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         let is_of_detections = self.file.format.is_of_detections();
+        // A sample has no tracks, however whole it is.
+        let has_tracks = self.file.has_tracks();
         if ranks.detections == 0 && is_of_detections {
             // However many others lie between: they need not be read.
             let from_us = self.wanted.range.from_us;
             let nothing = TimeRange { from_us, to_us: from_us };
             let until = Instant::now() + SAMPLE_TIME;
             let Exported { rows, bytes } = self.sample(data, nothing, nothing, most, until)?.fixed;
-            return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+            return Ok(Some(ExportSize { rows, bytes, estimated: has_tracks }));
         }
         if ranks.detections <= most || !is_of_detections {
             let all = self.wanted.range;
@@ -58,7 +61,7 @@ impl Measured<'_> {
             if found.is_whole {
                 let Sample { of_detections: of, fixed, .. } = found;
                 let (rows, bytes) = (of.rows + fixed.rows, of.bytes + fixed.bytes);
-                return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+                return Ok(Some(ExportSize { rows, bytes, estimated: has_tracks }));
             }
         }
         self.estimate(data, ranks, most / PARTS as u64)

@@ -106,7 +106,7 @@ impl HeardFile {
 
     /// Whether the tracks of vessels stand in it too: in a database, of a plain question. Who gets a dataset or a part of one gets what
     /// was heard, and no more of where vessels were.
-    pub(super) fn has_tracks(&self) -> bool {
+    pub(in super::super) fn has_tracks(&self) -> bool {
         self.format.is_database() && !self.is_closed && self.limits == Limits::default()
     }
 
