@@ -397,7 +397,7 @@ impl Write for Chunks {
     /// What fills no chunk waits for more, or for the end. Fails once the file is not read any more, by which its making ends too.
     fn flush(&mut self) -> io::Result<()> {
         if self.sender.is_closed() {
-            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "nobody reads the export any more"));
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the export is not read any more"));
         }
         Ok(())
     }

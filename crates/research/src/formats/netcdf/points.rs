@@ -155,7 +155,7 @@ fn variable(column: &DetectionColumn, width: usize) -> Variable {
             Kind::Double
         }
         ColumnKind::Whole | ColumnKind::Real => {
-            attributes.extend(units(column).map(|unit| ("units", unit.into())));
+            attributes.extend(units(column).map(|unit| ("units", Attribute::from(unit))));
             Kind::Double
         }
     };
