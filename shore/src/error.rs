@@ -119,9 +119,20 @@ impl From<StoreError> for Error {
         match error {
             StoreError::Query(text) => Self::new(ErrorKind::Malformed, text),
             StoreError::Cancelled => Stopped.into(),
-            error => Self::internal(&error),
+            error => no_room(&error).unwrap_or_else(|| Self::internal(&error)),
         }
     }
+}
+
+/// A file has no room, in the words of its writer; what the system alone says of it is logged.
+fn no_room(error: &StoreError) -> Option<Error> {
+    let StoreError::Io { source, .. } = error else { return None };
+    let kind = match source.kind() {
+        std::io::ErrorKind::FileTooLarge => ErrorKind::Refused,
+        std::io::ErrorKind::StorageFull => ErrorKind::Unavailable,
+        _ => return None,
+    };
+    source.get_ref().map(|text| Error::new(kind, text.to_string()))
 }
 
 impl From<operations::NotOrdered> for Error {

@@ -60,10 +60,11 @@ await inBrowser(async (open) => {
   // Its files are of its vessel and time.
   const href = async (label) => decodeURIComponent(await page.getByRole("link", { name: label }).getAttribute("href"));
   check((await href("Positions, one a second (CSV)")).includes(`from=${picked(Number(from))}Z&to=${picked(Number(from) + 600_000_000)}Z&vessel=${BOAT}`), await href("Positions, one a second (CSV)"));
-  const files = ["Positions, one a second (CSV)", "Detections (CSV)", "Everything, as a log (LSF)", "Log book (CSV)"];
+  const files = ["Positions, one a second (CSV)", "Track of otter-0 (GPX)", "Track of otter-0 (NetCDF)", "Detections (CSV)", "Everything, as a log (LSF)", "Log book (CSV)"];
   for (const file of files) {
     const answer = await page.request.get(url + (await page.getByRole("link", { name: file }).getAttribute("href")));
     same(answer.status(), 200, file);
+    if (file.endsWith("(NetCDF)")) same((await answer.body()).subarray(0, 3).toString(), "CDF", "a NetCDF file");
     if (file.startsWith("Detections")) same((await answer.text()).trim().split("\n").length, 601, "a row for each, and the header");
     if (file.startsWith("Log book")) same((await answer.text()).trim().split("\n").length, 3, "two notes, and the header");
   }

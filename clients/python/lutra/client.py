@@ -91,7 +91,7 @@ class Lutra:
         Takes the question of `detections`, but no `flags`.
         """
         url = self.connection.url("/api/v1/detections.csv", _question(**question))
-        return rows(self.connection.open(url), _DETECTIONS)
+        return rows(self.connection.open(url, is_file=True), _DETECTIONS)
 
     def detection_frame(self, **question: Any) -> Any:
         """The same as a table of pandas, with its types. Needs pandas and pyarrow."""
@@ -100,7 +100,7 @@ class Lutra:
         import pandas  # type: ignore[import-untyped]
 
         query = {**_question(**question), "format": "parquet"}
-        return pandas.read_parquet(io.BytesIO(self.connection.read("/api/v1/detections.csv", query)))
+        return pandas.read_parquet(io.BytesIO(self.connection.read("/api/v1/detections.csv", query, is_file=True)))
 
     def download_detections(
         self, path: Path, format: str = "lutra", tries: int = 5, gzip: bool = False, **question: Any
@@ -114,19 +114,20 @@ class Lutra:
         field: Words = None, every_s: Optional[float] = None, angles: str = "rad",
     ) -> Iterator[Row]:
         """The rows of any message, such as `EstimatedState`, as they come: one in `every_s` seconds where that is given."""
-        query: Dict[str, Any] = {
-            "message": message, "vessel": _words(vessel), "entity": _words(entity), "field": _words(field),
-            "from": _iso(start), "to": _iso(end), "every_s": every_s, "angles": angles, "units": False, "guard": False,
-        }
+        query = _table(message, start, end, vessel, entity, field, every_s, angles, units=False, guard=False)
         about = self._json("/api/v1/export.json", query)
         kinds = {column["name"]: column["type"] for column in about["columns"] if "type" in column}
         kinds.update(_SENDER)
-        return rows(self.connection.open(self.connection.url("/api/v1/export.csv", query)), kinds)
+        return rows(self.connection.open(self.connection.url("/api/v1/export.csv", query), is_file=True), kinds)
 
-    def download_rows(self, path: Path, message: str, tries: int = 5, **question: Any) -> Downloaded:
-        """Writes the table of one or more messages; the question is that of `GET /api/v1/export.csv`."""
-        url = self.connection.url("/api/v1/export.csv", {"message": message, **question})
-        return download(self.connection, url, path, tries=tries)
+    def download_rows(
+        self, path: Path, message: Words, start: Time = None, end: Time = None, vessel: Words = None,
+        entity: Words = None, field: Words = None, every_s: Optional[float] = None, angles: str = "rad",
+        tries: int = 5, **more: Any,
+    ) -> Downloaded:
+        """Writes the table of one or more messages. The question is that of `rows`; `more` is what `GET /api/v1/export.csv` takes besides."""
+        query = _table(message, start, end, vessel, entity, field, every_s, angles, **more)
+        return download(self.connection, self.connection.url("/api/v1/export.csv", query), path, tries=tries)
 
     def datasets(self) -> List[Dict[str, Any]]:
         """The datasets that one may see."""
@@ -167,7 +168,7 @@ class Link:
 
     def rows(self) -> Iterator[Row]:
         """The rows of the dataset as they come."""
-        return rows(self.connection.open(self.connection.url("/detections.csv")), _DETECTIONS)
+        return rows(self.connection.open(self.connection.url("/detections.csv"), is_file=True), _DETECTIONS)
 
     def download(self, path: Path, format: str = "lutra", verify: bool = True, tries: int = 5) -> Downloaded:
         """Writes the dataset. In the format `lutra` its SHA-256 is that of its description, or `VerifyError` is raised."""
@@ -184,6 +185,17 @@ def _question(
         "from_us": None if start is None else _us(start, 0),
         "to_us": None if end is None else _us(end, LAST_US),
         "vessel": _words(vessel), "tag": _words(tag), "project": _words(project, ";"), "area": area,
+    }
+
+
+def _table(
+    message: Words, start: Time, end: Time, vessel: Words, entity: Words, field: Words, every_s: Optional[float],
+    angles: str, **more: Any,
+) -> Dict[str, Any]:
+    """The question for the table of messages."""
+    return {
+        "message": _words(message), "vessel": _words(vessel), "entity": _words(entity), "field": _words(field),
+        "from": _iso(start), "to": _iso(end), "every_s": every_s, "angles": angles, **more,
     }
 
 

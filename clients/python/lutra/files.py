@@ -88,7 +88,7 @@ def _fetch(connection: Connection, url: str, part: Path, note: Path, begun: Opti
     headers: Dict[str, str] = {"Accept-Encoding": "identity"}
     if begun:
         headers.update({"Range": f"bytes={begun[0]}-", "If-Range": begun[1]})
-    with connection.open(url, headers) as answer:
+    with connection.open(url, headers, is_file=True) as answer:
         if answer.status == 416:
             # All of it is there, or the file is shorter now.
             total = (answer.headers.get("Content-Range") or "").rpartition("/")[2]

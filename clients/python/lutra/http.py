@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import http.client
+import re
+import socket
 import time
 import urllib.error
 import urllib.parse
@@ -15,6 +17,10 @@ BUSY = (429, 503)
 """Statuses after which the same question may be asked again."""
 LONGEST_WAIT_S = 60.0
 """A server that asks for a longer wait is not waited for."""
+CONNECT_S = 30.0
+"""How long a connection may take to begin."""
+FILE_S = 900.0
+"""How long the server may be silent about a file, at least: some formats are known whole only at their end."""
 
 Query = Mapping[str, Any]
 
@@ -26,7 +32,38 @@ class _Stay(urllib.request.HTTPRedirectHandler):
         return None
 
 
-_OPENER = urllib.request.build_opener(_Stay)
+def _connect(connection: http.client.HTTPConnection, connect: Callable[[], None]) -> None:
+    """Connects within a time of its own, which is shorter than that of an answer."""
+    patience_s = connection.timeout
+    connection.timeout = min(CONNECT_S, patience_s) if isinstance(patience_s, (int, float)) else CONNECT_S
+    try:
+        connect()
+    finally:
+        connection.timeout = patience_s
+    connection.sock.settimeout(patience_s)
+
+
+class _Plain(http.client.HTTPConnection):
+    def connect(self) -> None:
+        _connect(self, super().connect)
+
+
+class _Secure(http.client.HTTPSConnection):
+    def connect(self) -> None:
+        _connect(self, super().connect)
+
+
+class _Http(urllib.request.HTTPHandler):
+    def http_open(self, request: urllib.request.Request) -> Any:
+        return self.do_open(_Plain, request)
+
+
+class _Https(urllib.request.HTTPSHandler):
+    def https_open(self, request: urllib.request.Request) -> Any:
+        return self.do_open(_Secure, request)
+
+
+_OPENER = urllib.request.build_opener(_Stay, _Http, _Https)
 
 
 class Connection:
@@ -39,9 +76,12 @@ class Connection:
         timeout_s: float,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
+        # The address of a link is a secret: no error shows it.
         scheme = urllib.parse.urlsplit(base).scheme
         if scheme not in ("http", "https"):
-            raise LutraError(f"{base!r}: an address begins with https:// (or http:// in one's own network)")
+            raise LutraError("an address begins with https:// (or http:// in one's own network)")
+        if re.search(r"[\x00-\x20\x7f]", base):
+            raise LutraError("the address has a space or a line break in it")
         self.base = base.rstrip("/")
         self._headers: Dict[str, str] = {"User-Agent": "lutra-python/0.1"}
         if secret:
@@ -54,12 +94,16 @@ class Connection:
         said = {name: _word(value) for name, value in (query or {}).items() if value is not None}
         return f"{self.base}{path}" + (f"?{urllib.parse.urlencode(said)}" if said else "")
 
-    def open(self, url: str, headers: Optional[Mapping[str, str]] = None, tries: int = 4) -> http.client.HTTPResponse:
-        """An answer whose body is not read yet. A busy server is asked again as it wishes, so many times in all."""
+    def open(
+        self, url: str, headers: Optional[Mapping[str, str]] = None, tries: int = 4, is_file: bool = False
+    ) -> http.client.HTTPResponse:
+        """An answer whose body is not read yet. A busy server is asked again as it wishes, so many times in all. A file may take the server
+        minutes to prepare."""
+        timeout_s = max(self._timeout_s, FILE_S) if is_file else self._timeout_s
         for attempt in range(1, tries + 1):
             request = urllib.request.Request(url, headers={**self._headers, **(headers or {})})
             try:
-                answer: http.client.HTTPResponse = _OPENER.open(request, timeout=self._timeout_s)
+                answer: http.client.HTTPResponse = _OPENER.open(request, timeout=timeout_s)
                 return answer
             except urllib.error.HTTPError as error:
                 if error.code == 416:
@@ -68,16 +112,19 @@ class Connection:
                     wait_s = _wait_s(error.headers.get("Retry-After"))
                     if error.code not in BUSY or attempt == tries or wait_s > LONGEST_WAIT_S:
                         raise refusal(error.code, error.read(65536), _place(url)) from None
+            except socket.timeout as error:
+                text = f"the server did not answer within {timeout_s:g} s; it may still be preparing the file"
+                raise LutraError(f"{_place(url)}: {text}") from error
             except (urllib.error.URLError, OSError, http.client.HTTPException) as error:
                 raise LutraError(f"{_place(url)}: the server was not reached: {error}") from error
             self.sleep(wait_s)
         raise AssertionError("the last attempt returns or raises")
 
-    def read(self, path: str, query: Optional[Query] = None) -> bytes:
+    def read(self, path: str, query: Optional[Query] = None, is_file: bool = False) -> bytes:
         """The whole body of an answer."""
         url = self.url(path, query)
         try:
-            with self.open(url) as answer:
+            with self.open(url, is_file=is_file) as answer:
                 return answer.read()
         except (http.client.HTTPException, OSError) as error:
             raise LutraError(f"{_place(url)}: the answer was cut: {error}") from error
@@ -85,10 +132,7 @@ class Connection:
 
 def _place(url: str) -> str:
     """An address without its query; that of a link is a secret and is not shown."""
-    path = urllib.parse.urlsplit(url).path
-    if path.startswith("/s/"):
-        path = "/s/…/" + "/".join(path.split("/")[3:])
-    return path
+    return re.sub(r"/s/[^/]+", "/s/…", urllib.parse.urlsplit(url).path)
 
 
 def _wait_s(text: Optional[str]) -> float:

@@ -79,6 +79,12 @@ def reading(lutra: Lutra, rows: int) -> None:
     states = list(lutra.rows("EstimatedState", vessel="0x0814", angles="deg"))
     assert len(states) == 3 and abs(states[0]["lat"] - 63.44) < 1e-9, states
     assert isinstance(states[0]["time"], datetime) and states[0]["unix_s"] > 1.7e9, states[0]
+    with tempfile.TemporaryDirectory() as folder:
+        start, end = "2024-11-21T08:00:01Z", datetime(2024, 11, 21, 8, 0, 2)
+        found = lutra.download_rows(Path(folder) / "states.csv", "EstimatedState", start, end, vessel=["0x0814"], angles="deg")
+        assert found.bytes > 0 and len(found.path.read_text().splitlines()) == 2, "a header and the second of three rows"
+        every = lutra.download_rows(Path(folder) / "all.csv", ["EstimatedState", "TBRFishTag"], units=False)
+        assert every.bytes > found.bytes, every
 
 
 def refusals(url: str, link: str) -> None:
@@ -89,6 +95,14 @@ def refusals(url: str, link: str) -> None:
     guess = refused(Link(link, password="a wrong password").about)
     assert guess.status == 403 and link not in str(guess), guess
     assert refused(Link, "https://shore.example/datasets/1")
+    secret = "0" * 60 + "beef"
+    for wrong in (f"ftp://shore.example/s/{secret}", f"shore.example/s/{secret}", f"https://shore.example/a b/s/{secret}"):
+        assert secret not in str(refused(Link, wrong)), wrong
+    below = refused(Link(f"http://127.0.0.1:9/below/a/prefix/s/{secret}").about)
+    assert secret not in str(below) and "/below/a/prefix/s/…/" in str(below), below
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        slow = refused(Lutra(f"http://127.0.0.1:{silent.getsockname()[1]}", timeout_s=0.2).vessels)
+    assert slow.status is None and "did not answer within 0.2 s" in str(slow), slow
     away = refused(Lutra("http://127.0.0.1:9").vessels)
     assert away.status is None, away
 

@@ -255,9 +255,9 @@ fn length(
 ) -> store::Result<u64> {
     let mut counted = Counted { bytes: 0, given_up };
     if gzip {
-        let mut packed = GzEncoder::new(&mut counted, Compression::fast());
+        let mut packed = Packed::new(&mut counted);
         write(&mut packed)?;
-        packed.finish().map_err(unwritable)?;
+        packed.gzip.finish().map_err(unwritable)?;
     } else {
         write(&mut counted)?;
     }
@@ -272,15 +272,43 @@ struct Counted {
 
 impl Write for Counted {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.given_up.is_cancelled() {
-            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "nobody waits for the export any more"));
-        }
+        self.flush()?;
         self.bytes += bytes.len() as u64;
         Ok(bytes.len())
     }
 
+    /// Fails once the length is given up, by which what is read for it ends too.
     fn flush(&mut self) -> io::Result<()> {
+        if self.given_up.is_cancelled() {
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "nobody waits for the export any more"));
+        }
         Ok(())
+    }
+}
+
+/// Packs what is written. It is flushed only to ask whether the file is still waited for: what is packed stays the same, however often
+/// that is asked.
+struct Packed<'p, W: Write> {
+    gzip: GzEncoder<&'p mut W>,
+    /// Whether anything was written.
+    is_begun: bool,
+}
+
+impl<'p, W: Write> Packed<'p, W> {
+    fn new(out: &'p mut W) -> Self {
+        // The quickest: the link is seldom as slow as a better one would be.
+        Self { gzip: GzEncoder::new(out, Compression::fast()), is_begun: false }
+    }
+}
+
+impl<W: Write> Write for Packed<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.is_begun |= !bytes.is_empty();
+        self.gzip.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.gzip.get_mut().flush()
     }
 }
 
@@ -296,14 +324,16 @@ fn finish(
     write: impl FnOnce(&mut dyn Write) -> store::Result<()>,
 ) -> (Chunks, store::Result<()>) {
     let written = if gzip {
-        // Fastest level: the network is seldom slow enough to benefit from a better one.
-        let mut packed = GzEncoder::new(&mut out, Compression::fast());
+        let mut packed = Packed::new(&mut out);
         match write(&mut packed) {
-            Ok(()) => packed.finish().map(drop).map_err(unwritable),
+            Ok(()) => packed.gzip.finish().map(drop).map_err(unwritable),
             Err(error) => {
-                packed.flush().ok();
-                // The encoder would complete the file when dropped.
-                packed.get_mut().is_cut = true;
+                // Of a file that was refused before its first byte nothing goes out, so that the reason does.
+                if packed.is_begun {
+                    packed.gzip.flush().ok();
+                }
+                // The encoder ends the file when it is dropped.
+                packed.gzip.get_mut().is_cut = true;
                 Err(error)
             }
         }
@@ -364,8 +394,11 @@ impl Write for Chunks {
         Ok(bytes.len())
     }
 
-    /// An incomplete chunk waits for more, or for the end.
+    /// An incomplete chunk waits for more, or for the end. Fails once the file is not read any more, which ends its making too.
     fn flush(&mut self) -> io::Result<()> {
+        if self.sender.is_closed() {
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the export is not read any more"));
+        }
         Ok(())
     }
 }
@@ -470,7 +503,36 @@ mod tests {
             }
             Ok(())
         };
-        assert!(length(false, given_up, write).is_err());
+        assert!(length(false, given_up.clone(), write).is_err());
         assert_eq!(written, 0);
+        // Also where nothing is written before the end.
+        for gzip in [false, true] {
+            assert!(length(gzip, given_up.clone(), |out| out.flush().map_err(unwritable)).is_err());
+        }
+    }
+
+    /// A file that was cancelled, or refused, before its first byte.
+    #[tokio::test]
+    async fn what_is_not_read_any_more_ends_when_it_is_flushed() {
+        for gzip in [false, true] {
+            let (sender, taken) = mpsc::channel(CHUNKS);
+            let out = Chunks {
+                buffer: Vec::new(),
+                sender,
+                runtime: Handle::current(),
+                is_cut: false,
+                skip: 0,
+                left: u64::MAX,
+            };
+            let mut taken = Some(taken);
+            let write = |out: &mut dyn Write| {
+                out.flush().map_err(unwritable)?;
+                taken = None;
+                out.flush().map_err(unwritable)
+            };
+            let (out, written) = finish(out, gzip, write);
+            assert!(written.is_err() && out.buffer.is_empty(), "{gzip}");
+            assert!(taken.is_none());
+        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A short file is written to a null sink, and its rows and bytes are counted. For a long one the explorer knows the number
 //! of detections and where equal parts of them begin: the begin of each part is written as a sample of the part. The header
-//! is counted once.
+//! is counted once. Tracks of vessels, which a GeoPackage has too, are not counted: its size is always an estimate.
 
 use super::heard::{self, HeardFile, Sample, SampleBounds};
 use api::ExportSize;
@@ -44,13 +44,15 @@ impl Measured<'_> {
     /// The same, from at most `most` detections.
     fn size_by(&self, data: &Path, ranks: &Ranks, most: u64) -> store::Result<Option<ExportSize>> {
         let is_of_detections = self.file.format.is_of_detections();
+        // A sample has no tracks, however whole it is.
+        let has_tracks = self.file.has_tracks();
         if ranks.detections == 0 && is_of_detections {
             // However many others are in between: they need not be read.
             let from_us = self.wanted.range.from_us;
             let nothing = TimeRange { from_us, to_us: from_us };
             let until = Instant::now() + SAMPLE_TIME;
             let Exported { rows, bytes } = self.sample(data, nothing, nothing, most, until)?.fixed;
-            return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+            return Ok(Some(ExportSize { rows, bytes, estimated: has_tracks }));
         }
         if ranks.detections <= most || !is_of_detections {
             let all = self.wanted.range;
@@ -59,7 +61,7 @@ impl Measured<'_> {
             if found.is_whole {
                 let Sample { of_detections: of, fixed, .. } = found;
                 let (rows, bytes) = (of.rows + fixed.rows, of.bytes + fixed.bytes);
-                return Ok(Some(ExportSize { rows, bytes, estimated: false }));
+                return Ok(Some(ExportSize { rows, bytes, estimated: has_tracks }));
             }
         }
         self.estimate(data, ranks, most / PARTS as u64)

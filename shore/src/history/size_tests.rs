@@ -81,9 +81,15 @@ fn sizes(
 fn a_short_file_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path());
-    for (tags, format) in
-        [("", "lutra"), ("9", "lutra"), ("", "vue"), ("99999", "vue"), ("", "actel-biometrics")]
-    {
+    for (tags, format) in [
+        ("", "lutra"),
+        ("9", "lutra"),
+        ("", "vue"),
+        ("99999", "vue"),
+        ("", "actel-biometrics"),
+        ("", "netcdf"),
+        ("", "dwca"),
+    ] {
         let (told, file) = sizes(folder.path(), (START_S, START_S + 100), tags, format, 50_000);
         assert_eq!(told, file, "{tags} {format}");
     }
@@ -94,7 +100,7 @@ fn a_short_file_is_counted() {
 fn a_file_without_detections_is_its_header_however_many_others_lie_between() {
     let folder = tempfile::tempdir().unwrap();
     fill(folder.path());
-    for format in ["lutra", "vue", "fathom", "glatos", "thelma", "actel-biometrics"] {
+    for format in ["lutra", "vue", "fathom", "glatos", "thelma", "actel-biometrics", "netcdf", "dwca"] {
         let (told, file) = sizes(folder.path(), (START_S, START_S + WITHIN), "99999", format, 100);
         assert_eq!(told, file, "{format}");
     }
@@ -118,7 +124,33 @@ fn the_size_of_a_long_file_of_uneven_rows_is_told_within_a_tenth() {
     }
 }
 
-/// A header as long as ten rows is counted once, however many rows there are.
+/// Its tracks are not counted: it is never said to be exact.
+#[test]
+fn the_size_of_a_geopackage_is_an_estimate_however_short_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path());
+    for (tags, within_s) in [("", 100), ("99999", 100), ("", WITHIN)] {
+        let range = (START_S, START_S + within_s);
+        let (told, file) = sizes(folder.path(), range, tags, "geopackage", 2_000);
+        assert!(told.estimated, "{tags} {within_s}");
+        // Databases grow by whole pages, so that a part of one is less like all of it.
+        let far = |told: u64, file: u64| told.abs_diff(file) * 3 > file;
+        assert!(!far(told.rows, file.rows) && !far(told.bytes, file.bytes), "{told:?} of {file:?}");
+    }
+}
+
+/// What its header says of all rows is written for each part that is looked at.
+#[test]
+fn the_size_of_a_long_netcdf_file_is_about_right() {
+    let folder = tempfile::tempdir().unwrap();
+    fill(folder.path());
+    let (told, file) = sizes(folder.path(), (START_S, START_S + WITHIN), "", "netcdf", 2_000);
+    assert!(told.estimated);
+    let far = |told: u64, file: u64| told.abs_diff(file) * 5 > file;
+    assert!(!far(told.rows, file.rows) && !far(told.bytes, file.bytes), "{told:?} of {file:?}");
+}
+
+/// A header as long as ten rows is there once, however many rows there are.
 #[test]
 fn the_header_is_counted_once() {
     let folder = tempfile::tempdir().unwrap();

@@ -144,7 +144,8 @@ function Files({ book, mission: { mission }, called }: Part) {
       <h2>{t("Files")}</h2>
       <ul class="files">
         <li><a href={missionFile("positions", mission, toUs)} download>{t("Positions, one a second (CSV)")}</a></li>
-        {mission.vessels.map((vessel) => <li key={vessel}><a href={trackFile(vessel, mission.from_us, toUs)} download>{t("Track of {vessel} (GPX)", { vessel: called(vessel) })}</a></li>)}
+        {mission.vessels.map((vessel) => <li key={vessel}><a href={trackFile(vessel, mission.from_us, toUs, "gpx")} download>{t("Track of {vessel} (GPX)", { vessel: called(vessel) })}</a></li>)}
+        {mission.vessels.map((vessel) => <li key={vessel}><a href={trackFile(vessel, mission.from_us, toUs, "nc")} download>{t("Track of {vessel} (NetCDF)", { vessel: called(vessel) })}</a></li>)}
         <li><a href={missionFile("detections", mission, toUs)} download>{t("Detections (CSV)")}</a></li>
         <li><a href={missionFile("log", mission, toUs)} download>{t("Everything, as a log (LSF)")}</a></li>
         <li><a href={`/api/v1/logbook.csv?${notesOf(mission, toUs)}`} download>{t("Log book (CSV)")}</a></li>

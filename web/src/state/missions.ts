@@ -54,9 +54,9 @@ export function missionFile(kind: Kind, { vessels, from_us }: Pick<MissionReques
   return fileOf({ kind, message: "", vessel: vessels.join(","), from: picked(from_us), to: picked(toUs + 999_999), angles: "deg", every_s: "", gzip: false });
 }
 
-/** The address of a vessel's track during a mission. */
-export function trackFile(vessel: number, fromUs: number, toUs: number): string {
-  return `/api/v1/vessels/${vessel}/track.gpx?from_us=${fromUs}&to_us=${toUs}`;
+/** The address of a vessel's track during a mission: for chart plotters, or NetCDF. */
+export function trackFile(vessel: number, fromUs: number, toUs: number, ending: "gpx" | "nc"): string {
+  return `/api/v1/vessels/${vessel}/track.${ending}?from_us=${fromUs}&to_us=${toUs}`;
 }
 
 /** The question for the notes of a mission: on its vessels and on none, of its time. */

@@ -202,6 +202,7 @@ pub(crate) mod tests {
         let limits = Limits::new(&[], "", Some(1_000), false).unwrap();
         let study = placed().without_places(1_000);
         let (one, other) = (detection(63.432_123_4, 10.398_765_4), detection(63.439_4, 10.381_2));
+        let exact = one.pose.unwrap().place;
         let (one, other) = (given(&limits, &study, &one).unwrap(), given(&limits, &study, &other).unwrap());
         assert_eq!(one, other, "two places in a cell give the same");
         for format in crate::FORMATS {
@@ -219,6 +220,12 @@ pub(crate) mod tests {
             if format.ending() == "parquet" {
                 // Packed; its values are those of `lutra`, as a test of its own says.
                 continue;
+            }
+            if format.ending() == "nc" {
+                let has = |degrees: f64| out.windows(8).any(|bytes| bytes == degrees.to_be_bytes());
+                let middle = one.pose.unwrap().place;
+                assert!(has(middle.lat_deg()) && has(middle.lon_deg()), "the middle of the cell");
+                assert!(!has(exact.lat_deg()) && !has(exact.lon_deg()), "no exact place");
             }
             let text = match format.ending() {
                 "zip" => unzipped(&out).into_iter().map(|(_, text)| text).collect(),

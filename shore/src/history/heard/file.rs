@@ -1,5 +1,6 @@
 //! How a file of detections is written: its format, what is left out of it, and what it says of itself.
 
+use super::spool::MOST;
 use api::FlagCode;
 use research::{About, Format, HORIZON_S, LUTRA, Limits, Narrowed, Study, format};
 use std::borrow::Cow;
@@ -21,6 +22,8 @@ pub struct HeardFile {
     pub limits: Limits,
     /// Whether a neighbour is only a detection that may itself stand in the file: what lies outside changes nothing then.
     pub is_closed: bool,
+    /// Bytes that may wait on the disk until it is whole.
+    pub most_waiting_bytes: u64,
     /// What it says of itself, where its format has room for that.
     pub about: About,
 }
@@ -57,6 +60,7 @@ impl HeardFile {
             without: Vec::new(),
             limits: Limits::default(),
             is_closed: false,
+            most_waiting_bytes: MOST,
             about: About::default(),
         })
     }
@@ -102,7 +106,7 @@ impl HeardFile {
 
     /// Whether the tracks of vessels stand in it too: in a database, of a plain question. Who gets a dataset or a part of one gets what
     /// was heard, and no more of where vessels were.
-    pub(super) fn has_tracks(&self) -> bool {
+    pub(in super::super) fn has_tracks(&self) -> bool {
         self.format.is_database() && !self.is_closed && self.limits == Limits::default()
     }
 

@@ -3,8 +3,8 @@
 //! It is a database of SQLite in a file without a name in the data folder, at most 1 GiB, which is sent once it is whole. Times that stand in
 //! it are those of the data, so that the same rows give the same bytes. A detection without a place is a row without a geometry.
 
-use super::rows::unwritable;
-use super::spool::{MOST, full, named, room};
+use super::file::HeardFile;
+use super::spool::{full, named, room};
 use crate::history;
 use api::TrackPoint;
 use imc::Address;
@@ -13,8 +13,8 @@ use rusqlite::types::Value as Cell;
 use rusqlite::{Connection, ErrorCode, params, params_from_iter};
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write};
-use std::path::Path;
-use store::{DetectionsWanted, Reader, TimeRange};
+use std::path::{Path, PathBuf};
+use store::{DetectionsWanted, Reader, StoreError, TimeRange};
 use tables::IsoTime;
 
 /// Bytes of a page.
@@ -52,7 +52,7 @@ pub(super) struct GeoPackage {
     database: Connection,
     /// The same file, to be read at the end.
     file: File,
-    folder: std::path::PathBuf,
+    room: Room,
     insert: String,
     rows: u64,
     of_detections: Layer,
@@ -73,39 +73,62 @@ impl Layer {
     }
 }
 
+/// Where the database grows, and how far.
+struct Room {
+    folder: PathBuf,
+    most_bytes: u64,
+}
+
+impl Room {
+    /// What went wrong. A full disk and a full database look alike to SQLite.
+    fn failed(&self, error: rusqlite::Error) -> io::Error {
+        match error.sqlite_error_code() {
+            Some(ErrorCode::DiskFull) => room(&self.folder).err().unwrap_or_else(|| full(self.most_bytes)),
+            _ => io::Error::other(error),
+        }
+    }
+}
+
+/// A database with layers that have no rows yet.
+fn begun(path: &Path, most_bytes: u64, has_tracks: bool) -> rusqlite::Result<Connection> {
+    let database = Connection::open(path)?;
+    // Nobody else reads it, and what a crash leaves of it has no name.
+    database.execute_batch(&format!(
+        "PRAGMA page_size={PAGE}; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA locking_mode=EXCLUSIVE; \
+         PRAGMA max_page_count={}; PRAGMA application_id=0x47504B47; PRAGMA user_version=10300; BEGIN;",
+        most_bytes / PAGE
+    ))?;
+    database.execute_batch(TABLES)?;
+    let columns: Vec<String> = LUTRA_COLUMNS.iter().map(column).collect();
+    let create = format!(
+        "CREATE TABLE detections (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POINT, {})",
+        columns.join(", ")
+    );
+    database.execute_batch(&create)?;
+    if has_tracks {
+        database.execute_batch(TRACKS)?;
+    }
+    Ok(database)
+}
+
 impl GeoPackage {
     /// Without a row yet.
     ///
     /// # Errors
     /// The data folder takes no file, or its disk is full.
-    pub(super) fn new(data: &Path, has_tracks: bool) -> io::Result<Self> {
+    pub(super) fn new(data: &Path, file: &HeardFile) -> io::Result<Self> {
         room(data)?;
+        let room = Room { folder: data.to_owned(), most_bytes: file.most_waiting_bytes };
+        let has_tracks = file.has_tracks();
         let named_file = tempfile::NamedTempFile::new_in(data).map_err(|error| named(data, &error))?;
-        let database = Connection::open(named_file.path()).map_err(failed)?;
-        // Nobody else reads it, and what a crash leaves of it has no name.
-        database
-            .execute_batch(&format!(
-                "PRAGMA page_size={PAGE}; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA locking_mode=EXCLUSIVE; \
-                 PRAGMA max_page_count={}; PRAGMA application_id=0x47504B47; PRAGMA user_version=10300; BEGIN;",
-                MOST / PAGE
-            ))
-            .map_err(failed)?;
-        database.execute_batch(TABLES).map_err(failed)?;
-        let columns: Vec<String> = LUTRA_COLUMNS.iter().map(column).collect();
+        let database =
+            begun(named_file.path(), room.most_bytes, has_tracks).map_err(|error| room.failed(error))?;
         let names: Vec<String> = LUTRA_COLUMNS.iter().map(name_of).collect();
-        let create = format!(
-            "CREATE TABLE detections (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POINT, {})",
-            columns.join(", ")
-        );
-        database.execute_batch(&create).map_err(failed)?;
-        if has_tracks {
-            database.execute_batch(TRACKS).map_err(failed)?;
-        }
         let marks = vec!["?"; LUTRA_COLUMNS.len() + 1].join(",");
         let insert = format!("INSERT INTO detections (geom,{}) VALUES ({marks})", names.join(","));
         let (of_detections, of_tracks) = (Layer::default(), Layer::default());
-        let (file, folder) = (named_file.into_file(), data.to_owned());
-        Ok(Self { database, file, folder, insert, rows: 0, of_detections, of_tracks, has_tracks, came_us: 0 })
+        let file = named_file.into_file();
+        Ok(Self { database, file, room, insert, rows: 0, of_detections, of_tracks, has_tracks, came_us: 0 })
     }
 
     /// Takes a detection.
@@ -115,7 +138,7 @@ impl GeoPackage {
     pub(super) fn row(&mut self, heard: &Heard<'_>) -> io::Result<()> {
         self.rows += 1;
         if self.rows.is_multiple_of(LOOK_EVERY) {
-            room(&self.folder)?;
+            room(&self.room.folder)?;
         }
         let origin = heard.detection.origin;
         self.came_us = self.came_us.max(origin.received.unwrap_or(origin.reported).micros());
@@ -126,8 +149,9 @@ impl GeoPackage {
             Cell::Blob(point(lat_deg, lon_deg))
         }));
         values(heard, &mut |value| cells.push(cell(value)));
-        let mut insert = self.database.prepare_cached(&self.insert).map_err(failed)?;
-        insert.execute(params_from_iter(cells)).map_err(failed)?;
+        let mut insert =
+            self.database.prepare_cached(&self.insert).map_err(|error| self.room.failed(error))?;
+        insert.execute(params_from_iter(cells)).map_err(|error| self.room.failed(error))?;
         Ok(())
     }
 
@@ -164,7 +188,11 @@ impl GeoPackage {
         self.came_us = self.came_us.max(last.time_us);
         let sql = "INSERT INTO tracks (geom,vessel,from_utc,to_utc,positions) VALUES (?,?,?,?,?)";
         let row = params![line(part), vessel, moment(first.time_us), moment(last.time_us), part.len() as i64];
-        self.database.prepare_cached(sql).map_err(failed)?.execute(row).map_err(failed)?;
+        self.database
+            .prepare_cached(sql)
+            .map_err(|error| self.room.failed(error))?
+            .execute(row)
+            .map_err(|error| self.room.failed(error))?;
         Ok(())
     }
 
@@ -179,8 +207,8 @@ impl GeoPackage {
         if self.has_tracks {
             self.list("tracks", "LINESTRING", "Tracks of the vessels", self.of_tracks, &changed)?;
         }
-        self.database.execute_batch("COMMIT").map_err(failed)?;
-        self.database.close().map_err(|(_, error)| failed(error))?;
+        self.database.execute_batch("COMMIT").map_err(|error| self.room.failed(error))?;
+        self.database.close().map_err(|(_, error)| self.room.failed(error))?;
         self.file.seek(SeekFrom::Start(0))?;
         io::copy(&mut self.file, out)?;
         Ok(())
@@ -192,9 +220,9 @@ impl GeoPackage {
                    VALUES (?,'features',?,?,?,?,?,?,?,4326)";
         self.database
             .execute(sql, params![table, table, title, changed, west, south, east, north])
-            .map_err(failed)?;
+            .map_err(|error| self.room.failed(error))?;
         let sql = "INSERT INTO gpkg_geometry_columns VALUES (?,'geom',?,4326,0,0)";
-        self.database.execute(sql, params![table, kind]).map(drop).map_err(failed)
+        self.database.execute(sql, params![table, kind]).map(drop).map_err(|error| self.room.failed(error))
     }
 }
 
@@ -265,9 +293,6 @@ fn line(points: &[TrackPoint]) -> Vec<u8> {
     out
 }
 
-fn failed(error: rusqlite::Error) -> io::Error {
-    match error.sqlite_error_code() {
-        Some(ErrorCode::DiskFull) => full(MOST),
-        _ => io::Error::other(error),
-    }
+fn unwritable(source: io::Error) -> StoreError {
+    StoreError::Io { path: "the export".into(), source }
 }

@@ -1,6 +1,6 @@
 //! A file on its way: one row after another by `research`, or a database.
 
-use super::spool::{Bounded, MOST};
+use super::spool::Bounded;
 use super::{GeoPackage, HeardFile};
 use research::{About, Heard, Study, Writer};
 use std::io::{self, Write};
@@ -17,11 +17,11 @@ impl Making {
     /// The format needs a place in the data folder, and there is none.
     pub(super) fn new(data: &Path, file: &HeardFile) -> io::Result<Self> {
         if file.format.is_database() {
-            return Ok(Self::Database(Box::new(GeoPackage::new(data, file.has_tracks())?)));
+            return Ok(Self::Database(Box::new(GeoPackage::new(data, file)?)));
         }
         let writer = Writer::new(file.format, file.dialect);
         let writer = if file.format.needs_spool() {
-            writer.with_spool(Box::new(Bounded::new(data, MOST)?))
+            writer.with_spool(Box::new(Bounded::new(data, file.most_waiting_bytes)?))
         } else {
             writer
         };

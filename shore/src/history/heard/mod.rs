@@ -29,7 +29,8 @@ use std::time::Instant;
 use store::{DetectionsWanted, Exported, StoreError, TimeRange};
 use tokio_util::sync::CancellationToken;
 
-/// Writes a header, and a row for each detection that is wanted. Vessels are called by `names`, else as they announced.
+/// Writes a header, and a row for each detection that is wanted. Vessels are called by `names`, else as they announced. While detections
+/// are read, `out` is flushed again and again, also when nothing was written: its error ends what is not waited for any more.
 ///
 /// # Errors
 /// When the history cannot be read or `out` not be written. A table of comma-separated values that was begun then ends with a line
@@ -96,14 +97,21 @@ struct Hashed {
 
 impl Write for Hashed {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        if self.given_up.is_cancelled() {
-            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "nobody waits for it any more"));
-        }
+        self.goes_on()?;
         self.hash.update(bytes);
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
+        self.goes_on()
+    }
+}
+
+impl Hashed {
+    fn goes_on(&self) -> std::io::Result<()> {
+        if self.given_up.is_cancelled() {
+            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "nobody waits for it any more"));
+        }
         Ok(())
     }
 }

@@ -6,13 +6,15 @@ use detections::{Detection, TagFilter};
 use research::{Heard, Lag, Lags, Study};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 use store::{DetectionsWanted, Exported, StoreError, TimeRange};
 
 /// Bytes that are written at once.
 const CHUNK: usize = 64 * 1024;
+/// Detections that are read before it is asked whether the file is still waited for.
+const ASK_EVERY: u64 = 1_000;
 /// Detections that are read before the time is looked at.
 const LATE_EVERY: u64 = 100;
 
@@ -78,7 +80,7 @@ impl<'r> Rows<'r> {
                 if !self.names.contains_key(&vessel) && !self.announced.contains_key(&vessel) {
                     self.announced.insert(vessel, announced.to_owned());
                 }
-                self.is_within_bounds()?;
+                self.goes_on()?;
                 let Some(lags) = &mut lags else { return self.row(&one, Lag::Unknown) };
                 if self.file.is_closed && self.given(&one, Lag::Unknown).is_none() {
                     return Ok(());
@@ -147,10 +149,13 @@ impl<'r> Rows<'r> {
         Ok(rows)
     }
 
-    /// Ends a sample where it is long enough.
-    fn is_within_bounds(&mut self) -> store::Result<()> {
-        let Some(bounds) = self.bounds else { return Ok(()) };
+    /// Ends where the file is not waited for any more, also while nothing of it goes out, and a sample where it is long enough.
+    fn goes_on(&mut self) -> store::Result<()> {
         self.read += 1;
+        if self.read.is_multiple_of(ASK_EVERY) {
+            self.out.flush().map_err(unwritable)?;
+        }
+        let Some(bounds) = self.bounds else { return Ok(()) };
         let is_late = self.read.is_multiple_of(LATE_EVERY) && Instant::now() >= bounds.until;
         if self.read > bounds.detections || is_late { Err(StoreError::Cancelled) } else { Ok(()) }
     }
@@ -237,11 +242,6 @@ fn rounded(degrees: f64) -> f64 {
     (degrees * 1e7).round() / 1e7
 }
 
-/// What keeps a file from being written. That more waits than may, or than the disk has room for, is the asker's to change.
-pub(super) fn unwritable(source: std::io::Error) -> StoreError {
-    let is_ours = source.get_ref().is_some();
-    if is_ours && matches!(source.kind(), ErrorKind::FileTooLarge | ErrorKind::StorageFull) {
-        return StoreError::Query(source.to_string());
-    }
+fn unwritable(source: std::io::Error) -> StoreError {
     StoreError::Io { path: "the export".into(), source }
 }

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Bytes that may wait: some two million detections of NetCDF.
+/// Bytes that may wait where nothing else is said: some two million detections of NetCDF.
 pub(super) const MOST: u64 = 1 << 30;
 /// How often the disk is looked at, bytes.
 const LOOK_EVERY: u64 = 64 << 20;
@@ -44,9 +44,10 @@ pub(super) fn room(data: &Path) -> io::Result<()> {
     if free >= RESERVED_BYTES {
         return Ok(());
     }
+    // It is shown to people with a link too: no folder is named.
     let text = format!(
-        "{}: the disk is full up to the {} MiB that are kept for recording; make room, or choose a format that needs none, such as lutra",
-        data.display(),
+        "the server's disk is full up to the {} MiB that are kept for recording; make room there, or choose a format that needs none, such as \
+         lutra",
         RESERVED_BYTES >> 20
     );
     Err(io::Error::new(io::ErrorKind::StorageFull, text))
@@ -58,7 +59,7 @@ pub(super) fn named(data: &Path, error: &io::Error) -> io::Error {
         "{}: a file of this format waits here until it is whole, and the folder takes none: {error}",
         data.display()
     );
-    io::Error::new(error.kind(), text)
+    io::Error::other(text)
 }
 
 /// More than may wait.

@@ -50,12 +50,9 @@ fn fill(data: &Path) {
 }
 
 fn written(data: &Path, file: &HeardFile) -> (Exported, Vec<u8>) {
-    let systems = Some(vec![Address(BOAT)]);
-    let range = TimeRange { from_us: 0, to_us: i64::from(START_S + 10_000) * 1_000_000 };
-    let wanted = DetectionsWanted { systems, range, came_from: None, tags: Vec::new() };
     let names = BTreeMap::from([(BOAT, "Otter 1".to_owned())]);
     let mut out = Vec::new();
-    let done = write(data, &wanted, &names, &Study::default(), file, &mut out).unwrap();
+    let done = write(data, &asked(), &names, &Study::default(), file, &mut out).unwrap();
     (done, out)
 }
 
@@ -163,6 +160,76 @@ fn every_format_is_written_with_its_own_ending_and_the_same_bytes_again() {
     assert_eq!(names, ["detections.csv", "detections-vue.csv", "detections-dwca.zip", "detections.nc"]);
 }
 
+fn asked() -> DetectionsWanted {
+    let systems = Some(vec![Address(BOAT)]);
+    let range = TimeRange { from_us: 0, to_us: i64::from(START_S + 10_000) * 1_000_000 };
+    DetectionsWanted { systems, range, came_from: None, tags: Vec::new() }
+}
+
+#[test]
+fn a_refusal_for_want_of_room_says_what_to_do_over_http_too() {
+    let data = tempfile::tempdir().unwrap();
+    fill(data.path());
+    for (name, most_waiting_bytes) in [("netcdf", 100), ("geopackage", 20_000)] {
+        let file = HeardFile { most_waiting_bytes, ..file(name) };
+        let (names, study, mut out) = (BTreeMap::new(), Study::default(), Vec::new());
+        let failed = write(data.path(), &asked(), &names, &study, &file, &mut out).unwrap_err();
+        let shown = crate::Error::from(failed);
+        assert_eq!(shown.kind, crate::ErrorKind::Refused, "{name}: {shown}");
+        assert!(shown.text.contains("ask for a shorter time"), "{name}: {shown}");
+        assert!(out.is_empty(), "{name}: nothing goes out before");
+    }
+    // What the system says has its place in the log alone.
+    let source = std::io::Error::from(std::io::ErrorKind::StorageFull);
+    let of_system = StoreError::Io { path: data.path().into(), source };
+    assert_eq!(crate::Error::from(of_system).kind, crate::ErrorKind::Internal);
+}
+
+/// What is not read any more: it takes bytes, and says so when it is flushed.
+struct Unread {
+    bytes: usize,
+}
+
+impl std::io::Write for Unread {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.bytes += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Err(std::io::ErrorKind::BrokenPipe.into())
+    }
+}
+
+#[test]
+fn a_file_that_is_made_at_its_end_ends_early_where_it_is_not_read_any_more() {
+    let data = tempfile::tempdir().unwrap();
+    let mut store = Store::open(data.path()).unwrap();
+    for second in 0..1_100 {
+        let received = UtcTime::from_micros(i64::from(START_S + second) * 1_000_000);
+        let tag = TBRFishTag {
+            serial_no: 1_024,
+            unix_timestamp: START_S + second,
+            trans_protocol: 6_u8.into(),
+            trans_id: 7,
+            lat: Some(1.1),
+            lon: Some(0.2),
+            ..TBRFishTag::default()
+        };
+        let header =
+            Header { timestamp: received.seconds(), src: Address(BOAT), src_ent: 2, ..Header::default() };
+        let packet = Packet::new(header, tag).encode().unwrap();
+        store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
+    }
+    store.close().unwrap();
+    for name in ["netcdf", "geopackage"] {
+        let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread { bytes: 0 });
+        let failed = write(data.path(), &asked(), &names, &study, &file(name), &mut unread).unwrap_err();
+        assert!(matches!(failed, StoreError::Io { .. }), "{name}: {failed}");
+        assert_eq!(unread.bytes, 0, "{name} is not made to its end");
+    }
+}
+
 #[test]
 fn a_file_that_is_larger_than_may_wait_is_refused_with_what_to_do() {
     let data = tempfile::tempdir().unwrap();
@@ -193,10 +260,4 @@ fn a_file_that_is_larger_than_may_wait_is_refused_with_what_to_do() {
     let heard = study.heard(&one, "otter", research::Lag::Unknown);
     let failed = (0..10_000).find_map(|_| writer.row(&mut Vec::new(), &heard).err()).unwrap();
     assert!(failed.to_string().contains("ask for a shorter time"), "{failed}");
-    let StoreError::Query(text) = rows::unwritable(failed) else {
-        panic!("it is told as a fault of the server")
-    };
-    assert!(text.contains("ask for a shorter time"), "{text}");
-    let gone = std::io::Error::from(std::io::ErrorKind::BrokenPipe);
-    assert!(matches!(rows::unwritable(gone), StoreError::Io { .. }));
 }

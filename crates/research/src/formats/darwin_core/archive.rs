@@ -18,7 +18,7 @@ pub(super) const DESCRIPTION: &str = "eml.xml";
 /// Which detections become occurrences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Keep {
-    /// Of each animal, vessel and hour the first one.
+    /// Of each animal, vessel and hour the one that was heard first.
     FirstOfHour,
     Every,
 }
@@ -33,6 +33,16 @@ pub(in super::super) struct Archive {
     /// Animals whose length and weight stand there already.
     measured: BTreeSet<String>,
     covered: Covered,
+}
+
+/// The row of a detection, with the length and weight of its animal where those stand with it.
+fn row(heard: &Heard<'_>, has_animal: bool) -> Row {
+    let (heard_us, cell_m) = (heard.time_us, heard.cell_m);
+    let mut row = Row { of: 1, heard_us, has_animal, cell_m, ..Row::default() };
+    before(&mut cells(&mut row.before, false), heard);
+    after(&mut cells(&mut row.after, true), heard);
+    facts::write(&mut row.facts, heard, has_animal);
+    row
 }
 
 impl Archive {
@@ -68,14 +78,16 @@ impl Archive {
             self.write(out, &row)?;
         }
         let is_hourly = self.keep == Keep::FirstOfHour;
-        if is_hourly && self.hours.count(heard) {
+        if is_hourly && let Some(waiting) = self.hours.count(heard) {
+            // Reported later, heard earlier: from a receiver's memory, or after a gap.
+            if heard.time_us < waiting.heard_us {
+                *waiting = Row { of: waiting.of, ..row(heard, waiting.has_animal) };
+                self.covered.take(heard);
+            }
             return Ok(false);
         }
         self.covered.take(heard);
-        let mut row = Row { of: 1, cell_m: heard.cell_m, ..Row::default() };
-        before(&mut cells(&mut row.before, false), heard);
-        after(&mut cells(&mut row.after, true), heard);
-        facts::write(&mut row.facts, heard, self.measured.insert(animal.name.clone()));
+        let row = row(heard, self.measured.insert(animal.name.clone()));
         if is_hourly {
             self.hours.open(heard, row);
         } else {

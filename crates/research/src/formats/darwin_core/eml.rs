@@ -70,8 +70,16 @@ fn people(element: &str, people: &[DatasetAuthor], publisher: &str) -> String {
     people.iter().map(|person| one_person(element, person)).collect()
 }
 
+/// Given and family name: of `Nordmann, Kari`, else the last word is the family's.
+fn named(name: &str) -> (&str, &str) {
+    match name.split_once(',') {
+        Some((last, given)) => (given.trim(), last.trim()),
+        None => name.rsplit_once(' ').unwrap_or(("", name)),
+    }
+}
+
 fn one_person(element: &str, person: &DatasetAuthor) -> String {
-    let (given, last) = person.name.trim().rsplit_once(' ').unwrap_or(("", person.name.trim()));
+    let (given, last) = named(person.name.trim());
     let mut out = format!("<{element}><individualName>");
     if !given.is_empty() {
         let _ = write!(out, "<givenName>{}</givenName>", escaped(given));

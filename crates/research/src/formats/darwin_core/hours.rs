@@ -1,4 +1,4 @@
-//! Of many detections of an animal by a vessel within an hour, the first, with the number of all.
+//! Of many detections of an animal by a vessel within an hour, the one that was heard first, with the number of all.
 //!
 //! Hours are those of the clock, UTC, by when the animal was heard. An hour is closed two hours after its first detection was reported,
 //! or when 10,000 are open: what is reported of it later begins a row of its own, which says of how many it is the first.
@@ -40,19 +40,23 @@ pub(super) struct Row {
     pub(super) after: Vec<u8>,
     /// What was measured, as lines.
     pub(super) facts: Vec<u8>,
+    /// Whether the length and weight of its animal are among that.
+    pub(super) has_animal: bool,
     pub(super) cell_m: Option<u32>,
+    /// When it was heard, µs.
+    pub(super) heard_us: i64,
     /// Detections of which it is the first.
     pub(super) of: u64,
 }
 
 impl Hours {
-    /// Counts a detection of an hour that is open; `false` where none is.
-    pub(super) fn count(&mut self, heard: &Heard<'_>) -> bool {
-        let Some(number) = key(heard).and_then(|key| self.open.get(&key)) else { return false };
-        let at = usize::try_from(number - self.first).ok();
-        let Some(hour) = at.and_then(|at| self.waiting.get_mut(at)) else { return false };
-        hour.row.of += 1;
-        true
+    /// Counts a detection of an hour that is open, and gives the row that waits; `None` where none is.
+    pub(super) fn count(&mut self, heard: &Heard<'_>) -> Option<&mut Row> {
+        let number = self.open.get(&key(heard)?)?;
+        let at = usize::try_from(number - self.first).ok()?;
+        let row = &mut self.waiting.get_mut(at)?.row;
+        row.of += 1;
+        Some(row)
     }
 
     /// Opens the hour of a detection, of which `row` is written.

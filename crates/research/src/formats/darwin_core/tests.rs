@@ -1,6 +1,7 @@
 use super::super::tests::{START_S, bare, bytes, study, whole};
 use super::super::{About, Writer, format, unzipped};
 use super::*;
+use crate::Limits;
 use crate::lag::Lag;
 use crate::study::Study;
 use api::DatasetAuthor;
@@ -129,6 +130,22 @@ fn of_an_hour_the_first_detection_stays_and_says_of_how_many() {
 }
 
 #[test]
+fn the_first_of_an_hour_is_the_one_that_was_heard_first() {
+    // Heard at 08:40, 08:10 and 08:20, reported in this order.
+    let late =
+        |heard_s: u32, reported_s: u32| Detection { clock: after_s(heard_s).clock, ..after_s(reported_s) };
+    let files = archive("dwca", &study(), &[late(2_400, 0), late(600, 1), late(1_200, 2)]);
+    let rows = table(&files["occurrence.csv"]);
+    assert_eq!(rows.len(), 1);
+    assert_eq!(rows[0]["eventDate"], "2026-11-21T08:10:00.007Z");
+    assert_eq!(rows[0]["dataGeneralizations"], "subsampled by hour: first of 3 record(s)");
+    let facts = table(&files["extendedmeasurementorfact.csv"]);
+    let of_row = facts.iter().all(|fact| fact["occurrenceID"] == rows[0]["occurrenceID"]);
+    let kinds: Vec<&str> = facts.iter().map(|fact| &*fact["measurementType"]).collect();
+    assert!(of_row && kinds == ["signal to noise ratio", "depth", "length", "weight"], "{facts:?}");
+}
+
+#[test]
 fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
     let study = study();
     let mut hours = hours::Hours::default();
@@ -136,9 +153,9 @@ fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
     let (first, soon, late) = (after_s(0), after_s(7_200), after_s(7_202));
     let heard = |one| study.heard(one, "otter-1", Lag::Unknown);
     hours.open(&heard(&first), row(1));
-    assert!(hours.count(&heard(&first)) && hours.next(Some(&heard(&soon))).is_none());
+    assert!(hours.count(&heard(&first)).is_some() && hours.next(Some(&heard(&soon))).is_none());
     assert_eq!(hours.next(Some(&heard(&late))).map(|row| row.of), Some(2));
-    assert!(!hours.count(&heard(&first)), "it is closed");
+    assert!(hours.count(&heard(&first)).is_none(), "it is closed");
     for hour in 0..=10_000_u32 {
         // Reported at once, heard in hours of their own.
         let clock = ReceiverClock::read(START_S + 3_600 * hour, 0);
@@ -153,8 +170,15 @@ fn an_hour_is_closed_two_hours_later_or_when_too_many_are_open() {
 #[test]
 fn coarse_places_stay_coarse_and_are_said_to_be() {
     let coarse = study().without_places(1_000);
-    let files = archive("dwca", &coarse, &[Detection { data: None, ..after_s(0) }]);
+    let limits = Limits::new(&[], "", Some(1_000), false).unwrap();
+    let exact = after_s(0);
+    let given = limits.given(&coarse.heard(&exact, "otter-1", Lag::Unknown)).unwrap().into_owned();
+    let lat = |one: &Detection| format!("{:.8}", one.pose.unwrap().place.lat_deg());
+    let files = archive("dwca", &coarse, std::slice::from_ref(&given));
     let rows = table(&files["occurrence.csv"]);
+    assert_eq!(rows[0]["decimalLatitude"], lat(&given));
+    assert_ne!(lat(&exact), lat(&given));
+    assert!(files.values().all(|text| !text.contains(&lat(&exact))), "in no file of the archive");
     let said = "subsampled by hour: first of 1 record(s); places are middles of cells of about 1000 m";
     assert_eq!(rows[0]["dataGeneralizations"], said);
     assert_eq!(rows[0]["locality"], "");
@@ -217,6 +241,11 @@ fn the_description_names_people_licence_and_extent_and_is_whole_xml() {
         }
         assert_eq!(depth, 0);
     }
+    let turned = DatasetAuthor { name: "Nordmann, Kari Anne".to_owned(), ..DatasetAuthor::default() };
+    let turned = About { creators: vec![turned], ..About::default() };
+    let turned = eml_of(&turned, &study(), &[after_s(0)]);
+    let names = "<givenName>Kari Anne</givenName><surName>Nordmann</surName>";
+    assert!(turned.contains(names), "the family name stands first: {turned}");
     let of_register = eml_of(&About::default(), &study(), &[after_s(0)]);
     assert!(of_register.contains("<surName>Nordmann</surName>"), "who leads the project: {of_register}");
     let of_nobody = eml_of(&About::default(), &Study::default(), &[]);

@@ -97,10 +97,11 @@ impl Points {
         let variables = self.variables();
         let kinds: Vec<Kind> =
             variables.iter().filter(|one| one.over == Over::Records).map(|one| one.kind).collect();
+        // Before the first byte goes out: what finds no room here is refused, and not cut.
+        let mut waiting = self.waiting.read()?;
         let header =
             Classic { records: ("obs", self.rows), attributes: described(about, &self.covered), variables };
         header.write(out)?;
-        let mut waiting = self.waiting.read()?;
         let mut record = Vec::new();
         for _ in 0..self.rows {
             record.clear();
@@ -146,7 +147,7 @@ fn read(waiting: &mut impl Read, kind: Kind, record: &mut Vec<u8>) -> io::Result
 
 /// The variable of a column.
 fn variable(column: &DetectionColumn, width: usize) -> Variable {
-    let mut attributes: Attributes = vec![("long_name", column.about.into())];
+    let mut attributes: Attributes = vec![("long_name", Attribute::Text(long_name(column)))];
     let kind = match column.kind {
         ColumnKind::Text => Kind::Text(width as u32),
         ColumnKind::Time => {
@@ -154,7 +155,7 @@ fn variable(column: &DetectionColumn, width: usize) -> Variable {
             Kind::Double
         }
         ColumnKind::Whole | ColumnKind::Real => {
-            attributes.push(("units", units(column).into()));
+            attributes.extend(units(column).map(|unit| ("units", Attribute::from(unit))));
             Kind::Double
         }
     };
@@ -168,14 +169,29 @@ fn variable(column: &DetectionColumn, width: usize) -> Variable {
     Variable { name, kind, over: Over::Records, attributes, values: Vec::new() }
 }
 
-/// The unit as UDUNITS knows it.
-fn units(column: &DetectionColumn) -> &'static str {
+/// What it tells, and where its unit stands if that is none of its own.
+fn long_name(column: &DetectionColumn) -> String {
+    if has_unit_beside(column) {
+        format!("{}; in the unit that stands in sensor_unit", column.about)
+    } else {
+        column.about.to_owned()
+    }
+}
+
+/// Whether the unit differs between tags, and is a column of its own.
+fn has_unit_beside(column: &DetectionColumn) -> bool {
+    column.bare_name() == "sensor_reading"
+}
+
+/// The unit as UDUNITS knows it; absent where it stands beside.
+fn units(column: &DetectionColumn) -> Option<&'static str> {
     match column.unit() {
-        None | Some("count") => "1",
+        _ if has_unit_beside(column) => None,
+        None | Some("count") => Some("1"),
         // A ratio of powers: UDUNITS has no decibel without what it refers to.
-        Some("dB") => "lg(re 1)",
-        Some("deg") => "degrees",
-        Some(unit) => unit,
+        Some("dB") => Some("0.1 lg(re 1)"),
+        Some("deg") => Some("degrees"),
+        unit => unit,
     }
 }
 

@@ -148,6 +148,14 @@ fn points_have_the_values_of_the_table_and_the_attributes_of_the_conventions() {
         assert!(file.variables.contains_key(&column), "{column}");
     }
     assert_eq!(file.variables["snr"].attributes["coordinates"], "time latitude longitude");
+    // A decibel is a tenth of a bel.
+    assert_eq!(file.variables["snr"].attributes["units"], "0.1 lg(re 1)");
+    let reading = &file.variables["sensor_reading"].attributes;
+    assert!(!reading.contains_key("units") && reading["long_name"].ends_with("sensor_unit"), "{reading:?}");
+    assert_eq!(
+        (file.text("sensor_unit", 0), file.variables["tag_id"].attributes["units"].as_str()),
+        ("m", "1")
+    );
     assert_eq!((file.number("time", 0), file.number("latitude", 1)), (1_795_248_000.007, 63.44));
     // To the microsecond.
     assert_eq!((file.number("reported_time", 0) * 1e6).round() as i64, 1_795_248_001_000_001);
