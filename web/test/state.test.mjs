@@ -266,8 +266,14 @@ test("what a vessel will do without the link is told in its own words, with the 
   assert.equal(of(state, event(7, now, "lost=0;due_s=300;then=hold")).next, "hold station");
   assert.equal(of(state, event(7, now, "lost=0;due_s=19;then=run;plan=a=b")).next, "run plan a=b");
   assert.equal(of(state, event(7, now, "lost=0;then=dance")).next, undefined, "a code that this page does not know is not made up");
-  const lost = of(state, event(7, now, "lost=1;then=nothing;now=run;now_plan=home;stands=holds"));
+  const saying = (description) => ({ ...state, fields: state.fields.map((field) => (field.name === "description" ? { ...field, value: description } : field)) });
+  const plain = saying("no console is heard; run plan home: in force; next: nothing further");
+  const lost = of(plain, event(7, now, "lost=1;then=nothing;now=run;now_plan=home;stands=holds"));
   assert.deepEqual([lost.now, lost.next], ["It does this now: run plan home.", "do nothing further"]);
+  const how = "no console is heard; run plan home: in force; returning by a route of 1.2 km around land; next: nothing further";
+  assert.equal(of(saying(how), event(7, now, "lost=1;now=run;now_plan=home;stands=holds")).now, `It does this now: run plan home. Its words: ${how}.`, "how it does so only its sentence says");
+  const instead = of(saying("no console is heard; hold station: run plan home is in force instead; next: nothing further"), event(7, now, "lost=1;now=run;now_plan=home;stands=outranked"));
+  assert.equal(instead.now, "Another of its safeguards, as strong or stronger, is in force now: run plan home.");
   assert.match(of(state, event(7, now, "lost=1;now=hold;stands=waits")).now, /cannot at present: hold station\. Its words: in contact/);
   assert.equal(of(state, event(7, now, "lost=1;now=hold;stands=dancing")).now, undefined, "an unknown standing is not made up");
   assert.equal(of(state, event(7, now, "lost=0")).dueUs, null, "it carries on");
