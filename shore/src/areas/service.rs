@@ -9,7 +9,9 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{People, Principal};
 use crate::logbook::{NEWER, check_text};
 use crate::once::{Key, Made, Once};
-use api::{LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role, Said, say};
+use api::{
+    LogWord, NoGoArea, NoGoAreaChange, NoGoAreaQuery, NoGoAreaRequest, NoGoAreasRequest, Role, Said, say,
+};
 use planner::Zone;
 use std::sync::Arc;
 use std::time::Duration;
@@ -124,10 +126,11 @@ impl NoGoAreas {
         may_change(who)?;
         let count = areas.len();
         if !(1..=CLOSED as usize).contains(&count) {
-            return Err(malformed(format!("areas: there are {count}; give 1 to {CLOSED}")));
+            let text = say("areas: there are {n}; give 1 to {most}");
+            return Err(malformed(text.with("n", count).with("most", CLOSED)));
         }
         let numbered = |(at, area): (usize, NoGoAreaRequest)| {
-            checked(area).map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text).into(), ..error })
+            checked(area).map_err(|error| Error { text: error.text.numbered("area", at + 1), ..error })
         };
         let areas: Vec<_> = areas.into_iter().enumerate().map(numbered).collect::<Result<_>>()?;
         let first = areas.first().map(|area| area.name.clone()).unwrap_or_default();
@@ -171,8 +174,9 @@ impl NoGoAreas {
         Once { key, make: areas }: Once<Vec<NoGoAreaRequest>>,
     ) -> Result<i64> {
         if self.charts.set().is_none() {
-            let text =
-                say("There is no sea chart that could hold it: import one by `lutra-server chart import` first.");
+            let text = say(
+                "There is no sea chart that could hold it: import one by `lutra-server chart import` first.",
+            );
             return Err(Error::refused(text));
         }
         let make = Create { areas, by: who.name.clone(), now: self.clock.utc() };
@@ -314,8 +318,10 @@ fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
 
 fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
     let place = |[lat, lon]: &[f64; 2]| {
-        LatLon::from_deg(*lat, *lon)
-            .map_err(|error| malformed(format!("corners: {lat}, {lon} is not a place: {error}")))
+        LatLon::from_deg(*lat, *lon).map_err(|error| {
+            let text = say("corners: {lat}, {lon} is not a place: {error}");
+            malformed(text.with("lat", lat).with("lon", lon).with("error", error))
+        })
     };
     corners.iter().map(place).collect()
 }
