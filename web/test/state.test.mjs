@@ -353,3 +353,17 @@ test("a fraction of a second that is typed stands in the address of the file", (
   assert.equal(asked("tomorrow"), "tomorrow", "the server says what is wrong with it");
   assert.equal(picked(noon + 500_000), "2026-06-01 12:00:00", "a field has whole seconds");
 });
+
+const { stepText } = await load("state/orderwords");
+
+test("a vessel's own words are never taken for a text of the catalogue", () => {
+  globalThis.lutraWords = (english) => ({ "it was not sent": "det ble ikke sendt", "late: {why}": "sent: {why}" })[english];
+  try {
+    const text = "it was not sent";
+    const says = { template: text, values: {} };
+    assert.deepEqual([stepText({ text, says, late: false }), stepText({ text, late: false })], ["det ble ikke sendt", text]);
+    assert.deepEqual([stepText({ text: `late: ${text}`, says, late: true }), stepText({ text: `late: ${text}`, late: true })], ["sent: det ble ikke sendt", `late: ${text}`]);
+  } finally {
+    delete globalThis.lutraWords;
+  }
+});

@@ -85,7 +85,7 @@ pub trait OrderLog {
     /// It is on its way once more, for nothing showed that the vessel has it.
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
-    fn refused(&mut self, now: Now, id: CommandId, why: &str);
+    fn refused(&mut self, now: Now, id: CommandId, why: &'static str);
     /// Something was started after a stop that waited.
     fn overtaken(&mut self, now: Now, id: CommandId);
     /// It found no way as long as it was worth anything.
@@ -106,7 +106,7 @@ impl OrderLog for () {
     }
     fn dispatched(&mut self, _: Now, _: CommandId, _: &Dispatched) {}
     fn sent_again(&mut self, _: Now, _: CommandId, _: &[Transport]) {}
-    fn refused(&mut self, _: Now, _: CommandId, _: &str) {}
+    fn refused(&mut self, _: Now, _: CommandId, _: &'static str) {}
     fn overtaken(&mut self, _: Now, _: CommandId) {}
     fn expired(&mut self, _: Now, _: CommandId) {}
 }
