@@ -481,8 +481,10 @@ pub fn room(folder: &Path) -> Option<(u64, u64)> {
 fn not_operator(who: &Principal, vessel: Option<u16>) -> Wording {
     let text = match vessel {
         None => say("{name} may not do this: it takes the role operator on a vessel. Ask an admin."),
-        Some(vessel) => say("{name} may not do this: it takes the role operator on vessel {vessel}. Ask an admin.")
-            .with("vessel", vessel),
+        Some(vessel) => {
+            say("{name} may not do this: it takes the role operator on vessel {vessel}. Ask an admin.")
+                .with("vessel", vessel)
+        }
     };
     text.with("name", &who.name)
 }

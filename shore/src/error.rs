@@ -103,9 +103,10 @@ impl From<Fault> for Error {
         match fault {
             Fault::Refused(text) => Self::refused(text),
             Fault::NotYet(text) => Self::new(ErrorKind::PasswordChange, text),
-            Fault::Busy => {
-                Self::new(ErrorKind::Busy, say("Too many passwords are looked at: try again in some seconds."))
-            }
+            Fault::Busy => Self::new(
+                ErrorKind::Busy,
+                say("Too many passwords are looked at: try again in some seconds."),
+            ),
             Fault::Hangs => Self::new(ErrorKind::Unavailable, fault.to_string()),
             Fault::Stopped => Stopped.into(),
             fault => Self::internal(&fault),

@@ -318,7 +318,9 @@ impl ChartDifference {
 
 /// Puts each value in its place, `{name}`, once and from the left: what a value contains is never taken for a place.
 pub fn filled(template: &str, values: &[(&'static str, String)]) -> String {
-    filled_by(template, |name| values.iter().find(|(known, _)| *known == name).map(|(_, value)| value.as_str()))
+    filled_by(template, |name| {
+        values.iter().find(|(known, _)| *known == name).map(|(_, value)| value.as_str())
+    })
 }
 
 /// The same; `value` knows what belongs in a place.

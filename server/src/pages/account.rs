@@ -165,7 +165,11 @@ async fn change_password(
     }
     if let Err(refused) = state.shore.people.confirm(who, sent.old, remote.address).await {
         let error = ApiError::from(refused);
-        return if error.status.is_server_error() { Err(error) } else { Ok(Err(worded(language, &error.text))) };
+        return if error.status.is_server_error() {
+            Err(error)
+        } else {
+            Ok(Err(worded(language, &error.text)))
+        };
     }
     let password_hash = state.shore.people.hash(sent.new).await?;
     let keep = match who.via {

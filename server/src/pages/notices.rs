@@ -64,13 +64,7 @@ pub(super) async fn add(
                 Err(error) if error.kind == ErrorKind::Refused => {
                     let refused = Some(Refused { id: None, way: way.name(), typed, target });
                     let problem = worded(frame.language, &error.text);
-                    return show(
-                        &state,
-                        &who,
-                        frame,
-                        Words { problem, refused, ..Words::default() },
-                    )
-                    .await;
+                    return show(&state, &who, frame, Words { problem, refused, ..Words::default() }).await;
                 }
                 Err(error) => return Err(ApiError::from(error).into()),
             }

@@ -6,10 +6,10 @@
 //! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
 
 use super::Access;
+use api::say;
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
-use api::say;
 use hub::{Incoming, Peer, Role, Sources, Transport};
 use shore::router::{AT_ONCE_BYTES, Connection, Router, Whose};
 use std::net::SocketAddr;

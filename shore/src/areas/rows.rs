@@ -109,7 +109,9 @@ impl Request for Create {
         let last: Option<i64> =
             sqlx::query_scalar("SELECT max(id) FROM no_go_area").fetch_one(&mut *db).await?;
         if last.unwrap_or_default().saturating_add(more) > AREAS {
-            return Err(Fault::refused(say("There were {n} no-go areas: no more can be kept.").with("n", AREAS)));
+            return Err(Fault::refused(
+                say("There were {n} no-go areas: no more can be kept.").with("n", AREAS),
+            ));
         }
         has_room(db, more).await?;
         let sql = "INSERT INTO no_go_area (revision, body, by, written_us) VALUES (1, ?1, ?2, ?3)";
@@ -141,7 +143,9 @@ impl Request for Change {
         let Self { id, revision, area, closed, by, now } = self;
         // Lifting is never refused for having been changed too often.
         if closed && revision > CHANGES {
-            return Err(Fault::refused(say("This area was changed {n} times: close a new one.").with("n", CHANGES)));
+            return Err(Fault::refused(
+                say("This area was changed {n} times: close a new one.").with("n", CHANGES),
+            ));
         }
         let sql = "SELECT lifted_us IS NOT NULL FROM no_go_area WHERE id = ?1";
         let was_lifted: Option<bool> = sqlx::query_scalar(sql).bind(id).fetch_optional(&mut *db).await?;
@@ -168,8 +172,10 @@ async fn has_room(db: &mut SqliteConnection, more: i64) -> Result<(), Fault> {
     let sql = "SELECT count(*) FROM no_go_area WHERE lifted_us IS NULL";
     let closed: i64 = sqlx::query_scalar(sql).fetch_one(db).await?;
     if closed.saturating_add(more) > CLOSED {
-        let text = say("{n} areas are closed; {more} more would be above {most}, which is the most: lift one that is not \
-                        needed any more.");
+        let text = say(
+            "{n} areas are closed; {more} more would be above {most}, which is the most: lift one that is not \
+                        needed any more.",
+        );
         return Err(Fault::refused(text.with("n", closed).with("more", more).with("most", CLOSED)));
     }
     Ok(())

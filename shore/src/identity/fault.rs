@@ -60,7 +60,10 @@ impl Fault {
     }
 
     /// Refuses a change that changed no row.
-    pub(crate) fn unless_changed(done: &sqlx::sqlite::SqliteQueryResult, text: impl Into<Said>) -> Result<(), Self> {
+    pub(crate) fn unless_changed(
+        done: &sqlx::sqlite::SqliteQueryResult,
+        text: impl Into<Said>,
+    ) -> Result<(), Self> {
         if done.rows_affected() > 0 { Ok(()) } else { Err(Self::refused(text)) }
     }
 

@@ -106,7 +106,9 @@ impl Request for Create {
         let Self { mission, by, now } = self;
         let last: Option<i64> = sqlx::query_scalar("SELECT max(id) FROM mission").fetch_one(&mut *db).await?;
         if last >= Some(MISSIONS) {
-            return Err(Fault::refused(say("There are {n} missions: no more can be kept.").with("n", MISSIONS)));
+            return Err(Fault::refused(
+                say("There are {n} missions: no more can be kept.").with("n", MISSIONS),
+            ));
         }
         let sql = "INSERT INTO mission (revision, from_us, to_us, body, by, written_us) VALUES (1, ?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(mission.from_us).bind(mission.to_us).bind(body(&mission));
@@ -132,7 +134,9 @@ impl Request for Change {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let Self { id, revision, mission, by, now } = self;
         if revision > CHANGES {
-            return Err(Fault::refused(say("This mission was changed {n} times: make a new one.").with("n", CHANGES)));
+            return Err(Fault::refused(
+                say("This mission was changed {n} times: make a new one.").with("n", CHANGES),
+            ));
         }
         let sql = "INSERT INTO mission_before
                    SELECT id, revision, body, coalesce(changed_by, by), coalesce(changed_us, written_us)

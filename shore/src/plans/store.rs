@@ -223,7 +223,9 @@ async fn save(
         return Err(Fault::refused(text));
     }
     if name_of_other(db, &plan.name, id).await? {
-        return Err(Fault::refused(say("Another plan is called {name}; choose another name.").with("name", &plan.name)));
+        return Err(Fault::refused(
+            say("Another plan is called {name}; choose another name.").with("name", &plan.name),
+        ));
     }
     let revision = from + 1;
     let sql = "UPDATE plan SET name = ?2, vessel = ?3, revision = ?4 WHERE id = ?1";

@@ -4482,4 +4482,4 @@ template: string,
 /**
  * What is put in the places, by their names.
  */
-values: { [key in string]: string }, };
+values: { [key in string]?: string }, };

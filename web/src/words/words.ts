@@ -32,7 +32,7 @@ export function count(n: number): string {
 }
 
 /** A text that the server sent, with the values in its places where it has any; what the catalogue lacks is English. */
-export function fromServer(english: string, values?: Readonly<Record<string, Value>>): string {
+export function fromServer(english: string, values?: Readonly<Record<string, Value | undefined>>): string {
   return filled(said(english), values);
 }
 
@@ -46,6 +46,6 @@ function said(english: string): string {
 }
 
 /** Each place once, from the left: what a value contains is never taken for a place. */
-function filled(text: string, values: Readonly<Record<string, Value>> | undefined): string {
+function filled(text: string, values: Readonly<Record<string, Value | undefined>> | undefined): string {
   return values ? text.replace(/\{(\w+)\}/g, (whole, name: string) => (Object.hasOwn(values, name) ? String(values[name]) : whole)) : text;
 }

@@ -45,10 +45,7 @@ pub(super) fn now_values(
 }
 
 /// A plan whose name would not come back out of a list of names and values is left out: the sentence has that one.
-fn remedy_values(
-    (name, plan): (&'static str, &'static str),
-    remedy: &Remedy,
-) -> Vec<(&'static str, String)> {
+fn remedy_values((name, plan): (&'static str, &'static str), remedy: &Remedy) -> Vec<(&'static str, String)> {
     match remedy {
         Remedy::Hold => vec![(name, "hold".to_owned())],
         Remedy::Stop => vec![(name, "stop".to_owned())],

@@ -192,11 +192,14 @@ impl Commands {
         let text: Said = match &command.effect {
             Effect::Stores(plan_id, digest) => match answer.arg.of::<PlanDBInformation>() {
                 Some(stored) if stored.md5 != digest => {
-                    let text = say("the vessel stores another '{plan}': the digests differ").with("plan", plan_id);
+                    let text =
+                        say("the vessel stores another '{plan}': the digests differ").with("plan", plan_id);
                     return self.refused(now, id, text);
                 }
                 Some(_) => say("stores {plan}").with("plan", plan_id).into(),
-                None => say("stores {plan}, as it says: it told no digest to compare").with("plan", plan_id).into(),
+                None => say("stores {plan}, as it says: it told no digest to compare")
+                    .with("plan", plan_id)
+                    .into(),
             },
             Effect::Removed(plan_id) => say("{plan} is removed").with("plan", plan_id).into(),
             Effect::Gave(_) => {
@@ -256,7 +259,8 @@ impl Commands {
                 command.refusals.get(*name).map_or_else(|| (*name).clone(), |why| format!("{name} ({why})"))
             };
             let told: Vec<String> = left_out.iter().map(why).collect();
-            let refused = (!told.is_empty()).then(|| say("not taken: {parameters}").with("parameters", told.join(", ")));
+            let refused = (!told.is_empty())
+                .then(|| say("not taken: {parameters}").with("parameters", told.join(", ")));
             command.answer = Some(Answer::Parameters(values.clone()));
             self.works(now, id, "");
             match refused {

@@ -182,7 +182,9 @@ impl Order {
             Self::Upload(plan) => {
                 let plan_id = plan.plan_id.as_str().ok_or_else(|| say("the plan's name is not a text"))?;
                 name("plan_id", plan_id)?;
-                imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| say("the plan: {error}").with("error", error).into())
+                imc::plan_digest::plan_md5(plan)
+                    .map(drop)
+                    .map_err(|error| say("the plan: {error}").with("error", error).into())
             }
             Self::Stop
             | Self::StopPlan
@@ -327,7 +329,10 @@ fn goto(place: LatLon, speed_mps: f32) -> PlanSpecification {
 
 fn name(what: &str, given: &str) -> Result<(), Said> {
     if given.is_empty() || given.len() > LONGEST_NAME {
-        return Err(say("{what}: give 1 to {most} bytes").with("what", what).with("most", LONGEST_NAME).into());
+        return Err(say("{what}: give 1 to {most} bytes")
+            .with("what", what)
+            .with("most", LONGEST_NAME)
+            .into());
     }
     if given.chars().any(char::is_control) {
         return Err(say("{what}: control characters are no part of a name").with("what", what).into());

@@ -220,7 +220,10 @@ mod tests {
         let event = |whose, what: api::Said| Some(TransportEvent { at, whose, what });
         let record = TransportRecord {
             error: event(Whose::Vessel(imc::Address(0x2810)), "closed by it".into()),
-            refusal: event(Whose::Peer("10.0.0.7".to_owned()), api::say("not in transports.udp.allow").into()),
+            refusal: event(
+                Whose::Peer("10.0.0.7".to_owned()),
+                api::say("not in transports.udp.allow").into(),
+            ),
             ..TransportRecord::default()
         };
         let row = transport_row((Language::Bokmal, &[otter]), ("", ""), record, 1, 0);

@@ -110,7 +110,8 @@ pub(in crate::pages) async fn add(
         Ok(address) => address,
         Err(_) => {
             let problem = frame.t("{text} is no IMC address; give one like 2068 or 0x0814.");
-            return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string())).await;
+            return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string()))
+                .await;
         }
     };
     let add = vessels::Add { address, name: name.clone(), now: state.shore.clock.utc() };
