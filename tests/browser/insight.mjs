@@ -75,7 +75,7 @@ await inBrowser(async (open) => {
   const after = await focus();
   check(!after.seen && after.scrolled[1] === 0, `nobody who scrolled is yanked: ${JSON.stringify(after)}`);
 
-  // Nor who scrolls a wide table sideways by its keys, whose focus goes out of sight with it.
+  // Sideways scrolling of a wide table by its keys stays too, though the focus goes out of sight with it.
   await page.goto(`${url}/plans/${made.id}`);
   await page.getByRole("button", { name: /^1 Goto 1/ }).waitFor();
   await page.locator('body[data-link="up"]').waitFor();
@@ -97,7 +97,7 @@ await inBrowser(async (open) => {
     return (await aside()) > ASIDE_PX;
   }, "the table is scrolled sideways", 10_000);
   for (let looks = 0; looks < 5; looks++) await painted();
-  check((await aside()) > ASIDE_PX, `nobody who scrolls sideways is yanked: ${await aside()}`);
+  check((await aside()) > ASIDE_PX, `sideways scrolling is not undone: ${await aside()}`);
   check((await focus()).name === "first", "the link keeps the focus");
 
   // Nor who came by pointer.

@@ -72,7 +72,7 @@ async fn nowhere(State(state): State<AppState>, request: Request) -> Response {
     language::within(language, async { pages::refusal(kind, None, error) }).await
 }
 
-/// The language of who asks where no guard stands.
+/// The reader's language, where no guard stands.
 async fn reads(state: &AppState, parts: &Parts) -> Language {
     let Some(peer) = parts.extensions.get::<Peer>().copied() else { return language::asked(&parts.headers) };
     let remote = Remote::of(peer, &parts.headers, &state.config.http);

@@ -76,7 +76,7 @@ async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiErr
     vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
 }
 
-/// Lets a request through, or answers why not, in the language of who asks.
+/// Lets a request through, or answers why not, in its reader's language.
 pub(crate) async fn guard(State(post): State<RouteContext>, request: Request, next: Next) -> Response {
     let language = language::asked(request.headers());
     language::within(language, answer(post, request, next)).await
@@ -111,7 +111,7 @@ async fn answer(post: RouteContext, mut request: Request, next: Next) -> Respons
     language::within(language, admit(post, request, remote, who, next)).await
 }
 
-/// Lets in who may.
+/// Lets a request in where its sender may.
 async fn admit(
     post: RouteContext,
     mut request: Request,

@@ -17,7 +17,7 @@ export function withCalendar(field: HTMLInputElement, kind: When): void {
   open.append(icon("calendar"));
   open.addEventListener("click", () => {
     picker.value = field.value.trim().replace(" ", "T").replace(/(\.\d+)?Z?$/i, "");
-    // Where nothing is chosen a browser begins at its local time. A day that is chosen as it stands would not be told of.
+    // Where nothing is chosen a browser begins at its local time. A day chosen as it stands would give no event.
     if (!picker.value && kind === "time") picker.value = new Date().toISOString().slice(0, 19);
     try {
       picker.showPicker();
