@@ -26,7 +26,7 @@ await inBrowser(async (open) => {
   await day.getByRole("button", { name: "Choose" }).click();
   const vessel = page.getByLabel("Vessel", { exact: true });
   check((await vessel.inputValue()) !== "" && (await vessel.locator("option").count()) === 2, "a vessel that is known from its data alone is in the list");
-  check(/^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d$/.test(await page.getByLabel("From (UTC)").inputValue()), "the span of the day");
+  check(/^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d$/.test(await page.getByLabel("From (UTC)", { exact: true }).inputValue()), "the span of the day");
   check(await page.locator("#download").evaluate((node) => node === document.activeElement), "the next press downloads");
 
   // Positions: where the vessel was, not its reference point; as many rows as were told.
@@ -56,11 +56,11 @@ await inBrowser(async (open) => {
   const tags = table((await take()).text);
   same(tags.rows.length, 5_200, "tags");
   check(/^heard$/.test(tags.head[8]) && /^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.250Z$/.test(tags.rows[0][8]), `the receiver's time: ${tags.head[8]} ${tags.rows[0][8]}`);
-  await page.getByLabel("From (UTC)").fill("2026-11-22T10:00:00");
-  await page.getByLabel("To (UTC)").fill("2026-11-21T10:00:00");
+  await page.getByLabel("From (UTC)", { exact: true }).fill("2026-11-22T10:00:00");
+  await page.getByLabel("To (UTC)", { exact: true }).fill("2026-11-21T10:00:00");
   await page.getByText("The end is not after the beginning.").waitFor();
   // A time is typed as it stands everywhere, whatever the browser's locale; what is none is told at its field, once it is left.
-  const begin = page.getByLabel("From (UTC)");
+  const begin = page.getByLabel("From (UTC)", { exact: true });
   await begin.fill("11/22/2026 10:00 AM");
   await begin.press("Tab");
   await page.locator("#span-from-wrong").getByText("Not a valid time. Write it like 2026-06-01 12:00, in UTC.").waitFor();
@@ -68,7 +68,7 @@ await inBrowser(async (open) => {
   await begin.fill("2026-02-30 10:00");
   await begin.press("Tab");
   await page.locator("#span-from-wrong").getByText("Not a valid time").waitFor();
-  check((await page.getByRole("button", { name: "Choose in a calendar" }).count()) === 2, "a calendar stays within reach");
+  for (const field of ["From (UTC)", "To (UTC)"]) check((await page.getByRole("button", { name: `Choose in a calendar: ${field}`, exact: true }).count()) === 1, `a calendar stays within reach of ${field}`);
 
   // Often wanted spans; where nothing is, that is said before anybody waits for a file.
   await page.getByRole("button", { name: "Last hour" }).click();

@@ -53,8 +53,8 @@ await inBrowser(async (open) => {
   same([cell(rows.find((one) => cell(one, "tag") === "OPi-103"), "heard_utc")], [""], "a clock that is not set tells no time");
 
   // What cannot be is said where it stands.
-  await page.getByLabel("From (UTC)").fill("2026-11-22T10:00");
-  await page.getByLabel("To (UTC)").fill("2026-11-21T10:00");
+  await page.getByLabel("From (UTC)", { exact: true }).fill("2026-11-22T10:00");
+  await page.getByLabel("To (UTC)", { exact: true }).fill("2026-11-21T10:00");
   await page.getByText("The end is not after the beginning.").waitFor();
   await page.getByRole("button", { name: "All", exact: true }).click();
   await row("R64K-102").waitFor();

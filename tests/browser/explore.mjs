@@ -71,7 +71,7 @@ await inBrowser(async (open) => {
   const some = page.getByText(/^[1-4],?\d\d\d detections\.$/);
   await some.waitFor();
   const [first, second] = span();
-  check(first < second && (await page.getByLabel("From (UTC)").inputValue()).startsWith(first.slice(0, 16)), `${first} to ${second}`);
+  check(first < second && (await page.getByLabel("From (UTC)", { exact: true }).inputValue()).startsWith(first.slice(0, 16)), `${first} to ${second}`);
   await look(page, "explorer-drawn");
   await page.reload();
   await some.waitFor();
@@ -107,7 +107,7 @@ await inBrowser(async (open) => {
   await page.waitForURL(/from=.*to=/);
   await page.getByRole("button", { name: "Back to the question before" }).press("Enter");
   await whole.waitFor();
-  same([span(), await page.getByLabel("From (UTC)").inputValue()], [[null, null], ""], "the time after the way back");
+  same([span(), await page.getByLabel("From (UTC)", { exact: true }).inputValue()], [[null, null], ""], "the time after the way back");
   // Where it was not drawn, Escape undoes nothing.
   await page.keyboard.press("Escape");
   same(new URL(page.url()).pathname, "/explore", "the page");

@@ -6,6 +6,10 @@ import { check, inBrowser, logIn, until } from "./browser.mjs";
 const [url, oneTime] = process.argv.slice(2);
 /** Higher than what lies below any field of a plan in the window, px. */
 const HIGH_PX = 500;
+/** Higher than the window, px. */
+const BEYOND_PX = 2_000;
+/** So far a table is scrolled sideways that its first link is out of sight, px. */
+const ASIDE_PX = 120;
 
 await inBrowser(async (open) => {
   const page = await open({ viewport: { width: 1440, height: 900 } });
@@ -25,13 +29,13 @@ await inBrowser(async (open) => {
       return { name: one.getAttribute("aria-label") ?? one.labels?.[0]?.textContent ?? one.textContent, seen: around.every((box) => top >= box.top - 1 && bottom <= box.bottom + 1), at: [Math.round(top), Math.round(bottom)], scrolled: [scrollY, side.scrollTop].map(Math.round) };
     });
   /** Something comes at the top of the plan's side, as a verdict or an offer does. */
-  const grow = () =>
+  const grow = (high = HIGH_PX) =>
     page.evaluate((px) => {
       const grown = document.createElement("div");
       grown.className = "grown";
       grown.style.height = `${px}px`;
       document.querySelector(".plan-side").prepend(grown);
-    }, HIGH_PX);
+    }, high);
   const painted = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
   /** A plan's page at its top with the focus on its last field that is in the window, by Tab alone. */
   const tabbed = async () => {
@@ -71,12 +75,39 @@ await inBrowser(async (open) => {
   const after = await focus();
   check(!after.seen && after.scrolled[1] === 0, `nobody who scrolled is yanked: ${JSON.stringify(after)}`);
 
+  // Sideways scrolling of a wide table by its keys stays too, though the focus goes out of sight with it.
+  await page.goto(`${url}/plans/${made.id}`);
+  await page.getByRole("button", { name: /^1 Goto 1/ }).waitFor();
+  await page.locator('body[data-link="up"]').waitFor();
+  await page.keyboard.press("Tab");
+  await page.evaluate(() => {
+    const [wide, long, link] = ["div", "p", "a"].map((name) => document.createElement(name));
+    wide.className = "wide grown";
+    wide.style.overflowX = "auto";
+    long.style.width = "4000px";
+    [link.href, link.textContent] = ["#first", "first"];
+    long.append(link);
+    wide.append(long);
+    document.querySelector(".plan-side").prepend(wide);
+    link.focus();
+  });
+  const aside = () => page.evaluate(() => document.querySelector(".wide.grown").scrollLeft);
+  await until(async () => {
+    await page.keyboard.press("ArrowRight");
+    return (await aside()) > ASIDE_PX;
+  }, "the table is scrolled sideways", 10_000);
+  for (let looks = 0; looks < 5; looks++) await painted();
+  check((await aside()) > ASIDE_PX, `sideways scrolling is not undone: ${await aside()}`);
+  check((await focus()).name === "first", "the link keeps the focus");
+
   // Nor who came by pointer.
   await page.goto(`${url}/plans/${made.id}`);
   await page.getByLabel("Name of the plan").click();
   await page.locator('body[data-link="up"]').waitFor();
-  await grow();
-  await painted();
+  check((await focus()).name === "Name of the plan", "the field that was clicked has the focus");
+  await grow(BEYOND_PX);
+  for (let looks = 0; looks < 5; looks++) await painted();
   const pointed = await focus();
+  check(pointed.at[0] > BEYOND_PX && !pointed.seen, `the field went out of the window: ${JSON.stringify(pointed)}`);
   check(pointed.scrolled.every((px) => px === 0), `a click is no key: ${JSON.stringify(pointed)}`);
 });

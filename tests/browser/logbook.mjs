@@ -34,7 +34,7 @@ await inBrowser(async (open) => {
   await look(page, "logbook-wrong");
   await form.getByLabel("Longitude, °").fill("10.4");
   await form.getByLabel("About vessel").selectOption("otter-0");
-  await form.getByLabel("Time (UTC), empty for now").fill("2026-06-01T12:00:05");
+  await form.getByLabel("Time (UTC), empty for now", { exact: true }).fill("2026-06-01T12:00:05");
   await form.getByLabel("Photo (JPEG, PNG or WebP)").setInputFiles({ name: "net.png", mimeType: "image/png", buffer: PNG });
   await form.getByRole("button", { name: "Write", exact: true }).press("Enter");
 
@@ -119,7 +119,7 @@ await inBrowser(async (open) => {
   await page.setViewportSize({ width: 390, height: 844 });
   await page.goto(`${url}/logbook?write=1&about=${BOAT}&at=1780315200000000&lat=63.44&lon=10.4`);
   same(await form.getByLabel("About vessel").inputValue(), String(BOAT), "vessel");
-  same(await form.getByLabel("Time (UTC), empty for now").inputValue(), "2026-06-01 12:00:00", "time");
+  same(await form.getByLabel("Time (UTC), empty for now", { exact: true }).inputValue(), "2026-06-01 12:00:00", "time");
   same(await form.getByLabel("Latitude, °").inputValue(), "63.44", "place");
   check(await text.evaluate((node) => node === document.activeElement), "to be written at once");
   await page.keyboard.type("From the phone");
@@ -142,6 +142,6 @@ await inBrowser(async (open) => {
   await book.getByRole("link", { name: "Write a note" }).press("Enter");
   await page.waitForURL(/\/logbook\?write=1/);
   same(await form.getByLabel("About vessel").inputValue(), String(BOAT), "its vessel");
-  same(await form.getByLabel("Time (UTC), empty for now").inputValue(), new Date(Number(from) / 1_000 + 60_000).toISOString().slice(0, 19).replace("T", " "), "the time that was looked at");
+  same(await form.getByLabel("Time (UTC), empty for now", { exact: true }).inputValue(), new Date(Number(from) / 1_000 + 60_000).toISOString().slice(0, 19).replace("T", " "), "the time that was looked at");
   check(/^63\.44\d+$/.test(await form.getByLabel("Latitude, °").inputValue()), `the place then: ${await form.getByLabel("Latitude, °").inputValue()}`);
 });

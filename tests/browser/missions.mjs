@@ -35,12 +35,12 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Space");
   await form.getByLabel("People").fill("Kari, Nils");
   await form.getByLabel("Purpose").fill("Where they winter");
-  await form.getByLabel("From (UTC)").fill(picked(Number(from)));
-  await form.getByLabel("To (UTC), empty while it goes on").fill(picked(Number(from) - 1_000_000));
+  await form.getByLabel("From (UTC)", { exact: true }).fill(picked(Number(from)));
+  await form.getByLabel("To (UTC), empty while it goes on", { exact: true }).fill(picked(Number(from) - 1_000_000));
   await form.getByRole("button", { name: "Save" }).press("Enter");
   await form.getByText("The end is not after the beginning.").waitFor();
   await look(page, "mission-wrong");
-  await form.getByLabel("To (UTC), empty while it goes on").fill(picked(Number(from) + 600_000_000));
+  await form.getByLabel("To (UTC), empty while it goes on", { exact: true }).fill(picked(Number(from) + 600_000_000));
   await form.getByRole("button", { name: "Save" }).press("Enter");
   await page.waitForURL(/\/missions\/\d+$/);
 

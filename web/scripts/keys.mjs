@@ -72,7 +72,7 @@ export async function keysOfAlarms(root) {
 
 /** Where refusals and outcomes are worded, and which of these only the server's own pages say. */
 const WORDED = ["crates/operations/src", "crates/hub/src", "shore/src", "server/src"];
-const ON_PAGES = /^shore\/src\/(identity|notices)\/|^server\/src\/pages\//;
+const ON_PAGES = /^shore\/src\/(identity|notices)\/|^server\/src\/(pages|transports)\//;
 
 /** Each `[text, where]` of what the server says of refusals and outcomes: `say("…")`, `fixed("…")`, why the downlink sends no order,
  * and why nobody steers by hand. `scripts`: those alone that reach a browser's scripts by the API. */

@@ -61,6 +61,9 @@ test("notes are told by their day, and words of the server by their field", () =
   assert.deepEqual(days.map(([day, some]) => [day, some.length]), [["1970-01-02", 2], ["1970-01-01", 1]]);
   assert.deepEqual(fieldOf("lat_deg: this is: no place"), { field: "lat_deg", text: "this is: no place" });
   assert.deepEqual(fieldOf("elsewhere: x"), { field: "", text: "elsewhere: x" });
+  assert.deepEqual(fieldOf("Hjørner: grensen er 9 km lang", "corners: the border is 9 km long"), { field: "corners", text: "grensen er 9 km lang" }, "the English names the field");
+  assert.deepEqual(fieldOf("Navnet har flere linjer: skriv én", "name: has several lines: write one"), { field: "name", text: "Navnet har flere linjer: skriv én" });
+  assert.deepEqual(fieldOf("Serveren nås ikke.", ""), { field: "", text: "Serveren nås ikke." });
 });
 
 test("notes stand among the entries of their time, and older ones come with older entries", async () => {

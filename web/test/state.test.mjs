@@ -266,8 +266,14 @@ test("what a vessel will do without the link is told in its own words, with the 
   assert.equal(of(state, event(7, now, "lost=0;due_s=300;then=hold")).next, "hold station");
   assert.equal(of(state, event(7, now, "lost=0;due_s=19;then=run;plan=a=b")).next, "run plan a=b");
   assert.equal(of(state, event(7, now, "lost=0;then=dance")).next, undefined, "a code that this page does not know is not made up");
-  const lost = of(state, event(7, now, "lost=1;then=nothing;now=run;now_plan=home;stands=holds"));
+  const saying = (description) => ({ ...state, fields: state.fields.map((field) => (field.name === "description" ? { ...field, value: description } : field)) });
+  const plain = saying("no console is heard; run plan home: in force; next: nothing further");
+  const lost = of(plain, event(7, now, "lost=1;then=nothing;now=run;now_plan=home;stands=holds"));
   assert.deepEqual([lost.now, lost.next], ["It does this now: run plan home.", "do nothing further"]);
+  const how = "no console is heard; run plan home: in force; returning by a route of 1.2 km around land; next: nothing further";
+  assert.equal(of(saying(how), event(7, now, "lost=1;now=run;now_plan=home;stands=holds")).now, `It does this now: run plan home. Its words: ${how}.`, "how it does so only its sentence says");
+  const instead = of(saying("no console is heard; hold station: run plan home is in force instead; next: nothing further"), event(7, now, "lost=1;now=run;now_plan=home;stands=outranked"));
+  assert.equal(instead.now, "Another of its safeguards, as strong or stronger, is in force now: run plan home.");
   assert.match(of(state, event(7, now, "lost=1;now=hold;stands=waits")).now, /cannot at present: hold station\. Its words: in contact/);
   assert.equal(of(state, event(7, now, "lost=1;now=hold;stands=dancing")).now, undefined, "an unknown standing is not made up");
   assert.equal(of(state, event(7, now, "lost=0")).dueUs, null, "it carries on");
@@ -332,4 +338,32 @@ test("a place is as old as its arrival, whatever the vessel's clock says", () =>
   const both = new Map([["GpsFix/1/", fix], ["EstimatedState/1/", place]]);
   assert.equal(loss.linkLoss(both, new Map([[7, "Lost Communications"]])).placeUs, 4e6, "of what tells best");
   assert.equal(loss.linkLoss(new Map(), new Map()).placeUs, null);
+});
+
+const { fileOf, isTime, picked, pickedUs } = await load("state/takeout");
+
+test("a fraction of a second that is typed stands in the address of the file", () => {
+  const noon = 1_780_315_200_000_000;
+  assert.deepEqual(["2026-06-01 12:00", "2026-06-01 12:00:00.5", "2026-06-01T12:00:00.000001Z", "2026-06-01 12:00:00.123456"].map(pickedUs), [noon, noon + 500_000, noon + 1, noon + 123_456]);
+  assert.ok(!isTime("2026-06-01 12:00:00.1234567") && !isTime("2026-02-30 12:00:00.5"), "finer than a microsecond, and no day");
+  const asked = (from) => new URL(fileOf({ kind: "log", message: "", vessel: "", from, to: "", angles: "deg", every_s: "", gzip: false }), "http://x").searchParams.get("from");
+  assert.equal(asked("2026-06-01 12:00:00"), "2026-06-01T12:00:00Z");
+  assert.equal(asked("2026-06-01 12:00:00.5"), "2026-06-01T12:00:00.500000Z");
+  assert.equal(asked("1969-12-31 23:59:59.25"), "1969-12-31T23:59:59.250000Z");
+  assert.equal(asked("tomorrow"), "tomorrow", "the server says what is wrong with it");
+  assert.equal(picked(noon + 500_000), "2026-06-01 12:00:00", "a field has whole seconds");
+});
+
+const { stepText } = await load("state/orderwords");
+
+test("a vessel's own words are never taken for a text of the catalogue", () => {
+  globalThis.lutraWords = (english) => ({ "it was not sent": "det ble ikke sendt", "late: {why}": "sent: {why}" })[english];
+  try {
+    const text = "it was not sent";
+    const says = { template: text, values: {} };
+    assert.deepEqual([stepText({ text, says, late: false }), stepText({ text, late: false })], ["det ble ikke sendt", text]);
+    assert.deepEqual([stepText({ text: `late: ${text}`, says, late: true }), stepText({ text: `late: ${text}`, late: true })], ["sent: det ble ikke sendt", `late: ${text}`]);
+  } finally {
+    delete globalThis.lutraWords;
+  }
 });

@@ -8,7 +8,7 @@
 //! frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
 //! flush and holds one frame as JSON with a line feed after it.
 
-use crate::{Alarm, Command, Detection, Lease, Ordered};
+use crate::{Alarm, Command, Detection, Lease, Ordered, Wording};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -60,6 +60,10 @@ pub struct LiveStopped {
     pub ordered: Option<Ordered>,
     /// Why it was refused; null where it was not.
     pub refused: Option<String>,
+    /// Of what pages make `refused` in their reader's language; absent where it is English only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub says: Option<Wording>,
 }
 
 /// A client's subscription.

@@ -66,6 +66,13 @@ impl Said {
         (self.text, self.wording.map(|wording| *wording))
     }
 
+    /// The same of one of several, as `area 2, …`: the number stands in the text, and by this name among the wording's values.
+    #[must_use]
+    pub fn numbered(self, name: &'static str, number: usize) -> Self {
+        let wording = self.wording.map(|wording| Box::new(wording.with(name, number)));
+        Self { text: format!("{name} {number}, {}", self.text), wording }
+    }
+
     /// The same, where it is longer than this only its first characters, in English.
     #[must_use]
     pub fn at_most(mut self, chars: usize) -> Self {
@@ -138,6 +145,15 @@ mod tests {
         let wording = said.wording().unwrap();
         assert_eq!(wording.filling("{whom} ble spurt av {who}."), "nils ble spurt av {whom}.");
         assert_eq!(Said::from("as it is").wording(), None);
+    }
+
+    #[test]
+    fn one_of_several_keeps_its_words_and_has_its_number() {
+        let said = Said::from(say("there are {n}").with("n", 1)).numbered("area", 2);
+        assert_eq!(said, "area 2, there are 1");
+        let wording = said.wording().unwrap();
+        assert_eq!((wording.template.as_str(), wording.values["area"].as_str()), ("there are {n}", "2"));
+        assert_eq!(wording.filling("det er {n}"), "det er 1");
     }
 
     #[test]

@@ -84,7 +84,7 @@ pub trait OrderLog {
     /// It was sent again, for lack of evidence that the vessel has it.
     fn sent_again(&mut self, now: Now, id: CommandId, transports: &[Transport]);
     /// It is not sent.
-    fn refused(&mut self, now: Now, id: CommandId, why: &str);
+    fn refused(&mut self, now: Now, id: CommandId, why: &'static str);
     /// A start was ordered after a stop that waited.
     fn overtaken(&mut self, now: Now, id: CommandId);
     /// It found no way within its life.
@@ -105,7 +105,7 @@ impl OrderLog for () {
     }
     fn dispatched(&mut self, _: Now, _: CommandId, _: &Dispatched) {}
     fn sent_again(&mut self, _: Now, _: CommandId, _: &[Transport]) {}
-    fn refused(&mut self, _: Now, _: CommandId, _: &str) {}
+    fn refused(&mut self, _: Now, _: CommandId, _: &'static str) {}
     fn overtaken(&mut self, _: Now, _: CommandId) {}
     fn expired(&mut self, _: Now, _: CommandId) {}
 }

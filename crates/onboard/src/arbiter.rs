@@ -52,7 +52,7 @@ pub(crate) struct Picture {
 /// The state of a demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// Its remedy, or a stronger one, runs.
+    /// Its remedy runs, or [another's](Arbiter::instead) that is as strong or stronger.
     Holds,
     /// It is tried again at this time.
     Waits(MonoTime),
@@ -185,6 +185,13 @@ impl Arbiter {
         Some((&demand.remedy, standing))
     }
 
+    /// What runs in place of what a supervisor asked for, because it is as strong or stronger.
+    pub(crate) fn instead(&self, source: Source) -> Option<&Remedy> {
+        let demand = self.demands.get(&source).filter(|demand| !demand.settled)?;
+        let running = self.running.as_ref().filter(|running| running.remedy != demand.remedy)?;
+        running.serves(source, &demand.remedy).then_some(&running.remedy)
+    }
+
     fn strongest(&self) -> Option<(Source, Remedy)> {
         let open = self.demands.iter().filter(|(_, demand)| !demand.settled);
         let (source, demand) = open.max_by_key(|(source, demand)| (rank(&demand.remedy), **source))?;
@@ -249,6 +256,32 @@ mod tests {
             let stopped = Picture { run: None, ..SAILING };
             assert_eq!(arbiter.decide(at(20), stopped), None, "the return does not start again");
         }
+    }
+
+    #[test]
+    fn what_runs_in_place_of_a_demand_is_known() {
+        let berth = Remedy::Run { plan_id: "berth".to_owned() };
+        let mut arbiter = Arbiter::default();
+        arbiter.ask(at(1), Source::Battery, home());
+        assert!(arbiter.decide(at(1), SAILING).is_some());
+        assert_eq!(arbiter.instead(Source::Battery), None, "nothing runs yet");
+        arbiter.began(RunId(2), Source::Battery, home());
+        // Of equal remedies the one that runs stays.
+        arbiter.ask(at(2), Source::LostComms, berth.clone());
+        assert_eq!(arbiter.decide(at(9), running(2)), None);
+        assert_eq!(arbiter.standing(Source::LostComms), Some((&berth, Standing::Holds)));
+        assert_eq!(arbiter.instead(Source::LostComms), Some(&home()));
+        assert_eq!(arbiter.instead(Source::Battery), None, "its own runs");
+        arbiter.ask(at(10), Source::LostComms, home());
+        assert_eq!(
+            arbiter.instead(Source::LostComms),
+            None,
+            "what it asked for runs, though another asked for it"
+        );
+        arbiter.ask(at(11), Source::LostComms, Remedy::Hold);
+        assert_eq!(arbiter.instead(Source::LostComms), Some(&home()));
+        arbiter.stepped_in();
+        assert_eq!(arbiter.instead(Source::LostComms), None);
     }
 
     #[test]

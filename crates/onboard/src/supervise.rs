@@ -349,16 +349,7 @@ impl Supervise {
     fn standing(&self, bus: &Bus, source: Source) -> Option<String> {
         let (remedy, standing) = self.arbiter.standing(source)?;
         Some(match (standing, &self.obstacle) {
-            (Standing::Holds, _) if self.blind && *remedy != Remedy::Stop => {
-                format!("{remedy}: waits for a position with the motors stopped")
-            }
-            (Standing::Holds, _) => {
-                let how = self.how.as_ref().filter(|(run, _)| self.arbiter.run() == Some(*run));
-                match how {
-                    Some((_, how)) => format!("{remedy}: in force; {how}"),
-                    None => format!("{remedy}: in force"),
-                }
-            }
+            (Standing::Holds, _) => self.in_force_text(source, remedy),
             (Standing::Waits(at), Some(why)) => {
                 let meanwhile = match self.arbiter.remedy() {
                     Some(_) if self.blind => {
@@ -375,6 +366,24 @@ impl Supervise {
             }
             (Standing::Settled, _) => format!("{remedy}: done, or an operator decided otherwise"),
         })
+    }
+
+    /// A remedy that is in force, or what is in its place, and how that is carried out.
+    fn in_force_text(&self, source: Source, remedy: &Remedy) -> String {
+        let instead = self.arbiter.instead(source);
+        let deed = instead.unwrap_or(remedy);
+        if self.blind && *deed != Remedy::Stop {
+            return format!("{deed}: waits for a position with the motors stopped");
+        }
+        let force = match instead {
+            Some(running) => format!("{remedy}: {running} is in force instead"),
+            None => format!("{remedy}: in force"),
+        };
+        let how = self.how.as_ref().filter(|(run, _)| self.arbiter.run() == Some(*run));
+        match how {
+            Some((_, how)) => format!("{force}; {how}"),
+            None => force,
+        }
     }
 
     /// Each supervisor's action, its next one, and when.
@@ -432,8 +441,8 @@ impl Supervise {
         if acted || self.lost_comms.silence(now).is_some() {
             values.extend(next_values(outlook.as_ref(), acted));
         }
-        if let Some((remedy, standing)) = self.arbiter.standing(Source::LostComms).filter(|_| acted) {
-            values.extend(now_values(remedy, standing, self.blind));
+        if let Some(asked) = self.arbiter.standing(Source::LostComms).filter(|_| acted) {
+            values.extend(now_values(asked, self.arbiter.instead(Source::LostComms), self.blind));
         }
         values
     }

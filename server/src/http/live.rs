@@ -17,7 +17,9 @@ use crate::web::{
     ApiError, Remote, Who, identify, outgoing::Ended, outgoing::Outgoing, outgoing::PATIENCE,
     outgoing::bounded,
 };
-use api::{LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update};
+use api::{
+    LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update, say,
+};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
@@ -196,11 +198,11 @@ impl Listener {
     fn stop(&self, ask: &LiveStop) -> Result<Stop, ApiError> {
         let who = self.who.borrow().clone();
         if who.grants.on(ask.vessel) < Some(Role::Operator) {
-            let text = format!("{} may not stop vessel {}: it takes an operator.", who.name, ask.vessel);
-            return Err(ApiError::forbidden(text));
+            let text = say("{name} may not stop vessel {vessel}: it takes an operator.");
+            return Err(ApiError::forbidden(text.with("name", &who.name).with("vessel", ask.vessel)));
         }
         if ask.key.is_empty() {
-            return Err(ApiError::bad_request("key: give each stop a key of its own"));
+            return Err(ApiError::bad_request(say("key: give each stop a key of its own")));
         }
         let by = Issuer { who, from: self.from.clone(), window: ask.window.clone() };
         Ok(self.state.shore.commands.begin_stop(Address(ask.vessel), by, &ask.key)?)
@@ -213,11 +215,14 @@ async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<Stop, Api
         Ok(stop) => stop.outcome().await.map_err(ApiError::from),
         Err(refused) => Err(refused),
     };
-    let (ordered, refused) = match outcome {
-        Ok(ordered) => (Some(ordered), None),
-        Err(error) => (None, Some(error.text.into())),
+    let (ordered, refused, says) = match outcome {
+        Ok(ordered) => (Some(ordered), None, None),
+        Err(error) => {
+            let (text, says) = error.text.into_parts();
+            (None, Some(text), says)
+        }
     };
-    LiveAnswer::Stop(LiveStopped { vessel, key, ordered, refused })
+    LiveAnswer::Stop(LiveStopped { vessel, key, ordered, refused, says })
 }
 
 impl Client {

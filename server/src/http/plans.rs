@@ -90,10 +90,8 @@ pub(crate) async fn save(
         if let Some(first) = check.problems.first() {
             let place = first.maneuver.as_ref().map_or_else(String::new, |name| format!("{name}: "));
             let count = check.problems.len();
-            return Err(refused(format!(
-                "The plan has {count} problems and stays a draft: {place}{}",
-                first.text
-            )));
+            let text = say("The plan has {count} problems and stays a draft: {first}");
+            return Err(refused(text.with("count", count).with("first", format!("{place}{}", first.text))));
         }
     }
     let subject = plan.name.clone();

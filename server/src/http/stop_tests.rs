@@ -137,6 +137,9 @@ async fn a_stop_by_the_socket_is_refused_to_whom_the_request_is() {
     let mut socket = connect(&shore, &operator).await;
     let other = stop(&mut socket, "{\"vessel\":2069,\"key\":\"a\"}").await;
     assert!(other.refused.unwrap().contains("may not stop vessel 2069"));
+    let says = other.says.unwrap();
+    assert_eq!(says.template, "{name} may not stop vessel {vessel}: it takes an operator.");
+    assert_eq!(says.values["vessel"], "2069", "of which pages make their words");
     let long = format!("{{\"vessel\":2068,\"key\":\"{}\"}}", "k".repeat(65));
     assert!(stop(&mut socket, &long).await.refused.unwrap().contains("64 bytes at most"));
     let none = stop(&mut socket, "{\"vessel\":2068,\"key\":\"\"}").await;

@@ -400,6 +400,35 @@ async fn pages_speak_what_the_browser_asks_for_until_the_person_chooses() {
 }
 
 #[tokio::test]
+async fn what_is_refused_is_said_in_the_reader_s_language() {
+    let shore = Shore::start().await;
+    let cookies = shore.admin().await;
+    let norwegian = |path: &str, cookies: &str| {
+        let wants = Request::get(path).header(header::ACCEPT_LANGUAGE, "nb");
+        wants.header(header::COOKIE, cookies)
+    };
+    for (path, heading) in [
+        ("/nowhere", "<h1>Ikke funnet</h1>"),
+        ("/plans/99", "<h1>Ikke funnet</h1>"),
+        ("/vessels/otter", "<h1>Ikke forstått</h1>"),
+    ] {
+        let refused = shore.ask(norwegian(path, &cookies), "").await;
+        assert!(refused.status.is_client_error(), "{path}: {}", refused.status);
+        for part in ["<html lang=\"nb\"", heading, "Til flåten"] {
+            assert!(refused.body.contains(part), "{path}: {part}: {}", refused.body);
+        }
+    }
+    assert!(shore.ask(norwegian("/nowhere", ""), "").await.body.contains("Her er det ingenting."));
+    assert!(shore.page("/nowhere", &cookies).await.body.contains("<h1>Not found</h1>"));
+
+    let csrf = shore.page("/account", &cookies).await.csrf();
+    shore.form("/account/language", &cookies, &[("csrf", &csrf), ("language", "nb")]).await;
+    for path in ["/nowhere", "/plans/99"] {
+        assert!(shore.page(path, &cookies).await.body.contains("<h1>Ikke funnet</h1>"), "{path}: as chosen");
+    }
+}
+
+#[tokio::test]
 async fn options_send_the_same_words_in_every_language() {
     let shore = Shore::start().await;
     let cookies = shore.admin().await;

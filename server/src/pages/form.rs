@@ -2,7 +2,7 @@
 
 use super::frame::PageError;
 use crate::web::ApiError;
-use api::Role;
+use api::{Role, say};
 use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
@@ -30,8 +30,8 @@ impl<S: Send + Sync> FromRequestParts<S> for Numbered {
     type Rejection = PageError;
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, PageError> {
         let path = Path::<i64>::from_request_parts(parts, state).await;
-        let Path(number) =
-            path.map_err(|_| ApiError::not_found("There is nothing here: the address ends in no number."))?;
+        let Path(number) = path
+            .map_err(|_| ApiError::not_found(say("There is nothing here: the address ends in no number.")))?;
         Ok(Self(number))
     }
 }

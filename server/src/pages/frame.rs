@@ -1,7 +1,7 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
-use super::words::{self, Text};
-use crate::web::{ApiError, Kind, Remote, asset_path, cookie_name, plain_cookie};
+use super::words::{self, Text, word};
+use crate::web::{ApiError, Kind, Remote, asset_path, cookie_name, language, plain_cookie};
 use api::Role;
 use askama::Template;
 use axum::extract::{Form, FromRequestParts};
@@ -44,12 +44,11 @@ impl Frame {
             let locked = matches!(who.via, Via::Session { must_change_password: true, .. });
             !locked && who.grants.somewhere().is_some()
         });
-        let chosen = who.and_then(|who| who.language);
-        let language = chosen.unwrap_or_else(|| words::asked(headers));
+        let language = language::of(headers, who);
         Self {
             language,
-            chosen,
-            words: if language == Language::Bokmal { asset_path("nb.js") } else { String::new() },
+            chosen: who.and_then(|who| who.language),
+            words: words_path(language),
             name: who.map(|who| who.name.clone()).unwrap_or_default(),
             csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
             palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
@@ -70,6 +69,11 @@ impl Frame {
     pub(crate) fn said<'a>(&self, english: &'a str) -> &'a str {
         words::said(self.language, english)
     }
+}
+
+/// The script with the words of a language; empty for English, which the others have.
+fn words_path(language: Language) -> String {
+    if language == Language::Bokmal { asset_path("nb.js") } else { String::new() }
 }
 
 /// The vessels that somebody may stop, for the script.
@@ -171,7 +175,21 @@ impl IntoResponse for PageError {
     }
 }
 
-/// A refusal as its reader expects it. `next` is where somebody who logs in wants to go on.
+/// What a page that refuses is headed by.
+fn title(status: StatusCode) -> &'static str {
+    match status {
+        StatusCode::BAD_REQUEST => word("Not understood"),
+        StatusCode::FORBIDDEN => word("Not allowed"),
+        StatusCode::NOT_FOUND => word("Not found"),
+        StatusCode::CONFLICT | StatusCode::UNPROCESSABLE_ENTITY => word("Not done"),
+        StatusCode::GONE => word("Not there any more"),
+        StatusCode::TOO_MANY_REQUESTS | StatusCode::SERVICE_UNAVAILABLE => word("Not at present"),
+        _ => word("Error"),
+    }
+}
+
+/// A refusal as its reader expects it, in the language of [`language::current`]. `next` is where somebody who logs in wants to
+/// go on.
 pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Response {
     if kind != Kind::Page {
         return error.into_response();
@@ -183,9 +201,10 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
     if error.code == "password_change_required" {
         return Redirect::to("/account").into_response();
     }
-    let title = error.status.canonical_reason().unwrap_or("Error").to_owned();
-    let frame = Frame::new(&HeaderMap::new(), None, "/");
-    let text = words::worded(frame.language, &error.text);
+    let language = language::current();
+    let frame = Frame { language, words: words_path(language), ..Frame::new(&HeaderMap::new(), None, "/") };
+    let title = words::said(language, title(error.status)).to_owned();
+    let text = words::worded(language, &error.text);
     let mut response = html(&ErrorPage { frame, title, text });
     *response.status_mut() = error.status;
     response

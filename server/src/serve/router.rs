@@ -2,12 +2,15 @@
 
 use crate::AppState;
 use crate::web::guard::{RouteContext, guard};
-use crate::web::{ApiError, Kind, Need, Route, headers, measure, slow_bodies};
+use crate::web::listen::Peer;
+use crate::web::{ApiError, Kind, Need, Remote, Route, headers, identify, language, measure, slow_bodies};
 use crate::{http, pages, transports};
+use api::say;
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::Uri;
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::request::Parts;
 use axum::response::Response;
+use shore::identity::Language;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
@@ -61,7 +64,18 @@ pub(crate) fn router(state: AppState) -> Router {
         .with_state(state)
 }
 
-async fn nowhere(uri: Uri) -> Response {
-    let kind = if uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
-    pages::refusal(kind, None, ApiError::not_found("There is nothing here. The fleet is at /."))
+async fn nowhere(State(state): State<AppState>, request: Request) -> Response {
+    let (parts, _) = request.into_parts();
+    let kind = if parts.uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
+    let error = ApiError::not_found(say("There is nothing here. The fleet is at /."));
+    let language = reads(&state, &parts).await;
+    language::within(language, async { pages::refusal(kind, None, error) }).await
+}
+
+/// The reader's language, where no guard stands.
+async fn reads(state: &AppState, parts: &Parts) -> Language {
+    let Some(peer) = parts.extensions.get::<Peer>().copied() else { return language::asked(&parts.headers) };
+    let remote = Remote::of(peer, &parts.headers, &state.config.http);
+    let who = identify(state, &parts.headers, remote).await.ok().flatten();
+    language::of(&parts.headers, who.as_ref())
 }

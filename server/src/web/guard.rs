@@ -2,6 +2,7 @@
 
 use super::csrf;
 use super::error::ApiError;
+use super::language;
 use super::listen::Peer;
 use super::remote::Remote;
 use super::route::{Kind, Need};
@@ -75,8 +76,13 @@ async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiErr
     vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
 }
 
-/// Passes a request on, or answers with a refusal.
-pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request, next: Next) -> Response {
+/// Passes a request on, or answers with a refusal in its reader's language.
+pub(crate) async fn guard(State(post): State<RouteContext>, request: Request, next: Next) -> Response {
+    let language = language::asked(request.headers());
+    language::within(language, answer(post, request, next)).await
+}
+
+async fn answer(post: RouteContext, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().copied() else {
         return refuse(&post, &request, ApiError::internal(&"a request without a connection"));
     };
@@ -101,6 +107,18 @@ pub(crate) async fn guard(State(post): State<RouteContext>, mut request: Request
         Ok(who) => who,
         Err(error) => return refuse(&post, &request, error),
     };
+    let language = language::of(request.headers(), who.as_ref());
+    language::within(language, admit(post, request, remote, who, next)).await
+}
+
+/// Lets a request in where its sender may.
+async fn admit(
+    post: RouteContext,
+    mut request: Request,
+    remote: Remote,
+    who: Option<Principal>,
+    next: Next,
+) -> Response {
     if let Err(error) = may(&post, &mut request, remote, who.as_ref()).await {
         return refuse(&post, &request, error);
     }
@@ -149,7 +167,7 @@ async fn may(
         return if browser {
             Ok(())
         } else {
-            Err(ApiError::forbidden("This is for browsers, not for tokens."))
+            Err(ApiError::forbidden(say("This is for browsers, not for tokens.")))
         };
     }
     if let Via::Session { must_change_password: true, .. } = who.via {
@@ -198,8 +216,10 @@ async fn comes_from_us(
     who: Option<&Principal>,
 ) -> Result<Request, Box<Response>> {
     let http = &post.state.config.http;
-    let foreign =
-        || ApiError { code: "foreign_origin", ..ApiError::forbidden("This came from another web page.") };
+    let foreign = || {
+        let text = say("This came from another web page.");
+        ApiError { code: "foreign_origin", ..ApiError::forbidden(text) }
+    };
     let by_cookie = who.is_none_or(|who| matches!(who.via, Via::Session { .. }));
     if post.kind == Kind::Socket && by_cookie && !csrf::same_origin(request.headers(), http) {
         return Err(Box::new(refuse(post, &request, foreign())));

@@ -127,11 +127,11 @@ impl NoGoAreas {
         may_change(who)?;
         let count = areas.len();
         if !(1..=CLOSED as usize).contains(&count) {
-            return Err(malformed(format!("areas: there are {count}; give 1 to {CLOSED}")));
+            let text = say("areas: there are {n}; give 1 to {most}");
+            return Err(malformed(text.with("n", count).with("most", CLOSED)));
         }
         let numbered = |(at, area): (usize, NoGoAreaRequest)| {
-            checked(area)
-                .map_err(|error| Error { text: format!("area {}, {}", at + 1, error.text).into(), ..error })
+            checked(area).map_err(|error| Error { text: error.text.numbered("area", at + 1), ..error })
         };
         let areas: Vec<_> = areas.into_iter().enumerate().map(numbered).collect::<Result<_>>()?;
         let first = areas.first().map(|area| area.name.clone()).unwrap_or_default();
@@ -319,8 +319,10 @@ fn checked(ask: NoGoAreaRequest) -> Result<NoGoAreaRequest> {
 
 fn places(corners: &[[f64; 2]]) -> Result<Vec<LatLon>> {
     let place = |[lat, lon]: &[f64; 2]| {
-        LatLon::from_deg(*lat, *lon)
-            .map_err(|error| malformed(format!("corners: {lat}, {lon} is not a place: {error}")))
+        LatLon::from_deg(*lat, *lon).map_err(|error| {
+            let text = say("corners: {lat}, {lon} is not a place: {error}");
+            malformed(text.with("lat", lat).with("lon", lon).with("error", error))
+        })
     };
     corners.iter().map(place).collect()
 }

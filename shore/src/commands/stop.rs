@@ -7,7 +7,7 @@
 use super::{Commands, Issuer};
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::Line;
-use api::Ordered;
+use api::{Ordered, say};
 use hub::Dispatched;
 use imc::Address;
 use operations::{Operations, Order};
@@ -72,7 +72,7 @@ impl Commands {
     /// The key is too long.
     pub fn begin_stop(&self, vessel: Address, by: Issuer, key: &str) -> Result<Stop> {
         if key.len() > KEY_BYTES || by.window.len() > KEY_BYTES {
-            let text = format!("key and window have {KEY_BYTES} bytes at most");
+            let text = say("key and window have {most} bytes at most").with("most", KEY_BYTES);
             return Err(Error::new(ErrorKind::Malformed, text));
         }
         let (told, stop) = match self.stops.note(vessel, &by, key, self.router.clock().mono()) {

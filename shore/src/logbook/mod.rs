@@ -17,4 +17,4 @@ pub use rows::{Filter, Notes, Row};
 pub use service::{Cursor, Logbook};
 
 pub(crate) use rows::NEWER;
-pub(crate) use service::{TIMES_US, check_text, may_write};
+pub(crate) use service::{TIMES_US, check_text, may_write, not_a_time};

@@ -13,7 +13,8 @@ use crate::error::{Error, ErrorKind, Result, slow};
 use crate::identity::{Fault, People, Principal};
 use crate::once::{Key, Made, Once};
 use api::{
-    LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role, say,
+    LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogWord, Role, Wording,
+    say,
 };
 use imc::Address;
 use std::path::Path;
@@ -100,9 +101,8 @@ impl Logbook {
         let key = Key::new(Made::Note, who.person, key)?;
         let waited_ms = waited_ms.unwrap_or(0);
         if waited_ms > LONGEST_WAIT_MS {
-            return Err(malformed(format!(
-                "waited_ms: a note is sent for {LONGEST_WAIT_MS} ms at most; give it a time"
-            )));
+            let text = say("waited_ms: a note is sent for {most} ms at most; give it a time");
+            return Err(malformed(text.with("most", LONGEST_WAIT_MS)));
         }
         if let Some(key) = &key
             && let Some(first) = self.people.ask(key.clone()).await?
@@ -295,22 +295,32 @@ fn said(ask: &LogNoteRequest, time_us: i64) -> Result<Said> {
     let text = check_text("text", &ask.text, 1..=LETTERS)?;
     let time_us = ask.time_us.unwrap_or(time_us);
     if !TIMES_US.contains(&time_us) {
-        return Err(malformed(format!("time_us: {time_us} is not a time: give µs since 1970 UTC")));
+        return Err(malformed(not_a_time("time_us", time_us)));
     }
     let place = match (ask.lat_deg, ask.lon_deg) {
         (None, None) => None,
         (Some(lat_deg), Some(lon_deg)) => {
             let is_place = (-90.0..=90.0).contains(&lat_deg) && (-180.0..=180.0).contains(&lon_deg);
             Some((lat_deg, lon_deg)).filter(|_| is_place).map(Some).ok_or_else(|| {
-                malformed(
+                malformed(say(
                     "lat_deg: this is not a place: give degrees, latitude -90 to 90, longitude -180 to 180",
-                )
+                ))
             })?
         }
-        (None, Some(_)) => return Err(malformed("lat_deg: a place has a latitude too: give both, or none")),
-        (Some(_), None) => return Err(malformed("lon_deg: a place has a longitude too: give both, or none")),
+        (None, Some(_)) => {
+            return Err(malformed(say("lat_deg: a place has a latitude too: give both, or none")));
+        }
+        (Some(_), None) => {
+            return Err(malformed(say("lon_deg: a place has a longitude too: give both, or none")));
+        }
     };
     Ok(Said { time_us, vessel: ask.vessel, place, text })
+}
+
+/// What is said of a field of times that has none.
+pub(crate) fn not_a_time(field: &str, time_us: i64) -> Wording {
+    let text = say("{field}: {time_us} is not a time: give µs since 1970 UTC");
+    text.with("field", field).with("time_us", time_us)
 }
 
 /// A text, trimmed and with normalised line ends.
@@ -321,14 +331,15 @@ pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusi
     let text = text.replace("\r\n", "\n").trim().to_owned();
     let count = text.chars().count();
     if count < *letters.start() {
-        return Err(malformed(format!("{name}: empty; write something")));
+        return Err(malformed(say("{field}: empty; write something").with("field", name)));
     }
     if count > *letters.end() {
-        let most = letters.end();
-        return Err(malformed(format!("{name}: has {count} characters, {most} may be: shorten it")));
+        let text = say("{field}: has {count} characters, {most} may be: shorten it");
+        return Err(malformed(text.with("field", name).with("count", count).with("most", letters.end())));
     }
     if text.chars().any(|letter| letter.is_control() && letter != '\n' && letter != '\t') {
-        return Err(malformed(format!("{name}: has control characters in it: write it without them")));
+        let text = say("{field}: has control characters in it: write it without them");
+        return Err(malformed(text.with("field", name)));
     }
     Ok(text)
 }

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;
 use crate::identity::{People, Principal};
-use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
+use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write, not_a_time};
 use crate::once::{Key, Made, Once};
 use api::{
     LogWord, Mission, MissionChange, MissionQuery, MissionRequest, MissionSummary, MissionVessel, Role, say,
@@ -199,7 +199,7 @@ fn checked(ask: MissionRequest) -> Result<MissionRequest> {
     let MissionRequest { name, people, purpose, notes, mut vessels, from_us, to_us } = ask;
     let name = check_text("name", &name, 1..=120)?;
     if name.contains(['\n', '\t']) {
-        return Err(malformed("name: has several lines: write one"));
+        return Err(malformed(say("name: has several lines: write one")));
     }
     let people = check_text("people", &people, 0..=500)?;
     let purpose = check_text("purpose", &purpose, 0..=2_000)?;
@@ -207,18 +207,18 @@ fn checked(ask: MissionRequest) -> Result<MissionRequest> {
     vessels.sort_unstable();
     vessels.dedup();
     if !VESSELS.contains(&vessels.len()) {
-        return Err(malformed(format!("vessels: choose 1 to {} vessels", VESSELS.end())));
+        return Err(malformed(say("vessels: choose 1 to {most} vessels").with("most", VESSELS.end())));
     }
     for (field, time_us) in [("from_us", Some(from_us)), ("to_us", to_us)] {
         if let Some(time_us) = time_us.filter(|time_us| !TIMES_US.contains(time_us)) {
-            return Err(malformed(format!("{field}: {time_us} is not a time: give µs since 1970 UTC")));
+            return Err(malformed(not_a_time(field, time_us)));
         }
     }
     if to_us.is_some_and(|to_us| to_us <= from_us) {
-        return Err(malformed("to_us: the end is not after the beginning"));
+        return Err(malformed(say("to_us: the end is not after the beginning")));
     }
     if to_us.is_some_and(|to_us| to_us - from_us > LONGEST_US) {
-        return Err(malformed("to_us: a mission has a year at most: make several"));
+        return Err(malformed(say("to_us: a mission has a year at most: make several")));
     }
     Ok(MissionRequest { name, people, purpose, notes, vessels, from_us, to_us })
 }

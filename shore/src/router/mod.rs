@@ -14,7 +14,7 @@ pub use outbox::{AT_ONCE_BYTES, Outbox};
 use crate::clock::Clock;
 use crate::owners::{Duty, Owners};
 use crate::recorder::Recorder;
-use api::fixed;
+use api::say;
 use bytes::Bytes;
 use hub::{Counters, Delivery, Incoming, Peer, PeerId, PeerState, Settings, Telecommand, Transport};
 use imc::{Address, PacketView};
@@ -375,15 +375,13 @@ impl Task {
             if let Some(outbox) = outboxes.get(&peer) {
                 let Unsent { called_off, no_room } = outbox.push(packets);
                 unsent.extend(
-                    called_off
-                        .into_iter()
-                        .map(|id| (id, fixed("a stop was ordered before it could be sent"))),
+                    called_off.into_iter().map(|id| (id, say("a stop was ordered before it could be sent"))),
                 );
                 if !outbox.takes() {
                     full.insert(peer);
                 }
-                let deaf = fixed("NOT SENT: the connection to the vessel takes nothing at present");
-                unsent.extend(no_room.into_iter().map(|id| (id, deaf)));
+                let deaf = say("NOT SENT: the connection to the vessel takes nothing at present");
+                unsent.extend(no_room.into_iter().map(|id| (id, deaf.clone())));
             }
         });
         self.full.retain(|peer| {

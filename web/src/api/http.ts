@@ -32,6 +32,11 @@ export function reason(error: unknown): string {
   return t("The server cannot be reached.");
 }
 
+/** The same as the server said it in English, which names the field that it is about; empty for what it did not say. */
+export function inEnglish(error: unknown): string {
+  return error instanceof Refusal ? error.why.text : "";
+}
+
 export function getJson<T>(path: string, signal?: AbortSignal): Promise<T> {
   return get("ask", path, async (response) => (await response.json()) as T, signal);
 }

@@ -2198,7 +2198,11 @@ ordered: Ordered | null,
 /**
  * Why it was refused; null where it was not.
  */
-refused: string | null, };
+refused: string | null, 
+/**
+ * Of what pages make `refused` in their reader's language; absent where it is English only.
+ */
+says?: Wording, };
 
 export type Liveness = "live" | "late" | "stale" | "lost";
 

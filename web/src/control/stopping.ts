@@ -5,6 +5,7 @@ import { postStop, reason, Refusal, STOP_WANTED_MS } from "../api/http";
 import { anyOf } from "../api/signal";
 import type { LiveStop, LiveStopped, Ordered } from "../api/types.gen";
 import { newKey, windowKey } from "../state/window";
+import { worded } from "../words/words";
 
 /** A request that is not answered within this may hang: another is tried, ms. */
 const TRY_MS = 4_000;
@@ -102,7 +103,7 @@ export function createStopping(line: StopLine, vessel: number, news: StopNews): 
     heard(answer) {
       if (answer.key !== ask.key || answer.vessel !== vessel) return;
       if (answer.ordered) answered(answer.ordered);
-      else refused(answer.refused ?? "");
+      else refused(worded({ text: answer.refused ?? "", says: answer.says }));
     },
   };
 }

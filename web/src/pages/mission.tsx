@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import { render } from "preact";
-import { deleteAt, patchJson, reason } from "../api/http";
+import { deleteAt, inEnglish, patchJson, reason } from "../api/http";
 import type { LogNotes, Mission, MissionRequest, MissionChange, MissionSummary, MissionVessel, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { MissionForm } from "../components/missionform";
@@ -64,7 +64,7 @@ class Book {
       void this.learn();
       return undefined;
     } catch (error) {
-      return fieldOf(reason(error));
+      return fieldOf(reason(error), inEnglish(error));
     }
   };
 

@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import { render } from "preact";
-import { getJson, reason } from "../api/http";
+import { getJson, inEnglish, reason } from "../api/http";
 import type { Mission, Missions, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
@@ -68,7 +68,7 @@ async function create(draft: MissionDraft, waits: (tries: number) => void): Prom
     location.assign(`/missions/${made.id}`);
     return undefined;
   } catch (error) {
-    return fieldOf(reason(error));
+    return fieldOf(reason(error), inEnglish(error));
   }
 }
 

@@ -3,7 +3,7 @@
 import { effect, signal } from "@preact/signals";
 import { render } from "preact";
 import { toLonLat } from "ol/proj";
-import { patchJson, reason, Refusal } from "../api/http";
+import { inEnglish, patchJson, reason, Refusal } from "../api/http";
 import { resource } from "../api/resource";
 import { postUntilAnswered } from "../api/retry";
 import type { NoGoArea, NoGoAreaChange, NoGoAreaRequest, NoGoAreas, NoGoAreasRequest, PlanPlace } from "../api/types.gen";
@@ -33,6 +33,12 @@ const LIST = "/api/v1/no-go-areas?lifted=true";
 
 /** What is in the form: a new area, or one that is changed. */
 type Editing = { readonly of: NoGoArea | undefined };
+
+/** Why a file of areas is not taken, and which of them is meant. */
+function ofFile(error: unknown): string {
+  const number = error instanceof Refusal ? error.why.says?.values["area"] : undefined;
+  return number === undefined ? reason(error) : t("Area {number}: {why}", { number, why: reason(error) });
+}
 
 class NoGoPage {
   private readonly list = resource<NoGoAreas>();
@@ -130,7 +136,7 @@ class NoGoPage {
       return undefined;
     } catch (error) {
       if (of && error instanceof Refusal && error.status === 409) return this.takeUp(of);
-      return fieldOf(reason(error));
+      return fieldOf(reason(error), inEnglish(error));
     }
   }
 
@@ -150,7 +156,7 @@ class NoGoPage {
 
   /** Closes those of a file; why not, or nothing where it is done. */
   private async closeAll(areas: readonly NoGoAreaRequest[], waits: (tries: number) => void): Promise<string> {
-    const why = await this.post("/batch", { areas: [...areas] }, waits).then(() => "", reason);
+    const why = await this.post("/batch", { areas: [...areas] }, waits).then(() => "", ofFile);
     await this.ask();
     return why;
   }

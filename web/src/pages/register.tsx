@@ -2,7 +2,7 @@
 
 import { signal } from "@preact/signals";
 import { render } from "preact";
-import { deleteAt, postJson, putJson, reason } from "../api/http";
+import { deleteAt, inEnglish, postJson, putJson, reason } from "../api/http";
 import { resource } from "../api/resource";
 import type { Recorded, RegisterAnswer, RegisterEntry, RegisterKind } from "../api/types.gen";
 import { RegisterForm } from "../components/registerform";
@@ -41,7 +41,7 @@ class Page {
       if (entry) await putJson(`/api/v1/register/${entry.id}`, { revision: entry.revision, record }, PATIENCE_MS);
       else await postJson("/api/v1/register", PATIENCE_MS, record);
     } catch (error) {
-      return fieldOf(reason(error));
+      return fieldOf(reason(error), inEnglish(error));
     }
     this.close();
     await this.show();

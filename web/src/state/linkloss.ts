@@ -64,13 +64,25 @@ function deed(said: PartValues | undefined, name: string, planName: string): str
   return code === "run" && plan ? t("run plan {plan}", { plan }) : NEXT[code];
 }
 
-/** What it has begun to do; why that is not possible only its sentence says. */
-function now(said: PartValues | undefined, words: string): string | undefined {
+/** What a vessel says that has nothing to add to its codes: how it does something would be a part of its own. */
+const PLAIN = /^no console is heard; [^;]*; next: [^;]*$/;
+
+/** What it has begun to do, and its own sentence where that says more, such as how. */
+function now(told: PartValues | undefined, words: string): string | undefined {
+  const text = stands(told, words);
+  const more = text !== undefined && told?.values.get("stands") !== "waits" && words && !PLAIN.test(words);
+  return more ? `${text} ${t("Its words: {words}.", { words })}` : text;
+}
+
+/** How what it has begun to do stands; why that is not possible only its sentence says. */
+function stands(said: PartValues | undefined, words: string): string | undefined {
   const deedNow = deed(said, "now", "now_plan");
   if (deedNow === undefined) return undefined;
   switch (said?.values.get("stands")) {
     case "holds":
       return t("It does this now: {deed}.", { deed: deedNow });
+    case "outranked":
+      return t("Another of its safeguards, as strong or stronger, is in force now: {deed}.", { deed: deedNow });
     case "blind":
       return t("It waits for a position with its motors stopped, then does this: {deed}.", { deed: deedNow });
     case "waits":

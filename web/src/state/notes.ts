@@ -139,10 +139,10 @@ export function byDay(notes: readonly LogNote[]): readonly (readonly [string, re
   return [...days];
 }
 
-/** The field that the server's words are about, and the words; "" for none of the form's. */
-export function fieldOf(words: string): Wrong {
-  const [, field = "", text = words] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels|reason|corners): (.*)$/s.exec(words) ?? [];
-  return { field, text };
+/** The field that the server's words are about, which their English names, and the words without its name; "" for none of the form's. */
+export function fieldOf(words: string, english = words): Wrong {
+  const [, field = ""] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels|reason|corners): /.exec(english) ?? [];
+  return { field, text: field ? words.replace(/^\S+: /, "") : words };
 }
 
 /** The kind of what people wrote, among the entries of a vessel's own log book. */

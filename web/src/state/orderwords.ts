@@ -26,10 +26,10 @@ export function orderText(code: string): string {
   return ORDERS[code] ?? code;
 }
 
-/** What is said of a stage: why, or what the vessel said. */
+/** What is said of a stage: why, or what the vessel said, whose own words have no wording and stay as they are. */
 export function stepText({ text, says, late }: Pick<CommandStep, "text" | "says" | "late">): string {
-  if (!late) return worded({ text, says });
-  // Its English says so itself; a vessel's own words stay as they are.
+  if (!late) return says ? worded({ text, says }) : text;
+  // Its English says so itself.
   return text === "late" ? t("late") : says ? t("late: {why}", { why: worded({ text, says }) }) : text;
 }
 

@@ -36,10 +36,11 @@ const LAST_US = 9_007_199_254_740_991;
 
 /** A time as it is typed or picked, which is UTC here, µs since 1970; NaN for what is none. Seconds may be left out. */
 export function pickedUs(text: string): number {
-  const [, day, time] = /^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?)Z?$/i.exec(text.trim()) ?? [];
-  const ms = Date.parse(`${day}T${time}Z`);
+  const [, day, time, fraction = ""] = /^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d(?::\d\d(?:\.(\d{1,6}))?)?)Z?$/i.exec(text.trim()) ?? [];
+  // Browsers read milliseconds at most; what is finer is added.
+  const ms = Date.parse(`${day}T${time?.replace(/\..*/, "")}Z`);
   // There is no 30 February, which some browsers take for 2 March.
-  return day && Number.isFinite(ms) && new Date(ms).toISOString().startsWith(day) ? ms * 1_000 : NaN;
+  return day && Number.isFinite(ms) && new Date(ms).toISOString().startsWith(day) ? ms * 1_000 + Number(fraction.padEnd(6, "0")) : NaN;
 }
 
 /** As a time stands in a field. */
@@ -64,10 +65,12 @@ export function spanWrong(from: string, to: string): { readonly field: "from" | 
   return from && to && pickedUs(to) <= pickedUs(from) ? { field: "to", text: t("The end is not after the beginning.") } : undefined;
 }
 
-/** For the address of a file. */
+/** For the address of a file; with a fraction of a second where one was typed. */
 function instant(text: string): string {
   const us = pickedUs(text);
-  return Number.isFinite(us) ? `${picked(us).replace(" ", "T")}Z` : text;
+  if (!Number.isFinite(us)) return text;
+  const rest = ((us % 1e6) + 1e6) % 1e6;
+  return `${picked(us - rest).replace(" ", "T")}${rest ? `.${String(rest).padStart(6, "0")}` : ""}Z`;
 }
 
 /** The questions of a file in the form of CSV, without its way. */

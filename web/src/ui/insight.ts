@@ -5,7 +5,7 @@
 
 /** Keys that scroll wherever the focus is, and those that do so outside fields. */
 const SCROLL = new Set(["PageUp", "PageDown"]);
-const SCROLL_OUTSIDE = new Set(["ArrowUp", "ArrowDown", "Home", "End", " "]);
+const SCROLL_OUTSIDE = new Set(["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Home", "End", " "]);
 /** A fraction of a pixel is nothing, px. */
 const SLACK_PX = 1;
 
@@ -80,9 +80,22 @@ class FocusWatch {
     const { watched } = this;
     if (!watched || !(scroller instanceof Node) || !scroller.contains(watched)) return;
     const inside = scroller instanceof Element ? scroller.getBoundingClientRect() : windowInside();
-    const { top, bottom } = watched.getBoundingClientRect();
-    if (top < inside.top - SLACK_PX || bottom > inside.bottom + SLACK_PX) this.end();
+    if (isOutside(watched.getBoundingClientRect(), inside)) this.end();
   }
+}
+
+interface Sides {
+  readonly top: number;
+  readonly bottom: number;
+  readonly left: number;
+  readonly right: number;
+}
+
+/** Whether a part of it is out of sight; sideways that counts of what has room there. */
+function isOutside({ top, bottom, left, right }: Sides, inside: Sides): boolean {
+  if (top < inside.top - SLACK_PX || bottom > inside.bottom + SLACK_PX) return true;
+  const fits = right - left <= inside.right - inside.left;
+  return fits && (left < inside.left - SLACK_PX || right > inside.right + SLACK_PX);
 }
 
 /** Whether it stays where it is however far the page is scrolled. */
@@ -97,7 +110,7 @@ function padding(): { top: number; bottom: number } {
   return { top: Math.round(parseFloat(scrollPaddingTop) || 0), bottom: Math.round(parseFloat(scrollPaddingBottom) || 0) };
 }
 
-function windowInside(): { top: number; bottom: number } {
+function windowInside(): Sides {
   const { top, bottom } = padding();
-  return { top, bottom: innerHeight - bottom };
+  return { top, bottom: innerHeight - bottom, left: 0, right: innerWidth };
 }

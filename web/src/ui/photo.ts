@@ -1,6 +1,6 @@
 // Photos as phones make them are larger than a link at sea and the server take: they are made smaller before they are sent.
 
-import { putJson, reason } from "../api/http";
+import { inEnglish, putJson, reason } from "../api/http";
 import type { LogNote } from "../api/types.gen";
 import { fieldOf, PHOTO_BYTES, type Wrong } from "../state/notes";
 import { t } from "../words/words";
@@ -20,7 +20,7 @@ export async function sendPhoto(note: LogNote, photo: File): Promise<LogNote> {
 
 /** What failed, at the field that it is about. */
 export function wrongFrom(error: unknown): Wrong {
-  return error instanceof TooLarge ? { field: "photo", text: error.message } : fieldOf(reason(error));
+  return error instanceof TooLarge ? { field: "photo", text: error.message } : fieldOf(reason(error), inEnglish(error));
 }
 
 class TooLarge extends Error {}

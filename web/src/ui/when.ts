@@ -12,10 +12,13 @@ export type When = keyof typeof LIKE;
 /** Adds the calendar to a field of times; the field tells of what is chosen as of what is typed. */
 export function withCalendar(field: HTMLInputElement, kind: When): void {
   const picker = make("input", { type: kind === "day" ? "date" : "datetime-local", step: "1", class: "hidden", tabindex: "-1", "aria-hidden": "true" });
-  const open = make("button", { type: "button", class: "calendar", "aria-label": t("Choose in a calendar"), title: t("Choose in a calendar") });
+  const name = field.labels?.[0]?.textContent?.trim();
+  const open = make("button", { type: "button", class: "calendar", "aria-label": name ? t("Choose in a calendar: {field}", { field: name }) : t("Choose in a calendar"), title: t("Choose in a calendar") });
   open.append(icon("calendar"));
   open.addEventListener("click", () => {
-    picker.value = field.value.trim().replace(" ", "T").replace(/Z$/, "");
+    picker.value = field.value.trim().replace(" ", "T").replace(/(\.\d+)?Z?$/i, "");
+    // Where nothing is chosen a browser begins at its local time. A day chosen as it stands would give no event.
+    if (!picker.value && kind === "time") picker.value = new Date().toISOString().slice(0, 19);
     try {
       picker.showPicker();
     } catch {

@@ -36,7 +36,7 @@ export function fromServer(english: string, values?: Readonly<Record<string, Val
   return filled(said(english), values);
 }
 
-/** What the server says, by its wording; without one, a fixed sentence is its own, and what a vessel says stays as it is. */
+/** What the server says, by its wording; without one, a fixed sentence is its own. Not for what may be a vessel's own words. */
 export function worded({ text, says }: { readonly text: string; readonly says?: Wording | undefined }): string {
   return says ? fromServer(says.template, says.values) : fromServer(text);
 }

@@ -21,11 +21,18 @@ pub(super) fn next_values(outlook: Option<&Outlook>, acted: bool) -> Vec<(&'stat
     }
 }
 
-/// What a supervisor asked for, and how that stands. `blind`: the position is not known.
-pub(super) fn now_values(remedy: &Remedy, standing: Standing, blind: bool) -> Vec<(&'static str, String)> {
-    let mut values = remedy_values(("now", "now_plan"), remedy);
+/// What a supervisor asked for, and how that stands; where another's remedy runs `instead`, that one. `blind`: the position is
+/// not known.
+pub(super) fn now_values(
+    (remedy, standing): (&Remedy, Standing),
+    instead: Option<&Remedy>,
+    blind: bool,
+) -> Vec<(&'static str, String)> {
+    let deed = instead.unwrap_or(remedy);
+    let mut values = remedy_values(("now", "now_plan"), deed);
     let stands = match standing {
-        Standing::Holds if blind && *remedy != Remedy::Stop => "blind",
+        Standing::Holds if blind && *deed != Remedy::Stop => "blind",
+        Standing::Holds if instead.is_some() => "outranked",
         Standing::Holds => "holds",
         Standing::Waits(_) => "waits",
         Standing::AtRest => "at_rest",
@@ -44,5 +51,25 @@ fn remedy_values((name, plan): (&'static str, &'static str), remedy: &Remedy) ->
         Remedy::Stop => vec![(name, "stop".to_owned())],
         Remedy::Run { plan_id } if plan_id.contains(';') => Vec::new(),
         Remedy::Run { plan_id } => vec![(name, "run".to_owned()), (plan, plan_id.clone())],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_runs_in_place_of_a_demand_is_what_happens_now() {
+        let run = |plan: &str| Remedy::Run { plan_id: plan.to_owned() };
+        let coded = |standing, instead: Option<Remedy>, blind| {
+            let values = now_values((&run("berth"), standing), instead.as_ref(), blind);
+            values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(";")
+        };
+        assert_eq!(coded(Standing::Holds, None, false), "now=run;now_plan=berth;stands=holds");
+        let home = || Some(run("home"));
+        assert_eq!(coded(Standing::Holds, home(), false), "now=run;now_plan=home;stands=outranked");
+        assert_eq!(coded(Standing::Holds, home(), true), "now=run;now_plan=home;stands=blind");
+        assert_eq!(coded(Standing::Holds, Some(run("a;b")), false), "", "the sentence has it");
+        assert_eq!(coded(Standing::AtRest, None, false), "now=run;now_plan=berth;stands=at_rest");
     }
 }

@@ -96,7 +96,9 @@ fn a_weaker_remedy_does_not_replace_a_stronger_one() {
     sea.run(60.0);
     assert!(runs(&sea, "home"), "{:?}", sea.plan_state());
     assert!(says(&sea, Entity::Fuel, "run plan home: in force; next: hold station"));
-    assert!(says(&sea, Entity::LostComms, "hold station: in force"));
+    assert!(says(&sea, Entity::LostComms, "hold station: run plan home is in force instead"));
+    let coded = values(&sea, Entity::LostComms).pop().unwrap_or_default();
+    assert!(coded.ends_with(";now=run;now_plan=home;stands=outranked"), "{coded}");
 }
 
 #[test]

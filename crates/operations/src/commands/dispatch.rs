@@ -30,7 +30,7 @@ impl OrderLog for Commands {
                     command.sent = Some(now.mono);
                 }
             }
-            Dispatched::Refused(why) => self.refused(now, id, *why),
+            &Dispatched::Refused(why) => Self::refused(self, now, id, say(why)),
         }
     }
 
@@ -62,8 +62,8 @@ impl OrderLog for Commands {
         self.all.get(&id).is_some_and(|command| matches!(command.effect, Effect::Runs(_)))
     }
 
-    fn refused(&mut self, now: Now, id: CommandId, why: &str) {
-        Self::refused(self, now, id, why);
+    fn refused(&mut self, now: Now, id: CommandId, why: &'static str) {
+        Self::refused(self, now, id, say(why));
     }
 
     fn expired(&mut self, now: Now, id: CommandId) {
