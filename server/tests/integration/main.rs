@@ -17,6 +17,7 @@ mod imc_node;
 mod imcproxy;
 mod influx;
 mod kills;
+mod manual;
 mod mqtt;
 mod process;
 mod proxy;

@@ -1,0 +1,60 @@
+//! The manual's commands of `lutra-server` that are quick and harm nothing, run as they stand there, on a data folder of their own.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use testkit::manual::commands_of;
+
+/// What is run, by how it begins. The rest is held against the command line alone (`cli/mod.rs`): it needs charts, recordings
+/// or a boat.
+const RUN: [&[&str]; 9] = [
+    &["user", "passwd"],
+    &["config"],
+    &["token", "create"],
+    &["tls", "init"],
+    &["tls", "renew"],
+    &["register"],
+    &["detections", "export"],
+    &["fleet", "check"],
+    &["reindex"],
+];
+
+/// Runs it where `/etc/lutra` of the manual is the folder's own.
+fn run(words: &[String], folder: &Path) -> Output {
+    let etc = folder.join("etc").display().to_string();
+    let placed = words.iter().map(|word| word.replace("/etc/lutra", &etc));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lutra-server"));
+    command.args(placed).current_dir(folder).env("LUTRA_DATA", folder.join("data"));
+    command.output().unwrap()
+}
+
+fn words(line: &str) -> Vec<String> {
+    line.split(' ').map(str::to_owned).collect()
+}
+
+#[test]
+fn what_the_manual_tells_people_to_type_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let etc = folder.path().join("etc");
+    fs::create_dir(&etc).unwrap();
+    fs::write(etc.join("server.toml"), "").unwrap();
+    fs::copy(testkit::repository().join("deploy/fleet.example.toml"), etc.join("fleet.toml")).unwrap();
+    // The accounts that a first start and *Admin, People* make.
+    for line in ["user add admin --role admin", "user add anna --role researcher"] {
+        let made = run(&words(line), folder.path());
+        assert!(made.status.success(), "{line}: {}", String::from_utf8_lossy(&made.stderr));
+    }
+    let mut done = Vec::new();
+    for said in commands_of("lutra-server").into_iter().filter(|said| said.is_whole) {
+        let begins = RUN.iter().find(|begin| said.words[1..].iter().zip(**begin).filter(|(one, two)| one == *two).count() == begin.len());
+        let Some(begins) = begins else { continue };
+        // A chapter may name what a reader has and this folder has not.
+        let output = run(&said.words, folder.path());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {}\n{text}", said.place, said.words.join(" "));
+        done.push(begins.join(" "));
+    }
+    for begin in RUN {
+        assert!(done.contains(&begin.join(" ")), "the manual has no {begin:?} any more: take it from the list");
+    }
+}
