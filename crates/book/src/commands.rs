@@ -124,7 +124,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn found(text: &str) -> Vec<String> {
-        commands(text, &["imc", "make"]).iter().map(|one| format!("{}: {}", one.line, one.words.join("|"))).collect()
+        commands(text, &["imc", "make"])
+            .iter()
+            .map(|one| format!("{}: {}", one.line, one.words.join("|")))
+            .collect()
     }
 
     #[test]
@@ -132,14 +135,24 @@ mod tests {
         let text = "# T\n\n```console\n$ imc decode 'a b.lsf' | head   # the first\n{\"id\": 1}\n\
                     $ sudo -u lutra imc info \\\n    Abort > file.txt\n```\n\n```sh\nLUTRA_LOG=debug make demo && imc list\n```\n\n\
                     ```toml\nimc = 1\n```\n";
-        assert_eq!(found(text), ["4: imc|decode|a b.lsf", "6: imc|info|Abort", "11: make|demo", "11: imc|list"]);
+        assert_eq!(
+            found(text),
+            ["4: imc|decode|a b.lsf", "6: imc|info|Abort", "11: make|demo", "11: imc|list"]
+        );
         assert!(commands(text, &["imc"]).iter().all(|one| one.is_whole));
     }
 
     #[test]
     fn commands_in_running_text_are_not_whole() {
         let all = commands("See `imc info NAME` or `the imc`.\n", &["imc"]);
-        assert_eq!(all, [Command { words: ["imc", "info", "NAME"].map(str::to_owned).to_vec(), is_whole: false, line: 1 }]);
+        assert_eq!(
+            all,
+            [Command {
+                words: ["imc", "info", "NAME"].map(str::to_owned).to_vec(),
+                is_whole: false,
+                line: 1
+            }]
+        );
     }
 
     proptest! {

@@ -80,9 +80,8 @@ impl Book {
                 book.problems.push(format!("SUMMARY.md names {}, which is missing", entry.file));
                 continue;
             };
-            let Rendered { html, sections, links: found, problems } = render::chapter(&source.text, |target| {
-                address(base, &named, source.is_included, target)
-            });
+            let Rendered { html, sections, links: found, problems } =
+                render::chapter(&source.text, |target| address(base, &named, source.is_included, target));
             book.problems.extend(problems.into_iter().map(|problem| format!("{}: {problem}", entry.file)));
             links.extend(found.into_iter().map(|link| (entry.file.clone(), source.is_included, link)));
             book.chapters.push(Chapter {
@@ -126,7 +125,12 @@ impl Book {
     }
 
     /// Notes links that lead nowhere and names that are there twice.
-    fn judge(&mut self, files: &impl Files, named: &BTreeMap<String, String>, links: &[(String, bool, Link)]) {
+    fn judge(
+        &mut self,
+        files: &impl Files,
+        named: &BTreeMap<String, String>,
+        links: &[(String, bool, Link)],
+    ) {
         let mut names = BTreeSet::new();
         let mut wrong = Vec::new();
         for chapter in &self.chapters {
@@ -184,7 +188,12 @@ fn within(path: &str, is_included: bool) -> &str {
 }
 
 /// Where a link goes in a browser; `None` for what is no link in the book.
-fn address(base: &str, named: &BTreeMap<String, String>, is_included: bool, target: &Target) -> Option<String> {
+fn address(
+    base: &str,
+    named: &BTreeMap<String, String>,
+    is_included: bool,
+    target: &Target,
+) -> Option<String> {
     match target {
         Target::Outside(address) => Some(address.clone()),
         Target::Here(anchor) => Some(format!("#{anchor}")),
@@ -213,7 +222,10 @@ mod tests {
     fn chapters_come_in_the_order_of_the_summary_with_their_parts() {
         let book = book(&[
             ("SUMMARY.md", "# Summary\n\n[Welcome](welcome.md)\n\n# At sea\n\n- [Alarms](alarms.md)\n"),
-            ("welcome.md", "# Welcome\n\nSee [the battery](alarms.md#battery) and ![a boat](pictures/boat.webp)."),
+            (
+                "welcome.md",
+                "# Welcome\n\nSee [the battery](alarms.md#battery) and ![a boat](pictures/boat.webp).",
+            ),
             ("alarms.md", "# Alarms\n\n## Battery low {#battery}\n\nBring it home. [Top](#alarms)"),
             ("pictures/boat.webp", "RIFF"),
         ]);
@@ -222,7 +234,9 @@ mod tests {
         assert_eq!(names, [("welcome", ""), ("alarms", "At sea")]);
         assert!(book.chapters()[0].html.contains(r#"<a href="/help/alarms#battery">the battery</a>"#));
         assert!(book.chapters()[0].html.contains(r#"<img src="/help/pictures/boat.webp" alt="a boat" />"#));
-        assert!(book.leads("alarms", "battery") && book.leads("alarms", "") && !book.leads("alarms", "motor"));
+        assert!(
+            book.leads("alarms", "battery") && book.leads("alarms", "") && !book.leads("alarms", "motor")
+        );
         assert_eq!(book.position("alarms"), Some(1));
     }
 
@@ -230,13 +244,21 @@ mod tests {
     fn links_that_lead_nowhere_are_named() {
         let book = book(&[
             ("SUMMARY.md", "- [A](a.md)\n- [B](b.md)\n- [C](c.md)\n"),
-            ("a.md", "# A\n\n[x](b.md#none) [y](none.md) [z](#none) ![p](pictures/none.png) [ok](https://x.org)"),
+            (
+                "a.md",
+                "# A\n\n[x](b.md#none) [y](none.md) [z](#none) ![p](pictures/none.png) [ok](https://x.org)",
+            ),
             ("b.md", "# B\n\n## Twice\n\n## Twice\n"),
         ]);
         let said = book.problems().join("\n");
-        for wrong in
-            ["b.md#none", "none.md", "#none", "pictures/none.png", "c.md, which is missing", "the anchor twice"]
-        {
+        for wrong in [
+            "b.md#none",
+            "none.md",
+            "#none",
+            "pictures/none.png",
+            "c.md, which is missing",
+            "the anchor twice",
+        ] {
             assert!(said.contains(wrong), "{wrong} in\n{said}");
         }
         assert_eq!(book.problems().len(), 6, "{said}");
@@ -247,7 +269,10 @@ mod tests {
         let book = book(&[
             ("SUMMARY.md", "- [Topics](topics.md)\n- [Alarms](alarms.md)\n"),
             ("topics.md", "{{#include ../../topics.md}}\n"),
-            ("../../topics.md", "# Topics\n\n[code](../server/README.md), [alarms](book/src/alarms.md#alarms)"),
+            (
+                "../../topics.md",
+                "# Topics\n\n[code](../server/README.md), [alarms](book/src/alarms.md#alarms)",
+            ),
             ("alarms.md", "# Alarms\n"),
         ]);
         assert_eq!(book.problems(), &[] as &[String]);

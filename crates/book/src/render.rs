@@ -60,7 +60,8 @@ pub(crate) struct Rendered {
 pub(crate) fn chapter(text: &str, address: impl Fn(&Target) -> Option<String>) -> Rendered {
     let options = Options::ENABLE_TABLES | Options::ENABLE_HEADING_ATTRIBUTES;
     let events: Vec<_> = Parser::new_ext(text, options).collect();
-    let mut writer = Writer { address, sections: Vec::new(), links: Vec::new(), problems: Vec::new(), plain: 0 };
+    let mut writer =
+        Writer { address, sections: Vec::new(), links: Vec::new(), problems: Vec::new(), plain: 0 };
     let mut made = Vec::with_capacity(events.len());
     for (at, event) in events.iter().enumerate() {
         // What is wider than the page scrolls by itself, also by keyboard.
@@ -101,14 +102,24 @@ impl<A: Fn(&Target) -> Option<String>> Writer<A> {
                 let anchor = id.as_ref().map_or_else(|| slug(&heading), ToString::to_string);
                 let id = Some(CowStr::from(anchor.clone()));
                 self.sections.push(Section { anchor, level: *level as u8, heading, text: String::new() });
-                Event::Start(Tag::Heading { level: *level, id, classes: classes.clone(), attrs: attrs.clone() })
+                Event::Start(Tag::Heading {
+                    level: *level,
+                    id,
+                    classes: classes.clone(),
+                    attrs: attrs.clone(),
+                })
             }
             Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
                 let Some(dest_url) = self.link(*link_type, dest_url, false) else {
                     self.plain += 1;
                     return None;
                 };
-                Event::Start(Tag::Link { link_type: *link_type, dest_url, title: title.clone(), id: id.clone() })
+                Event::Start(Tag::Link {
+                    link_type: *link_type,
+                    dest_url,
+                    title: title.clone(),
+                    id: id.clone(),
+                })
             }
             Event::End(TagEnd::Link) if self.plain > 0 => {
                 self.plain -= 1;
@@ -116,7 +127,12 @@ impl<A: Fn(&Target) -> Option<String>> Writer<A> {
             }
             Event::Start(Tag::Image { link_type, dest_url, title, id }) => {
                 let dest_url = self.link(*link_type, dest_url, true).unwrap_or_default();
-                Event::Start(Tag::Image { link_type: *link_type, dest_url, title: title.clone(), id: id.clone() })
+                Event::Start(Tag::Image {
+                    link_type: *link_type,
+                    dest_url,
+                    title: title.clone(),
+                    id: id.clone(),
+                })
             }
             Event::Start(Tag::CodeBlock(kind)) => Event::Html(begin_of_code(kind).into()),
             Event::End(TagEnd::CodeBlock) => Event::Html("</code></pre>\n".into()),
@@ -210,10 +226,14 @@ mod tests {
 
     #[test]
     fn headings_have_anchors_and_sections_have_their_words() {
-        let rendered = plain("# The `imc` tool\n\nBefore.\n\n## What is *it*?\n\nA\ntool.\n\n## Known {#k}\n");
+        let rendered =
+            plain("# The `imc` tool\n\nBefore.\n\n## What is *it*?\n\nA\ntool.\n\n## Known {#k}\n");
         assert!(rendered.html.contains("<h1 id=\"the-imc-tool\">The <code>imc</code> tool</h1>"));
         let anchors: Vec<_> = rendered.sections.iter().map(|one| (&*one.anchor, &*one.heading)).collect();
-        assert_eq!(anchors, [("the-imc-tool", "The imc tool"), ("what-is-it", "What is it?"), ("k", "Known")]);
+        assert_eq!(
+            anchors,
+            [("the-imc-tool", "The imc tool"), ("what-is-it", "What is it?"), ("k", "Known")]
+        );
         assert!(rendered.sections[1].text.contains("A tool."), "{}", rendered.sections[1].text);
         assert!(rendered.problems.is_empty());
     }
@@ -221,9 +241,15 @@ mod tests {
     #[test]
     fn what_is_wider_than_the_page_scrolls_and_is_reached_by_keyboard() {
         let html = plain("# T\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\n```console\n$ make <x>\n```\n").html;
-        assert!(html.contains("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"T\"><table>"), "{html}");
+        assert!(
+            html.contains("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"T\"><table>"),
+            "{html}"
+        );
         assert!(html.contains("</table>\n</div>"), "{html}");
-        assert!(html.contains("<pre tabindex=\"0\"><code class=\"language-console\">$ make &lt;x&gt;"), "{html}");
+        assert!(
+            html.contains("<pre tabindex=\"0\"><code class=\"language-console\">$ make &lt;x&gt;"),
+            "{html}"
+        );
     }
 
     #[test]

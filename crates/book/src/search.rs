@@ -56,7 +56,8 @@ fn found<'a>(chapter: &'a Chapter, section: &'a Section, word: &str) -> Found<'a
 /// Some words of `text` around `word`, which is in small letters.
 fn excerpt(text: &str, word: &str) -> String {
     let letters: Vec<char> = text.split_whitespace().collect::<Vec<_>>().join(" ").chars().collect();
-    let small: Vec<char> = letters.iter().map(|letter| letter.to_lowercase().next().unwrap_or(*letter)).collect();
+    let small: Vec<char> =
+        letters.iter().map(|letter| letter.to_lowercase().next().unwrap_or(*letter)).collect();
     let wanted: Vec<char> = word.chars().collect();
     let Some(at) = small.windows(wanted.len().max(1)).position(|part| part == wanted) else {
         return String::new();
@@ -109,7 +110,9 @@ mod tests {
     fn an_excerpt_shows_the_word_between_whole_words() {
         let text = format!("{} battery {}", "before ".repeat(30), "after ".repeat(60));
         let shown = excerpt(&text, "battery");
-        assert!(shown.starts_with("… before") && shown.contains(" battery after") && shown.ends_with("after …"));
+        assert!(
+            shown.starts_with("… before") && shown.contains(" battery after") && shown.ends_with("after …")
+        );
         assert!(shown.chars().count() < EXCERPT + 5);
     }
 

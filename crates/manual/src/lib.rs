@@ -96,7 +96,9 @@ mod tests {
     fn a_command_that_the_program_does_not_take_is_refused_with_the_reason() {
         let place = Arg::new("place").required(true);
         let speed = Arg::new("speed").long("speed").value_parser(clap::value_parser!(u8));
-        let program = Command::new("boat").subcommand_required(true).subcommand(Command::new("sail").arg(place).arg(speed));
+        let program = Command::new("boat")
+            .subcommand_required(true)
+            .subcommand(Command::new("sail").arg(place).arg(speed));
         let judge = |line: &str, is_whole| {
             let words: Vec<_> = line.split(' ').map(str::to_owned).collect();
             accepts(&program, &words, is_whole)
@@ -104,7 +106,9 @@ mod tests {
         for good in ["boat sail home", "boat sail home --speed 2", "boat --help", "boat sail --help"] {
             assert_eq!(judge(good, true), Ok(()), "{good}");
         }
-        for bad in ["boat", "boat sail", "boat swim", "boat sail home --spede 2", "boat sail home --speed fast"] {
+        for bad in
+            ["boat", "boat sail", "boat swim", "boat sail home --spede 2", "boat sail home --speed fast"]
+        {
             assert!(judge(bad, true).is_err(), "{bad}");
         }
         for good in ["boat", "boat sail", "boat sail --speed", "boat COMMAND", "boat … --help"] {

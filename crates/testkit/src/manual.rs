@@ -21,7 +21,8 @@ fn documents() -> Vec<PathBuf> {
     let in_folder = |folder: PathBuf| {
         let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
         let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
-        let mut pages: Vec<_> = paths.filter(|path| path.extension().is_some_and(|one| one == "md")).collect();
+        let mut pages: Vec<_> =
+            paths.filter(|path| path.extension().is_some_and(|one| one == "md")).collect();
         pages.sort();
         pages
     };

@@ -184,7 +184,8 @@ mod tests {
     fn files(folder: &FilePath, endings: &[&str]) -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         let within = entries.flat_map(|path| if path.is_dir() { files(&path, endings) } else { vec![path] });
-        let fits = |path: &PathBuf| path.extension().is_some_and(|one| endings.iter().any(|ending| one == *ending));
+        let fits =
+            |path: &PathBuf| path.extension().is_some_and(|one| endings.iter().any(|ending| one == *ending));
         within.filter(fits).collect()
     }
 
@@ -192,7 +193,10 @@ mod tests {
     fn pages_link_to_what_the_book_has() {
         let (book, root) = (book(), testkit::repository());
         let mut links = 0;
-        for path in [files(&root.join("web/src"), &["ts", "tsx"]), files(&root.join("server/templates"), &["html"])].concat() {
+        for path in
+            [files(&root.join("web/src"), &["ts", "tsx"]), files(&root.join("server/templates"), &["html"])]
+                .concat()
+        {
             let text = fs::read_to_string(&path).unwrap();
             for rest in text.split("/help/").skip(1) {
                 let address: String = rest.chars().take_while(|one| !"\"'`?<> ".contains(*one)).collect();
@@ -202,7 +206,11 @@ mod tests {
                     continue;
                 }
                 let anchor = if anchor.starts_with(['{', '$']) { "" } else { anchor };
-                assert!(book.leads(name, anchor), "{} links to /help/{address}, which is not there", path.display());
+                assert!(
+                    book.leads(name, anchor),
+                    "{} links to /help/{address}, which is not there",
+                    path.display()
+                );
                 links += 1;
             }
         }

@@ -46,7 +46,9 @@ fn what_the_manual_tells_people_to_type_works() {
     }
     let mut done = Vec::new();
     for said in commands_of("lutra-server").into_iter().filter(|said| said.is_whole) {
-        let begins = RUN.iter().find(|begin| said.words[1..].iter().zip(**begin).filter(|(one, two)| one == *two).count() == begin.len());
+        let begins = RUN.iter().find(|begin| {
+            said.words[1..].iter().zip(**begin).filter(|(one, two)| one == *two).count() == begin.len()
+        });
         let Some(begins) = begins else { continue };
         // A chapter may name what a reader has and this folder has not.
         let output = run(&said.words, folder.path());
@@ -55,6 +57,9 @@ fn what_the_manual_tells_people_to_type_works() {
         done.push(begins.join(" "));
     }
     for begin in RUN {
-        assert!(done.contains(&begin.join(" ")), "the manual has no {begin:?} any more: take it from the list");
+        assert!(
+            done.contains(&begin.join(" ")),
+            "the manual has no {begin:?} any more: take it from the list"
+        );
     }
 }
