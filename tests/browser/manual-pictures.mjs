@@ -8,7 +8,7 @@ import { check, inBrowser, logIn } from "./browser.mjs";
 import { withDemo } from "./demoserver.mjs";
 
 const [program, ...only] = process.argv.slice(2);
-const [BOOK, PLAIN, VESSEL, PATIENCE_MS] = ["docs/book/src/pictures", "target/manual-pictures", "otter-1", 300_000];
+const [BOOK, PLAIN, VESSEL, PATIENCE_MS] = ["docs/book/src/pictures", "target/manual-pictures", "otter-1", 60_000];
 const [DESK, PHONE] = [{ width: 1200, height: 760 }, { width: 390, height: 844 }];
 /** Bytes of a picture, for who reads the manual by a bad 4G. */
 const MOST = 60_000;
@@ -37,8 +37,8 @@ const PICTURES = {
     await page.getByRole("button", { name: "Take control", exact: true }).click();
     await page.getByText("You have control of this vessel.").waitFor();
   },
-  plan: async ({ page }) => {
-    await page.getByRole("link", { name: "Plans", exact: true }).click();
+  plan: async ({ page, url }) => {
+    await page.goto(`${url}/plans`);
     await page.getByRole("button", { name: "New plan" }).click();
     await page.getByRole("button", { name: "Path", exact: true }).click();
     const box = await page.locator(".map").boundingBox();
@@ -51,8 +51,8 @@ const PICTURES = {
     await page.goto(`${url}/missions/${id}`);
     await page.getByText("Area covered").waitFor();
   },
-  detections: async ({ page }) => {
-    await page.getByRole("link", { name: "Detections", exact: true }).click();
+  detections: async ({ page, url }) => {
+    await page.goto(`${url}/detections`);
     await page.getByRole("region", { name: "Detections" }).getByRole("row").nth(3).waitFor();
   },
   explorer: async ({ page, url }) => {
@@ -60,7 +60,7 @@ const PICTURES = {
     await page.getByText("Hours listened").first().waitFor();
   },
   alarms: async ({ page }) => {
-    await page.locator('#alarms[data-priority="warning"], #alarms[data-priority="alarm"]').waitFor();
+    await page.locator('#alarms[data-priority="warning"], #alarms[data-priority="alarm"]').waitFor({ timeout: 4 * PATIENCE_MS });
     await page.locator("#alarms .open").click();
     await page.locator('#alarm-list [data-alarm="not_heard"]').getByText("How to recover").waitFor();
   },

@@ -126,7 +126,7 @@ impl<A: Fn(&Target) -> Option<String>> Writer<A> {
                 return None;
             }
             Event::Start(Tag::Image { link_type, dest_url, title, id }) => {
-                let dest_url = self.link(*link_type, dest_url, true).unwrap_or_default();
+                let dest_url = self.link(*link_type, dest_url, true).unwrap_or_else(|| CowStr::from(""));
                 Event::Start(Tag::Image {
                     link_type: *link_type,
                     dest_url,
