@@ -43,13 +43,8 @@ const PICTURES = {
     await page.getByRole("button", { name: "Path", exact: true }).click();
     const box = await page.locator(".map").boundingBox();
     for (const [x, y] of [[0.35, 0.35], [0.6, 0.4], [0.6, 0.65]]) await page.locator(".map").click({ position: { x: box.width * x, y: box.height * y } });
-    await page.getByText(/^(Safe|Partly checked|Not safe)/).first().waitFor();
-  },
-  mission: async ({ page, url }) => {
-    const now = Date.now() * 1e3;
-    const { id } = await post(page, "/api/v1/missions", { name: "Release of smolt", people: "Anna, Ole", purpose: "Follow the release for an hour", notes: "", vessels: await vessels(page), from_us: now - 3_600_000_000, to_us: now });
-    await page.goto(`${url}/missions/${id}`);
-    await page.getByText("Area covered").waitFor();
+    // What was drawn last is judged, and kept.
+    await page.waitForFunction(() => /Least depth on track|Safe|Partly checked|Not safe/.test(document.body.innerText) && !/Checking|Keeping|^0 m/m.test(document.body.innerText));
   },
   detections: async ({ page, url }) => {
     await page.goto(`${url}/detections`);
@@ -62,7 +57,13 @@ const PICTURES = {
   alarms: async ({ page }) => {
     await page.locator('#alarms[data-priority="warning"], #alarms[data-priority="alarm"]').waitFor({ timeout: 4 * PATIENCE_MS });
     await page.locator("#alarms .open").click();
-    await page.locator('#alarm-list [data-alarm="not_heard"]').getByText("How to recover").waitFor();
+    await page.locator('#alarm-list [data-alarm="not_heard"]').getByText("How to recover").waitFor({ timeout: 4 * PATIENCE_MS });
+  },
+  mission: async ({ page, url }) => {
+    const now = Date.now() * 1e3;
+    const { id } = await post(page, "/api/v1/missions", { name: "Release of smolt", people: "Anna, Ole", purpose: "Follow the release for an hour", notes: "", vessels: await vessels(page), from_us: now - 3_600_000_000, to_us: now });
+    await page.goto(`${url}/missions/${id}`);
+    await page.getByRole("region", { name: "Summary" }).getByRole("row", { name: /^otter-1/ }).waitFor();
   },
   // Last: what is closed may be in the way of an Otter.
   "no-go": async ({ page, url }) => {
@@ -109,7 +110,7 @@ async function take({ page, blank, url, name }) {
 const names = Object.keys(PICTURES).filter((name) => !only.length || only.includes(name));
 check(names.length === (only.length || names.length), `There are these pictures: ${Object.keys(PICTURES).join(", ")}`);
 for (const folder of [BOOK, PLAIN]) await mkdir(folder, { recursive: true });
-await withDemo(program, ["--otters", "2", "--cut-after", "120", "--cut-for", "40"], ({ url, password }) =>
+await withDemo(program, ["--otters", "2", "--cut-after", "90", "--cut-for", "40"], ({ url, password }) =>
   inBrowser(async (open) => {
     const [page, blank] = [await open(), await open()];
     page.context().setDefaultTimeout(PATIENCE_MS);

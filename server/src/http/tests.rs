@@ -88,7 +88,13 @@ impl Shore {
         let running = Opened::open(config.shore(), clock).unwrap().assemble().await.unwrap();
         let metrics = serve::figures();
         let shore = running.shore.clone();
-        let state = AppState { config: Arc::new(config), shore, backup: Watched::new(), metrics, manual: Manual::default() };
+        let state = AppState {
+            config: Arc::new(config),
+            shore,
+            backup: Watched::new(),
+            metrics,
+            manual: Manual::default(),
+        };
         let people = state.shore.people.clone();
         let first = running.first_admin;
         let first_password = first.unwrap().one_time_password;
