@@ -2,7 +2,7 @@
 //!
 //! Text comes in by a function, so that a program can carry the book within itself. [`Book::read`] always gives a book: what is
 //! wrong with it (a link that leads nowhere, a file that is missing) stands in [`Book::problems`], for tests to fail on.
-//! [`commands`] finds the commands that a chapter tells people to type.
+//! [`commands()`] finds the commands that a chapter tells people to type.
 
 mod commands;
 mod render;

@@ -467,7 +467,7 @@ async fn help_is_one_key_away() {
 }
 
 /// The manual before the login, each chapter at a desk and on a phone, its search, and the way from an alarm to its section.
-/// Takes some 20 s: it looks at every chapter.
+/// Takes long, for it looks at every chapter.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_manual_is_read_by_anyone_and_reached_from_alarms() {
     before_a_boat("manual.mjs").await;
