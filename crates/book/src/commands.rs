@@ -90,14 +90,13 @@ fn split(line: &str) -> Vec<String> {
     for letter in line.chars() {
         match (letter, quote) {
             (one, Some(open)) if one == open => quote = None,
-            (one, Some(_)) => word.push(one),
             ('\'' | '"', None) => (quote, begun) = (Some(letter), true),
             ('#', None) if word.is_empty() && !begun => break,
             (one, None) if one.is_whitespace() => {
                 all.extend((begun || !word.is_empty()).then(|| std::mem::take(&mut word)));
                 begun = false;
             }
-            (one, None) => word.push(one),
+            (one, _) => word.push(one),
         }
     }
     all.extend((begun || !word.is_empty()).then_some(word));
