@@ -106,3 +106,18 @@ fn run(command: &Command, out: &mut Output) -> anyhow::Result<Outcome> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_of_the_manual_is_one_that_the_program_takes() {
+        let wrong = testkit::manual::commands_of("imc").into_iter().filter_map(|said| {
+            let why = manual::accepts(&Cli::command(), &said.words, said.is_whole).err()?;
+            Some(format!("{}: {}\n{why}", said.place, said.words.join(" ")))
+        });
+        let wrong: Vec<_> = wrong.collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+}

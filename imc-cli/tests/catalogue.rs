@@ -108,3 +108,18 @@ fn pipes_get_no_colour_and_help_is_worth_reading() {
         assert!(help.contains("Examples:") && !help.contains('\x1b'), "{subcommand}");
     }
 }
+
+/// The manual's own questions about messages and systems, asked as they stand there.
+#[test]
+fn what_the_manual_asks_is_answered() {
+    let mut asked = 0;
+    for said in testkit::manual::commands_of("imc").into_iter().filter(|said| said.is_whole) {
+        let words: Vec<&str> = said.words[1..].iter().map(String::as_str).collect();
+        if ["info", "list", "address"].contains(&words[0]) {
+            let finished = run(&words, b"");
+            assert_eq!(finished.status, 0, "{}: {words:?}\n{}", said.place, finished.stderr);
+            asked += 1;
+        }
+    }
+    assert!(asked >= 2, "{asked} questions");
+}

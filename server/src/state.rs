@@ -2,6 +2,7 @@
 
 use crate::backups::Watched;
 use crate::config::Config;
+use crate::pages::Manual;
 use metrics_exporter_prometheus::PrometheusHandle;
 use shore::Shore;
 use std::sync::Arc;
@@ -17,4 +18,6 @@ pub(crate) struct AppState {
     pub(crate) backup: Watched,
     /// Metrics for Prometheus.
     pub(crate) metrics: PrometheusHandle,
+    /// The manual that the pages link to.
+    pub(crate) manual: Manual,
 }

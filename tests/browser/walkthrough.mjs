@@ -1,12 +1,10 @@
 // Tasks of an operator and of a biologist with their clicks counted and pictures of each step: node walkthrough.mjs LUTRA-SERVER
 // [TASK ...], as `scripts/walkthrough` starts it. Says what each task took; judges nothing.
 
-import { spawn } from "node:child_process";
-import { once } from "node:events";
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
-import { createInterface } from "node:readline";
 import { inBrowser, logIn, SIZES } from "./browser.mjs";
+import { withDemo } from "./demoserver.mjs";
 
 const [program, ...only] = process.argv.slice(2);
 const [FOLDER, VESSEL, PATIENCE_MS] = ["target/walkthrough", "otter-1", 60_000];
@@ -106,14 +104,7 @@ if (unknown.length) {
   process.exit(2);
 }
 await mkdir(FOLDER, { recursive: true });
-const demo = spawn(program, ["demo", "--otters", "2", "--no-cut", "--listen", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
-try {
-  let [url, password] = ["", ""];
-  for await (const line of createInterface({ input: demo.stdout })) {
-    const told = /^server\s+(\S+)\s+log in as admin with the password (\S+)/.exec(line);
-    if (told) [, url, password] = told;
-    if (/otter-1\s+sails/.test(line)) break;
-  }
+await withDemo(program, ["--otters", "2", "--no-cut"], async ({ url, password }) => {
   await inBrowser(async (open) => {
     const page = await open();
     page.context().setDefaultTimeout(PATIENCE_MS);
@@ -121,7 +112,4 @@ try {
     for (const [name, task] of Object.entries(TASKS)) if (!only.length || only.includes(name)) await walk(page, url, name, task);
   });
   console.log(`Pictures: ${FOLDER}`);
-} finally {
-  demo.kill("SIGTERM");
-  await once(demo, "exit");
-}
+});

@@ -226,3 +226,18 @@ fn check(path: &std::path::Path, profile: &str, data: Option<&std::path::Path>, 
     }
     if fails { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_of_the_manual_is_one_that_the_program_takes() {
+        let wrong = testkit::manual::commands_of("lutra-agent").into_iter().filter_map(|said| {
+            let why = manual::accepts(&Arguments::command(), &said.words, said.is_whole).err()?;
+            Some(format!("{}: {}\n{why}", said.place, said.words.join(" ")))
+        });
+        let wrong: Vec<_> = wrong.collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+}

@@ -33,6 +33,43 @@ pub fn write(program: &Command, folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// Whether a program takes a command that a document names, `words[0]` being the program. In running text (not `is_whole`) only
+/// subcommands and flags are looked at: what must follow may be left out, and `NAME` or `…` may stand for it.
+///
+/// # Errors
+/// Why the program does not take it.
+pub fn accepts(program: &Command, words: &[String], is_whole: bool) -> Result<(), String> {
+    if !is_whole {
+        return knows(program, words);
+    }
+    match program.clone().try_get_matches_from(words) {
+        Err(error) if error.use_stderr() => Err(error.to_string()),
+        _ => Ok(()),
+    }
+}
+
+/// Whether the subcommands and flags of a command are known.
+fn knows(program: &Command, words: &[String]) -> Result<(), String> {
+    let mut program = program.clone();
+    program.build();
+    let mut command = &program;
+    let stands_for = |word: &str| word.contains(['…', '|', '.']) || word.chars().any(char::is_uppercase);
+    for word in words.iter().skip(1) {
+        if let Some(flag) = word.strip_prefix("--") {
+            let name = flag.split('=').next().unwrap_or_default();
+            let known = command.get_arguments().any(|one| one.get_long() == Some(name));
+            if !known && name != "help" && !stands_for(name) {
+                return Err(format!("{} has no flag --{name}", command.get_name()));
+            }
+        } else if let Some(next) = command.find_subcommand(word) {
+            command = next;
+        } else if command.has_subcommands() && !word.starts_with('-') && !stands_for(word) {
+            return Err(format!("{} has no command {word}", command.get_name()));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +89,33 @@ mod tests {
         assert!(!folder.path().join("man/boat-secret.1").exists());
         for path in ["bash/boat.bash", "zsh/_boat", "fish/boat.fish"] {
             assert!(read(path).contains("speed"), "{path}");
+        }
+    }
+
+    #[test]
+    fn a_command_that_the_program_does_not_take_is_refused_with_the_reason() {
+        let place = Arg::new("place").required(true);
+        let speed = Arg::new("speed").long("speed").value_parser(clap::value_parser!(u8));
+        let program = Command::new("boat")
+            .subcommand_required(true)
+            .subcommand(Command::new("sail").arg(place).arg(speed));
+        let judge = |line: &str, is_whole| {
+            let words: Vec<_> = line.split(' ').map(str::to_owned).collect();
+            accepts(&program, &words, is_whole)
+        };
+        for good in ["boat sail home", "boat sail home --speed 2", "boat --help", "boat sail --help"] {
+            assert_eq!(judge(good, true), Ok(()), "{good}");
+        }
+        for bad in
+            ["boat", "boat sail", "boat swim", "boat sail home --spede 2", "boat sail home --speed fast"]
+        {
+            assert!(judge(bad, true).is_err(), "{bad}");
+        }
+        for good in ["boat", "boat sail", "boat sail --speed", "boat COMMAND", "boat … --help"] {
+            assert_eq!(judge(good, false), Ok(()), "{good}");
+        }
+        for bad in ["boat swim", "boat sail --spede"] {
+            assert!(judge(bad, false).is_err(), "{bad}");
         }
     }
 }

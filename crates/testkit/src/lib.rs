@@ -5,9 +5,11 @@
 //! the folder is absent.
 //!
 //! It may read files and start programs, and decides nothing: [`shared`] gives recordings, [`browser`] runs Chromium,
-//! [`ServiceManager`] replaces systemd, [`Need`] and [`absent`] say what a test lacks.
+//! [`manual`] gives the commands that documents name, [`ServiceManager`] replaces systemd, [`Need`] and [`absent`] say what a test
+//! lacks.
 
 pub mod browser;
+pub mod manual;
 mod needs;
 mod numbers;
 pub mod sea;

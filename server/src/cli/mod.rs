@@ -242,6 +242,16 @@ mod tests {
     use anyhow::Context as _;
 
     #[test]
+    fn every_command_of_the_manual_is_one_that_the_program_takes() {
+        let wrong = testkit::manual::commands_of("lutra-server").into_iter().filter_map(|said| {
+            let why = manual::accepts(&Arguments::command(), &said.words, said.is_whole).err()?;
+            Some(format!("{}: {}\n{why}", said.place, said.words.join(" ")))
+        });
+        let wrong: Vec<_> = wrong.collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
     fn a_condition_is_quiet_by_one_code_alone() {
         let [yes, no, fault] = [0, 1, LOOK].map(ExitCode::from);
         for (code, expected) in [(0, yes), (1, no), (2, fault), (101, fault), (LOOK, fault)] {

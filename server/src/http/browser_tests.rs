@@ -484,6 +484,13 @@ async fn help_is_one_key_away() {
     before_a_boat("help.mjs").await;
 }
 
+/// The manual before the login, each chapter at a desk and on a phone, its search, and the way from an alarm to its section.
+/// Takes long, for it looks at every chapter.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_manual_is_read_by_anyone_and_reached_from_alarms() {
+    before_a_boat("manual.mjs").await;
+}
+
 /// The place of the person at the device, with consent, and nowhere but on the page.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_place_of_the_person_is_shown_and_not_sent() {

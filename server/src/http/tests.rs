@@ -3,6 +3,7 @@
 use crate::AppState;
 use crate::backups::Watched;
 use crate::config::Config;
+use crate::pages::Manual;
 use crate::serve::{self, router};
 use crate::web::{Kind, Need, listen::Peer};
 use api::{AuditEntry, Role};
@@ -87,7 +88,13 @@ impl Shore {
         let running = Opened::open(config.shore(), clock).unwrap().assemble().await.unwrap();
         let metrics = serve::figures();
         let shore = running.shore.clone();
-        let state = AppState { config: Arc::new(config), shore, backup: Watched::new(), metrics };
+        let state = AppState {
+            config: Arc::new(config),
+            shore,
+            backup: Watched::new(),
+            metrics,
+            manual: Manual::default(),
+        };
         let people = state.shore.people.clone();
         let first = running.first_admin;
         let first_password = first.unwrap().one_time_password;

@@ -12,6 +12,7 @@ mod explore;
 mod fleet;
 mod form;
 mod frame;
+mod help;
 mod logbook;
 mod login;
 mod missions;
@@ -26,6 +27,7 @@ mod vessel;
 mod words;
 
 pub(crate) use frame::refusal;
+pub(crate) use help::Manual;
 
 use crate::AppState;
 use crate::web::{Need, Route};
@@ -66,6 +68,10 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/s/{token}", Need::Anyone, "What a link gives.", share::page),
         Route::form("/s/{token}", Need::Anyone, "Open a link by its password.", share::unlock),
         Route::page("/style", Need::Somewhere(Role::Viewer), "What pages are made of.", style::page),
+        // The manual says nothing of this fleet. Who cannot log in needs it most, and who reaches the login may read it.
+        Route::page("/help", Need::Anyone, "The manual, and its search.", help::first),
+        Route::page("/help/{chapter}", Need::Anyone, "A chapter of the manual.", help::chapter),
+        Route::page("/help/pictures/{name}", Need::Anyone, "A picture of the manual.", help::picture),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

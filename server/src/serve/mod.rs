@@ -7,6 +7,7 @@ mod tests;
 use crate::AppState;
 use crate::backups::Watched;
 use crate::config::Config;
+use crate::pages::Manual;
 use crate::tls::Keeper;
 use crate::transports::{self, Open};
 use crate::web::listen::Web;
@@ -112,7 +113,7 @@ pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     keep_figures(metrics.clone(), &shore.tasks, shore.stop.clone());
     let (config, backup) = (Arc::new(config), Watched::new());
     shore.tasks.spawn(backup.clone().keep(config.clone(), shore.clock.clone(), shore.stop.clone()));
-    let state = AppState { config, shore: shore.clone(), backup, metrics };
+    let state = AppState { config, shore: shore.clone(), backup, metrics, manual: Manual::default() };
     let web = Web { listener, tls, router: router::router(state.clone()), max_connections, proxies };
     if let Some(keeper) = keeper.clone() {
         shore.alarms.certificate(keeper.state());

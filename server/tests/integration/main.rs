@@ -18,6 +18,7 @@ mod imc_node;
 mod imcproxy;
 mod influx;
 mod kills;
+mod manual;
 mod mqtt;
 mod process;
 mod proxy;

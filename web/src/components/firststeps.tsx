@@ -24,6 +24,7 @@ export function FirstSteps() {
       <p>{t("Aboard:")}</p>
       <Lines>{"[Transports.TCP.Server]\nEnabled = Always\nPort = 7001"}</Lines>
       <p><Around text={t("UDP and TCP have no passwords: open them on a VPN or a network of your own only. {link} tells who came in and whom the server refused.", { link: LINK })}><a href="/admin/connections">{t("Admin, Connections")}</a></Around></p>
+      <p><a href="/help/deployment#aboard">{t("Read more in the manual")}</a></p>
     </div>
   );
 }

@@ -35,6 +35,7 @@ function buttons(alarm: Alarm, title: string, may: boolean, act: Act): HTMLEleme
     row.append(know);
   }
   if (may && alarm.priority !== "emergency" && !alarm.shelved) row.append(shelf(alarm, title, act));
+  row.append(make("a", { href: `/help/alarms#${alarm.kind}`, "aria-label": t("How to recover: {title}", { title }) }, t("How to recover")));
   if (alarm.vessel !== null) row.append(make("a", { href: `/vessels/${alarm.vessel}`, "aria-label": t("Open the vessel {name}", { name: alarm.vessel_name ?? "" }) }, t("Open the vessel")));
   return row;
 }

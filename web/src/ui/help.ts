@@ -41,6 +41,7 @@ function build(): HTMLDialogElement {
   const close = make("button", { type: "button" }, t("Close"));
   const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
     make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
+    make("p", {}, make("a", { href: "/help" }, t("The manual: guides, and what to do about each alarm"))),
     none,
     make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
     make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));

@@ -92,7 +92,9 @@ impl Session {
             id: String::new(),
             batch: 0,
         };
-        session.run("SET client_min_messages = error".to_owned()).await?;
+        session
+            .run("SET client_min_messages = error; SET standard_conforming_strings = on".to_owned())
+            .await?;
         let about = session.about().await?;
         session.check(&about).await?;
         session.timescale = about.timescale;
