@@ -27,7 +27,7 @@ pub struct Track {
 
 impl Reader {
     /// A system's track from at most about `max_points` of its positions, without those that lie within
-    /// `tolerance_m` of the line between others.
+    /// `tolerance_m` of the line between others; a tolerance of 0 keeps all, also of a system that lies still.
     ///
     /// When several entities estimate the state, the one that did it most often is taken.
     ///
@@ -70,7 +70,8 @@ impl Reader {
 /// required to represent a digitized line or its caricature" (1973).
 fn simplified(points: &[TrackPoint], tolerance_m: f64) -> Vec<TrackPoint> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };
-    if points.len() < 3 {
+    // A position on the line between two others still says when the system was there.
+    if points.len() < 3 || tolerance_m <= 0.0 {
         return points.to_vec();
     }
     let frame = LocalFrame::new(first.place);
@@ -122,6 +123,6 @@ mod tests {
         let kept = simplified(&points, 0.5);
         let seconds: Vec<i64> = kept.iter().map(|point| point.time.micros() / 1_000_000).collect();
         assert_eq!(seconds, [0, 100, 150]);
-        assert_eq!(simplified(&points, 0.0).first(), points.first());
+        assert_eq!(simplified(&points, 0.0), points);
     }
 }
