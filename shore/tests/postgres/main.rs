@@ -168,7 +168,7 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     let mut shore = Shore::start(&data, &at("boats"), &password).await;
     shore.say(20).await;
     shore.caught_up().await;
-    // A column of another type, by hand: nothing is passed over.
+    // A column of another type, by hand, while the shore is down: nothing is passed over.
     postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE text");
     let mut shore = shore.again(&at("boats"), &password).await;
     shore.say(10).await;
@@ -177,28 +177,33 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     postgres.say("ALTER TABLE lutra.temperature DROP COLUMN value");
     shore.caught_up().await;
     assert_eq!(postgres.say("SELECT count(*), count(value) FROM lutra.temperature"), "30,10");
-    // A column that every row must have.
+    // A column that every row must have, while the connection stands.
     postgres.say(
         "ALTER TABLE lutra.temperature ADD COLUMN who text NOT NULL DEFAULT ''; \
          ALTER TABLE lutra.temperature ALTER COLUMN who DROP DEFAULT",
     );
-    let mut shore = shore.again(&at("boats"), &password).await;
     shore.say(1).await;
     shore.troubled("wants a value for who in each row").await;
     postgres.say("ALTER TABLE lutra.temperature DROP COLUMN who");
+    shore.caught_up().await;
+    // A column that would round what it gets.
+    postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE smallint");
+    shore.say(1).await;
+    shore.troubled("table temperature holds smallint in value, not real").await;
+    postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE real");
     shore.caught_up().await;
 
     // A rule by hand that refuses one row of many: the others are there.
     postgres.say("ALTER TABLE lutra.temperature ADD CHECK (value <> 77)");
     shore.say(100).await;
     shore.caught_up().await;
-    assert_eq!(postgres.count("temperature"), 130);
-    assert_eq!((shore.state().refused, shore.state().kept), (1, 100));
+    assert_eq!(postgres.count("temperature"), 131);
+    assert_eq!((shore.state().refused, shore.state().kept), (1, 111));
     shore.end().await;
 
     // Who only reads may read, and no more.
     reads_for_grafana(&postgres);
-    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "130");
+    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "131");
     let denied = postgres.ask("grafana", "reads", "DELETE FROM lutra.temperature").unwrap_err();
     assert!(denied.contains("permission denied"), "{denied}");
 }

@@ -105,6 +105,8 @@ impl Postgres {
         let mut refused = Vec::new();
         // A constraint that somebody deferred would speak at the end, when nobody knows of which row.
         session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE".to_owned()).await?;
+        let tables: Vec<TableId> = batch.rows.keys().copied().collect();
+        session.hold(&tables).await?;
         for (table, its_rows) in &batch.rows {
             match rows {
                 Rows::All => session.put(*table, &copied(its_rows)).await?,

@@ -44,8 +44,8 @@ pub(super) struct Session {
     pub(super) schema: String,
     /// Tables that are as they must be.
     tables: BTreeMap<TableId, Table>,
-    /// What there is in the schema: columns by their table.
-    there: BTreeMap<String, BTreeMap<String, There>>,
+    /// What there was in the schema when it was opened.
+    there: Columns,
     /// The schema of TimescaleDB, where it is installed.
     timescale: Option<String>,
     /// Which filling of the schema this is.
@@ -53,6 +53,9 @@ pub(super) struct Session {
     /// Batches that it got.
     pub(super) batch: i64,
 }
+
+/// Columns that are there, by their table.
+type Columns = BTreeMap<String, BTreeMap<String, There>>;
 
 /// A column that is there.
 #[derive(Debug)]
@@ -87,7 +90,7 @@ impl Session {
             connection,
             schema: schema.to_owned(),
             tables: BTreeMap::new(),
-            there: BTreeMap::new(),
+            there: Columns::new(),
             timescale: None,
             id: String::new(),
             batch: 0,
@@ -101,7 +104,7 @@ impl Session {
         if !about.has_schema {
             session.run(format!("CREATE SCHEMA \"{schema}\"")).await?;
         }
-        session.look().await?;
+        session.there = session.columns(None).await?;
         session.begin_state().await?;
         session.make_vessels(about.postgis.as_deref()).await?;
         Ok(session)
@@ -139,16 +142,38 @@ impl Session {
         Ok(())
     }
 
-    /// Sees what there is in the schema.
-    async fn look(&mut self) -> Result<(), Trouble> {
+    /// What there is in the schema, or of some of its tables.
+    async fn columns(&mut self, tables: Option<Vec<String>>) -> Result<Columns, Trouble> {
         const COLUMNS: &str = "SELECT c.relname::text, a.attname::text, format_type(a.atttypid, a.atttypmod), \
              a.attnotnull AND NOT a.atthasdef AND a.attidentity = '' \
              FROM pg_attribute a JOIN pg_class c ON c.oid = a.attrelid JOIN pg_namespace n ON n.oid = c.relnamespace \
-             WHERE n.nspname = $1 AND c.relkind IN ('r', 'p', 'v', 'm', 'f') AND a.attnum > 0 AND NOT a.attisdropped";
-        let asked = sqlx::query_as(COLUMNS).bind(&self.schema).fetch_all(&mut self.connection);
+             WHERE n.nspname = $1 AND c.relkind IN ('r', 'p', 'v', 'm', 'f') AND a.attnum > 0 AND NOT a.attisdropped \
+             AND ($2::text[] IS NULL OR c.relname::text = ANY ($2::text[]))";
+        let asked = sqlx::query_as(COLUMNS).bind(&self.schema).bind(tables).fetch_all(&mut self.connection);
         let columns: Vec<(String, String, String, bool)> = patiently(asked).await?;
+        let mut there = Columns::new();
         for (table, column, kind, must) in columns {
-            self.there.entry(table).or_default().insert(column, There { kind, must });
+            there.entry(table).or_default().insert(column, There { kind, must });
+        }
+        Ok(there)
+    }
+
+    /// Keeps tables from being altered until the transaction ends, and sees that none was since they were needed first.
+    pub(super) async fn hold(&mut self, ids: &[TableId]) -> Result<(), Trouble> {
+        let (mut names, mut locked) = (Vec::new(), Vec::new());
+        for table in ids.iter().filter_map(|id| self.tables.get(id)) {
+            names.push(table.name.clone());
+            locked.push(format!("ONLY {}", table.full_name(&self.schema)));
+        }
+        if names.is_empty() {
+            return Ok(());
+        }
+        self.run(format!("LOCK TABLE {} IN ROW EXCLUSIVE MODE", locked.join(", "))).await?;
+        let there = self.columns(Some(names)).await?;
+        for table in ids.iter().filter_map(|id| self.tables.get(id)) {
+            if let Some(columns) = there.get(&table.name) {
+                unaltered(table, columns, &self.schema)?;
+            }
         }
         Ok(())
     }
@@ -226,12 +251,7 @@ impl Session {
         match self.there.get(&table.name) {
             None => self.make(&table).await?,
             Some(there) => {
-                if let Some(what) = difference(&table, there) {
-                    return Err(Trouble::Said(altered(
-                        &format!("table {} {what}", table.name),
-                        &self.schema,
-                    )));
-                }
+                unaltered(&table, there, &self.schema)?;
                 for statement in table.add_missing(&self.schema, |name| !there.contains_key(name)) {
                     self.run(statement).await?;
                 }
@@ -312,6 +332,14 @@ impl Session {
         patiently(asked).await?.ok_or_else(|| {
             Trouble::Said(format!("the row of {}.{STATE} is gone: everything is carried again", self.schema))
         })
+    }
+}
+
+/// Sees that a table is as it must be.
+fn unaltered(table: &Table, there: &BTreeMap<String, There>, schema: &str) -> Result<(), Trouble> {
+    match difference(table, there) {
+        None => Ok(()),
+        Some(what) => Err(Trouble::Said(altered(&format!("table {} {what}", table.name), schema))),
     }
 }
 
