@@ -193,7 +193,7 @@ impl Table {
     }
 
     pub(super) fn empty_incoming(&self) -> String {
-        format!("TRUNCATE pg_temp.\"{}\"", self.name)
+        format!("DELETE FROM pg_temp.\"{}\"", self.name)
     }
 
     pub(super) fn copy(&self) -> String {

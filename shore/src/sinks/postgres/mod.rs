@@ -23,12 +23,14 @@ use options::options;
 use row::{Item, Row};
 use session::{Session, Trouble};
 use sqlx::postgres::PgConnectOptions;
-use std::collections::{BTreeMap, BTreeSet};
-use trouble::{explained, is_of_a_row};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use trouble::{explained, is_of_a_row, reason, refuses_all};
 use units::UtcTime;
 
 /// Tables of which it is said that they refuse rows.
 const MOST_SAID: usize = 100;
+/// Rows of a batch that a table may refuse before it takes one.
+const MOST_REFUSED: usize = 100;
 
 /// A PostgreSQL that is written to.
 pub(crate) struct Postgres {
@@ -153,25 +155,32 @@ impl Postgres {
     }
 }
 
-/// Writes the rows of a table that it takes; the others are found by halving.
+/// Writes the rows of a table that it takes; the others are found by halving. A table that takes none is not the rows' fault.
 async fn put_by_parts<'i>(
     session: &mut Session,
     table: TableId,
     rows: &[&'i Row],
     refused: &mut Vec<(&'i Row, String)>,
 ) -> Result<(), Trouble> {
-    let mut parts = vec![rows];
-    while let Some(part) = parts.pop() {
+    let (mut parts, mut refusals, mut takes) = (VecDeque::from([rows]), 0, false);
+    // After each row that is refused, the largest part that is left is tried, so that rows of the whole batch are.
+    while let Some(part) = if refusals % 2 == 0 { parts.pop_back() } else { parts.pop_front() } {
         session.run("SAVEPOINT part".to_owned()).await?;
         session.empty_incoming(table).await?;
         match session.put(table, &copied(part)).await {
-            Ok(()) => session.run("RELEASE SAVEPOINT part".to_owned()).await?,
+            Ok(()) => {
+                takes = true;
+                session.run("RELEASE SAVEPOINT part".to_owned()).await?;
+            }
             Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
                 session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
                 if let [row] = part {
-                    let why = error
-                        .as_database_error()
-                        .map_or_else(String::new, |answer| answer.message().to_owned());
+                    let why = reason(&error);
+                    refusals += 1;
+                    if !takes && refusals >= MOST_REFUSED {
+                        let table = layout::Table::new(table).full_name(&session.schema);
+                        return Err(Trouble::Said(refuses_all(&table, &why)));
+                    }
                     refused.push((*row, why));
                 } else {
                     let (first, second) = part.split_at(part.len() / 2);

@@ -76,6 +76,19 @@ fn answered(answer: &PgDatabaseError, user: &str, schema: &str) -> String {
     }
 }
 
+/// What PostgreSQL says of an error, and nothing else.
+pub(super) fn reason(error: &Error) -> String {
+    error.as_database_error().map_or_else(String::new, |answer| short(answer.message()))
+}
+
+/// A table takes nothing at all.
+pub(super) fn refuses_all(table: &str, why: &str) -> String {
+    format!(
+        "table {table} refuses every row: {why}; remove the constraint or trigger that does so, or rename the table (ALTER TABLE … \
+         RENAME TO …) and a new one is made"
+    )
+}
+
 /// What stands there is not what the server made.
 pub(super) fn altered(what: &str, schema: &str) -> String {
     format!(
