@@ -155,42 +155,57 @@ impl Postgres {
     }
 }
 
-/// Writes the rows of a table that it takes; the others are found by halving. A table that takes none is not the rows' fault.
+/// Writes the rows of a table that it takes; the others are found by halving. Where it takes none, it is not for the rows.
 async fn put_by_parts<'i>(
     session: &mut Session,
     table: TableId,
     rows: &[&'i Row],
     refused: &mut Vec<(&'i Row, String)>,
 ) -> Result<(), Trouble> {
-    let (mut parts, mut refusals, mut takes) = (VecDeque::from([rows]), 0, false);
-    // After each row that is refused, the largest part that is left is tried, so that rows of the whole batch are.
-    while let Some(part) = if refusals % 2 == 0 { parts.pop_back() } else { parts.pop_front() } {
-        session.run("SAVEPOINT part".to_owned()).await?;
-        session.empty_incoming(table).await?;
-        match session.put(table, &copied(part)).await {
-            Ok(()) => {
-                takes = true;
-                session.run("RELEASE SAVEPOINT part".to_owned()).await?;
+    let mut parts = VecDeque::from([rows]);
+    let (mut refusals, mut takes, mut was_row) = (0, false, false);
+    while let Some(part) = next(&mut parts, was_row) {
+        was_row = false;
+        let Some(why) = put_part(session, table, part).await? else {
+            takes = true;
+            continue;
+        };
+        if let [row] = part {
+            (refusals, was_row) = (refusals + 1, true);
+            if !takes && refusals >= MOST_REFUSED {
+                let table = layout::Table::new(table).name;
+                return Err(Trouble::Said(refuses_all(&format!("{}.{table}", session.schema), &why)));
             }
-            Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
-                session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
-                if let [row] = part {
-                    let why = reason(&error);
-                    refusals += 1;
-                    if !takes && refusals >= MOST_REFUSED {
-                        let table = layout::Table::new(table).full_name(&session.schema);
-                        return Err(Trouble::Said(refuses_all(&table, &why)));
-                    }
-                    refused.push((*row, why));
-                } else {
-                    let (first, second) = part.split_at(part.len() / 2);
-                    parts.extend([second, first]);
-                }
-            }
-            Err(error) => return Err(error),
+            refused.push((*row, why));
+        } else {
+            let (first, second) = part.split_at(part.len() / 2);
+            parts.extend([second, first]);
         }
     }
     Ok(())
+}
+
+/// The part that is tried next: after a row that was refused that which waits longest, a large one, so that rows of all parts of
+/// a batch are tried early.
+fn next<T>(parts: &mut VecDeque<T>, was_row: bool) -> Option<T> {
+    if was_row { parts.pop_front() } else { parts.pop_back() }
+}
+
+/// Writes rows of a table, or none of them: then why.
+async fn put_part(session: &mut Session, table: TableId, part: &[&Row]) -> Result<Option<String>, Trouble> {
+    session.run("SAVEPOINT part".to_owned()).await?;
+    session.empty_incoming(table).await?;
+    match session.put(table, &copied(part)).await {
+        Ok(()) => {
+            session.run("RELEASE SAVEPOINT part".to_owned()).await?;
+            Ok(None)
+        }
+        Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
+            session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
+            Ok(Some(reason(&error)))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 impl Sink for Postgres {
