@@ -17,13 +17,12 @@ use super::settings;
 use anyhow::Context as _;
 use batch::{Batch, copied};
 use imc::PacketView;
-use imc::names::SystemName;
 use layout::TableId;
 use options::options;
 use row::{Item, Row};
 use session::{Session, Trouble};
 use sqlx::postgres::PgConnectOptions;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 use trouble::{explained, is_of_a_row, reason, refuses_all};
 use units::UtcTime;
 
@@ -41,8 +40,8 @@ pub(crate) struct Postgres {
     /// What the database said of itself with the last batch that is known to be there: which filling, and how many batches.
     noted: Option<(String, i64)>,
     has_lost_all: bool,
-    /// Who is in the table of vessels, with the name that was written last.
-    vessels: BTreeMap<u16, Option<SystemName>>,
+    /// Those that are in the table of vessels.
+    vessels: BTreeSet<u16>,
     refused: Refused,
     said: BTreeSet<TableId>,
 }
@@ -71,7 +70,7 @@ impl Postgres {
             session: None,
             noted: None,
             has_lost_all: false,
-            vessels: BTreeMap::new(),
+            vessels: BTreeSet::new(),
             refused: Refused::default(),
             said: BTreeSet::new(),
         }))
@@ -115,33 +114,15 @@ impl Postgres {
                 Rows::AllThatAreTaken => put_by_parts(session, *table, its_rows, &mut refused).await?,
             }
         }
-        let new = self.new_vessels(batch);
-        for (src, name) in &new {
-            let name =
-                name.as_ref().map(|(time, name)| (*time, imc::text::escape(name.name.as_bytes()), name.kind));
-            let name = name.as_ref().map(|(time, name, kind)| (*time, &**name, *kind));
-            session.vessel(*src, name).await?;
-        }
+        put_vessels(session, batch, &self.vessels).await?;
         let count = session.count().await?;
         session.run("COMMIT".to_owned()).await?;
         self.noted = Some((session.id.clone(), count));
-        self.vessels.extend(new.into_iter().map(|(src, name)| (src, name.map(|(_, name)| name))));
+        self.vessels.extend(batch.vessels.keys());
         for (row, reason) in refused {
             self.refuse(row, reason);
         }
         Ok(())
-    }
-
-    /// Vessels that are to be noted.
-    fn new_vessels(&self, batch: &Batch<'_>) -> Vec<(u16, Option<(i64, SystemName)>)> {
-        let is_new = |(src, name): &(&u16, &Option<(i64, &SystemName)>)| match (self.vessels.get(*src), name)
-        {
-            (Some(Some(known)), Some((_, name))) => known != *name,
-            (Some(_), None) => false,
-            _ => true,
-        };
-        let new = batch.vessels.iter().filter(is_new);
-        new.map(|(src, name)| (*src, name.map(|(time, name)| (time, name.clone())))).collect()
     }
 
     /// Passes a row over that PostgreSQL will never take.
@@ -153,6 +134,19 @@ impl Postgres {
         }
         self.refused.add(|| reason);
     }
+}
+
+/// Notes vessels that are new, and of each that said its name when it did so last, so that an older log does not rename it.
+async fn put_vessels(session: &mut Session, batch: &Batch<'_>, known: &BTreeSet<u16>) -> Result<(), Trouble> {
+    for (src, name) in &batch.vessels {
+        if name.is_none() && known.contains(src) {
+            continue;
+        }
+        let name = name.map(|(time, name)| (time, imc::text::escape(name.name.as_bytes()), name.kind));
+        let name = name.as_ref().map(|(time, name, kind)| (*time, &**name, *kind));
+        session.vessel(*src, name).await?;
+    }
+    Ok(())
 }
 
 /// Writes the rows of a table that it takes; the others are found by halving. Where it takes none, it is not for the rows.

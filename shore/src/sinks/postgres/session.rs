@@ -216,7 +216,7 @@ impl Session {
                  named timestamp with time zone); \
                  COMMENT ON TABLE \"{schema}\".vessels IS 'Every system that spoke, by the newest name that it gave itself'; \
                  COMMENT ON COLUMN \"{schema}\".vessels.kind IS 'IMC SystemType'; \
-                 COMMENT ON COLUMN \"{schema}\".vessels.named IS 'when it said that name'"
+                 COMMENT ON COLUMN \"{schema}\".vessels.named IS 'when it last said that name'"
             ))
             .await?;
         }
