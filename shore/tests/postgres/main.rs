@@ -227,6 +227,11 @@ async fn whatever_a_packet_holds_is_there_and_can_be_turned_back() {
         START_S,
         EstimatedState { lat: 1.1, lon: 0.2, x: 1_000.0, ..EstimatedState::default() },
     ));
+    let nonsense = [1e308, f64::INFINITY, f64::NAN];
+    for (at, lat) in nonsense.into_iter().enumerate() {
+        let state = EstimatedState { lat, height: 7.0, ..EstimatedState::default() };
+        packets.push(packet(START_S + 1.0 + at as f64, state));
+    }
     let header = Header { timestamp: START_S, src: OTTER, ..Header::default() };
     let mut unknown = Packet::new(header, CpuUsage { value: 1 });
     // By its size the second is another message than the Otters' TBRFishTag, and the Event is cut off.
@@ -251,6 +256,8 @@ async fn whatever_a_packet_holds_is_there_and_can_be_turned_back() {
     );
     let place = postgres.say("SELECT true_lat_deg > lat_deg, abs(lat_deg - degrees(1.1)) < 1e-12 FROM lutra.EstimatedState WHERE lat = 1.1");
     assert_eq!(place, "t,t");
+    let degrees = "SELECT lat_deg FROM lutra.EstimatedState WHERE height = 7 ORDER BY time";
+    assert_eq!(postgres.say(degrees), "\nInfinity\nNaN");
     assert_eq!(
         postgres.say("SELECT id, encode(payload, 'hex') FROM lutra._raw ORDER BY id"),
         "660,09\n2007,0707070707\n60001,010203"

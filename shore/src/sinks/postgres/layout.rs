@@ -217,9 +217,12 @@ impl Table {
     }
 }
 
-/// A computed column; NaN gives NaN.
+/// A computed column; NaN and infinities give themselves, and NULL is what no `double precision` holds, lest the row is refused.
 fn generated(name: &str, from: &str) -> String {
-    format!("\"{name}\" double precision GENERATED ALWAYS AS (\"{from}\" * {DEGREES}) STORED")
+    format!(
+        "\"{name}\" double precision GENERATED ALWAYS AS (CASE WHEN abs(\"{from}\") < '1e300'::float8 \
+         OR \"{from}\" = 'NaN'::float8 OR abs(\"{from}\") = 'Infinity'::float8 THEN \"{from}\" * {DEGREES} END) STORED"
+    )
 }
 
 fn message(desc: &'static MessageDesc) -> Table {
@@ -397,6 +400,11 @@ mod tests {
         assert!(comments.contains("values 0=BOOT 1=NORMAL"), "{comments}");
         assert!(table.comments("lutra").contains("; unit rad'"));
         let tag = Table::new(named("TBRFishTag").unwrap()).create("lutra");
-        assert!(tag.contains("\"lat_deg\" double precision GENERATED ALWAYS AS (\"lat\" * "), "{tag}");
+        let degrees =
+            "\"lat_deg\" double precision GENERATED ALWAYS AS (CASE WHEN abs(\"lat\") < '1e300'::float8 ";
+        assert!(
+            tag.contains(degrees) && tag.contains(" THEN \"lat\" * 57.29577951308232 END) STORED"),
+            "{tag}"
+        );
     }
 }
