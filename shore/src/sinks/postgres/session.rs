@@ -262,27 +262,33 @@ impl Session {
         Ok(())
     }
 
+    /// Makes a table with what belongs to it, all or nothing.
     async fn make(&mut self, table: &Table) -> Result<(), Trouble> {
         let schema = self.schema.clone();
-        self.run(format!("{}; {}", table.create(&schema), table.comments(&schema))).await?;
-        if let Some(timescale) = &self.timescale {
-            let name = layout::quoted(&table.full_name(&schema));
-            let sql = format!(
-                "SELECT \"{timescale}\".create_hypertable({name}::regclass, 'time'::name, \
-                 chunk_time_interval => interval '7 days', if_not_exists => true)"
-            );
-            match self.run(sql).await {
-                Ok(()) => return Ok(()),
-                Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
-                    tracing::warn!(
-                        table = table.name,
-                        "PostgreSQL: TimescaleDB makes no hypertable: {error}"
-                    );
-                }
-                Err(error) => return Err(error),
-            }
+        self.run(format!("BEGIN; {}; {}", table.create(&schema), table.comments(&schema))).await?;
+        if !self.make_hypertable(table).await? {
+            self.run(table.index_time(&schema)).await?;
         }
-        self.run(table.index_time(&schema)).await
+        self.run("COMMIT".to_owned()).await
+    }
+
+    /// Has TimescaleDB divide a new table, where it is installed; whether it does.
+    async fn make_hypertable(&mut self, table: &Table) -> Result<bool, Trouble> {
+        let Some(timescale) = &self.timescale else { return Ok(false) };
+        let name = layout::quoted(&table.full_name(&self.schema));
+        let sql = format!(
+            "SAVEPOINT plain; SELECT \"{timescale}\".create_hypertable({name}::regclass, 'time'::name, \
+             chunk_time_interval => interval '7 days', if_not_exists => true)"
+        );
+        match self.run(sql).await {
+            Ok(()) => Ok(true),
+            Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
+                tracing::warn!(table = table.name, "PostgreSQL: TimescaleDB makes no hypertable: {error}");
+                self.run("ROLLBACK TO SAVEPOINT plain".to_owned()).await?;
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// Statements that answer nothing.
