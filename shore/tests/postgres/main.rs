@@ -143,7 +143,7 @@ fn troubles<'p>(
     let at = |database: &str| format!("postgres://{address}/{database}");
     let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     [
-        (at("boats"), wrong, "does not let the server in"),
+        (at("boats"), wrong, "PostgreSQL refused the login"),
         (at("nowhere"), password, "the database is not there"),
         (at("latin"), password, "holds LATIN1 and not UTF8"),
         (at("foreigns"), password, "CREATE SCHEMA lutra AUTHORIZATION lutra"),
@@ -165,6 +165,13 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     }
 
     let at = |database: &str| format!("postgres://{}/{database}", postgres.address());
+    // A password that is corrected in its file lets the server in at its next attempt.
+    let shore = Shore::start(&data, &at("boats"), &wrong).await;
+    shore.troubled("refused the login").await;
+    fs::write(&wrong, "right").unwrap();
+    until("let in", || shore.state().trouble.is_none()).await;
+    shore.end().await;
+
     let mut shore = Shore::start(&data, &at("boats"), &password).await;
     shore.say(20).await;
     shore.caught_up().await;

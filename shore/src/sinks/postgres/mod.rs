@@ -33,6 +33,8 @@ const MOST_REFUSED: usize = 100;
 
 /// A PostgreSQL that is written to.
 pub(crate) struct Postgres {
+    settings: settings::Postgres,
+    /// Of the settings, and of the files that they named when it was opened last.
     options: PgConnectOptions,
     target: String,
     schema: String,
@@ -65,6 +67,7 @@ impl Postgres {
         let schema = settings.schema.clone();
         Ok(Some(Self {
             options: options(settings)?,
+            settings: settings.clone(),
             target: format!("{} schema {schema}", settings.url),
             schema,
             session: None,
@@ -243,6 +246,8 @@ impl Sink for Postgres {
             return Ok(());
         }
         self.vessels.clear();
+        // A password or an authority that was wrong may be right by now.
+        self.options = options(&self.settings)?;
         let session = Session::open(&self.options, &self.schema).await;
         let session = session.map_err(|trouble| self.explained(trouble))?;
         // One batch more is one whose commit was not heard of.

@@ -53,7 +53,7 @@ fn answered(answer: &PgDatabaseError, user: &str, schema: &str) -> String {
     let table = answer.table().map_or_else(String::new, |table| format!("table {schema}.{table}: "));
     match answer.code() {
         "28P01" | "28000" => format!(
-            "it does not let the server in ({said}); look at sinks.postgres.user and password_file, and at its pg_hba.conf"
+            "PostgreSQL refused the login ({said}); look at sinks.postgres.user and password_file, and at its pg_hba.conf"
         ),
         "3D000" => format!(
             "the database is not there ({said}); make it (createdb -E UTF8 -O {user} NAME) or name another by sinks.postgres.url"
