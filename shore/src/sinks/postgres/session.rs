@@ -83,9 +83,8 @@ impl Session {
     /// The server is not there or not as it must be.
     pub(super) async fn open(options: &PgConnectOptions, schema: &str) -> Result<Self, Trouble> {
         let connection = tokio::time::timeout(CONNECT, options.connect()).await;
-        let connection = connection.map_err(|_| {
-            Trouble::Said(format!("it does not let the server in within {} s", CONNECT.as_secs()))
-        })??;
+        let connection = connection
+            .map_err(|_| Trouble::Said(format!("no connection within {} s", CONNECT.as_secs())))??;
         let mut session = Self {
             connection,
             schema: schema.to_owned(),
@@ -125,7 +124,7 @@ impl Session {
     async fn check(&mut self, about: &About) -> Result<(), Trouble> {
         if about.version < OLDEST {
             return Err(Trouble::Said(format!(
-                "it is version {}; the server needs PostgreSQL 12 or later",
+                "PostgreSQL {} is too old; Lutra needs 12 or later",
                 about.version / 10_000
             )));
         }
