@@ -133,18 +133,22 @@ impl Table {
         sql
     }
 
-    /// Adds the columns that a table of an earlier catalogue lacks.
-    pub(super) fn add_missing(&self, schema: &str, lacks: impl Fn(&str) -> bool) -> Vec<String> {
+    /// Adds the columns that a table of an earlier catalogue lacks: each with its statements.
+    pub(super) fn add_missing(&self, schema: &str, lacks: impl Fn(&str) -> bool) -> Vec<(&str, String)> {
         let table = self.full_name(schema);
         let mut statements = Vec::new();
         for column in self.columns.iter().filter(|column| lacks(&column.name)) {
             let (name, kind) = (&column.name, column.kind.name());
-            statements.push(format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS \"{name}\" {kind}"));
-            statements.push(self.comment_on(schema, column));
+            let comment = self.comment_on(schema, column);
+            statements.push((
+                name.as_str(),
+                format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS \"{name}\" {kind}; {comment}"),
+            ));
         }
         for (name, from) in self.degrees.iter().filter(|(name, _)| lacks(name)) {
+            let column = generated(name, from);
             statements
-                .push(format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS {}", generated(name, from)));
+                .push((name.as_str(), format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS {column}")));
         }
         statements
     }

@@ -251,8 +251,13 @@ impl Session {
             None => self.make(&table).await?,
             Some(there) => {
                 unaltered(&table, there, &self.schema)?;
-                for statement in table.add_missing(&self.schema, |name| !there.contains_key(name)) {
-                    self.run(statement).await?;
+                for (column, sql) in table.add_missing(&self.schema, |name| !there.contains_key(name)) {
+                    self.run(sql).await?;
+                    tracing::warn!(
+                        table = table.name,
+                        column,
+                        "PostgreSQL: a column that was missing is added"
+                    );
                 }
             }
         }
