@@ -206,11 +206,18 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     shore.caught_up().await;
     assert_eq!(postgres.count("temperature"), 131);
     assert_eq!((shore.state().refused, shore.state().kept), (1, 111));
+    // One that refuses all of them: they wait until it is gone.
+    postgres.say("ALTER TABLE lutra.temperature ADD CONSTRAINT maintenance CHECK (value < 0) NOT VALID");
+    shore.say(150).await;
+    shore.troubled("table lutra.temperature refuses every row").await;
+    postgres.say("ALTER TABLE lutra.temperature DROP CONSTRAINT maintenance");
+    shore.caught_up().await;
+    assert_eq!(shore.state().refused, 1);
     shore.end().await;
 
     // Who only reads may read, and no more.
     reads_for_grafana(&postgres);
-    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "131");
+    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "281");
     let denied = postgres.ask("grafana", "reads", "DELETE FROM lutra.temperature").unwrap_err();
     assert!(denied.contains("permission denied"), "{denied}");
 }
@@ -316,14 +323,25 @@ async fn a_detection_is_there_once_and_has_a_place_with_postgis() {
     // Another receiver does not know its place or its time.
     let lost = TBRFishTag { serial_no: 7, unix_timestamp: 600, trans_id: 103, ..TBRFishTag::default() };
     packets.push(packet(START_S, lost));
+    // One whose stamp is no time counts as of its arrival.
+    let never = TBRFishTag { serial_no: 7, unix_timestamp: 600, trans_id: 104, ..TBRFishTag::default() };
+    packets.push(packet(f64::NAN, never));
     shore.record(packets).await;
     shore.caught_up().await;
+    // It says its name once more; a log of before that, which comes later, does not rename it.
+    for (after_s, name) in [(60.0, "otter-nils"), (30.0, "otter-old")] {
+        let announce = Announce { sys_name: name.into(), ..Announce::default() };
+        shore.record(vec![packet(START_S + after_s, announce)]).await;
+        shore.caught_up().await;
+    }
     shore.end().await;
-    assert_eq!(postgres.count("detection_reports"), 5);
+    assert_eq!(postgres.count("detection_reports"), 6);
+    assert_eq!(postgres.say("SELECT time = received FROM lutra.detections WHERE tag = 104"), "t");
     let seen = "SELECT tag, heard, clock, vessel, round(lat_deg::numeric, 6), pose_age_s, data, propeller_rpm, raw IS NULL \
                 FROM lutra.detections ORDER BY tag";
     let heard = "2026-11-21 07:59:58.25+00,disciplined,otter-nils,63.400000,0.2,77,600,f";
-    assert_eq!(postgres.say(seen), format!("101,{heard}\n102,{heard}\n103,,not set,otter-nils,,,0,,t"));
+    let lost = "not set,otter-nils,,,0,,t";
+    assert_eq!(postgres.say(seen), format!("101,{heard}\n102,{heard}\n103,,{lost}\n104,,{lost}"));
     assert!(postgres.ask("lutra", "right", "SELECT place FROM lutra.detections").is_err());
     if postgres.ask("postgres", "admin", "CREATE EXTENSION postgis").is_err() {
         testkit::absent(testkit::Need::Postgis, "apt-get install postgresql-15-postgis-3");
@@ -333,7 +351,7 @@ async fn a_detection_is_there_once_and_has_a_place_with_postgis() {
     let place = "SELECT tag, ST_AsText(place, 6), ST_SRID(place) FROM lutra.detections ORDER BY tag";
     until("placed", || postgres.ask("lutra", "right", place).is_ok()).await;
     shore.end().await;
-    assert_eq!(postgres.say(place), "101,POINT(10.4 63.4),4326\n102,POINT(10.4 63.4),4326\n103,,");
+    assert_eq!(postgres.say(place), "101,POINT(10.4 63.4),4326\n102,POINT(10.4 63.4),4326\n103,,\n104,,");
     assert_eq!(
         postgres.say("SELECT type, srid FROM geometry_columns WHERE f_table_name = 'detections'"),
         "POINT,4326"
