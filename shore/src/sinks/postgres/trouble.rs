@@ -60,7 +60,8 @@ fn answered(answer: &PgDatabaseError, user: &str, schema: &str) -> String {
         ),
         "42501" => format!(
             "the role {user} lacks a right ({said}); it must own the schema, by its administrator: CREATE SCHEMA {schema} \
-             AUTHORIZATION {user}, or where another role owns it ALTER SCHEMA {schema} OWNER TO {user}; GRANT TEMPORARY ON DATABASE … TO {user}"
+             AUTHORIZATION {user}, or where another role owns it ALTER SCHEMA {schema} OWNER TO {user}; \
+             GRANT TEMPORARY ON DATABASE … TO {user}"
         ),
         "53100" => format!("its disk is full ({said}); make room there"),
         "53300" => format!("it has no connection left ({said}); raise max_connections or end others"),
