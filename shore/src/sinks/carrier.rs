@@ -182,7 +182,7 @@ impl<S: Sink> Carrier<S> {
         if self.sink.has_lost_all() {
             tracing::warn!(
                 to = self.target,
-                "{} has not what was carried there before: everything is carried again",
+                "{} no longer holds what was sent before; everything is sent again",
                 S::TITLE
             );
             self.tail.start_over();

@@ -143,7 +143,7 @@ fn troubles<'p>(
     let at = |database: &str| format!("postgres://{address}/{database}");
     let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     [
-        (at("boats"), wrong, "does not let the server in"),
+        (at("boats"), wrong, "PostgreSQL refused the login"),
         (at("nowhere"), password, "the database is not there"),
         (at("latin"), password, "holds LATIN1 and not UTF8"),
         (at("foreigns"), password, "CREATE SCHEMA lutra AUTHORIZATION lutra"),
@@ -165,10 +165,17 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     }
 
     let at = |database: &str| format!("postgres://{}/{database}", postgres.address());
+    // A password that is corrected in its file lets the server in at its next attempt.
+    let shore = Shore::start(&data, &at("boats"), &wrong).await;
+    shore.troubled("refused the login").await;
+    fs::write(&wrong, "right").unwrap();
+    until("let in", || shore.state().trouble.is_none()).await;
+    shore.end().await;
+
     let mut shore = Shore::start(&data, &at("boats"), &password).await;
     shore.say(20).await;
     shore.caught_up().await;
-    // A column of another type, by hand: nothing is passed over.
+    // A column of another type, by hand, while the shore is down: nothing is passed over.
     postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE text");
     let mut shore = shore.again(&at("boats"), &password).await;
     shore.say(10).await;
@@ -177,28 +184,40 @@ async fn what_is_wrong_there_is_said_and_once_mended_everything_comes() {
     postgres.say("ALTER TABLE lutra.temperature DROP COLUMN value");
     shore.caught_up().await;
     assert_eq!(postgres.say("SELECT count(*), count(value) FROM lutra.temperature"), "30,10");
-    // A column that every row must have.
+    // A column that every row must have, while the connection stands.
     postgres.say(
         "ALTER TABLE lutra.temperature ADD COLUMN who text NOT NULL DEFAULT ''; \
          ALTER TABLE lutra.temperature ALTER COLUMN who DROP DEFAULT",
     );
-    let mut shore = shore.again(&at("boats"), &password).await;
     shore.say(1).await;
     shore.troubled("wants a value for who in each row").await;
     postgres.say("ALTER TABLE lutra.temperature DROP COLUMN who");
+    shore.caught_up().await;
+    // A column that would round what it gets.
+    postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE smallint");
+    shore.say(1).await;
+    shore.troubled("table temperature holds smallint in value, not real").await;
+    postgres.say("ALTER TABLE lutra.temperature ALTER COLUMN value TYPE real");
     shore.caught_up().await;
 
     // A rule by hand that refuses one row of many: the others are there.
     postgres.say("ALTER TABLE lutra.temperature ADD CHECK (value <> 77)");
     shore.say(100).await;
     shore.caught_up().await;
-    assert_eq!(postgres.count("temperature"), 130);
-    assert_eq!((shore.state().refused, shore.state().kept), (1, 100));
+    assert_eq!(postgres.count("temperature"), 131);
+    assert_eq!((shore.state().refused, shore.state().kept), (1, 111));
+    // One that refuses all of them: they wait until it is gone.
+    postgres.say("ALTER TABLE lutra.temperature ADD CONSTRAINT maintenance CHECK (value < 0) NOT VALID");
+    shore.say(150).await;
+    shore.troubled("table lutra.temperature refuses every row").await;
+    postgres.say("ALTER TABLE lutra.temperature DROP CONSTRAINT maintenance");
+    shore.caught_up().await;
+    assert_eq!(shore.state().refused, 1);
     shore.end().await;
 
     // Who only reads may read, and no more.
     reads_for_grafana(&postgres);
-    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "130");
+    assert_eq!(postgres.ask("grafana", "reads", "SELECT count(*) FROM lutra.temperature").unwrap(), "281");
     let denied = postgres.ask("grafana", "reads", "DELETE FROM lutra.temperature").unwrap_err();
     assert!(denied.contains("permission denied"), "{denied}");
 }
@@ -222,6 +241,11 @@ async fn whatever_a_packet_holds_is_there_and_can_be_turned_back() {
         START_S,
         EstimatedState { lat: 1.1, lon: 0.2, x: 1_000.0, ..EstimatedState::default() },
     ));
+    let nonsense = [1e308, f64::INFINITY, f64::NAN];
+    for (at, lat) in nonsense.into_iter().enumerate() {
+        let state = EstimatedState { lat, height: 7.0, ..EstimatedState::default() };
+        packets.push(packet(START_S + 1.0 + at as f64, state));
+    }
     let header = Header { timestamp: START_S, src: OTTER, ..Header::default() };
     let mut unknown = Packet::new(header, CpuUsage { value: 1 });
     // By its size the second is another message than the Otters' TBRFishTag, and the Event is cut off.
@@ -246,6 +270,8 @@ async fn whatever_a_packet_holds_is_there_and_can_be_turned_back() {
     );
     let place = postgres.say("SELECT true_lat_deg > lat_deg, abs(lat_deg - degrees(1.1)) < 1e-12 FROM lutra.EstimatedState WHERE lat = 1.1");
     assert_eq!(place, "t,t");
+    let degrees = "SELECT lat_deg FROM lutra.EstimatedState WHERE height = 7 ORDER BY time";
+    assert_eq!(postgres.say(degrees), "\nInfinity\nNaN");
     assert_eq!(
         postgres.say("SELECT id, encode(payload, 'hex') FROM lutra._raw ORDER BY id"),
         "660,09\n2007,0707070707\n60001,010203"
@@ -297,14 +323,25 @@ async fn a_detection_is_there_once_and_has_a_place_with_postgis() {
     // Another receiver does not know its place or its time.
     let lost = TBRFishTag { serial_no: 7, unix_timestamp: 600, trans_id: 103, ..TBRFishTag::default() };
     packets.push(packet(START_S, lost));
+    // One whose stamp is no time counts as of its arrival.
+    let never = TBRFishTag { serial_no: 7, unix_timestamp: 600, trans_id: 104, ..TBRFishTag::default() };
+    packets.push(packet(f64::NAN, never));
     shore.record(packets).await;
     shore.caught_up().await;
+    // It says its name once more; a log of before that, which comes later, does not rename it.
+    for (after_s, name) in [(60.0, "otter-nils"), (30.0, "otter-old")] {
+        let announce = Announce { sys_name: name.into(), ..Announce::default() };
+        shore.record(vec![packet(START_S + after_s, announce)]).await;
+        shore.caught_up().await;
+    }
     shore.end().await;
-    assert_eq!(postgres.count("detection_reports"), 5);
+    assert_eq!(postgres.count("detection_reports"), 6);
+    assert_eq!(postgres.say("SELECT time = received FROM lutra.detections WHERE tag = 104"), "t");
     let seen = "SELECT tag, heard, clock, vessel, round(lat_deg::numeric, 6), pose_age_s, data, propeller_rpm, raw IS NULL \
                 FROM lutra.detections ORDER BY tag";
     let heard = "2026-11-21 07:59:58.25+00,disciplined,otter-nils,63.400000,0.2,77,600,f";
-    assert_eq!(postgres.say(seen), format!("101,{heard}\n102,{heard}\n103,,not set,otter-nils,,,0,,t"));
+    let lost = "not set,otter-nils,,,0,,t";
+    assert_eq!(postgres.say(seen), format!("101,{heard}\n102,{heard}\n103,,{lost}\n104,,{lost}"));
     assert!(postgres.ask("lutra", "right", "SELECT place FROM lutra.detections").is_err());
     if postgres.ask("postgres", "admin", "CREATE EXTENSION postgis").is_err() {
         testkit::absent(testkit::Need::Postgis, "apt-get install postgresql-15-postgis-3");
@@ -314,7 +351,7 @@ async fn a_detection_is_there_once_and_has_a_place_with_postgis() {
     let place = "SELECT tag, ST_AsText(place, 6), ST_SRID(place) FROM lutra.detections ORDER BY tag";
     until("placed", || postgres.ask("lutra", "right", place).is_ok()).await;
     shore.end().await;
-    assert_eq!(postgres.say(place), "101,POINT(10.4 63.4),4326\n102,POINT(10.4 63.4),4326\n103,,");
+    assert_eq!(postgres.say(place), "101,POINT(10.4 63.4),4326\n102,POINT(10.4 63.4),4326\n103,,\n104,,");
     assert_eq!(
         postgres.say("SELECT type, srid FROM geometry_columns WHERE f_table_name = 'detections'"),
         "POINT,4326"

@@ -133,18 +133,22 @@ impl Table {
         sql
     }
 
-    /// Adds the columns that a table of an earlier catalogue lacks.
-    pub(super) fn add_missing(&self, schema: &str, lacks: impl Fn(&str) -> bool) -> Vec<String> {
+    /// Adds the columns that a table of an earlier catalogue lacks: each with its statements.
+    pub(super) fn add_missing(&self, schema: &str, lacks: impl Fn(&str) -> bool) -> Vec<(&str, String)> {
         let table = self.full_name(schema);
         let mut statements = Vec::new();
         for column in self.columns.iter().filter(|column| lacks(&column.name)) {
             let (name, kind) = (&column.name, column.kind.name());
-            statements.push(format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS \"{name}\" {kind}"));
-            statements.push(self.comment_on(schema, column));
+            let comment = self.comment_on(schema, column);
+            statements.push((
+                name.as_str(),
+                format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS \"{name}\" {kind}; {comment}"),
+            ));
         }
         for (name, from) in self.degrees.iter().filter(|(name, _)| lacks(name)) {
+            let column = generated(name, from);
             statements
-                .push(format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS {}", generated(name, from)));
+                .push((name.as_str(), format!("ALTER TABLE {table} ADD COLUMN IF NOT EXISTS {column}")));
         }
         statements
     }
@@ -193,7 +197,7 @@ impl Table {
     }
 
     pub(super) fn empty_incoming(&self) -> String {
-        format!("TRUNCATE pg_temp.\"{}\"", self.name)
+        format!("DELETE FROM pg_temp.\"{}\"", self.name)
     }
 
     pub(super) fn copy(&self) -> String {
@@ -217,9 +221,12 @@ impl Table {
     }
 }
 
-/// A computed column; NaN gives NaN.
+/// A computed column; NaN and infinities give themselves, and NULL is what no `double precision` holds, lest the row is refused.
 fn generated(name: &str, from: &str) -> String {
-    format!("\"{name}\" double precision GENERATED ALWAYS AS (\"{from}\" * {DEGREES}) STORED")
+    format!(
+        "\"{name}\" double precision GENERATED ALWAYS AS (CASE WHEN abs(\"{from}\") < '1e300'::float8 \
+         OR \"{from}\" = 'NaN'::float8 OR abs(\"{from}\") = 'Infinity'::float8 THEN \"{from}\" * {DEGREES} END) STORED"
+    )
 }
 
 fn message(desc: &'static MessageDesc) -> Table {
@@ -397,6 +404,11 @@ mod tests {
         assert!(comments.contains("values 0=BOOT 1=NORMAL"), "{comments}");
         assert!(table.comments("lutra").contains("; unit rad'"));
         let tag = Table::new(named("TBRFishTag").unwrap()).create("lutra");
-        assert!(tag.contains("\"lat_deg\" double precision GENERATED ALWAYS AS (\"lat\" * "), "{tag}");
+        let degrees =
+            "\"lat_deg\" double precision GENERATED ALWAYS AS (CASE WHEN abs(\"lat\") < '1e300'::float8 ";
+        assert!(
+            tag.contains(degrees) && tag.contains(" THEN \"lat\" * 57.29577951308232 END) STORED"),
+            "{tag}"
+        );
     }
 }

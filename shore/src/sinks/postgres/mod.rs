@@ -17,21 +17,24 @@ use super::settings;
 use anyhow::Context as _;
 use batch::{Batch, copied};
 use imc::PacketView;
-use imc::names::SystemName;
 use layout::TableId;
 use options::options;
 use row::{Item, Row};
 use session::{Session, Trouble};
 use sqlx::postgres::PgConnectOptions;
-use std::collections::{BTreeMap, BTreeSet};
-use trouble::{explained, is_of_a_row};
+use std::collections::{BTreeSet, VecDeque};
+use trouble::{explained, is_of_a_row, reason, refuses_all};
 use units::UtcTime;
 
 /// Tables of which it is said that they refuse rows.
 const MOST_SAID: usize = 100;
+/// Rows of a batch that a table may refuse before it takes one.
+const MOST_REFUSED: usize = 100;
 
 /// A PostgreSQL that is written to.
 pub(crate) struct Postgres {
+    settings: settings::Postgres,
+    /// Of the settings, and of the files that they named when it was opened last.
     options: PgConnectOptions,
     target: String,
     schema: String,
@@ -39,8 +42,8 @@ pub(crate) struct Postgres {
     /// What the database said of itself with the last batch that is known to be there: which filling, and how many batches.
     noted: Option<(String, i64)>,
     has_lost_all: bool,
-    /// Who is in the table of vessels, with the name that was written last.
-    vessels: BTreeMap<u16, Option<SystemName>>,
+    /// Those that are in the table of vessels.
+    vessels: BTreeSet<u16>,
     refused: Refused,
     said: BTreeSet<TableId>,
 }
@@ -64,12 +67,13 @@ impl Postgres {
         let schema = settings.schema.clone();
         Ok(Some(Self {
             options: options(settings)?,
+            settings: settings.clone(),
             target: format!("{} schema {schema}", settings.url),
             schema,
             session: None,
             noted: None,
             has_lost_all: false,
-            vessels: BTreeMap::new(),
+            vessels: BTreeSet::new(),
             refused: Refused::default(),
             said: BTreeSet::new(),
         }))
@@ -105,39 +109,23 @@ impl Postgres {
         let mut refused = Vec::new();
         // A constraint that somebody deferred would speak at the end, when nobody knows of which row.
         session.run("BEGIN; SET CONSTRAINTS ALL IMMEDIATE".to_owned()).await?;
+        let tables: Vec<TableId> = batch.rows.keys().copied().collect();
+        session.hold(&tables).await?;
         for (table, its_rows) in &batch.rows {
             match rows {
                 Rows::All => session.put(*table, &copied(its_rows)).await?,
                 Rows::AllThatAreTaken => put_by_parts(session, *table, its_rows, &mut refused).await?,
             }
         }
-        let new = self.new_vessels(batch);
-        for (src, name) in &new {
-            let name =
-                name.as_ref().map(|(time, name)| (*time, imc::text::escape(name.name.as_bytes()), name.kind));
-            let name = name.as_ref().map(|(time, name, kind)| (*time, &**name, *kind));
-            session.vessel(*src, name).await?;
-        }
+        put_vessels(session, batch, &self.vessels).await?;
         let count = session.count().await?;
         session.run("COMMIT".to_owned()).await?;
         self.noted = Some((session.id.clone(), count));
-        self.vessels.extend(new.into_iter().map(|(src, name)| (src, name.map(|(_, name)| name))));
+        self.vessels.extend(batch.vessels.keys());
         for (row, reason) in refused {
             self.refuse(row, reason);
         }
         Ok(())
-    }
-
-    /// Vessels that are to be noted.
-    fn new_vessels(&self, batch: &Batch<'_>) -> Vec<(u16, Option<(i64, SystemName)>)> {
-        let is_new = |(src, name): &(&u16, &Option<(i64, &SystemName)>)| match (self.vessels.get(*src), name)
-        {
-            (Some(Some(known)), Some((_, name))) => known != *name,
-            (Some(_), None) => false,
-            _ => true,
-        };
-        let new = batch.vessels.iter().filter(is_new);
-        new.map(|(src, name)| (*src, name.map(|(time, name)| (time, name.clone())))).collect()
     }
 
     /// Passes a row over that PostgreSQL will never take.
@@ -151,35 +139,70 @@ impl Postgres {
     }
 }
 
-/// Writes the rows of a table that it takes; the others are found by halving.
+/// Notes vessels that are new, and of each that said its name when it did so last, so that an older log does not rename it.
+async fn put_vessels(session: &mut Session, batch: &Batch<'_>, known: &BTreeSet<u16>) -> Result<(), Trouble> {
+    for (src, name) in &batch.vessels {
+        if name.is_none() && known.contains(src) {
+            continue;
+        }
+        let name = name.map(|(time, name)| (time, imc::text::escape(name.name.as_bytes()), name.kind));
+        let name = name.as_ref().map(|(time, name, kind)| (*time, &**name, *kind));
+        session.vessel(*src, name).await?;
+    }
+    Ok(())
+}
+
+/// Writes the rows of a table that it takes; the others are found by halving. Where it takes none, it is not for the rows.
 async fn put_by_parts<'i>(
     session: &mut Session,
     table: TableId,
     rows: &[&'i Row],
     refused: &mut Vec<(&'i Row, String)>,
 ) -> Result<(), Trouble> {
-    let mut parts = vec![rows];
-    while let Some(part) = parts.pop() {
-        session.run("SAVEPOINT part".to_owned()).await?;
-        session.empty_incoming(table).await?;
-        match session.put(table, &copied(part)).await {
-            Ok(()) => session.run("RELEASE SAVEPOINT part".to_owned()).await?,
-            Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
-                session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
-                if let [row] = part {
-                    let why = error
-                        .as_database_error()
-                        .map_or_else(String::new, |answer| answer.message().to_owned());
-                    refused.push((*row, why));
-                } else {
-                    let (first, second) = part.split_at(part.len() / 2);
-                    parts.extend([second, first]);
-                }
+    let mut parts = VecDeque::from([rows]);
+    let (mut refusals, mut takes, mut was_row) = (0, false, false);
+    while let Some(part) = next(&mut parts, was_row) {
+        was_row = false;
+        let Some(why) = put_part(session, table, part).await? else {
+            takes = true;
+            continue;
+        };
+        if let [row] = part {
+            (refusals, was_row) = (refusals + 1, true);
+            if !takes && refusals >= MOST_REFUSED {
+                let table = layout::Table::new(table).name;
+                return Err(Trouble::Said(refuses_all(&format!("{}.{table}", session.schema), &why)));
             }
-            Err(error) => return Err(error),
+            refused.push((*row, why));
+        } else {
+            let (first, second) = part.split_at(part.len() / 2);
+            parts.extend([second, first]);
         }
     }
     Ok(())
+}
+
+/// The part that is tried next: after a row that was refused that which waits longest, a large one, so that rows of all parts of
+/// a batch are tried early.
+fn next<T>(parts: &mut VecDeque<T>, was_row: bool) -> Option<T> {
+    if was_row { parts.pop_front() } else { parts.pop_back() }
+}
+
+/// Writes rows of a table, or none of them: then why.
+async fn put_part(session: &mut Session, table: TableId, part: &[&Row]) -> Result<Option<String>, Trouble> {
+    session.run("SAVEPOINT part".to_owned()).await?;
+    session.empty_incoming(table).await?;
+    match session.put(table, &copied(part)).await {
+        Ok(()) => {
+            session.run("RELEASE SAVEPOINT part".to_owned()).await?;
+            Ok(None)
+        }
+        Err(Trouble::Sql(error)) if is_of_a_row(&error) => {
+            session.run("ROLLBACK TO SAVEPOINT part; RELEASE SAVEPOINT part".to_owned()).await?;
+            Ok(Some(reason(&error)))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 impl Sink for Postgres {
@@ -223,6 +246,8 @@ impl Sink for Postgres {
             return Ok(());
         }
         self.vessels.clear();
+        // A password or an authority that was wrong may be right by now.
+        self.options = options(&self.settings)?;
         let session = Session::open(&self.options, &self.schema).await;
         let session = session.map_err(|trouble| self.explained(trouble))?;
         // One batch more is one whose commit was not heard of.

@@ -44,8 +44,8 @@ pub(super) struct Session {
     pub(super) schema: String,
     /// Tables that are as they must be.
     tables: BTreeMap<TableId, Table>,
-    /// What there is in the schema: columns by their table.
-    there: BTreeMap<String, BTreeMap<String, There>>,
+    /// What there was in the schema when it was opened.
+    there: Columns,
     /// The schema of TimescaleDB, where it is installed.
     timescale: Option<String>,
     /// Which filling of the schema this is.
@@ -53,6 +53,9 @@ pub(super) struct Session {
     /// Batches that it got.
     pub(super) batch: i64,
 }
+
+/// Columns that are there, by their table.
+type Columns = BTreeMap<String, BTreeMap<String, There>>;
 
 /// A column that is there.
 #[derive(Debug)]
@@ -80,14 +83,13 @@ impl Session {
     /// The server is not there or not as it must be.
     pub(super) async fn open(options: &PgConnectOptions, schema: &str) -> Result<Self, Trouble> {
         let connection = tokio::time::timeout(CONNECT, options.connect()).await;
-        let connection = connection.map_err(|_| {
-            Trouble::Said(format!("it does not let the server in within {} s", CONNECT.as_secs()))
-        })??;
+        let connection = connection
+            .map_err(|_| Trouble::Said(format!("no connection within {} s", CONNECT.as_secs())))??;
         let mut session = Self {
             connection,
             schema: schema.to_owned(),
             tables: BTreeMap::new(),
-            there: BTreeMap::new(),
+            there: Columns::new(),
             timescale: None,
             id: String::new(),
             batch: 0,
@@ -101,7 +103,7 @@ impl Session {
         if !about.has_schema {
             session.run(format!("CREATE SCHEMA \"{schema}\"")).await?;
         }
-        session.look().await?;
+        session.there = session.columns(None).await?;
         session.begin_state().await?;
         session.make_vessels(about.postgis.as_deref()).await?;
         Ok(session)
@@ -122,7 +124,7 @@ impl Session {
     async fn check(&mut self, about: &About) -> Result<(), Trouble> {
         if about.version < OLDEST {
             return Err(Trouble::Said(format!(
-                "it is version {}; the server needs PostgreSQL 12 or later",
+                "PostgreSQL {} is too old; Lutra needs 12 or later",
                 about.version / 10_000
             )));
         }
@@ -139,16 +141,38 @@ impl Session {
         Ok(())
     }
 
-    /// Sees what there is in the schema.
-    async fn look(&mut self) -> Result<(), Trouble> {
+    /// What there is in the schema, or of some of its tables.
+    async fn columns(&mut self, tables: Option<Vec<String>>) -> Result<Columns, Trouble> {
         const COLUMNS: &str = "SELECT c.relname::text, a.attname::text, format_type(a.atttypid, a.atttypmod), \
              a.attnotnull AND NOT a.atthasdef AND a.attidentity = '' \
              FROM pg_attribute a JOIN pg_class c ON c.oid = a.attrelid JOIN pg_namespace n ON n.oid = c.relnamespace \
-             WHERE n.nspname = $1 AND c.relkind IN ('r', 'p', 'v', 'm', 'f') AND a.attnum > 0 AND NOT a.attisdropped";
-        let asked = sqlx::query_as(COLUMNS).bind(&self.schema).fetch_all(&mut self.connection);
+             WHERE n.nspname = $1 AND c.relkind IN ('r', 'p', 'v', 'm', 'f') AND a.attnum > 0 AND NOT a.attisdropped \
+             AND ($2::text[] IS NULL OR c.relname::text = ANY ($2::text[]))";
+        let asked = sqlx::query_as(COLUMNS).bind(&self.schema).bind(tables).fetch_all(&mut self.connection);
         let columns: Vec<(String, String, String, bool)> = patiently(asked).await?;
+        let mut there = Columns::new();
         for (table, column, kind, must) in columns {
-            self.there.entry(table).or_default().insert(column, There { kind, must });
+            there.entry(table).or_default().insert(column, There { kind, must });
+        }
+        Ok(there)
+    }
+
+    /// Keeps tables from being altered until the transaction ends, and sees that none was since they were needed first.
+    pub(super) async fn hold(&mut self, ids: &[TableId]) -> Result<(), Trouble> {
+        let (mut names, mut locked) = (Vec::new(), Vec::new());
+        for table in ids.iter().filter_map(|id| self.tables.get(id)) {
+            names.push(table.name.clone());
+            locked.push(format!("ONLY {}", table.full_name(&self.schema)));
+        }
+        if names.is_empty() {
+            return Ok(());
+        }
+        self.run(format!("LOCK TABLE {} IN ROW EXCLUSIVE MODE", locked.join(", "))).await?;
+        let there = self.columns(Some(names)).await?;
+        for table in ids.iter().filter_map(|id| self.tables.get(id)) {
+            if let Some(columns) = there.get(&table.name) {
+                unaltered(table, columns, &self.schema)?;
+            }
         }
         Ok(())
     }
@@ -191,7 +215,7 @@ impl Session {
                  named timestamp with time zone); \
                  COMMENT ON TABLE \"{schema}\".vessels IS 'Every system that spoke, by the newest name that it gave itself'; \
                  COMMENT ON COLUMN \"{schema}\".vessels.kind IS 'IMC SystemType'; \
-                 COMMENT ON COLUMN \"{schema}\".vessels.named IS 'when it said that name'"
+                 COMMENT ON COLUMN \"{schema}\".vessels.named IS 'when it last said that name'"
             ))
             .await?;
         }
@@ -226,14 +250,14 @@ impl Session {
         match self.there.get(&table.name) {
             None => self.make(&table).await?,
             Some(there) => {
-                if let Some(what) = difference(&table, there) {
-                    return Err(Trouble::Said(altered(
-                        &format!("table {} {what}", table.name),
-                        &self.schema,
-                    )));
-                }
-                for statement in table.add_missing(&self.schema, |name| !there.contains_key(name)) {
-                    self.run(statement).await?;
+                unaltered(&table, there, &self.schema)?;
+                for (column, sql) in table.add_missing(&self.schema, |name| !there.contains_key(name)) {
+                    self.run(sql).await?;
+                    tracing::warn!(
+                        table = table.name,
+                        column,
+                        "PostgreSQL: a column that was missing is added"
+                    );
                 }
             }
         }
@@ -242,27 +266,33 @@ impl Session {
         Ok(())
     }
 
+    /// Makes a table with what belongs to it, all or nothing.
     async fn make(&mut self, table: &Table) -> Result<(), Trouble> {
         let schema = self.schema.clone();
-        self.run(format!("{}; {}", table.create(&schema), table.comments(&schema))).await?;
-        if let Some(timescale) = &self.timescale {
-            let name = layout::quoted(&table.full_name(&schema));
-            let sql = format!(
-                "SELECT \"{timescale}\".create_hypertable({name}::regclass, 'time'::name, \
-                 chunk_time_interval => interval '7 days', if_not_exists => true)"
-            );
-            match self.run(sql).await {
-                Ok(()) => return Ok(()),
-                Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
-                    tracing::warn!(
-                        table = table.name,
-                        "PostgreSQL: TimescaleDB makes no hypertable: {error}"
-                    );
-                }
-                Err(error) => return Err(error),
-            }
+        self.run(format!("BEGIN; {}; {}", table.create(&schema), table.comments(&schema))).await?;
+        if !self.make_hypertable(table).await? {
+            self.run(table.index_time(&schema)).await?;
         }
-        self.run(table.index_time(&schema)).await
+        self.run("COMMIT".to_owned()).await
+    }
+
+    /// Has TimescaleDB divide a new table, where it is installed; whether it does.
+    async fn make_hypertable(&mut self, table: &Table) -> Result<bool, Trouble> {
+        let Some(timescale) = &self.timescale else { return Ok(false) };
+        let name = layout::quoted(&table.full_name(&self.schema));
+        let sql = format!(
+            "SAVEPOINT plain; SELECT \"{timescale}\".create_hypertable({name}::regclass, 'time'::name, \
+             chunk_time_interval => interval '7 days', if_not_exists => true)"
+        );
+        match self.run(sql).await {
+            Ok(()) => Ok(true),
+            Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
+                tracing::warn!(table = table.name, "PostgreSQL: TimescaleDB makes no hypertable: {error}");
+                self.run("ROLLBACK TO SAVEPOINT plain".to_owned()).await?;
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// Statements that answer nothing.
@@ -312,6 +342,14 @@ impl Session {
         patiently(asked).await?.ok_or_else(|| {
             Trouble::Said(format!("the row of {}.{STATE} is gone: everything is carried again", self.schema))
         })
+    }
+}
+
+/// Sees that a table is as it must be.
+fn unaltered(table: &Table, there: &BTreeMap<String, There>, schema: &str) -> Result<(), Trouble> {
+    match difference(table, there) {
+        None => Ok(()),
+        Some(what) => Err(Trouble::Said(altered(&format!("table {} {what}", table.name), schema))),
     }
 }
 

@@ -53,14 +53,15 @@ fn answered(answer: &PgDatabaseError, user: &str, schema: &str) -> String {
     let table = answer.table().map_or_else(String::new, |table| format!("table {schema}.{table}: "));
     match answer.code() {
         "28P01" | "28000" => format!(
-            "it does not let the server in ({said}); look at sinks.postgres.user and password_file, and at its pg_hba.conf"
+            "PostgreSQL refused the login ({said}); look at sinks.postgres.user and password_file, and at its pg_hba.conf"
         ),
         "3D000" => format!(
             "the database is not there ({said}); make it (createdb -E UTF8 -O {user} NAME) or name another by sinks.postgres.url"
         ),
         "42501" => format!(
             "the role {user} lacks a right ({said}); it must own the schema, by its administrator: CREATE SCHEMA {schema} \
-             AUTHORIZATION {user}; GRANT TEMPORARY ON DATABASE … TO {user}"
+             AUTHORIZATION {user}, or where another role owns it ALTER SCHEMA {schema} OWNER TO {user}; \
+             GRANT TEMPORARY ON DATABASE … TO {user}"
         ),
         "53100" => format!("its disk is full ({said}); make room there"),
         "53300" => format!("it has no connection left ({said}); raise max_connections or end others"),
@@ -74,6 +75,19 @@ fn answered(answer: &PgDatabaseError, user: &str, schema: &str) -> String {
         code if answer.severity() == PgSeverity::Panic => format!("it broke down ({code} {said})"),
         code => format!("{table}{said} (SQLSTATE {code})"),
     }
+}
+
+/// What PostgreSQL says of an error, and nothing else.
+pub(super) fn reason(error: &Error) -> String {
+    error.as_database_error().map_or_else(String::new, |answer| short(answer.message()))
+}
+
+/// A table takes nothing at all.
+pub(super) fn refuses_all(table: &str, why: &str) -> String {
+    format!(
+        "table {table} refuses every row: {why}; remove the constraint or trigger that does so, or rename the table (ALTER TABLE … \
+         RENAME TO …) and a new one is made"
+    )
 }
 
 /// What stands there is not what the server made.

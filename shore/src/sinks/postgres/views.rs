@@ -22,6 +22,8 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
         )
         .ok();
     }
+    // A packet without a time counts as said when it came, as on the pages.
+    let time = "CASE WHEN time = '-infinity' THEN received ELSE time END";
     let place = postgis.map_or_else(String::new, |postgis| {
         format!(
             ", \"{postgis}\".ST_SetSRID(\"{postgis}\".ST_MakePoint(lon_deg, lat_deg), 4326)::\"{postgis}\".geometry(Point,4326) AS place"
@@ -32,10 +34,10 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
          protocol || '-' || tag AS tag_name, protocol, tag, data, snr_db, frequency_khz, receiver, line, \
          (ARRAY['not set', 'lost', 'set', 'disciplined'])[clock + 1] AS clock, v.name AS vessel, d.src, src_ent, received, \
          lat_deg, lon_deg, pose_age_s, pose_sigma_m, lines_lost, noise_average, noise_peak, noise_age_s, propeller_rpm, raw{place} \
-         FROM (SELECT time, src, src_ent, receiver, clock_time, protocol, tag, min(received) AS received, \
+         FROM (SELECT {time} AS time, src, src_ent, receiver, clock_time, protocol, tag, min(received) AS received, \
          min(snr_db) AS snr_db, min(frequency_khz) AS frequency_khz, min(line) AS line, \
          CASE WHEN min(clock_state) < 2 THEN min(clock_state) ELSE max(clock_state) END AS clock{fused} \
-         FROM \"{schema}\".detection_reports GROUP BY time, src, src_ent, receiver, clock_time, protocol, tag) d \
+         FROM \"{schema}\".detection_reports GROUP BY {time}, src, src_ent, receiver, clock_time, protocol, tag) d \
          LEFT JOIN \"{schema}\".vessels v ON v.src = d.src"
     )
 }
