@@ -43,7 +43,7 @@ text: string,
  */
 cause: string, 
 /**
- * What follows if nobody does anything.
+ * What follows if no one acts on it.
  */
 consequence: string, 
 /**
@@ -63,11 +63,11 @@ over_us: number | null,
  */
 count: number, 
 /**
- * Who said they know; null for nobody.
+ * Who acknowledged it; null while no one has.
  */
 acknowledged: AlarmWord | null, 
 /**
- * Whether it became more urgent because nobody acknowledged it.
+ * Whether it became more urgent because it was not acknowledged.
  */
 escalated: boolean, 
 /**
@@ -75,11 +75,11 @@ escalated: boolean,
  */
 chatters: boolean, 
 /**
- * Put aside for a time; null for not.
+ * Shelved for a time; null if not.
  */
 shelved: AlarmShelving | null, 
 /**
- * Of which other alarm it is part at present, and is not reported besides; null for none.
+ * The alarm that it is part of at present, so that it is not reported itself; null for none.
  */
 collapsed: string | null, 
 /**
@@ -87,7 +87,7 @@ collapsed: string | null,
  */
 sounded: number, 
 /**
- * Whether somebody has to say that they know.
+ * Whether a person has to acknowledge it.
  */
 wants_acknowledgement: boolean, };
 
@@ -98,7 +98,7 @@ export type At = {
 time_us: number, 
 /**
  * The last sample of every series at or before it, of 31 days at most; its age is `time_us` less its own. The
- * history does not tell instances within an entity apart.
+ * history does not distinguish instances within an entity.
  */
 values: Array<Update>, 
 /**
@@ -112,13 +112,13 @@ export type AlarmHistory = {
  */
 notes: Array<AlarmNote>, 
 /**
- * What to ask for as `before` to get older ones; null where there are none.
+ * The `before` of a query for older ones; null where there are none.
  */
 next: number | null, };
 
 export type AlarmList = { 
 /**
- * What is not normal, and what is put aside; the most urgent first.
+ * Alarms that are not normal, and shelved ones; the most urgent first.
  */
 standing: Array<Alarm>, 
 /**
@@ -140,7 +140,7 @@ id: number,
  */
 vessel: number | null, 
 /**
- * What the vessel was called then; null for the server itself.
+ * The vessel's name then; null for the server itself.
  */
 vessel_name: string | null, 
 /**
@@ -157,7 +157,7 @@ priority: string,
  */
 what: string, 
 /**
- * Who did it; empty for nobody.
+ * The person who did it; empty where no person did.
  */
 by: string, 
 /**
@@ -219,7 +219,7 @@ ahead_ms: number, } | { "code": "chart",
  */
 held: boolean, 
 /**
- * How they differ, and what becomes of that.
+ * How they differ, and the state of the transfer.
  */
 difference: ChartDifference, } | { "code": "log_book", 
 /**
@@ -361,7 +361,7 @@ start_us: number[],
  */
 first_us: number[], 
 /**
- * How many samples; those that are no number count for nothing.
+ * How many samples; those that are not a number count for nothing.
  */
 count: number[], 
 /**
@@ -439,7 +439,7 @@ update: string,
  */
 scale: number, 
 /**
- * Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+ * Usage band, 1 overview to 6 berthing; 0 for what is not a cell.
  */
 band: number, 
 /**
@@ -447,11 +447,11 @@ band: number,
  */
 issued: string, 
 /**
- * What its producer says of it.
+ * Its producer's comment.
  */
 comment: string, 
 /**
- * Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
+ * Whether its depths and land tile what it covers, without gap or overlap; null for what is not a cell.
  */
 whole: boolean | null, };
 
@@ -475,7 +475,7 @@ export type ChartCorridorRequest = {
  */
 points: Array<[number, number]>, 
 /**
- * Half the width that is looked at (m), 0 to 1000.
+ * Half the width of the corridor (m), 0 to 1000.
  */
 half_width_m: number, };
 
@@ -485,7 +485,7 @@ export type ChartDepth = {
  */
 kind: string, 
 /**
- * Least charted depth (m); null where it is no water of known depth.
+ * Least charted depth (m); null where it is not water of known depth.
  */
 least_m: number | null, 
 /**
@@ -493,11 +493,11 @@ least_m: number | null,
  */
 greatest_m: number | null, 
 /**
- * What is left of the least depth in which a vessel may go by itself (m): negative = too shallow.
+ * Margin to the least depth for autonomous sailing (m): negative = too shallow.
  */
 margin_m: number | null, 
 /**
- * Whether a vessel may go there by itself.
+ * Whether a vessel may sail there autonomously.
  */
 autonomous: boolean, 
 /**
@@ -555,7 +555,7 @@ export type ChartNear = {
  */
 depth: ChartDepth, 
 /**
- * What is near, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
+ * Objects nearby, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
  */
 objects: Array<ChartObject>, };
 
@@ -633,7 +633,7 @@ export type ChartProfilePoint = {
  */
 along_m: number, 
 /**
- * Least charted depth (m); null where it is no water of known depth.
+ * Least charted depth (m); null where it is not water of known depth.
  */
 depth_m: number | null, 
 /**
@@ -643,12 +643,12 @@ kind: string, };
 
 export type ChartSet = { 
 /**
- * What names its contents, for the address of tiles; null where there is no chart, which
+ * Names its contents, for the address of tiles; null where there is no chart, which
  * `lutra-server chart import` changes.
  */
 set: string | null, 
 /**
- * Why there is none although there is a file; null where all is well.
+ * Why the chart file cannot be used; null where all is well.
  */
 trouble: string | null, 
 /**
@@ -656,7 +656,7 @@ trouble: string | null,
  */
 cells: Array<ChartCell>, 
 /**
- * What they cover; null where that is nothing.
+ * The box that they cover; null where that is empty.
  */
 bounds: ChartBounds | null, 
 /**
@@ -664,11 +664,11 @@ bounds: ChartBounds | null,
  */
 not_for_navigation: boolean, 
 /**
- * Least depth in which anybody may drive a vessel (m).
+ * Least depth in which an operator may steer a vessel by hand (m).
  */
 navigable_m: number, 
 /**
- * Least depth in which it may go by itself (m).
+ * Least depth in which it may sail autonomously (m).
  */
 autonomous_m: number, };
 
@@ -690,7 +690,7 @@ by: string,
  */
 order: string, 
 /**
- * What it is about, in words; may be empty.
+ * Its subject, in words; may be empty.
  */
 subject: string, 
 /**
@@ -706,7 +706,7 @@ over: boolean,
  */
 plan: PlanGiven | null, 
 /**
- * The parameters that the vessel told; only where a single command is asked for.
+ * The parameters that the vessel reported; only where a single command is asked for.
  */
 parameters: Array<Parameter> | null, };
 
@@ -755,7 +755,7 @@ state: DatasetState,
  */
 made: LogWord, 
 /**
- * What is not published yet; null where nothing is.
+ * The unpublished draft; null where there is none.
  */
 draft: DatasetDraft | null, 
 /**
@@ -767,7 +767,7 @@ versions: Array<DatasetVersion>,
  */
 withdrawn: DatasetWithdrawn | null, 
 /**
- * Whether the one who asks may change, publish, share and download it.
+ * Whether the requester may change, publish, share and download it.
  */
 may_change: boolean, };
 
@@ -791,7 +791,7 @@ export type DatasetChange = {
  */
 revision: number, 
 /**
- * What it says from now on.
+ * Its new content.
  */
 draft: DatasetDraft, };
 
@@ -840,7 +840,7 @@ bytes: number,
  */
 sha256: string, 
 /**
- * What they reach over.
+ * Their extent.
  */
 covered: DatasetCovered, 
 /**
@@ -848,7 +848,7 @@ covered: DatasetCovered,
  */
 format: number, 
 /**
- * What wrote it, like `Lutra 0.1.0`.
+ * The program that wrote it, like `Lutra 0.1.0`.
  */
 software: string, };
 
@@ -1000,7 +1000,7 @@ made: LogWord,
  */
 revoked: LogWord | null, 
 /**
- * How often it was looked at.
+ * How often it was viewed.
  */
 views: number, 
 /**
@@ -1018,7 +1018,7 @@ export type DatasetShareMade = {
  */
 share: DatasetShare, 
 /**
- * Its way on this server: `/s/…`. Whoever has it has the data.
+ * Its path on this server: `/s/…`. It gives access to the data without a login.
  */
 path: string, };
 
@@ -1036,7 +1036,7 @@ label: string,
  */
 days: number, 
 /**
- * A password that is asked for besides; none when empty.
+ * A password that is also required; none when empty.
  */
 password: string, 
 /**
@@ -1128,7 +1128,7 @@ export type DatasetVessel = {
  */
 system: number, 
 /**
- * What people called it at publication; empty where nobody had named it.
+ * Its name at publication; empty where it had none.
  */
 name: string, };
 
@@ -1243,7 +1243,7 @@ system: number,
  */
 clock: ReceiverClock, 
 /**
- * What the receiver's clock counted, µs: since 1970 UTC where it is set, else since a moment that nobody knows.
+ * What the receiver's clock counted, µs: since 1970 UTC where it is set, else since an unknown moment.
  */
 clock_us: number, 
 /**
@@ -1279,12 +1279,12 @@ propeller_rpm: number | null,
  */
 raw: string | null, 
 /**
- * Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where nobody
- * looked.
+ * Time to the nearest other detection of the tag by the same receiver, s; null where none is within a day, and where
+ * it was not computed.
  */
 min_lag_s: number | null, 
 /**
- * Why to look twice at it; null where nobody looked, as in what comes live.
+ * Why it is doubtful; null where that was not computed, as in live detections.
  */
 flags: Array<DetectionFlag> | null, };
 
@@ -1392,7 +1392,7 @@ detections: number,
  */
 unconfirmed: number, 
 /**
- * How long receivers listened in it, all together, s; null where nobody told, and where an area is chosen.
+ * How long receivers listened in it, all together, s; null where no receiver reported it, and where an area is chosen.
  */
 listened_s: number | null, };
 
@@ -1472,7 +1472,7 @@ system: number,
  */
 detections: number, 
 /**
- * How long its receivers listened, all together, s; null where it did not tell, and where an area is chosen.
+ * How long its receivers listened, all together, s; null where it did not report it, and where an area is chosen.
  */
 listened_s: number | null, };
 
@@ -1498,7 +1498,7 @@ id: number,
  */
 transport: string, 
 /**
- * An address and port, or what it is called otherwise.
+ * An address and port, or another name.
  */
 name: string, 
 /**
@@ -1514,7 +1514,7 @@ systems: Array<number>,
  */
 received: number, 
 /**
- * Those of them that it may not send, or that are no packets.
+ * Those of them that it may not send, or that are not packets.
  */
 refused: number, 
 /**
@@ -1550,7 +1550,7 @@ export type EntityReport = {
  */
 entity: string, 
 /**
- * When it told any of them last, µs since 1970 UTC.
+ * When it last reported any of them, µs since 1970 UTC.
  */
 time_us: number, 
 /**
@@ -1558,7 +1558,7 @@ time_us: number,
  */
 parameters: Array<ParameterReport>, 
 /**
- * How many more it told than are kept.
+ * How many more it reported than are kept.
  */
 left_out: number, };
 
@@ -1590,7 +1590,7 @@ value: unknown,
  */
 unit: string, 
 /**
- * What the number stands for, where it stands for something.
+ * The number's label, where it has one.
  */
 meaning: string | null, };
 
@@ -1659,11 +1659,11 @@ cause: string | null,
  */
 text: string, 
 /**
- * Depth in which the vessel may go by itself (m), which the plan is held against.
+ * Least depth in which the vessel may sail autonomously (m), against which the plan is checked.
  */
 autonomous_m: number, 
 /**
- * Whether these are limits that the vessel told; else they are those of the server.
+ * Whether these are limits that the vessel reported; else they are those of the server.
  */
 of_vessel: boolean, 
 /**
@@ -1671,7 +1671,7 @@ of_vessel: boolean,
  */
 reasons: Array<GuardReason>, 
 /**
- * What was not checked, or not well; up to 100.
+ * Parts that were not checked, or not well; up to 100.
  */
 warnings: Array<GuardWarning>, };
 
@@ -1714,7 +1714,7 @@ lat_deg: number,
  */
 lon_deg: number, 
 /**
- * Least charted depth there (m); null where it is no water of known depth.
+ * Least charted depth there (m); null where it is not water of known depth.
  */
 depth_m: number | null, 
 /**
@@ -1734,7 +1734,7 @@ cell: string | null,
  */
 scale: number | null, 
 /**
- * What is left of the depth (m): negative = too shallow.
+ * Margin of the depth (m): negative = too shallow.
  */
 margin_m: number | null, };
 
@@ -1775,7 +1775,7 @@ person: string,
  */
 since_us: number, 
 /**
- * Where it stands.
+ * Its state.
  */
 state: ImportState, 
 /**
@@ -1795,7 +1795,7 @@ packets: number,
  */
 added: number, 
 /**
- * Bytes that are no packets.
+ * Bytes that are not packets.
  */
 damaged_bytes: number, 
 /**
@@ -1807,11 +1807,11 @@ export type ImportState = "running" | "done" | "failed" | "cancelled";
 
 export type ImportedPlan = { 
 /**
- * As it is kept.
+ * The stored plan.
  */
 stored: StoredPlan, 
 /**
- * What of the file was left out.
+ * Parts of the file that were left out.
  */
 notes: Array<string>, };
 
@@ -1835,7 +1835,7 @@ vessel: number,
  */
 holder: LeaseHolder | null, 
 /**
- * Who asked for it; null for nobody.
+ * Who asked for it; null while no one has.
  */
 waiting: LeaseWaiting | null, 
 /**
@@ -1855,7 +1855,7 @@ action: LeaseAction,
  */
 reason: string, 
 /**
- * Tells the windows of a person apart; empty for scripts. 64 characters at most.
+ * Distinguishes the windows of a person; empty for scripts. 64 characters at most.
  */
 window: string, };
 
@@ -1866,11 +1866,11 @@ export type LeaseChange = {
  */
 change: string, 
 /**
- * Who did it, or to whom it happened where nobody did.
+ * Who did it, or whom it concerns where it happened automatically.
  */
 who: string, 
 /**
- * Who had control before, or whose request it was; null for nobody else.
+ * Who had control before, or whose request it was; null for no other person.
  */
 from: string | null, 
 /**
@@ -1924,7 +1924,7 @@ export type LinkStatus = {
  */
 vessel: number, 
 /**
- * Whether the link stands.
+ * Whether the link is open.
  */
 up: boolean, 
 /**
@@ -1964,7 +1964,7 @@ received_bytes: number,
  */
 repeated: number, 
 /**
- * Connections that stood so far.
+ * Connections opened so far.
  */
 connections: number, 
 /**
@@ -2010,7 +2010,7 @@ today_bytes: number,
  */
 daily_bytes: number | null, 
 /**
- * What it leaves out for that: `nothing`, `records`, `most`, or `all_but_last`.
+ * What it leaves out to save data: `nothing`, `records`, `most`, or `all_but_last`.
  */
 thinning: string, 
 /**
@@ -2053,7 +2053,7 @@ now_us: number,
  */
 snapshot: boolean, 
 /**
- * Systems that are not as they were told before, ten times a second at most.
+ * Systems that changed since the last frame, ten times a second at most.
  */
 systems: Array<System>, 
 /**
@@ -2073,7 +2073,7 @@ samples: Array<LiveSample>,
  */
 events: Array<Update>, 
 /**
- * Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
+ * Tags that were heard, also those that a vessel reports late. One can come in several frames, with what was not
  * known of it before, and is the same by vessel and id.
  */
 detections: Array<Detection>, 
@@ -2130,7 +2130,7 @@ period_s: number | null,
  */
 values: unknown[], 
 /**
- * What the values stand for, in their order; empty where none stands for anything.
+ * Labels of the values, in their order; empty where none has one.
  */
 meanings: Array<string | null>, };
 
@@ -2156,7 +2156,7 @@ abbrev: string,
  */
 entity: number, 
 /**
- * What tells several series of one entity apart; null where nothing has to.
+ * Distinguishes several series of one entity; null where there is one.
  */
 instance: number | null, 
 /**
@@ -2174,7 +2174,7 @@ export type LiveStop = {
  */
 vessel: number, 
 /**
- * Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+ * Distinguishes the windows of a person; empty for scripts. 64 bytes at most.
  */
 window: string, 
 /**
@@ -2264,7 +2264,7 @@ time_us: number,
  */
 vessel: number | null, 
 /**
- * What people call the vessel; null where they gave it no name.
+ * What people call the vessel; null where it has no name.
  */
 vessel_name: string | null, 
 /**
@@ -2288,11 +2288,11 @@ by: string,
  */
 written_us: number, 
 /**
- * Who corrected it last; null if nobody did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
+ * Who corrected it last; null if no one did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
  */
 corrected: LogWord | null, 
 /**
- * Who withdrew it; null while it stands.
+ * Who withdrew it; null while it is valid.
  */
 withdrawn: LogWord | null, 
 /**
@@ -2300,7 +2300,7 @@ withdrawn: LogWord | null,
  */
 photo: string | null, 
 /**
- * Whether the one who asks may correct or withdraw it.
+ * Whether the requester may correct or withdraw it.
  */
 may_change: boolean, };
 
@@ -2332,7 +2332,7 @@ export type LogNoteChange = {
  */
 revision: number, 
 /**
- * What it says from now on. The time stays as it is when left out.
+ * Its new text. The time stays unchanged when left out.
  */
 note: LogNoteRequest, };
 
@@ -2392,7 +2392,7 @@ export type Me = {
  */
 name: string, 
 /**
- * What may be done where.
+ * Permissions by vessel.
  */
 permissions: Array<Permission>, };
 
@@ -2406,7 +2406,7 @@ id: number,
  */
 revision: number, 
 /**
- * What it says; of its vessels those that the one who asks may see.
+ * Its contents; of its vessels those that the requester may see.
  */
 mission: MissionRequest, 
 /**
@@ -2414,15 +2414,15 @@ mission: MissionRequest,
  */
 written: LogWord, 
 /**
- * Who changed it last; null if nobody did.
+ * Who changed it last; null if no one did.
  */
 changed: LogWord | null, 
 /**
- * Who withdrew it; null while it stands.
+ * Who withdrew it; null while it is valid.
  */
 withdrawn: LogWord | null, 
 /**
- * Whether the one who asks may change or withdraw it.
+ * Whether the requester may change or withdraw it.
  */
 may_change: boolean, };
 
@@ -2436,11 +2436,11 @@ name: string,
  */
 people: string, 
 /**
- * What for; at most 2,000 characters.
+ * Its purpose; at most 2,000 characters.
  */
 purpose: string, 
 /**
- * What is to be known of it; at most 4,000 characters.
+ * Remarks; at most 4,000 characters.
  */
 notes: string, 
 /**
@@ -2452,7 +2452,7 @@ vessels: Array<number>,
  */
 from_us: number, 
 /**
- * Before this time, µs since 1970 UTC; null while it goes on.
+ * Before this time, µs since 1970 UTC; null while it lasts.
  */
 to_us: number | null, };
 
@@ -2474,7 +2474,7 @@ area: NoGoAreaRequest,
  */
 written: LogWord, 
 /**
- * Who changed or closed it again last; null if nobody did.
+ * Who last changed it or closed it again; null if no one did.
  */
 changed: LogWord | null, 
 /**
@@ -2488,7 +2488,7 @@ export type NoGoAreaChange = {
  */
 revision: number, 
 /**
- * What it is from now on.
+ * Its new content.
  */
 area: NoGoAreaRequest, 
 /**
@@ -2517,8 +2517,8 @@ export type NoGoAreas = {
  */
 areas: Array<NoGoArea>, 
 /**
- * Whether plans and routes ashore are held against exactly the closed ones. Vessels hold theirs by the sea chart aboard, which
- * they get from here.
+ * Whether plans and routes ashore are checked against exactly the closed ones. Vessels check by the sea chart
+ * aboard, which they get from here.
  */
 in_force: boolean, 
 /**
@@ -2526,7 +2526,7 @@ in_force: boolean,
  */
 trouble: string | null, 
 /**
- * Whether the one who asks may close, change and lift areas.
+ * Whether the requester may close, change and lift areas.
  */
 may_change: boolean, };
 
@@ -2542,17 +2542,17 @@ export type MissionChange = {
  */
 revision: number, 
 /**
- * What it says from now on.
+ * Its new contents.
  */
 mission: MissionRequest, };
 
 export type MissionSummary = { 
 /**
- * Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+ * Up to when, µs since 1970 UTC: its end, or the present while it lasts.
  */
 to_us: number, 
 /**
- * Vessel by vessel, of those that the one who asks may see.
+ * Vessel by vessel, of those that the requester may see.
  */
 vessels: Array<MissionVessel>, };
 
@@ -2562,7 +2562,7 @@ export type MissionVessel = {
  */
 vessel: number, 
 /**
- * What people call it; null where they gave it no name.
+ * What people call it; null where it has no name.
  */
 vessel_name: string | null, 
 /**
@@ -2654,7 +2654,7 @@ by: string,
  */
 within_s: number, } | { "why": "reason_needed", 
 /**
- * Who has it, and is told.
+ * Who has it, and is informed.
  */
 by: string, } | { "why": "too_long", 
 /**
@@ -2745,11 +2745,11 @@ value: string, };
 
 export type ParameterAbout = { 
 /**
- * The section of the configuration in which it stands.
+ * Its section of the configuration.
  */
 section: string, 
 /**
- * What it does, in a line.
+ * Its effect, in a line.
  */
 doc: string, 
 /**
@@ -2791,7 +2791,7 @@ name: string,
  */
 value: string, 
 /**
- * What the next start will have; null where the vessel does not tell.
+ * Its value from the next start; null where the vessel does not report it.
  */
 saved: string | null, 
 /**
@@ -2799,7 +2799,7 @@ saved: string | null,
  */
 cut: boolean, 
 /**
- * When it was told, µs since 1970 UTC.
+ * When it was reported, µs since 1970 UTC.
  */
 time_us: number, 
 /**
@@ -2823,7 +2823,7 @@ export type Person = {
  */
 name: string, 
 /**
- * What may be done where.
+ * Permissions by vessel.
  */
 permissions: Array<Permission>, 
 /**
@@ -2874,11 +2874,11 @@ plan: PlanDocument, };
 
 export type PlanCheck = { 
 /**
- * What keeps it from being sailed; none for a good plan. A vessel's own limits may be narrower.
+ * Errors that keep it from being sailed; none for a valid plan. A vessel's own limits may be narrower.
  */
 problems: Array<PlanTrouble>, 
 /**
- * What its author may not have meant.
+ * Warnings for its author.
  */
 warnings: Array<PlanTrouble>, 
 /**
@@ -2894,7 +2894,7 @@ maneuvers: Array<PlanLeg>,
  */
 digest: string | null, 
 /**
- * What the guard against grounding says of it, the way to its first place left out; null while it has problems
+ * The guard's verdict, the way to its first place left out; null while it has problems
  * and where there is no chart. An upload or start is judged again with the way from where the vessel is.
  */
 guard: Guard | null, };
@@ -3041,7 +3041,7 @@ vessel: number | null,
  */
 revision: number, 
 /**
- * Whether its latest changes were kept by themselves only.
+ * Whether its latest changes were only saved automatically.
  */
 draft: boolean, 
 /**
@@ -3157,7 +3157,7 @@ maneuver: string | null,
  */
 code: string, 
 /**
- * What the code is about: a quantity, a kind of maneuver; null where it is about the whole.
+ * The code's subject: a quantity, a kind of maneuver; null where it is the whole plan.
  */
 about: string | null, 
 /**
@@ -3171,7 +3171,7 @@ text: string, };
 
 export type PlanUnderWay = { 
 /**
- * Its name; null while the vessel sails none, or has not said so.
+ * Its name; null while the vessel sails none, or has not reported one.
  */
 plan_id: string | null, 
 /**
@@ -3216,7 +3216,7 @@ window: string, };
 
 export type PlansAboard = { 
 /**
- * When it said so, µs since 1970 UTC; null while it never did.
+ * When they were reported, µs since 1970 UTC; null if never.
  */
 time_us: number | null, 
 /**
@@ -3408,7 +3408,7 @@ release_lon_deg: number | null,
  */
 release_group: string, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3428,7 +3428,7 @@ export type RegisterChange = {
  */
 revision: number, 
 /**
- * What it says from now on. Its kind stays.
+ * Its new content. The kind cannot change.
  */
 record: RegisterRecord, };
 
@@ -3454,7 +3454,7 @@ project: string,
  */
 from_us: number | null, 
 /**
- * Until when; null while it goes on.
+ * Until when; null while it lasts.
  */
 to_us: number | null, 
 /**
@@ -3462,7 +3462,7 @@ to_us: number | null,
  */
 depth_m: number | null, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3476,15 +3476,15 @@ id: number,
  */
 revision: number, 
 /**
- * What it says.
+ * Its contents.
  */
 record: RegisterRecord, 
 /**
- * Who said so last, and when.
+ * Who changed it last, and when.
  */
 written: LogWord, 
 /**
- * Whether the one who asks may change or delete it.
+ * Whether the requester may change or delete it.
  */
 may_change: boolean, };
 
@@ -3494,11 +3494,11 @@ export type RegisterFieldChange = {
  */
 column: string, 
 /**
- * What it said, as a file has it.
+ * Its old value, as in a file.
  */
 before: string, 
 /**
- * What it says then.
+ * Its new value.
  */
 after: string, };
 
@@ -3520,11 +3520,11 @@ added: number,
  */
 changed: number, 
 /**
- * Entries that say what they said.
+ * Unchanged entries.
  */
 same: number, 
 /**
- * What is wrong with the file; nothing of it is taken while there is anything.
+ * Problems of the file; nothing is imported while there is one.
  */
 problems: Array<RegisterProblem>, 
 /**
@@ -3546,7 +3546,7 @@ name: string,
  */
 is_new: boolean, 
 /**
- * What is said otherwise, or for the first time.
+ * Values that differ, or are new.
  */
 fields: Array<RegisterFieldChange>, };
 
@@ -3566,7 +3566,7 @@ affiliation: string,
  */
 orcid: string, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3610,7 +3610,7 @@ citation: string,
  */
 licence: string, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3620,7 +3620,7 @@ export type RegisterReceiver = {
  */
 name: string, 
 /**
- * Serial number, as it stands in its lines.
+ * Serial number, as in its lines.
  */
 serial: number | null, 
 /**
@@ -3632,7 +3632,7 @@ model: string,
  */
 manufacturer: string, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3712,7 +3712,7 @@ from_us: number | null,
  */
 to_us: number | null, 
 /**
- * What else is to be known.
+ * Remarks.
  */
 notes: string, };
 
@@ -3728,7 +3728,7 @@ id: string,
  */
 kind: string, 
 /**
- * Its places, in order; none for one that follows somebody or stays.
+ * Its places, in order; none for one that follows another system or stays.
  */
 places: Array<PlanPlace>, 
 /**
@@ -3738,7 +3738,7 @@ radius_m: number | null, };
 
 export type SampleRow = { 
 /**
- * When it was said, by the sender's clock, µs since 1970 UTC.
+ * Its time, by the sender's clock, µs since 1970 UTC.
  */
 time_us: number, 
 /**
@@ -3752,7 +3752,7 @@ values: unknown[], };
 
 export type Samples = { 
 /**
- * What stands in each value of a row.
+ * The columns of a row.
  */
 fields: Array<SeriesField>, 
 /**
@@ -3799,7 +3799,7 @@ least_clearance_m: number | null,
  */
 moved: Array<SeaRouteMoved>, 
 /**
- * Whether the guard lets a vessel sail every leg by itself.
+ * Whether the guard lets a vessel sail every leg autonomously.
  */
 guarded: boolean, 
 /**
@@ -3829,7 +3829,7 @@ alternatives: Array<SeaRoute>,
  */
 refusal: SeaRouteRefusal | null, 
 /**
- * What planning took (ms).
+ * Duration of the planning (ms).
  */
 took_ms: number, };
 
@@ -3956,7 +3956,7 @@ export type SeaRouteClosed = {
  */
 code: string, 
 /**
- * Least charted depth there (m); null where it is no water of known depth.
+ * Least charted depth there (m); null where it is not water of known depth.
  */
 depth_m: number | null, 
 /**
@@ -4016,7 +4016,7 @@ nearest: [number, number] | null,
  */
 gap_m: number | null, 
 /**
- * What lies at an end that is closed; null for another reason.
+ * The obstacle at a closed end; null for another reason.
  */
 closed: SeaRouteClosed | null, 
 /**
@@ -4024,7 +4024,7 @@ closed: SeaRouteClosed | null,
  */
 apart_m: [number, number] | null, 
 /**
- * What would give a route; null where that was not asked for.
+ * Changes that would give a route; null where that was not asked for.
  */
 passable: SeaRoutePassable | null, };
 
@@ -4050,7 +4050,7 @@ entity: number,
  */
 label: string | null, 
 /**
- * What each sample holds, in order; empty where the catalogue does not know the message.
+ * The values of each sample, in order; empty where the catalogue does not know the message.
  */
 fields: Array<SeriesField>, 
 /**
@@ -4088,11 +4088,11 @@ title: string,
  */
 unit: string, 
 /**
- * What its values are.
+ * The type of its values.
  */
 kind: ValueKind, 
 /**
- * What its numbers stand for, by number; empty where they are just numbers. Of bit fields, the bits.
+ * Labels of its numbers; empty where they are plain numbers. Of bit fields, the bits.
  */
 labels: Array<Label>, };
 
@@ -4118,7 +4118,7 @@ seen_us: number,
  */
 address: string, 
 /**
- * What the browser calls itself.
+ * The browser's user agent.
  */
 agent: string, };
 
@@ -4144,7 +4144,7 @@ id: number,
  */
 revision: number, 
 /**
- * Whether its latest changes were kept by themselves only, not saved by somebody.
+ * Whether its latest changes were only saved automatically, not by a person.
  */
 draft: boolean, 
 /**
@@ -4196,7 +4196,7 @@ export type System = {
  */
 address: number, 
 /**
- * What it calls itself, or what people call it; null while nobody has said.
+ * Its name as announced, or as given by people; null while it has none.
  */
 name: string | null, 
 /**
@@ -4216,7 +4216,7 @@ heard_us: number,
  */
 transports: Array<string>, 
 /**
- * Where it is, when it said so.
+ * Its position, where it reported one.
  */
 fix: Fix | null, 
 /**
@@ -4262,7 +4262,7 @@ turn: number, };
 
 export type TeleopMessage = { "begin": { 
 /**
- * Tells the windows of a person apart.
+ * Distinguishes the windows of a person.
  */
 window: string, } } | { "sample": TeleopSample } | { "stop": { 
 /**
@@ -4286,7 +4286,7 @@ phase: TeleopPhase,
  */
 why: string, 
 /**
- * What to do about that, in words; empty where there is nothing but to start over.
+ * The remedy, in words; empty where the only one is to start over.
  */
 remedy: string, 
 /**
@@ -4382,7 +4382,7 @@ abbrev: string,
  */
 entity: number, 
 /**
- * What tells several series of one entity apart, like port and starboard; null where nothing has to.
+ * Distinguishes several series of one entity, like port and starboard; null where there is one.
  */
 instance: number | null, 
 /**
@@ -4438,7 +4438,7 @@ time_us: number,
  */
 packets: number, 
 /**
- * Whether a transport leads to the vessel at present; else nobody heard it.
+ * Whether a transport leads to the vessel at present; else the query reached no one.
  */
 reached: boolean, 
 /**
@@ -4452,7 +4452,7 @@ export type VesselParameters = {
  */
 entities: Array<EntityReport>, 
 /**
- * Whether they come from the history: the vessel has told none since the server started.
+ * Whether they come from the history: the vessel has reported none since the server started.
  */
 recorded: boolean, };
 
@@ -4467,7 +4467,7 @@ state: string,
  */
 text: string, 
 /**
- * What the chart in force aboard holds; null for none.
+ * Contents of the chart in force aboard; null for none.
  */
 edition: string | null, 
 /**
@@ -4475,11 +4475,11 @@ edition: string | null,
  */
 digest: string | null, 
 /**
- * How it differs from the shore's, and what becomes of that; null where it is the same, or not known.
+ * How it differs from the shore's, and the state of the transfer; null where it is the same, or not known.
  */
 difference: ChartDifference | null, 
 /**
- * When the vessel said so, µs since 1970 UTC; null while unknown.
+ * When the vessel reported it, µs since 1970 UTC; null while unknown.
  */
 told_us: number | null, };
 
