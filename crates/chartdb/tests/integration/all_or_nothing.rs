@@ -262,10 +262,15 @@ fn child_that_imports() {
     let (Ok(db), Ok(cells)) = (std::env::var("LUTRA_TEST_DB"), std::env::var("LUTRA_TEST_CELLS")) else {
         return;
     };
-    let mut told = 0;
+    let stop_at: Option<u32> = std::env::var("LUTRA_TEST_STOP_AT").ok().and_then(|text| text.parse().ok());
+    let mut step = 0;
     let report = chartdb::import(Path::new(&db), &[PathBuf::from(cells)], &options(), &mut |_| {
-        told += 1;
-        println!("told {told}");
+        step += 1;
+        if stop_at == Some(step) {
+            println!("at step {step}");
+            // Until the kill: a busy computer would be at the next step before it comes.
+            std::io::copy(&mut std::io::stdin(), &mut std::io::sink()).unwrap();
+        }
         true
     });
     assert!(report.unwrap().applied);
@@ -285,10 +290,12 @@ fn a_killed_import_leaves_the_old_set_whole() {
             .args(["--exact", "all_or_nothing::child_that_imports", "--nocapture"])
             .env("LUTRA_TEST_DB", &db)
             .env("LUTRA_TEST_CELLS", &cells)
+            .env("LUTRA_TEST_STOP_AT", kill_at.to_string())
+            .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        let wanted = format!("told {kill_at}");
+        let wanted = format!("at step {kill_at}");
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let seen = lines.map_while(Result::ok).any(|line| line.ends_with(&wanted));
         child.kill().unwrap();
