@@ -133,8 +133,8 @@ fn the_size_of_a_geopackage_is_an_estimate_however_short_it_is() {
         let range = (START_S, START_S + within_s);
         let (told, file) = sizes(folder.path(), range, tags, "geopackage", 2_000);
         assert!(told.estimated, "{tags} {within_s}");
-        // Databases grow by whole pages, so that a part of one is less like all of it.
-        let far = |told: u64, file: u64| told.abs_diff(file) * 3 > file;
+        // Databases grow by whole pages, and of a short file the tracks are a third.
+        let far = |told: u64, file: u64| told.abs_diff(file) * 2 > file;
         assert!(!far(told.rows, file.rows) && !far(told.bytes, file.bytes), "{told:?} of {file:?}");
     }
 }
