@@ -158,7 +158,7 @@ async fn send(
             }
             Err(overflow) => {
                 tracing::error!(%node, %overflow, "what waited for the node is lost");
-                let what = say("{overflow}: it is lost").with("overflow", &overflow);
+                let what = say("{overflow}: it is lost").with("overflow", overflow);
                 ledger.failed(Transport::Tcp, Whose::Peer(node.to_owned()), what);
                 connection.outbox.reopen();
             }

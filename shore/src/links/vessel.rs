@@ -245,7 +245,7 @@ impl Task {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
                         let whose = Whose::Vessel(self.vessel);
-                        self.router.ledger().failed(Transport::Link, whose, reason.to_string());
+                        self.router.ledger().failed(Transport::Link, whose, reason.clone());
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);

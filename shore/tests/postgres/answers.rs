@@ -20,7 +20,7 @@ pub(crate) fn cells(line: &str) -> Vec<String> {
     cells
 }
 
-/// A value as both write it: numbers by their bits.
+/// A value as both write it: a number in one form.
 pub(crate) fn value(text: &str) -> String {
     match text.parse::<f64>() {
         Ok(number) if number.is_nan() => "NaN".to_owned(),
@@ -42,10 +42,12 @@ pub(crate) fn both(data: &Path, postgres: &Postgres, message: &str) -> [Vec<Vec<
     ));
     let columns: Vec<&str> =
         columns.lines().filter(|column| names.iter().any(|name| name == column)).collect();
-    let mut selected = "extract(epoch FROM time)::numeric(30,6), src_ent, dst".to_owned();
-    for column in &columns {
-        selected += &format!(", \"{column}\"");
-    }
+    let quoted = columns.iter().map(|column| format!("\"{column}\""));
+    let selected: Vec<String> = ["extract(epoch FROM time)::numeric(30,6), src_ent, dst".to_owned()]
+        .into_iter()
+        .chain(quoted)
+        .collect();
+    let selected = selected.join(", ");
     let at = |name: &str| names.iter().position(|one| one == name).unwrap();
     let mut mine: Vec<Vec<String>> = lines
         .map(|line| {

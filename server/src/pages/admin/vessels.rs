@@ -106,13 +106,10 @@ pub(in crate::pages) async fn add(
     Sent(new): Sent<NewVessel>,
 ) -> Result<Response, PageError> {
     let name = new.name.trim().to_owned();
-    let address = match vessels::address(new.address.trim()) {
-        Ok(address) => address,
-        Err(_) => {
-            let problem = frame.t("{text} is no IMC address; give one like 2068 or 0x0814.");
-            return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string()))
-                .await;
-        }
+    let Ok(address) = vessels::address(new.address.trim()) else {
+        let problem = frame.t("{text} is no IMC address; give one like 2068 or 0x0814.");
+        return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string()))
+            .await;
     };
     let add = vessels::Add { address, name: name.clone(), now: state.shore.clock.utc() };
     let words = match act(&state, (&who, remote), "vessel.add", &name, add).await? {

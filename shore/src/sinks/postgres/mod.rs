@@ -123,15 +123,15 @@ impl Postgres {
         self.noted = Some((session.id.clone(), count));
         self.vessels.extend(batch.vessels.keys());
         for (row, reason) in refused {
-            self.refuse(row, reason);
+            self.refuse(row, &reason);
         }
         Ok(())
     }
 
     /// Passes a row over that PostgreSQL will never take.
-    fn refuse(&mut self, row: &Row, reason: String) {
+    fn refuse(&mut self, row: &Row, why: &str) {
         let table = layout::Table::new(row.table).name;
-        let reason = format!("table {}.{table}: {reason}", self.schema);
+        let reason = format!("table {}.{table}: {why}", self.schema);
         if self.said.len() < MOST_SAID && self.said.insert(row.table) {
             tracing::warn!(to = self.target, "PostgreSQL: a row is passed over: {reason}");
         }
