@@ -88,20 +88,31 @@ await inBrowser(async (open) => {
   check((await admin.focused()).name.startsWith("Keys:"), (await admin.focused()).html);
   const speed = () => one.locator('[data-tile="speed_mps"] .note-line').innerText();
   await one.waitForFunction(() => Number.parseFloat(document.querySelector('[data-tile="speed_mps"] .note-line').textContent) < 0.3);
-  const heldMs = Date.now();
-  await one.keyboard.down("Space");
-  await one.locator('.helm[data-phase="steering"]').waitFor();
-  const aheadMs = Date.now();
-  await one.keyboard.down("ArrowUp");
-  await one.waitForFunction(() => Number.parseFloat(document.querySelector('[data-tile="speed_mps"] .note-line').textContent) > 0.5);
+  /** Steers until the page shows it; gives since when the dead-man and the arrow were held. Where the computer was too busy for a
+   * moment the motors stop, as they must: then hands let go, and hold anew. */
+  const steer = async (keys, shows, argument) => {
+    for (let tries = 0; tries < 5; tries++) {
+      const heldMs = Date.now();
+      await one.keyboard.down("Space");
+      await one.locator('.helm[data-phase="steering"]').waitFor();
+      const aheadMs = Date.now();
+      for (const key of keys) await one.keyboard.down(key);
+      const stands = () => document.querySelector(".helm").dataset.phase !== "steering";
+      await Promise.race([one.waitForFunction(shows, argument), one.waitForFunction(stands)]);
+      if (await one.evaluate(shows, argument)) return { heldMs, aheadMs };
+      for (const key of [...keys, "Space"]) await one.keyboard.up(key);
+      await one.locator('.helm[data-phase="ready"]').waitFor();
+    }
+    throw new Error(`steering stops again and again: ${await one.getByRole("region", { name: "Steer by hand" }).innerText()}`);
+  };
+  const { heldMs, aheadMs } = await steer(["ArrowUp"], () => Number.parseFloat(document.querySelector('[data-tile="speed_mps"] .note-line').textContent) > 0.5);
   let thrust = [];
   for (const end = Date.now() + 20_000; !thrust.length; thrust = (await motors(heldMs)).filter(({ value }) => value !== 0)) check(Date.now() < end, `no motor turned, at ${await speed()}`);
   check(thrust.every(({ atMs, value }) => atMs >= aheadMs && value > 0), `the dead-man alone moves nothing, and ahead is ahead: ${JSON.stringify(thrust[0])}, ahead since ${aheadMs}`);
   // Turning: the heading that the boat tells changes.
   const heading = () => one.locator('[data-tile="heading_rad"] .reading').innerText();
   const before = Number.parseInt(await heading(), 10);
-  await one.keyboard.down("ArrowRight");
-  await one.waitForFunction((before) => Math.abs(((Number.parseInt(document.querySelector('[data-tile="heading_rad"] .reading').textContent, 10) - before + 540) % 360) - 180) > 15, before);
+  await steer(["ArrowUp", "ArrowRight"], (before) => Math.abs(((Number.parseInt(document.querySelector('[data-tile="heading_rad"] .reading').textContent, 10) - before + 540) % 360) - 180) > 15, before);
   for (const key of ["ArrowRight", "ArrowUp", "Space"]) await one.keyboard.up(key);
   await one.locator('.helm[data-phase="ready"]').waitFor();
   await one.waitForFunction(() => Number.parseFloat(document.querySelector('[data-tile="speed_mps"] .note-line').textContent) < 0.3);

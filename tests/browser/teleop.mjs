@@ -55,10 +55,12 @@ let letGo;
 
 /** Whether the motors ran at a time. They have stopped since. */
 const ran = async (asker, at) => {
-  for (const end = Date.now() + 60_000; ; ) {
+  for (const begun = Date.now(), end = begun + 60_000; ; ) {
     const rows = await motors(asker, at - 3_000);
-    const later = rows.filter((row) => row.at > at && row.value === 0);
-    if ([0, 1].every((motor) => later.some((row) => row.motor === motor))) return runs(rows.filter((row) => row.at <= at));
+    const [before, later] = [rows.filter((row) => row.at <= at), rows.filter((row) => row.at > at && row.value === 0)];
+    if ([0, 1].every((motor) => later.some((row) => row.motor === motor))) return runs(before);
+    // They stood still when it came, and a vessel that steers no more reports its motors no more.
+    if (before.length && !runs(before) && Date.now() > begun + 10_000) return false;
     check(Date.now() < end, "the motors do not stop, or nothing tells");
   }
 };
