@@ -53,7 +53,7 @@ impl Live<'_> {
             return None;
         }
         let Some(estimate) = estimate else {
-            return unguarded.then_some("where the vessel is is not known yet");
+            return unguarded.then_some("the position of the vessel is not known yet");
         };
         let limits = &self.settings.grounding.limits;
         let water = chart.index().depth_at(estimate.place, &limits.demand(limits.navigable_m)).water;

@@ -91,9 +91,10 @@ impl Supervise {
                 let waits = grounding.waiting_text().map(|waits| format!("; {waits}"));
                 (Condition::Normal, text + &waits.unwrap_or_default())
             }
-            Ok(_) if context.estimate.is_none() => {
-                (Condition::Fault, "where the vessel is is not known: the water is not watched".to_owned())
-            }
+            Ok(_) if context.estimate.is_none() => (
+                Condition::Fault,
+                "the position of the vessel is not known: the water is not watched".to_owned(),
+            ),
             Ok(chart) => {
                 let mut parts = vec![grounding.text(context.grounding)];
                 if let Some(left_s) = grounding.exemption.left_s(context.bus.mono()) {
