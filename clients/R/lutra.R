@@ -9,7 +9,7 @@
 #   lutra_download(link, "salmon.csv")
 #
 # Times are POSIXct or ISO 8601 text, UTC. A file gets its name once it is whole. Base R can neither go on with a download that was cut nor reckon a
-# SHA-256: the first begins anew, the second is compared where the package digest is installed.
+# SHA-256: an interrupted download starts from the beginning; the SHA-256 is checked if the package digest is installed.
 
 lutra <- function(url, token = Sys.getenv("LUTRA_TOKEN")) {
   if (!nzchar(token)) stop("give a token, or put it into the environment as LUTRA_TOKEN")

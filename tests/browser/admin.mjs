@@ -52,7 +52,7 @@ await inBrowser(async (open) => {
   await page.getByText(/^Remove admin\? This ends at once and cannot be brought back: admin on all vessels; \d sessions?; no tokens\./).waitFor();
   await look(page, "admin-remove");
   await remove.click();
-  await page.getByRole("alert").getByText("the last admin stays until somebody else is one").waitFor();
+  await page.getByRole("alert").getByText("the last admin stays until another person is one").waitFor();
 
   // The other person comes in, makes a token and sees no administration.
   const other = await open();

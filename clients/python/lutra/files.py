@@ -2,7 +2,7 @@
 
 A file grows as `NAME.part`, with `NAME.part.json` beside it, which says of which state of the data it is. It gets its name once it is whole and
 its SHA-256, where one is known, is right. A download that was cut goes on, in this call or in a later one, as long as the server still gives the
-same bytes; else it begins anew.
+same bytes; else it starts from the beginning.
 """
 
 from __future__ import annotations

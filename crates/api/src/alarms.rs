@@ -428,7 +428,7 @@ pub struct AlarmHistoryQuery {
 pub struct AlarmHistory {
     /// The newest first.
     pub notes: Vec<AlarmNote>,
-    /// The `before` of a query for older ones; null where there are none.
+    /// The `before` of a query for older entries; null if these are the oldest.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub next: Option<i64>,
 }

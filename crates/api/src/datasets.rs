@@ -185,7 +185,7 @@ pub struct Dataset {
     pub state: DatasetState,
     /// Who made it, and when.
     pub made: LogWord,
-    /// The unpublished draft; null where there is none.
+    /// The unpublished draft; null if the dataset has no draft.
     pub draft: Option<DatasetDraft>,
     /// Published versions, the newest first.
     pub versions: Vec<DatasetVersion>,

@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The files that [`Book::read`] asks for, by their path below `src` of the book, such as `alarms.md`.
 pub trait Files {
-    /// The bytes of a file; `None` where there is none.
+    /// The bytes of a file; `None` if it does not exist.
     fn read(&self, path: &str) -> Option<Cow<'static, [u8]>>;
 }
 
@@ -68,7 +68,7 @@ impl Book {
     pub fn read(files: &impl Files, base: &str) -> Self {
         let mut book = Self::default();
         let Some(summary) = text(files, "SUMMARY.md") else {
-            book.problems.push("SUMMARY.md is missing, or is no UTF-8".to_owned());
+            book.problems.push("SUMMARY.md is missing, or is not UTF-8".to_owned());
             return book;
         };
         let (entries, wrong) = summary::read(&summary);
@@ -151,7 +151,7 @@ impl Book {
                 Target::File { path, .. } if link.is_picture => files.read(path).is_some(),
                 Target::File { path, anchor } => match named.get(within(path, *is_included)) {
                     Some(name) => self.leads(name, anchor),
-                    // A text that also stands elsewhere may name what the book has not; it is no link here.
+                    // An included text may name files that the book lacks; they are not made links.
                     None => *is_included,
                 },
             };
@@ -187,7 +187,7 @@ fn within(path: &str, is_included: bool) -> &str {
     if is_included { path.strip_prefix("book/src/").unwrap_or(path) } else { path }
 }
 
-/// Where a link goes in a browser; `None` for what is no link in the book.
+/// The address of a link in a browser; `None` if the target is not part of the book.
 fn address(
     base: &str,
     named: &BTreeMap<String, String>,

@@ -12,7 +12,7 @@ fn main() -> ExitCode {
     }
     if let Some(text) = arguments.next() {
         let Some(address) = parse_int(&text).ok().and_then(|number| u16::try_from(number.value).ok()) else {
-            eprintln!("`{text}` is no IMC address; write it like 0x2810");
+            eprintln!("`{text}` is not an IMC address; write it like 0x2810");
             return ExitCode::FAILURE;
         };
         vessel.address = address;

@@ -64,7 +64,7 @@ pub struct DeviceState {
     pub entity: Entity,
     /// How it is: [`Condition::Boot`] until it has answered.
     pub condition: Condition,
-    /// Its fault and the remedy, in one sentence; empty where there is none.
+    /// Its fault and the remedy, in one sentence; empty if it has no fault.
     pub text: String,
 }
 

@@ -280,7 +280,7 @@ impl Write for Counted {
     /// Fails once the length is given up, by which what is read for it ends too.
     fn flush(&mut self) -> io::Result<()> {
         if self.given_up.is_cancelled() {
-            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "nobody waits for the export any more"));
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the client no longer waits for the export"));
         }
         Ok(())
     }
@@ -397,7 +397,7 @@ impl Write for Chunks {
     /// An incomplete chunk waits for more, or for the end. Fails once the file is not read any more, which ends its making too.
     fn flush(&mut self) -> io::Result<()> {
         if self.sender.is_closed() {
-            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the export is not read any more"));
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the client no longer reads the export"));
         }
         Ok(())
     }

@@ -280,7 +280,7 @@ async fn somebody_manages(db: &mut SqliteConnection) -> Result<(), Fault> {
     let admins: i64 = sqlx::query_scalar(sql).bind(ALL).bind(number(Role::Admin)).fetch_one(db).await?;
     if admins == 0 {
         return Err(Fault::refused(say(
-            "The server needs an admin: the first person is one, and the last admin stays until somebody else is one.",
+            "The server needs an admin: the first person is one, and the last admin stays until another person is one.",
         )));
     }
     Ok(())

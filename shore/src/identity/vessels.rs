@@ -116,7 +116,7 @@ pub fn address(text: &str) -> Result<u16, String> {
         Some(digits) => u16::from_str_radix(digits, 16),
         None => text.parse(),
     };
-    read.map_err(|_| format!("{text:?} is no IMC address, like 2068 or 0x0814"))
+    read.map_err(|_| format!("{text:?} is not an IMC address, like 2068 or 0x0814"))
 }
 
 #[cfg(test)]

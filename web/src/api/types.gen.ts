@@ -112,7 +112,7 @@ export type AlarmHistory = {
  */
 notes: Array<AlarmNote>, 
 /**
- * The `before` of a query for older ones; null where there are none.
+ * The `before` of a query for older entries; null if these are the oldest.
  */
 next: number | null, };
 
@@ -755,7 +755,7 @@ state: DatasetState,
  */
 made: LogWord, 
 /**
- * The unpublished draft; null where there is none.
+ * The unpublished draft; null if the dataset has no draft.
  */
 draft: DatasetDraft | null, 
 /**

@@ -45,15 +45,15 @@ export function DatasetForm({ first, label, people, projects, vessels, send, can
           {field("publisher", t("Publisher, the institution"), (marks) => line("publisher", marks, { maxLength: 300 }))}
           {field("licence", t("Licence"), (marks) => <select {...marks} value={draft.licence} onChange={(event) => change({ licence: event.currentTarget.value })}>{LICENCES.map(([id, words]) => <option key={id} value={id}>{words}</option>)}<option value={OWN}>{t("own words")}</option></select>)}
           {draft.licence === OWN && field("own", t("What others may do with it"), (marks) => line("ownLicence", marks, { maxLength: 300 }))}
-          {field("embargo_until", t("Others get the data from (empty for at once)"), (marks) => <WhenField marks={marks} kind="day" value={draft.embargo} told={(embargo) => change({ embargo })} />)}
+          {field("embargo_until", t("Others get the data from (empty for at once)"), (marks) => <WhenField marks={marks} kind="day" value={draft.embargo} changed={(embargo) => change({ embargo })} />)}
           {field("doi", t("DOI, where it has one"), (marks) => line("doi", marks, { placeholder: "10.5281/zenodo.1234" }))}
         </div>
       </fieldset>
       <fieldset class="part">
         <legend>{t("Which detections")}</legend>
         <div class="filters">
-          {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} told={(from) => change({ from })} />)}
-          {field("to_us", t("To (UTC), empty for until it is published"), (marks) => <WhenField marks={marks} value={draft.to} told={(to) => change({ to })} />)}
+          {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} changed={(from) => change({ from })} />)}
+          {field("to_us", t("To (UTC), empty for until it is published"), (marks) => <WhenField marks={marks} value={draft.to} changed={(to) => change({ to })} />)}
           {field("tags", t("Tags"), (marks) => line("tags", marks, { placeholder: "S256-101, 102" }))}
           <Choices label={t("Vessels")} all={t("All vessels")} options={vessels} chosen={draft.vessels} choose={(chosen) => change({ vessels: chosen })} />
           <Choices label={t("Projects")} all={t("All projects")} options={projects.map((name) => [name, name] as const)} chosen={draft.projects} choose={(chosen) => change({ projects: chosen })} />

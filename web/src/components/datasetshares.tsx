@@ -124,8 +124,8 @@ function ShareForm({ links, version }: { readonly links: Links; readonly version
       </div>
       <details><summary>{t("Only a part of it")}</summary>
         <div class="filters">
-          {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} told={(from) => change({ from })} />)}
-          {field("to_us", t("To (UTC)"), (marks) => <WhenField marks={marks} value={draft.to} told={(to) => change({ to })} />)}
+          {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} changed={(from) => change({ from })} />)}
+          {field("to_us", t("To (UTC)"), (marks) => <WhenField marks={marks} value={draft.to} changed={(to) => change({ to })} />)}
           {field("tags", t("Tags"), (marks) => line("tags", marks, { placeholder: "S256-101, 102" }))}
           {field("area", t("Area, corners as latitude,longitude with ; between them"), (marks) => line("area", marks, { placeholder: "63.44,10.35;63.46,10.35;63.46,10.42" }))}
         </div>

@@ -28,8 +28,8 @@ export function MissionForm({ draft: first, vessels, label, send, cancel }: Need
     <form class="note-form" aria-label={label} noValidate onSubmit={(event) => void form.submit(event)}>
       <div class="filters">
         {field("name", t("Name"), (marks) => <input ref={name} {...marks} maxLength={120} autocomplete="off" value={draft.name} onInput={(event) => change({ name: event.currentTarget.value })} />)}
-        {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} told={(from) => change({ from })} />)}
-        {field("to_us", t("To (UTC), empty while it goes on"), (marks) => <WhenField marks={marks} value={draft.to} told={(to) => change({ to })} />)}
+        {field("from_us", t("From (UTC)"), (marks) => <WhenField marks={marks} value={draft.from} changed={(from) => change({ from })} />)}
+        {field("to_us", t("To (UTC), empty while it goes on"), (marks) => <WhenField marks={marks} value={draft.to} changed={(to) => change({ to })} />)}
         {field("people", t("People"), (marks) => <input {...marks} maxLength={500} autocomplete="off" value={draft.people} onInput={(event) => change({ people: event.currentTarget.value })} />)}
       </div>
       <VesselsOf draft={draft} vessels={vessels} wrong={form.at("vessels")} change={change} />

@@ -41,7 +41,7 @@ export function NoteForm(needs: Needs) {
             {vessels.map(([address, name]) => <option key={address} value={address}>{name}</option>)}
           </select>
         ))}
-        {field("time_us", t("Time (UTC), empty for now"), (marks) => <WhenField marks={marks} value={draft.time} told={(time) => change({ time })} />)}
+        {field("time_us", t("Time (UTC), empty for now"), (marks) => <WhenField marks={marks} value={draft.time} changed={(time) => change({ time })} />)}
         {field("lat_deg", t("Latitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lat} onInput={(event) => change({ lat: event.currentTarget.value })} />)}
         {field("lon_deg", t("Longitude, °"), (marks) => <input {...marks} inputMode="text" size={12} autocomplete="off" value={draft.lon} onInput={(event) => change({ lon: event.currentTarget.value })} />)}
         {"geolocation" in navigator && <button type="button" disabled={locating} onClick={form.here}>{locating ? t("Asking your device …") : t("My position")}</button>}

@@ -31,7 +31,7 @@ export function RegisterForm({ kind, entry, entries, vessels, label, send, cance
     const shared = { ...marks, value: draft[name] ?? "" };
     const typed = (event: { readonly currentTarget: { readonly value: string } }): void => change({ [name]: event.currentTarget.value });
     if (holds === "text") return <textarea {...shared} rows={2} onInput={typed} />;
-    if (holds === "time") return <WhenField marks={marks} value={shared.value} told={(text) => change({ [name]: text })} />;
+    if (holds === "time") return <WhenField marks={marks} value={shared.value} changed={(text) => change({ [name]: text })} />;
     if (holds === "line" || holds === "number" || holds === "whole") return <input {...shared} inputMode={holds === "line" ? "text" : "decimal"} autocomplete="off" onInput={typed} />;
     return <select {...shared} onChange={typed}><Choices column={column} chosen={draft[name] ?? ""} entries={entries} vessels={vessels} /></select>;
   };

@@ -29,7 +29,7 @@ function Pick({ label, id, value, wrong }: { readonly label: string; readonly id
   return (
     <div class="field">
       <label for={id}>{label}</label>
-      <WhenField marks={{ id, "aria-invalid": wrong !== "", "aria-describedby": `${id}-wrong` }} value={value.value} told={(text) => (value.value = text)} />
+      <WhenField marks={{ id, "aria-invalid": wrong !== "", "aria-describedby": `${id}-wrong` }} value={value.value} changed={(text) => (value.value = text)} />
       <p id={`${id}-wrong`} class="wrong" role="alert">{wrong}</p>
     </div>
   );

@@ -8,23 +8,23 @@ interface Needs {
   readonly marks: { readonly id: string; readonly "aria-invalid": boolean; readonly "aria-describedby": string };
   readonly value: string;
   readonly kind?: When;
-  /** Told of each whole time at once, and of what is none when the field is left. */
-  told(text: string): void;
+  /** Called with each whole time at once, and with any text when the field is left. */
+  changed(text: string): void;
 }
 
-export function WhenField({ marks, value, kind = "time", told }: Needs) {
+export function WhenField({ marks, value, kind = "time", changed }: Needs) {
   const field = useRef<HTMLInputElement>(null);
-  /** What is being typed and is no time yet. */
+  /** Text that is being typed and is not a time yet. */
   const [typed, type] = useState<string>();
   useEffect(() => field.current ? withCalendar(field.current, kind) : undefined, [kind]);
-  const hear = (text: string, left: boolean): void => {
+  const typing = (text: string, left: boolean): void => {
     const whole = left || text === "" || isTime(text, kind);
     type(whole ? undefined : text);
-    if (whole) told(text.trim());
+    if (whole) changed(text.trim());
   };
   return (
     <span class="when">
-      <input {...marks} ref={field} autocomplete="off" spellcheck={false} maxLength={40} placeholder={LIKE[kind]} value={typed ?? value} onInput={(event) => hear(event.currentTarget.value, false)} onChange={(event) => hear(event.currentTarget.value, true)} />
+      <input {...marks} ref={field} autocomplete="off" spellcheck={false} maxLength={40} placeholder={LIKE[kind]} value={typed ?? value} onInput={(event) => typing(event.currentTarget.value, false)} onChange={(event) => typing(event.currentTarget.value, true)} />
     </span>
   );
 }

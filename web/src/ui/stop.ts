@@ -103,7 +103,7 @@ class Orders {
   }
 }
 
-/** The server answered, or nobody waits for it any more. */
+/** The server answered, or the client no longer waits for it. */
 function answered(one: Order): void {
   one.asking = undefined;
   setText(one.away, "✕");

@@ -72,7 +72,7 @@ impl PartialOrd for Waiting {
 
 impl DepthIndex {
     /// The nearest place that is charted shallower than `depth_m`, or is not water of known depth; `None`
-    /// if there is none within `within_m`. The distance is 0 where `place` itself is such a place.
+    /// if no such place lies within `within_m`. The distance is 0 where `place` itself is such a place.
     ///
     /// Distances are exact to 1 mm at 1 km; which of two objects is the nearer is judged in one flat frame, so
     /// at 10 km the answer may be 0.3 % farther than the nearest (at 63°N).

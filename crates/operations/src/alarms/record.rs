@@ -189,7 +189,7 @@ pub enum AlarmRefused {
     #[error("there is no such alarm any more")]
     Gone,
     /// It needs no acknowledgement.
-    #[error("this alarm is acknowledged already, or a caution, which needs nobody")]
+    #[error("this alarm is acknowledged already, or a caution, which needs no acknowledgement")]
     Known,
     /// It must be seen.
     #[error("an emergency cannot be shelved: acknowledge it")]
@@ -207,7 +207,7 @@ impl AlarmRefused {
     pub fn said(self) -> Said {
         match self {
             Self::Gone => say("there is no such alarm any more"),
-            Self::Known => say("this alarm is acknowledged already, or a caution, which needs nobody"),
+            Self::Known => say("this alarm is acknowledged already, or a caution, which needs no acknowledgement"),
             Self::Emergency => say("an emergency cannot be shelved: acknowledge it"),
             Self::Time => say("an alarm can be shelved for 1 minute to {n} hours")
                 .with("n", LONGEST_SHELF.as_secs() / 3600),

@@ -127,7 +127,7 @@ impl Commands {
         }
     }
 
-    /// Takes news of the plans stored aboard, whoever the requester was. An answer about one plan updates the list at once;
+    /// Takes news of the plans stored aboard, whichever console asked. An answer about one plan updates the list at once;
     /// before the whole list has come, that plan is all that is known.
     fn plans(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
         if answer.r#type != PlanDBType::Success {

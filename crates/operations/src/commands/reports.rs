@@ -1,4 +1,4 @@
-//! Vessels' reports on request, whoever the requester is: parameters of their entities, and plans.
+//! Vessels' reports on request of any console: parameters of their entities, and plans.
 //!
 //! A query commands nothing, so it needs no lease. The same query is sent once in [`AGAIN`], however many people
 //! ask. The memory is bounded by bytes; the vessel that reported last stays.

@@ -155,7 +155,7 @@ impl Why {
         }
     }
 
-    /// The remedy, beyond passing neutral; empty where there is none.
+    /// The remedy, beyond passing neutral; empty if passing neutral is enough.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Begun | Self::Released | Self::Person => "",

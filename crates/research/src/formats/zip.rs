@@ -1,5 +1,7 @@
 //! A zip file, written from its beginning to its end without looking back (APPNOTE 6.3, with data descriptors).
 //!
+//! Own code, as rows are written to a target that is handed in anew for each of them, while the crate `zip` must own its target.
+//!
 //! Times in it are all 1980-01-01, so that the same rows give the same bytes. Without the additions for large files an entry, and where the
 //! last one begins, stay below 4 GiB: what would be longer is an error that says so.
 

@@ -107,7 +107,7 @@ pub(in crate::pages) async fn add(
 ) -> Result<Response, PageError> {
     let name = new.name.trim().to_owned();
     let Ok(address) = vessels::address(new.address.trim()) else {
-        let problem = frame.t("{text} is no IMC address; give one like 2068 or 0x0814.");
+        let problem = frame.t("{text} is not an IMC address; give one like 2068 or 0x0814.");
         return show(&state, frame, Words::problem(problem.with("text", new.address.trim()).to_string()))
             .await;
     };

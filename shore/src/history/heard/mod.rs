@@ -73,7 +73,7 @@ fn write_told(
 /// What a file has, which is written to nowhere.
 ///
 /// # Errors
-/// When the history cannot be read, or nobody waits for it any more.
+/// When the history cannot be read, or the client no longer waits for it.
 pub fn content(
     data: &Path,
     wanted: &DetectionsWanted,
@@ -110,7 +110,7 @@ impl Write for Hashed {
 impl Hashed {
     fn goes_on(&self) -> std::io::Result<()> {
         if self.given_up.is_cancelled() {
-            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "nobody waits for it any more"));
+            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "the client no longer waits for it"));
         }
         Ok(())
     }

@@ -23,7 +23,7 @@ pub(super) fn options(settings: &settings::Postgres) -> anyhow::Result<PgConnect
         "sinks.postgres.url must begin with postgres://"
     );
     let options: PgConnectOptions = url.parse().ok().context(
-        "sinks.postgres.url is no address; it must be like postgres://host:5432/database, or \
+        "sinks.postgres.url is not an address; it must be like postgres://host:5432/database, or \
          postgres://%2Frun%2Fpostgresql/database for a socket",
     )?;
     ensure!(

@@ -1,6 +1,6 @@
 //! Files of NetCDF's classic format with offsets of 64 bits (CDF-2): a header, variables of a fixed size, then records one after another.
 //!
-//! By the format's specification in the NetCDF user's guide, appendix B. All numbers are big-endian; names, texts and the values of each
+//! Own code that writes records as they come, without the C library that the crate `netcdf` links. By the format's specification in the NetCDF user's guide, appendix B. All numbers are big-endian; names, texts and the values of each
 //! variable in a record are filled up to four bytes.
 
 use std::io::{self, Write};
@@ -9,7 +9,7 @@ const DIMENSIONS: u32 = 0x0A;
 const VARIABLES: u32 = 0x0B;
 const ATTRIBUTES: u32 = 0x0C;
 
-/// What stands beside a variable, or the whole.
+/// An attribute of a variable or of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Attribute {
     Text(String),
