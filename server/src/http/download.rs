@@ -280,7 +280,10 @@ impl Write for Counted {
     /// Fails once the length is given up, by which what is read for it ends too.
     fn flush(&mut self) -> io::Result<()> {
         if self.given_up.is_cancelled() {
-            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "the client no longer waits for the export"));
+            return Err(io::Error::new(
+                io::ErrorKind::BrokenPipe,
+                "the client no longer waits for the export",
+            ));
         }
         Ok(())
     }

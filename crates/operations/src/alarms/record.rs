@@ -207,7 +207,9 @@ impl AlarmRefused {
     pub fn said(self) -> Said {
         match self {
             Self::Gone => say("there is no such alarm any more"),
-            Self::Known => say("this alarm is acknowledged already, or a caution, which needs no acknowledgement"),
+            Self::Known => {
+                say("this alarm is acknowledged already, or a caution, which needs no acknowledgement")
+            }
             Self::Emergency => say("an emergency cannot be shelved: acknowledge it"),
             Self::Time => say("an alarm can be shelved for 1 minute to {n} hours")
                 .with("n", LONGEST_SHELF.as_secs() / 3600),

@@ -110,7 +110,10 @@ impl Write for Hashed {
 impl Hashed {
     fn goes_on(&self) -> std::io::Result<()> {
         if self.given_up.is_cancelled() {
-            return Err(std::io::Error::new(std::io::ErrorKind::BrokenPipe, "the client no longer waits for it"));
+            return Err(std::io::Error::new(
+                std::io::ErrorKind::BrokenPipe,
+                "the client no longer waits for it",
+            ));
         }
         Ok(())
     }
