@@ -22,8 +22,10 @@ export const SIZES = [
   { width: 820, height: 1180 },
   { width: 390, height: 844 },
 ];
-/** Longer than anything takes on a computer that others load too. */
-export const PATIENCE_MS = 60_000;
+/** How much longer than on a quiet computer a wait may last: before a change lands others load the computer as well. */
+export const BUSY = process.env.NEXTEST_PROFILE === "ci" ? 4 : 1;
+/** Longer than anything takes. */
+export const PATIENCE_MS = 60_000 * BUSY;
 /** Letters of a page that failed. */
 const MOST_SAID = 6_000;
 const PALETTES = ["day", "sun", "dusk", "night"];
@@ -35,6 +37,7 @@ const [COLOURS, SIZE] = [["color-contrast", "link-in-text-block"], ["target-size
  * behind others, where it is there. */
 export async function inBrowser(work, { whole = false } = {}) {
   const browser = await chromium.launch({
+    timeout: PATIENCE_MS,
     executablePath: (whole ? [WHOLE, SHELL] : [SHELL, WHOLE]).find(existsSync),
     args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
   });
@@ -97,12 +100,12 @@ export async function later(seen, stepS) {
 
 /** Asks again and again, until something that no page shows holds; gives what was answered then. */
 export async function until(holds, what, withinMs = 30_000) {
-  for (const end = Date.now() + withinMs; Date.now() < end; ) {
+  for (const end = Date.now() + withinMs * BUSY; Date.now() < end; ) {
     const answer = await holds();
     if (answer) return answer;
     await new Promise((done) => setTimeout(done, 200));
   }
-  throw new Error(`${what}: not within ${withinMs / 1e3} s`);
+  throw new Error(`${what}: not within ${(withinMs * BUSY) / 1e3} s`);
 }
 
 /** Whether two values are the same all through; else the first difference is told. */

@@ -102,7 +102,9 @@ await inBrowser(async (open) => {
   const started = one.locator('.commands > li[data-order="plan.start"]').filter({ hasText: "by admin" }).first();
   await started.getByText(/done executing square/).waitFor();
   const stages = await started.innerText();
-  for (const stage of ["accepted", "sent", "received", "executing", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
+  for (const stage of ["accepted", "sent", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
+  // On a busy computer the mode that the vessel reports can overtake its receipt or its answer: a stage is never added behind a later one.
+  check(stages.includes("received") || stages.includes("executing"), `received or executing in ${stages}`);
   await viewer.locator('.commands > li[data-order="plan.start"]').filter({ hasText: "by admin" }).first().getByText(/done/).waitFor();
 
   // Go to a clicked point, and to a typed one.

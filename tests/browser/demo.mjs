@@ -1,7 +1,7 @@
 // What the demo has beside Otters that sail: node demo.mjs URL PASSWORD PAST. PAST is the address of a replay. Prints
 // "until yesterday is in" and goes on; the caller waits there.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, password, past] = process.argv.slice(2);
 const CUT = 10450;
@@ -14,12 +14,12 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/vessels/${CUT}?tab=Link+loss`);
   const panel = page.locator(".linkloss");
   await panel.getByText("Link up.").waitFor();
-  await panel.getByText("Link lost.").waitFor({ timeout: 120_000 });
+  await panel.getByText("Link lost.").waitFor({ timeout: 2 * PATIENCE_MS });
   const lost = Date.now();
   await page.locator("#alarms").getByText(/otter-2/).first().waitFor();
   await page.locator('[data-tile="speed_mps"][data-old]').waitFor();
   await look(page, "demo-link-cut");
-  await panel.getByText("Link up.").waitFor({ timeout: 120_000 });
+  await panel.getByText("Link up.").waitFor({ timeout: 2 * PATIENCE_MS });
   const [from, to] = [(lost - 5_000) * 1e3, (lost + 5_000) * 1e3];
   const series = await (await page.request.get(`${url}/api/v1/series?system=${CUT}`)).json();
   const { entity } = series.find((one) => one.message === "EstimatedState");

@@ -1,6 +1,6 @@
 // The Parameters tab on a simulated Otter: node params.mjs URL PASSWORD. Prints what it wants done to processes.
 
-import { check, inBrowser, logIn, look, until } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look, until } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10449;
@@ -130,7 +130,7 @@ await inBrowser(async (open) => {
     const now = await link();
     return now.up && now.connections !== connections;
   }, "a new connection of the vessel", 90_000);
-  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
+  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 2 * PATIENCE_MS });
   await button(page, "Read from vessel").click();
   await box(page).getByText(/^Read\./).waitFor();
   check((await field(page, NAME).inputValue()) === "17", "it is there after a start");
@@ -141,12 +141,12 @@ await inBrowser(async (open) => {
   console.log("silence otter-1");
   await button(page, "Write 1").click();
   await button(page, "Write to vessel").click();
-  await row(page, NAME).getByText(/timed out: /).waitFor({ timeout: 90_000 });
+  await row(page, NAME).getByText(/timed out: /).waitFor({ timeout: 2 * PATIENCE_MS });
   check((await field(page, NAME).inputValue()) === "19", "no work is lost");
   await box(page).getByText(/otter-1 is not heard: these are its last known values, .* old\./).waitFor();
   await look(page, "params-offline");
   console.log("wake otter-1");
-  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
+  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 2 * PATIENCE_MS });
   await button(page, "Discard changes").click();
   check((await field(page, NAME).inputValue()) !== "19", "forgotten");
 

@@ -1,7 +1,7 @@
 // The past on a vessel's page: node replay.mjs URL PASSWORD [LOG]. LOG is a recording of a DUNE vehicle, brought in first.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, look, same, sameSamples, table } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look, same, sameSamples, table } from "./browser.mjs";
 
 const [url, password, log] = process.argv.slice(2);
 const OTTER = 10449;
@@ -149,7 +149,7 @@ await inBrowser(async (open) => {
   // A simulated Otter that sails on, and hears fish.
   await page.goto(`${url}/vessels/${OTTER}?tab=Tags`);
   await badge("LIVE");
-  await page.getByRole("row", { name: /S256-10\d/ }).nth(2).waitFor({ timeout: 120_000 });
+  await page.getByRole("row", { name: /S256-10\d/ }).nth(2).waitFor({ timeout: 2 * PATIENCE_MS });
   const now = Date.now() * 1e3;
   const first = (await json(`/api/v1/series?system=${OTTER}`)).find((one) => one.message === "EstimatedState").first_us;
   const [from, to] = [Math.max(first, now - 300_000_000), now];

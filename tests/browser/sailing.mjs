@@ -1,6 +1,6 @@
 // What a fleet sails: the list sorted, the route on the map, and plans ashore beside those aboard: node sailing.mjs URL PASSWORD.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10449;
@@ -101,7 +101,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/vessels/${OTTER}`);
   // The mark goes on with the vessel: its first maneuver ends after some metres.
   await line.getByText(`Sails ${LONG}: maneuver 1 of 2, one`).waitFor();
-  await line.getByText(`Sails ${LONG}: maneuver 2 of 2, <b>two</b>`).waitFor({ timeout: 180_000 });
+  await line.getByText(`Sails ${LONG}: maneuver 2 of 2, <b>two</b>`).waitFor({ timeout: 3 * PATIENCE_MS });
   const tile = page.locator('[data-tile="plan"] .reading');
   await tile.getByText(LONG).waitFor();
   check(await tile.evaluate((node) => node.scrollHeight <= node.clientHeight + 1), "the tile holds the whole name");

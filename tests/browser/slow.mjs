@@ -1,6 +1,6 @@
 // Work behind a slow and lossy link: node slow.mjs URL URL-BEHIND-THE-LINK PASSWORD. Prints what it wants done to the link.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, slow, password] = process.argv.slice(2);
 const OTTER = 10449;
@@ -24,7 +24,7 @@ await inBrowser(async (open) => {
 
   // The first page comes, and the boat moves on it.
   const page = await open();
-  page.context().setDefaultTimeout(180_000);
+  page.context().setDefaultTimeout(3 * PATIENCE_MS);
   await logIn(page, slow, "nils", secret, WORDS);
   const begun = Date.now();
   await page.goto(slow);

@@ -1,7 +1,7 @@
 // A vessel's page on simulated Otters: node vessel.mjs URL PASSWORD. Prints what it wants done to processes.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, look, sameSamples } from "./browser.mjs";
+import { PATIENCE_MS, check, inBrowser, logIn, look, sameSamples } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10449;
@@ -131,7 +131,7 @@ await inBrowser(async (open) => {
   const questions = [];
   page.on("request", (request) => request.url().includes("/detections?") && questions.push(request.url()));
   const rowsBefore = await tagRows.count();
-  await page.waitForFunction((count) => document.querySelectorAll("#panel-5 tbody tr").length > count, rowsBefore, { timeout: 120_000 });
+  await page.waitForFunction((count) => document.querySelectorAll("#panel-5 tbody tr").length > count, rowsBefore, { timeout: 2 * PATIENCE_MS });
   check(questions.length === 0, `asked for tags: ${questions}`);
   const [last] = (await (await page.request.get(`${url}/api/v1/vessels/${OTTER}/detections?order=newest&limit=1&from_us=0&to_us=4000000000000000`)).json()).detections;
   check(last.clock === "set" && last.raw.startsWith("$") && last.pose_age_s < 5 && last.pose_sigma_m > 0, JSON.stringify(last));
