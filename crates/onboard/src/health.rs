@@ -13,6 +13,9 @@ use units::MonoTime;
 const CPU_SAMPLES: usize = 10;
 /// The computer's state is unknown after this silence.
 const HOST_SILENCE: Duration = Duration::from_secs(30);
+/// With this much room a disk is not short of it, however large it is (MiB): a vessel records about 56 MB an hour, so this lasts
+/// for a week.
+const PLENTY_MIB: f64 = 10_240.0;
 
 /// The computer.
 #[derive(Debug, Clone, Default)]
@@ -59,8 +62,10 @@ impl Host {
         if self.cpu.len() == CPU_SAMPLES && mean >= settings.cpu_percent {
             faults.push(format!("this program takes {mean:.0} % of a processor"));
         }
-        if reading.disk_free_percent < settings.disk_free_percent {
-            faults.push(format!("disk: {:.0} MiB left; without room the log stops", reading.disk_free_mib));
+        let is_short =
+            |percent: f64| reading.disk_free_percent < percent && reading.disk_free_mib < PLENTY_MIB;
+        if is_short(settings.disk_free_percent) {
+            faults.push(format!("disk: {:.0} MiB left; the log stops when it is full", reading.disk_free_mib));
         }
         if reading.memory_mib > settings.memory_mib {
             faults.push(format!("this program's memory at {:.0} MiB", reading.memory_mib));
@@ -68,11 +73,10 @@ impl Host {
         if let Some(free) = reading.memory_free_percent.filter(|free| *free < settings.memory_free_percent) {
             faults.push(format!("memory of the computer: {free:.0} % free"));
         }
-        let full = reading.disk_free_percent < settings.disk_error_percent;
         if faults.is_empty() {
             states.set(bus, Entity::Host, Condition::Normal, words(&reading, mean));
         } else {
-            let condition = if full { Condition::Error } else { Condition::Fault };
+            let condition = if is_short(settings.disk_error_percent) { Condition::Error } else { Condition::Fault };
             states.set(bus, Entity::Host, condition, faults.join("; "));
         }
     }

@@ -345,10 +345,10 @@ pub mod host {
     pub const FREQUENCY: Param<f64> = execution_frequency(1.0);
     pub const DISK_WARNING: Param<f64> = float("Storage Warning Level", 10.0, Unit::Percent)
         .within(0.0, 100.0)
-        .doc("Lutra: free disk space below which the operator is warned.");
+        .doc("Lutra: free disk space below which the operator is warned; 10 GiB is always enough.");
     pub const DISK_ERROR: Param<f64> = float("Storage Error Level", 2.0, Unit::Percent)
         .within(0.0, 100.0)
-        .doc("Lutra: free disk space below which the entity is in error.");
+        .doc("Lutra: free disk space below which the entity is in error; 10 GiB is always enough.");
     pub const MEMORY_WARNING: Param<f64> = float("Memory Warning Level", 10.0, Unit::Percent)
         .within(0.0, 100.0)
         .doc("Lutra: free memory below which the operator is warned.");

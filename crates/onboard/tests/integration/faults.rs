@@ -4,7 +4,7 @@ use crate::common::*;
 use control::MotorPair;
 use devices::{GnssReading, GroundVelocity, Reading};
 use imc::messages::*;
-use onboard::Input;
+use onboard::{Entity, HostReading, Input};
 
 fn under_way() -> Sea {
     let mut sea = Sea::new().ready();
@@ -343,4 +343,22 @@ fn damaged_plans_are_answered_and_harm_nothing() {
     sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
     sea.run(5.0);
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
+}
+
+#[test]
+fn a_large_disk_is_not_short_of_room_while_a_week_of_recording_fits() {
+    let mut sea = Sea::new();
+    let state = |sea: &mut Sea, disk_free_mib: f64, disk_free_percent: f64| {
+        sea.tell(Input::Host(HostReading { disk_free_mib, disk_free_percent, ..HostReading::default() }));
+        sea.run(2.0);
+        let number = Entity::Host.number();
+        let mut own = sea.said.iter().rev().filter(|(_, packet)| packet.header.src_ent == number);
+        own.find_map(|(_, packet)| packet.get::<EntityState>().cloned()).unwrap()
+    };
+    assert_eq!(state(&mut sea, 24_000.0, 9.0).state, EntityStateState::Normal);
+    assert_eq!(state(&mut sea, 12_000.0, 1.0).state, EntityStateState::Normal);
+    let short = state(&mut sea, 1_000.0, 3.5);
+    assert_eq!(short.state, EntityStateState::Fault);
+    assert_eq!(short.description.to_string(), "disk: 1000 MiB left; the log stops when it is full");
+    assert_eq!(state(&mut sea, 400.0, 1.4).state, EntityStateState::Error);
 }
