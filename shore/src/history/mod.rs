@@ -10,6 +10,7 @@ pub mod imports;
 mod places;
 mod shelf;
 pub mod size;
+pub mod table;
 
 pub use imports::Imports;
 pub use places::Places;
