@@ -160,7 +160,7 @@ async fn rows_come_as_csv_where_that_is_asked_for() {
 }
 
 #[tokio::test]
-async fn nobody_sees_rows_of_a_vessel_that_is_not_theirs() {
+async fn a_person_gets_rows_of_the_vessels_that_they_may_see_alone() {
     let shore = Shore::with(recorded).await;
     let own = shore.token(Some(OTTER), Role::Viewer).await;
     let seen = rows(&shore, "series=Voltage.2.value", &own).await;

@@ -84,7 +84,9 @@ impl Asked {
         let is_angle = buckets.unit == "rad" || buckets.unit.starts_with("rad/");
         let turned = self.degrees && is_angle;
         let unit = if turned { buckets.unit.replacen("rad", "°", 1) } else { buckets.unit.clone() };
-        let shown = move |value: f64| if turned { value.to_degrees() } else { value };
+        // A value beyond all sense must stay a number.
+        let shown =
+            move |value: f64| if turned { value.to_degrees().clamp(f64::MIN, f64::MAX) } else { value };
         let mut iso = IsoTime::new();
         (0..buckets.start_us.len()).map(move |at| {
             let (first_us, count) = (buckets.first_us[at], buckets.count[at]);
