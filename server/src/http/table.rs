@@ -130,7 +130,7 @@ fn degrees(angles: Option<&str>) -> Result<bool, ApiError> {
 /// The vessels that were asked for, and those that the person may see.
 struct Vessels {
     asked: Vec<String>,
-    named: Vec<api::Vessel>,
+    named: std::sync::Arc<[api::Vessel]>,
     who: Principal,
 }
 
@@ -139,12 +139,13 @@ impl Vessels {
     /// One is named by an address that the person may not see.
     fn asked(state: &AppState, who: Principal, texts: &[String]) -> Result<Self, ApiError> {
         let asked = table::several(texts);
-        match export::addresses(&asked).find(|vessel| who.grants.on(*vessel).is_none()) {
-            None => Ok(Self { asked, named: state.shore.people.vessels(), who }),
-            Some(vessel) => {
-                Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")))
-            }
+        let hidden = export::addresses(&asked).find(|vessel| who.grants.on(*vessel).is_none());
+        if let Some(vessel) = hidden {
+            return Err(ApiError::forbidden(format!(
+                "vessel: you may not see vessel {vessel}. Ask an admin."
+            )));
         }
+        Ok(Self { asked, named: state.shore.people.vessels(), who })
     }
 
     /// # Errors
