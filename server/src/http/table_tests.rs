@@ -31,6 +31,7 @@ fn tag(number: u32, place: Option<(f64, f64)>) -> Message {
         millis: 7,
         trans_protocol: 6_u8.into(),
         trans_id: number,
+        trans_data: 5,
         snr: 20,
         trans_freq: 69,
         lat: place.map(|(lat, _)| lat.to_radians()),
@@ -154,9 +155,9 @@ async fn rows_come_as_csv_where_that_is_asked_for() {
     let lines: Vec<&str> = heard.body.lines().collect();
     assert_eq!(lines[0], "time,vessel,tag,data,latitude,longitude,snr_db");
     assert!(
-        lines[1].starts_with("2026-11-21T08:00:03.500Z,0x0814,S256-101,,63.4") && lines[1].ends_with(",20")
+        lines[1].starts_with("2026-11-21T08:00:03.500Z,0x0814,S256-101,5,63.4") && lines[1].ends_with(",20")
     );
-    assert_eq!(lines[2], "2026-11-21T08:00:04.000Z,0x0814,S256-102,,,,20");
+    assert_eq!(lines[2], "2026-11-21T08:00:04.000Z,0x0814,S256-102,5,,,20");
 }
 
 #[tokio::test]
