@@ -225,7 +225,8 @@ fn the_tracks_of_a_file_end_early_where_it_is_not_read_any_more() {
     store.close().unwrap();
     let read = |until: usize| {
         let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread::after(until));
-        let done = write(data.path(), &asked(), &names, &study, &file("geopackage"), &mut unread).map(drop);
+        let wanted = DetectionsWanted { range: TimeRange::ALL, ..asked() };
+        let done = write(data.path(), &wanted, &names, &study, &file("geopackage"), &mut unread).map(drop);
         (done, unread)
     };
     let (whole, asked) = read(usize::MAX);
