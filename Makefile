@@ -145,6 +145,7 @@ bench: setup web chromium
 	cargo bench --locked --package server --bench stop
 	cargo bench --locked --package server --bench tiles
 	@sh scripts/bench-coast
+	@sh scripts/bench-detections
 	@sh scripts/bench-agent
 	cargo test --release --locked --package onboard --test integration drives -- --ignored --nocapture
 	cargo test --release --locked --package shore --test postgres -- --ignored --nocapture

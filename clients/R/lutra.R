@@ -49,7 +49,7 @@ lutra_rows <- function(server, message, vessel = NULL, entity = NULL, field = NU
 lutra_download <- function(server, path, format = "lutra", start = NULL, end = NULL, vessel = NULL, tag = NULL, project = NULL, area = NULL,
                            sha256 = NULL) {
   asked <- list(from_us = .lutra_us(start), to_us = .lutra_us(end), vessel = .lutra_words(vessel), tag = .lutra_words(tag),
-                project = .lutra_words(project, ";"), area = area)
+                project = project, area = area)
   asked <- Filter(Negate(is.null), asked)
   if (server$is_link && length(asked)) stop("a link gives what it gives, and takes no question")
   where <- if (server$is_link) "/detections.csv" else "/api/v1/detections.csv"
@@ -72,7 +72,9 @@ lutra_dataset <- function(server, path, dataset, version, format = "lutra", sha2
 
 .lutra_url <- function(server, path, query = list()) {
   query <- Filter(Negate(is.null), query)
-  words <- mapply(function(name, value) paste0(name, "=", utils::URLencode(as.character(value), reserved = TRUE)), names(query), query)
+  # A parameter with several values is given once for each.
+  one <- function(name, value) paste0(name, "=", vapply(as.character(value), utils::URLencode, "", reserved = TRUE))
+  words <- unlist(mapply(one, names(query), query, SIMPLIFY = FALSE))
   paste0(server$base, path, if (length(words)) paste0("?", paste(words, collapse = "&")))
 }
 
@@ -114,4 +116,4 @@ lutra_dataset <- function(server, path, dataset, version, format = "lutra", sha2
 
 .lutra_iso <- function(when) if (!is.null(when)) format(.lutra_moment(when), "%Y-%m-%dT%H:%M:%OS3Z", tz = "UTC")
 
-.lutra_words <- function(words, between = ",") if (!is.null(words)) paste(words, collapse = between)
+.lutra_words <- function(words) if (!is.null(words)) paste(words, collapse = ",")

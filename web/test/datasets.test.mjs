@@ -16,8 +16,8 @@ const { draftOf, draftWrong, EMPTY, fieldsOf, fieldsOfSearch, NEW_SHARE, placeWo
 const FROM_US = 1_732_176_000_123_456;
 
 test("the explorer's question is taken over", () => {
-  const fields = fieldsOfSearch("?make=1&from=2024-11-21T08:00:00&vessel=2068,2069&tag=S256-101%20102&project=A;B&area=63,10;64,10;64,11");
-  assert.deepEqual({ ...EMPTY, from: "2024-11-21T08:00:00", vessels: ["2068", "2069"], tags: "S256-101, 102", projects: ["A", "B"], area: "63,10;64,10;64,11" }, fields);
+  const fields = fieldsOfSearch("?make=1&from=2024-11-21T08:00:00&vessel=2068,2069&tag=S256-101%20102&project=A&project=B;%20north&area=63,10;64,10;64,11");
+  assert.deepEqual({ ...EMPTY, from: "2024-11-21T08:00:00", vessels: ["2068", "2069"], tags: "S256-101, 102", projects: ["A", "B; north"], area: "63,10;64,10;64,11" }, fields);
   const { query } = draftOf(fields);
   assert.deepEqual([query.from_us, query.to_us, query.vessels, query.tags], [1_732_176_000_000_000, null, [2068, 2069], ["S256-101", "102"]]);
 });

@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
 const outdir = await mkdtemp(join(tmpdir(), "lutra-explore-"));
 await build({ entryPoints: ["src/state/explore.ts", "src/api/looking.ts", "src/words/words.ts"].map((one) => join(web, one)), outdir, bundle: true, format: "esm", logLevel: "error", outExtension: { ".js": ".mjs" } });
-const { barNumbers, barsBegin, barsTitle, brushed, hoursText, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
+const { apiOf, askedOf, barNumbers, barsBegin, barsTitle, brushed, hoursText, projectsOf, searchOf, sideBySide, summaryOf, ticks } = await import(join(outdir, "state/explore.mjs"));
 const { look, restOf } = await import(join(outdir, "api/looking.mjs"));
 const { count } = await import(join(outdir, "words/words.mjs"));
 
@@ -79,7 +79,7 @@ test("how many nothing confirms is empty where it is not known", () => {
 });
 
 test("the whole axis is asked for with the numbers", () => {
-  const asked = { from: "", to: "", vessel: "1,2", tag: "", project: "", area: "", axis: "whole" };
+  const asked = { from: "", to: "", vessel: "1,2", tag: "", project: [], area: "", axis: "whole" };
   assert.equal(summaryOf(asked), "vessel=1%2C2&whole_axis=true");
   assert.equal(summaryOf({ ...asked, vessel: "", axis: "" }), "");
 });
@@ -99,4 +99,13 @@ test("detections are looked for through pages without any, within bounds", async
   assert.equal(never.rest, restOf({ next: next(5) }, "tag=1"));
   assert.ok(asked.length > 5 && asked.length < 100, `${asked.length} pages`);
   assert.equal(await look({ ask: async () => undefined }, "tag=1", 1, () => undefined), undefined);
+});
+
+test("a project whose name has a semicolon is asked for as it is", () => {
+  const asked = askedOf("project=Cod%3B+north&project=Salmon&project=");
+  assert.deepEqual(asked.project, ["Cod; north", "Salmon"]);
+  for (const text of [apiOf(asked), searchOf(asked)]) assert.equal(text, "project=Cod%3B+north&project=Salmon");
+  assert.deepEqual(projectsOf(asked.project, ["cod; north", "Salmon"]), ["Cod; north", "Salmon"]);
+  // Addresses of earlier versions have a list in one text.
+  assert.deepEqual(projectsOf(["Cod; Salmon"], ["Cod", "Salmon"]), ["Cod", "Salmon"]);
 });

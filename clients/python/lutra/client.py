@@ -10,7 +10,7 @@ from typing import Any, Dict, Iterable, Iterator, List, Optional, Union
 
 from .errors import LutraError
 from .files import Downloaded, download, published_sha256
-from .http import Connection
+from .http import Connection, Each
 from .rows import Row, rows
 
 Time = Union[datetime, str, None]
@@ -75,7 +75,7 @@ class Lutra:
         """What was heard, the oldest report first, page by page, as the API has it; with `flags` why to look twice."""
         query: Dict[str, Any] = {
             "from_us": _us(start, 0), "to_us": _us(end, LAST_US), "vessel": _words(vessel), "tag": _words(tag),
-            "project": _words(project, ";"), "area": area, "flags": flags or None, "order": "oldest", "limit": PAGE,
+            "project": _each(project), "area": area, "flags": flags or None, "order": "oldest", "limit": PAGE,
         }
         while True:
             page = self._json("/api/v1/detections", query)
@@ -184,7 +184,7 @@ def _question(
     return {
         "from_us": None if start is None else _us(start, 0),
         "to_us": None if end is None else _us(end, LAST_US),
-        "vessel": _words(vessel), "tag": _words(tag), "project": _words(project, ";"), "area": area,
+        "vessel": _words(vessel), "tag": _words(tag), "project": _each(project), "area": area,
     }
 
 
@@ -199,8 +199,12 @@ def _table(
     }
 
 
-def _words(words: Words, between: str = ",") -> Optional[str]:
-    return words if words is None or isinstance(words, str) else between.join(words)
+def _words(words: Words) -> Optional[str]:
+    return words if words is None or isinstance(words, str) else ",".join(words)
+
+
+def _each(words: Words) -> Optional[Each]:
+    return None if words is None else Each([words] if isinstance(words, str) else words)
 
 
 def _moment(when: Union[datetime, str]) -> datetime:

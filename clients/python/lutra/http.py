@@ -25,6 +25,10 @@ FILE_S = 900.0
 Query = Mapping[str, Any]
 
 
+class Each(Tuple[str, ...]):
+    """Values of a parameter that is given once for each of them: they may have commas."""
+
+
 class _Stay(urllib.request.HTTPRedirectHandler):
     """Follows no redirection: it could take the secret elsewhere."""
 
@@ -91,7 +95,10 @@ class Connection:
 
     def url(self, path: str, query: Optional[Query] = None) -> str:
         """The address of a path; what is None in a query is left out, a list becomes words between commas."""
-        said = {name: _word(value) for name, value in (query or {}).items() if value is not None}
+        said = [
+            (name, _word(one)) for name, value in (query or {}).items() if value is not None
+            for one in (value if isinstance(value, Each) else (value,))
+        ]
         return f"{self.base}{path}" + (f"?{urllib.parse.urlencode(said)}" if said else "")
 
     def open(

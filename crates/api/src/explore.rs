@@ -15,8 +15,11 @@ pub struct DetectionsSummaryQuery {
     pub vessel: Option<String>,
     /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
     pub tag: Option<String>,
-    /// Projects of the register by name, separated by `;`: of the tag, or of the animal that carried it. All when left out or empty.
-    pub project: Option<String>,
+    /// Projects of the register by name, of the tag, or of the animal that carried it: the parameter once for each. A name that the register
+    /// does not have is read as several with `;` between them. All when left out or empty.
+    #[serde(default)]
+    #[param(required = false)]
+    pub project: Vec<String>,
     /// Corners of an area on the chart, 3 to 100, as `lat,lon;lat,lon;…` in degrees; detections without a position are left
     /// out then. Everywhere when left out or empty.
     pub area: Option<String>,

@@ -28,6 +28,7 @@ mod register;
 mod routing;
 mod said;
 mod samples;
+mod table;
 mod teleop;
 mod transfer;
 mod vessel_reports;
@@ -98,6 +99,7 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
+pub use table::{TableChoice, TableDetection, TableDetectionsQuery, TableQuery, TableRow, TableSeriesQuery};
 pub use teleop::{TeleopMessage, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 pub use vessel_reports::{

@@ -14,12 +14,16 @@ pub struct Narrowed {
 }
 
 impl Narrowed {
-    /// From projects by name, separated by `;`, and the corners of an area; nothing is narrowed by what is absent or empty.
+    /// From projects by name, and the corners of an area; nothing is narrowed by what is absent or empty. A text that is no name of a
+    /// project is read as several with `;` between them, as addresses of pages have them.
     ///
     /// # Errors
     /// There is no such project in the register, or the area is invalid; the text names the parameter and says what to do.
-    pub fn new(projects: Option<&str>, area: Option<&str>, study: &Study) -> Result<Self, String> {
-        let names = projects.unwrap_or_default().split(';').map(str::trim).filter(|name| !name.is_empty());
+    pub fn new(projects: &[String], area: Option<&str>, study: &Study) -> Result<Self, String> {
+        let names = projects.iter().flat_map(|text| match study.project_named(text.trim()) {
+            Some(_) => vec![text.trim()],
+            None => text.split(';').map(str::trim).filter(|name| !name.is_empty()).collect(),
+        });
         Self::of(names, area.map(str::trim).filter(|text| !text.is_empty()), study)
     }
 

@@ -64,6 +64,8 @@ pub struct Http {
     pub trusted_proxies: Vec<IpAddr>,
     /// Origins (`https://name`) under which browsers reach the server through such proxies.
     pub origins: Vec<String>,
+    /// Origins of other web pages, such as notebooks, that may read the API with a token; `*` alone for all. Never with a session.
+    pub cors_origins: Vec<String>,
     /// Connections open at once, WebSockets too, a quarter of them from one address; more wait in the kernel.
     pub max_connections: usize,
     /// MiB of an uploaded log at most.
@@ -156,6 +158,7 @@ impl Default for Http {
             plain_beyond_loopback: false,
             trusted_proxies: Vec::new(),
             origins: Vec::new(),
+            cors_origins: Vec::new(),
             max_connections: 1024,
             max_upload_mib: 2048,
             max_unpacked_mib: 16_384,
@@ -276,18 +279,36 @@ impl Config {
             "log.level is no level (error, warn, info, debug, trace) and no list like info,server=debug",
         );
         for origin in &self.http.origins {
-            let authority = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
             check(
-                authority.is_some_and(|rest| !rest.is_empty() && !rest.contains('/')),
+                is_origin(origin),
                 &format!("http.origins: {origin:?} is no origin; write https://name or https://name:port"),
             );
         }
+        let all_may = self.http.cors_origins.iter().any(|origin| origin == "*");
+        for origin in self.http.cors_origins.iter().filter(|origin| *origin != "*") {
+            check(
+                is_origin(origin),
+                &format!(
+                    "http.cors_origins: {origin:?} is no origin; write https://name or https://name:port, or `*` alone for all pages"
+                ),
+            );
+        }
+        check(
+            !all_may || self.http.cors_origins.len() == 1,
+            "http.cors_origins: `*` stands for all pages; remove it, or the origins beside it",
+        );
         problems.extend(self.imc.problems());
         problems.extend(self.transports.problems());
         problems.extend(self.sinks.problems());
         problems.extend(self.notices.problems());
         problems
     }
+}
+
+/// Whether a text is the origin of a web page as browsers send it: scheme, name and port.
+fn is_origin(text: &str) -> bool {
+    let authority = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
+    authority.is_some_and(|rest| !rest.is_empty() && !rest.contains(['/', '*', ' ']))
 }
 
 #[cfg(test)]
@@ -347,6 +368,22 @@ mod tests {
             ("shore-2".to_owned(), "boats/lutra".to_owned());
         config.sinks.mqtt.password_file = PathBuf::from("secret");
         assert_eq!(config.problems(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn pages_that_may_read_the_api_are_origins_or_all() {
+        let problems = |origins: &[&str]| {
+            let mut config = Config::default();
+            config.http.cors_origins = origins.iter().map(|origin| (*origin).to_owned()).collect();
+            config.problems()
+        };
+        for good in [&[][..], &["*"], &["http://localhost:8888", "https://notebooks.example.org"]] {
+            assert_eq!(problems(good), Vec::<String>::new(), "{good:?}");
+        }
+        for bad in ["null", "localhost:8888", "https://", "https://x.org/", "https://*.example.org"] {
+            assert!(problems(&[bad])[0].starts_with("http.cors_origins: "), "{bad}");
+        }
+        assert!(problems(&["*", "https://x.org"])[0].contains("stands for all pages"));
     }
 
     #[test]

@@ -77,7 +77,7 @@ pub(crate) async fn detections(
     let gzip = query.gzip.unwrap_or(false);
     let name = format!("{}{}", file.name(), if gzip { ".gz" } else { "" });
     let (register, study) = state.shore.register.study().await?;
-    let narrowed = explore::narrowed(query.project.as_deref(), query.area.as_deref(), &study)?;
+    let narrowed = explore::narrowed(&query.project, query.area.as_deref(), &study)?;
     let file = HeardFile { narrowed, ..file };
     let find = move |reader: &mut Reader| export::systems(reader, &vessels, &named, &may);
     let systems = state.shore.history.ask(find).await?;

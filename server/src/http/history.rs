@@ -214,7 +214,7 @@ pub(crate) async fn fleet_detections(
         return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
     }
     let (_, study) = state.shore.register.study().await?;
-    let narrowed = history::explore::narrowed(query.project.as_deref(), query.area.as_deref(), &study)?;
+    let narrowed = history::explore::narrowed(&query.project, query.area.as_deref(), &study)?;
     let (data, flags) = (state.shore.history.data().to_owned(), query.flags.unwrap_or(false));
     let ask = move |reader: &mut store::Reader| {
         let systems = Some(export::systems(reader, &vessels, &named, &may)?);

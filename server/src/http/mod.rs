@@ -18,6 +18,8 @@ mod commands_tests;
 mod control;
 #[cfg(test)]
 mod control_tests;
+#[cfg(test)]
+mod cors_tests;
 mod datasets;
 #[cfg(test)]
 mod datasets_tests;
@@ -62,6 +64,9 @@ mod shares;
 mod shares_tests;
 #[cfg(test)]
 mod stop_tests;
+mod table;
+#[cfg(test)]
+mod table_tests;
 mod teleop;
 #[cfg(test)]
 mod teleop_tests;

@@ -6,6 +6,7 @@ mod people;
 mod plans;
 mod research;
 mod sea;
+mod tables;
 mod transfers;
 mod vessels;
 
@@ -105,6 +106,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(datasets::datasets_table());
     table.extend(datasets::links());
     table.extend(sea::no_go_areas());
+    table.extend(tables::tables());
     table.extend(transfers::transfers());
     table.extend(plans::plans());
     table.extend(sea::chart());

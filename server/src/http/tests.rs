@@ -165,7 +165,7 @@ impl Shore {
     }
 
     /// The cookies of the first admin, with a password of their own.
-    async fn admin(&self) -> String {
+    pub(super) async fn admin(&self) -> String {
         let cookies = self.login("admin", &self.first_password).await.cookies();
         let csrf = self.page("/account", &cookies).await.csrf();
         let fields = [

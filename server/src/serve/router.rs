@@ -3,7 +3,9 @@
 use crate::AppState;
 use crate::web::guard::{RouteContext, guard};
 use crate::web::listen::Peer;
-use crate::web::{ApiError, Kind, Need, Remote, Route, headers, identify, language, measure, slow_bodies};
+use crate::web::{
+    ApiError, Kind, Need, Remote, Route, cors, headers, identify, language, measure, slow_bodies,
+};
 use crate::{http, pages, transports};
 use api::say;
 use axum::Router;
@@ -59,6 +61,7 @@ pub(crate) fn router(state: AppState) -> Router {
         .layer(axum::middleware::from_fn_with_state(Arc::<AtomicU64>::default(), measure::measure))
         .layer(DefaultBodyLimit::max(BODY_BYTES))
         .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
+        .layer(axum::middleware::from_fn_with_state(Arc::clone(&state.config), cors::answer))
         .layer(axum::middleware::from_fn(headers::add))
         .layer(CatchPanicLayer::new())
         .with_state(state)

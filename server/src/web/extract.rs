@@ -1,9 +1,10 @@
 //! Extractors for path and query, with validation: every refusal is JSON that names the parameter.
 
 use super::error::ApiError;
+use super::query;
 use axum::Json;
-use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
-use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::extract::rejection::{JsonRejection, PathRejection};
+use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use std::ops::RangeInclusive;
@@ -26,10 +27,9 @@ pub(crate) struct QueryParams<T>(pub(crate) T);
 
 impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T> {
     type Rejection = ApiError;
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
-        let query = Query::<T>::from_request_parts(parts, state).await;
-        query.map(|Query(query)| Self(query)).map_err(|error: QueryRejection| {
-            ApiError::bad_request(format!("{}; /api/v1/openapi.json tells them all", error.body_text()))
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        query::read(parts.uri.query().unwrap_or_default()).map(Self).map_err(|error| {
+            ApiError::bad_request(format!("{error}; /api/v1/openapi.json lists all parameters"))
         })
     }
 }

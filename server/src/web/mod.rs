@@ -5,6 +5,7 @@
 
 pub(crate) mod assets;
 pub(crate) mod connections;
+pub(crate) mod cors;
 pub(crate) mod csrf;
 pub(crate) mod error;
 pub(crate) mod extract;
@@ -14,6 +15,7 @@ pub(crate) mod language;
 pub(crate) mod listen;
 pub(crate) mod measure;
 pub(crate) mod outgoing;
+mod query;
 pub(crate) mod remote;
 pub(crate) mod route;
 pub(crate) mod slow_bodies;

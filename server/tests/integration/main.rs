@@ -13,6 +13,7 @@ mod disk_full;
 mod figures;
 mod fleet;
 mod gaps;
+mod grafana;
 mod hardware;
 mod imc_node;
 mod imcproxy;

@@ -46,7 +46,7 @@ impl Frozen {
             return Err(malformed(text));
         }
         let query = &version.query;
-        file.narrowed = Narrowed::new(Some(&query.projects.join(";")), Some(&query.area), &study)
+        file.narrowed = Narrowed::new(&query.projects, Some(&query.area), &study)
             .map_err(|text| Error::refused(format!("The archive has changed since: {text}")))?;
         file.without.clone_from(&query.without);
         // Otherwise detections after publication, or outside of a link's part, would change rows as neighbours.

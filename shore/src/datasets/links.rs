@@ -8,6 +8,9 @@ use units::UtcTime;
 
 /// Most valid links of one dataset.
 const SHARES: i64 = 200;
+/// Most links of one dataset that are kept after they were revoked or ended, the newest: making and revoking links again and again must not fill
+/// the disk. The audit log keeps who made and revoked the others.
+const CLOSED: i64 = 1_000;
 /// Most uses of one link that are kept, by kind, the newest: many views do not push out downloads.
 const VISITS: i64 = 10_000;
 /// Most uses that are listed.
@@ -38,8 +41,23 @@ impl Request for Add {
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);
         let query = query.bind(self.share.expires_us).bind(written(&self.share)?);
-        Ok(query.execute(db).await?.last_insert_rowid())
+        let made = query.execute(&mut *db).await?.last_insert_rowid();
+        forget_closed(db, self.dataset, self.share.made.time_us).await?;
+        Ok(made)
     }
+}
+
+/// Removes the oldest links of a dataset that do not open any more, with their uses, but for the newest [`CLOSED`]. Of what still opens
+/// nothing is removed.
+async fn forget_closed(db: &mut SqliteConnection, dataset: i64, now_us: i64) -> Result<(), Fault> {
+    const OLD: &str =
+        "SELECT id FROM dataset_share WHERE dataset = ?1 AND (revoked_us IS NOT NULL OR expires_us <= ?2)
+                       ORDER BY id DESC LIMIT -1 OFFSET ?3";
+    for (table, column) in [("dataset_visit", "share"), ("dataset_share", "id")] {
+        let sql = sqlx::AssertSqlSafe(format!("DELETE FROM {table} WHERE {column} IN ({OLD})"));
+        sqlx::query(sql).bind(dataset).bind(now_us).bind(CLOSED).execute(&mut *db).await?;
+    }
+    Ok(())
 }
 
 type Found = (i64, i64, Option<String>, i64, String, i64, i64, Option<i64>, Option<String>, Option<i64>);

@@ -187,3 +187,39 @@ async fn links_that_are_revoked_or_have_ended_make_room_for_others() {
     assert!(within_transaction(db, add(5, 9)).await.is_err());
     done(db, add(9, 20)).await;
 }
+
+#[tokio::test]
+async fn of_links_that_do_not_open_any_more_the_newest_thousand_are_kept() {
+    let mut db = migrated().await;
+    let db = &mut db;
+    let (id, other) = (published(db).await, published(db).await);
+    let add = |dataset, expires_us| {
+        let secret = Secret::random();
+        let share = DatasetShare { expires_us, ..share() };
+        (secret.hash(), Add { dataset, hash: secret.hash(), password: None, share })
+    };
+    // One that opens, one that ended before it is made, one of another dataset, and a use of the one that ended.
+    let (open, first) = add(id, i64::MAX);
+    done(db, first).await;
+    let (ended, second) = add(id, 5);
+    let number = done(db, second).await;
+    let visit =
+        ShareVisit { time_us: 4, address: "::1".to_owned(), what: ShareVisitKind::View, file: String::new() };
+    done(db, Visit { share: number, visit }).await;
+    let (elsewhere, third) = add(other, 5);
+    done(db, third).await;
+    let sql = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 999)
+               INSERT INTO dataset_share (dataset, hash, expires_us, body, revoked_by, revoked_us)
+               SELECT dataset, randomblob(32), expires_us, body, 'kari', 5 FROM dataset_share, n WHERE id = ?1";
+    sqlx::query(sql).bind(number).execute(&mut *db).await.unwrap();
+    assert_eq!(done(db, Of(id)).await.len(), 1_001, "one opens, a thousand do not");
+    let (_, next) = add(id, i64::MAX);
+    let share = done(db, next).await;
+    done(db, Revoke { dataset: id, share, by: "kari".to_owned(), now: NOW }).await;
+    let (_, last) = add(id, i64::MAX);
+    done(db, last).await;
+    assert!(done(db, By(ended)).await.is_none(), "the oldest that does not open is gone");
+    assert_eq!(done(db, Visits { dataset: id, share: number }).await, []);
+    assert!(done(db, By(open)).await.is_some() && done(db, By(elsewhere)).await.is_some());
+    assert_eq!(done(db, Of(id)).await.len(), 1_002, "two open, a thousand do not");
+}

@@ -286,7 +286,7 @@ pub fn question(
         to_us: query.to_us.unwrap_or(i64::MAX),
         tags: export::tags(query.tag.as_deref())?,
         whole_axis: query.whole_axis.unwrap_or(false),
-        narrowed: narrowed(query.project.as_deref(), query.area.as_deref(), study)?,
+        narrowed: narrowed(&query.project, query.area.as_deref(), study)?,
     })
 }
 
@@ -294,7 +294,7 @@ pub fn question(
 ///
 /// # Errors
 /// There is no such project, or the area is not valid.
-pub fn narrowed(projects: Option<&str>, area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
+pub fn narrowed(projects: &[String], area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
     Narrowed::new(projects, area, study).map_err(StoreError::Query)
 }
 

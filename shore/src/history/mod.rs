@@ -10,6 +10,7 @@ pub mod imports;
 mod places;
 mod shelf;
 pub mod size;
+pub mod table;
 
 pub use imports::Imports;
 pub use places::Places;
@@ -353,7 +354,20 @@ pub fn track(
     range: TimeRange,
     points: usize,
 ) -> store::Result<(Vec<api::TrackPoint>, i64)> {
-    let track = reader.track(vessel, range, points, 0.0)?;
+    track_while(reader, vessel, (range, points), &mut || Ok(()))
+}
+
+/// The same; `goes_on` is asked again and again, and its error ends it.
+///
+/// # Errors
+/// That of `goes_on`, or the store cannot be read.
+fn track_while(
+    reader: &mut Reader,
+    vessel: Address,
+    (range, points): (TimeRange, usize),
+    goes_on: &mut dyn FnMut() -> store::Result<()>,
+) -> store::Result<(Vec<api::TrackPoint>, i64)> {
+    let track = reader.track_while(vessel, (range, points), 0.0, goes_on)?;
     let point = |point: &store::TrackPoint| api::TrackPoint {
         time_us: point.time.micros(),
         lat_deg: point.place.lat_deg(),

@@ -358,6 +358,44 @@ async fn a_detection_is_there_once_and_has_a_place_with_postgis() {
     );
 }
 
+/// A view of an earlier version has other columns; who could read it still can, and what a person built on it is not torn down.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_view_of_an_earlier_version_is_made_anew_with_its_rights() {
+    let Some(postgres) = Postgres::start() else { return };
+    let (_scratch, data, password) = scratch();
+    let shore = Shore::start(&data, &postgres.url(), &password).await;
+    let one = detection(101);
+    let said_s = one.origin.reported.micros() as f64 / 1e6;
+    shore.record(vec![packet(said_s, one.report())]).await;
+    shore.caught_up().await;
+    let made = postgres.say("SELECT 'lutra.detections'::regclass::oid");
+    let shore = shore.again(&postgres.url(), &password).await;
+    shore.record(vec![packet(START_S, Voltage { value: 1.0 })]).await;
+    shore.caught_up().await;
+    shore.end().await;
+    assert_eq!(postgres.say("SELECT 'lutra.detections'::regclass::oid"), made, "the same definition stays");
+
+    let earlier = "DROP VIEW lutra.detections CASCADE; \
+                   CREATE VIEW lutra.detections AS SELECT tag::text AS tag_name, 1 AS gone FROM lutra.detection_reports";
+    postgres.admin("CREATE ROLE reader LOGIN PASSWORD 'reads'");
+    postgres.say(&format!(
+        "{earlier}; GRANT USAGE ON SCHEMA lutra TO reader; GRANT SELECT ON lutra.detections TO reader"
+    ));
+    let shore = Shore::start(&data, &postgres.url(), &password).await;
+    let seen = || postgres.ask("reader", "reads", "SELECT tag_name, snr_db > 0 FROM lutra.detections");
+    until("made anew", || seen().is_ok()).await;
+    shore.end().await;
+    assert_eq!(seen().unwrap(), "S256-101,t");
+
+    postgres.say(&format!("{earlier}; CREATE VIEW lutra.mine AS SELECT gone FROM lutra.detections"));
+    let shore = Shore::start(&data, &postgres.url(), &password).await;
+    shore.record(vec![packet(START_S + 1.0, Voltage { value: 2.0 })]).await;
+    shore.caught_up().await;
+    shore.end().await;
+    assert_eq!(postgres.say("SELECT gone FROM lutra.mine"), "1", "what a person built on it stays");
+    assert_eq!(postgres.count("voltage"), 2, "and all is recorded");
+}
+
 /// TimescaleDB is not in Debian: a stand-in with the signature of its function notes what it is asked for.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn tables_become_hypertables_where_timescaledb_is_installed() {

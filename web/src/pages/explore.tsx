@@ -9,7 +9,7 @@ import { Choices } from "../components/choices";
 import { ExploreMap } from "../components/exploremap";
 import { Abacus, Bars, Effort } from "../components/exploreplots";
 import { Spans, TimeSpan } from "../components/timespan";
-import { apiOf, type Asked, askedOf, askedWrong, confirmedFrom, countedFrom, hoursText, searchOf, summaryOf } from "../state/explore";
+import { apiOf, type Asked, askedOf, askedWrong, confirmedFrom, countedFrom, hoursText, projectsOf, searchOf, summaryOf } from "../state/explore";
 import { flagReason, flagWord } from "../state/flags";
 import { FORMATS } from "../state/register";
 import { bytesText, picked } from "../state/takeout";
@@ -50,7 +50,7 @@ class Explore {
   readonly to = signal("");
   readonly vessel = signal("");
   readonly tag = signal("");
-  readonly project = signal("");
+  readonly project = signal<readonly string[]>([]);
   readonly area = signal("");
   readonly axis = signal("");
   readonly drawing = signal(false);
@@ -220,7 +220,7 @@ function Form({ page }: Part) {
         <p id="tags-wrong" class="wrong" role="alert">{tagWrong}</p>
       </div>
       <Choices label={t("Vessels")} all={t("All vessels")} options={vessels.map((address) => [String(address), page.called(address)] as const)} chosen={vessel.value.split(",").filter(Boolean)} choose={(chosen) => (vessel.value = chosen.join(","))} />
-      <Choices label={t("Projects")} all={t("All projects")} options={projects.map((name) => [name, name] as const)} chosen={project.value.split(";").map((name) => name.trim()).filter(Boolean)} choose={(chosen) => (project.value = chosen.join(";"))} />
+      <Choices label={t("Projects")} all={t("All projects")} options={projects.map((name) => [name, name] as const)} chosen={projectsOf(project.value, projects)} choose={(chosen) => (project.value = chosen)} />
       <button class="main">{t("Show")}</button>
       <Spans from={from} to={to} then={page.show} />
     </form>

@@ -45,7 +45,7 @@ export const EMPTY: Fields = { title: "", description: "", publisher: "", author
 export function fieldsOfSearch(search: string): Fields {
   const { from, to, vessel, tag, project, area } = askedOf(search);
   const parts = (text: string, between: RegExp): readonly string[] => text.split(between).map((one) => one.trim()).filter(Boolean);
-  return { ...EMPTY, from, to, vessels: parts(vessel, /,/), tags: parts(tag, /[\s,]+/).join(", "), projects: parts(project, /;/), area };
+  return { ...EMPTY, from, to, vessels: parts(vessel, /,/), tags: parts(tag, /[\s,]+/).join(", "), projects: project, area };
 }
 
 export function fieldsOf(draft: DatasetDraft): Fields {

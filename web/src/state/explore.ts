@@ -12,26 +12,27 @@ export interface Asked {
   /** Addresses, with commas between them. */
   readonly vessel: string;
   readonly tag: string;
-  /** Names, with `;` between them. */
-  readonly project: string;
+  /** Names; from an address also a text of several with `;` between them. */
+  readonly project: readonly string[];
   /** Corners as `lat,lon;lat,lon`. */
   readonly area: string;
   /** `whole` where plots reach to times by wrong clocks too. */
   readonly axis: string;
 }
 
-const PARTS = ["from", "to", "vessel", "tag", "project", "area", "axis"] as const;
+const PARTS = ["from", "to", "vessel", "tag", "area", "axis"] as const;
 
 export function askedOf(search: string): Asked {
   const query = new URLSearchParams(search);
   const part = (name: string): string => query.get(name) ?? "";
-  return { from: part("from"), to: part("to"), vessel: part("vessel"), tag: part("tag"), project: part("project"), area: part("area"), axis: part("axis") };
+  return { from: part("from"), to: part("to"), vessel: part("vessel"), tag: part("tag"), project: query.getAll("project").filter(Boolean), area: part("area"), axis: part("axis") };
 }
 
 /** What stands behind the `?` of the page's address. */
 export function searchOf(asked: Asked): string {
   const query = new URLSearchParams();
   for (const name of PARTS) if (asked[name]) query.set(name, asked[name]);
+  for (const name of asked.project) query.append("project", name);
   return query.toString();
 }
 
@@ -41,8 +42,15 @@ export function apiOf({ from, to, vessel, tag, project, area }: Asked): string {
   if (from) query.set("from_us", String(pickedUs(from)));
   if (to) query.set("to_us", String(pickedUs(to)));
   const tags = tag.split(/[\s,]+/).filter(Boolean).join(",");
-  for (const [name, value] of [["vessel", vessel], ["tag", tags], ["project", project], ["area", area]] as const) if (value) query.set(name, value);
+  for (const [name, value] of [["vessel", vessel], ["tag", tags], ["area", area]] as const) if (value) query.set(name, value);
+  for (const name of project) query.append("project", name);
   return query.toString();
+}
+
+/** The projects that an address means, as the server reads it: a text that is no name of one is several with `;` between them. */
+export function projectsOf(asked: readonly string[], known: readonly string[]): readonly string[] {
+  const folded = new Set(known.map((name) => name.toLowerCase()));
+  return asked.flatMap((text) => (folded.has(text.trim().toLowerCase()) ? [text] : text.split(";").map((name) => name.trim()).filter(Boolean)));
 }
 
 /** Which numbers of them. */

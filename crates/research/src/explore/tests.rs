@@ -112,16 +112,18 @@ fn what_was_not_asked_for_is_not_counted_and_tells_nothing() {
     assert_eq!((found.detections, found.tags[0].unconfirmed, found.vessels.len()), (2, 1, 1));
     let tagged = Question { tags: vec!["102".parse().unwrap()], ..all([1, 2]) };
     assert_eq!(counted(&told, &tagged).tags[0].tag, "S256-102");
-    let of =
-        |project, area| Question { narrowed: Narrowed::new(project, area, &study()).unwrap(), ..all([1, 2]) };
-    assert_eq!(counted(&told, &of(Some(" salmon "), None)).detections, 2);
+    let of = |project: &str, area| {
+        let narrowed = Narrowed::new(&[project.to_owned()], area, &study()).unwrap();
+        Question { narrowed, ..all([1, 2]) }
+    };
+    assert_eq!(counted(&told, &of(" salmon ", None)).detections, 2);
     let near = Some("63.439,10.3;63.44003,10.3;63.44003,10.4;63.439,10.4");
-    assert_eq!(counted(&told, &of(None, near)).detections, 1);
+    assert_eq!(counted(&told, &of("", near)).detections, 1);
     let timed = Question { from_us: i64::from(START_S + 50) * 1_000_000, ..all([1, 2]) };
     assert_eq!(counted(&told, &timed).detections, 2);
     assert_eq!(counted(&told, &timed).flags, [], "a neighbour before the time confirms");
     assert_eq!(counted(&[], &all([1])).from_us, None);
-    let wrong = Narrowed::new(Some("Trout"), None, &study()).unwrap_err();
+    let wrong = Narrowed::new(&["Trout".to_owned()], None, &study()).unwrap_err();
     assert!(wrong.starts_with("project: the register has no project `Trout`"), "{wrong}");
 }
 
@@ -137,9 +139,26 @@ fn a_list_of_names_is_taken_as_it_is_and_what_is_empty_is_refused() {
     assert!(of(&["Salmon", " "], None).unwrap_err().starts_with("project: a name is empty"));
     assert!(of(&[], Some("")).unwrap_err().starts_with("area: it is empty"));
     assert!(
-        Narrowed::new(Some(""), Some(" "), &study).is_ok_and(|narrowed| narrowed.is_all()),
+        Narrowed::new(&[String::new()], Some(" "), &study).is_ok_and(|narrowed| narrowed.is_all()),
         "the page's fields"
     );
+}
+
+#[test]
+fn a_name_with_a_semicolon_is_one_project_and_any_other_text_is_a_list() {
+    let named = |name: &str| {
+        RegisterRecord::Project(RegisterProject { name: name.into(), ..RegisterProject::default() })
+    };
+    let study = Study::new([named("Salmon; north"), named("Salmon"), named("Trout")]);
+    let of = |texts: &[&str]| {
+        let texts: Vec<String> = texts.iter().map(|text| (*text).to_owned()).collect();
+        Narrowed::new(&texts, None, &study)
+    };
+    let listed = |names: &[&str]| Narrowed::of(names.iter().copied(), None, &study);
+    assert_eq!(of(&["Salmon; north"]), listed(&["Salmon; north"]));
+    assert_eq!(of(&["Salmon;Trout"]), listed(&["Salmon", "Trout"]));
+    assert_eq!(of(&["salmon; north", "Trout"]), listed(&["Salmon; north", "Trout"]));
+    assert!(of(&["Salmon;Cod"]).unwrap_err().contains("no project `Cod`"));
 }
 
 #[test]
@@ -161,7 +180,7 @@ fn listening_is_counted_as_it_was_told_and_no_longer() {
     let found = summary(&[&kept], &study(), &all([1]), None);
     assert_eq!(found.vessels[0].listened_s, Some(150.0));
     assert_eq!(found.bars[0].listened_s, Some(150.0));
-    let area = Narrowed::new(None, Some("63,10;64,10;64,11"), &study()).unwrap();
+    let area = Narrowed::new(&[], Some("63,10;64,10;64,11"), &study()).unwrap();
     let within = summary(&[&kept], &study(), &Question { narrowed: area, ..all([1]) }, None);
     assert_eq!(within.vessels.first().and_then(|vessel| vessel.listened_s), None, "nobody knows where");
 }

@@ -86,6 +86,17 @@ impl Reader {
         range: TimeRange,
         count: usize,
     ) -> Result<(Grid, Vec<Option<Cell>>)> {
+        self.cells_while(source, field, (range, count), &mut || Ok(()))
+    }
+
+    /// The same; before each month `goes_on` is asked, whose error ends it.
+    pub(super) fn cells_while(
+        &mut self,
+        source: &Source,
+        field: &str,
+        (range, count): (TimeRange, usize),
+        goes_on: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<(Grid, Vec<Option<Cell>>)> {
         let group = self.group(source)?;
         let column = self.table(&source.message)?.column(field).filter(|column| column.is_number());
         let Some((name, circle)) = column.map(|column| (column.name, column.circle())) else {
@@ -99,6 +110,7 @@ impl Reader {
             if key == MonthKey::Undated {
                 continue;
             }
+            goes_on()?;
             let connection = self.month(key)?;
             let table = self.table(&source.message)?;
             let mut read = || -> rusqlite::Result<()> {

@@ -40,6 +40,20 @@ impl Reader {
         max_points: usize,
         tolerance_m: f64,
     ) -> Result<Track> {
+        self.track_while(system, (range, max_points), tolerance_m, &mut || Ok(()))
+    }
+
+    /// As [`Self::track`]; before each month that is read `goes_on` is asked, whose error ends it.
+    ///
+    /// # Errors
+    /// That of `goes_on`, or when the history cannot be read.
+    pub fn track_while(
+        &mut self,
+        system: Address,
+        (range, max_points): (TimeRange, usize),
+        tolerance_m: f64,
+        goes_on: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<Track> {
         let extents = self.extents()?;
         let estimates =
             extents.iter().filter(|(group, _)| group.id == ESTIMATED_STATE && group.src == system.0);
@@ -52,8 +66,9 @@ impl Reader {
             return Ok(Track::default());
         }
         let source = Source { system, entity: group.src_ent, message: "EstimatedState".to_owned() };
-        let (grid, lat) = self.cells(&source, tables::TRUE_POSITION[0], range, max_points)?;
-        let (_, lon) = self.cells(&source, tables::TRUE_POSITION[1], range, max_points)?;
+        let [lat_deg, lon_deg] = tables::TRUE_POSITION;
+        let (grid, lat) = self.cells_while(&source, lat_deg, (range, max_points), goes_on)?;
+        let (_, lon) = self.cells_while(&source, lon_deg, (range, max_points), goes_on)?;
         let point = |(lat, lon): (Option<_>, Option<_>)| {
             let (lat, lon): (crate::history::rollup::Cell, crate::history::rollup::Cell) = (lat?, lon?);
             let place = LatLon::from_deg(lat.first, lon.first).ok()?;

@@ -155,23 +155,25 @@ impl GeoPackage {
         Ok(())
     }
 
-    /// Takes the tracks of the vessels within a time, a row for each part between breaks.
+    /// Takes the tracks of the vessels within a time, a row for each part between breaks. `goes_on` is asked before each month of a vessel.
     ///
     /// # Errors
-    /// The history cannot be read, or as [`Self::row()`].
+    /// That of `goes_on`, the history cannot be read, or as [`Self::row()`].
     pub(super) fn tracks(
         &mut self,
         data: &Path,
         wanted: &DetectionsWanted,
         range: TimeRange,
         called: &dyn Fn(u16) -> Option<String>,
+        goes_on: &mut dyn FnMut() -> store::Result<()>,
     ) -> store::Result<()> {
         let mut reader = Reader::open(data)?;
         let recorded = reader.systems()?;
         let is_wanted =
             |system: &Address| wanted.systems.as_ref().is_none_or(|systems| systems.contains(system));
         for system in recorded.iter().filter(|system| is_wanted(&system.address)) {
-            let (points, step_us) = history::track(&mut reader, system.address, range, POSITIONS)?;
+            let (points, step_us) =
+                history::track_while(&mut reader, system.address, (range, POSITIONS), goes_on)?;
             let name = called(system.address.0).unwrap_or_else(|| system.name.clone());
             for part in history::unbroken(&points, step_us).filter(|part| part.len() > 1) {
                 self.track(&name, part).map_err(unwritable)?;

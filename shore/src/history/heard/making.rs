@@ -44,17 +44,18 @@ impl Making {
         }
     }
 
-    /// Takes the tracks of vessels.
+    /// Takes the tracks of vessels; the error of `goes_on` ends it.
     pub(super) fn tracks(
         &mut self,
         data: &Path,
         wanted: &DetectionsWanted,
         range: TimeRange,
         called: &dyn Fn(u16) -> Option<String>,
+        goes_on: &mut dyn FnMut() -> store::Result<()>,
     ) -> store::Result<()> {
         match self {
             Self::Rows(_) => Ok(()),
-            Self::Database(database) => database.tracks(data, wanted, range, called),
+            Self::Database(database) => database.tracks(data, wanted, range, called, goes_on),
         }
     }
 

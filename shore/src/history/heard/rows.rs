@@ -141,7 +141,9 @@ impl<'r> Rows<'r> {
         let Some(mut making) = self.making.take() else { return Ok(0) };
         if self.file.has_tracks() && self.bounds.is_none() {
             let called = |vessel| self.names.get(&vessel).or_else(|| self.announced.get(&vessel));
-            making.tracks(data, wanted, self.range, &|vessel| called(vessel).cloned())?;
+            let out = &mut *self.out;
+            let goes_on = &mut || out.flush().map_err(unwritable);
+            making.tracks(data, wanted, self.range, &|vessel| called(vessel).cloned(), goes_on)?;
         }
         let mut counted = Counted { out: self.out, bytes: 0 };
         let rows = making.end(&mut counted, self.study, &self.file.about).map_err(unwritable)?;

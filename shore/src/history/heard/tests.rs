@@ -185,9 +185,17 @@ fn a_refusal_for_want_of_room_says_what_to_do_over_http_too() {
     assert_eq!(crate::Error::from(of_system).kind, crate::ErrorKind::Internal);
 }
 
-/// What is not read any more: it takes bytes, and says so when it is flushed.
+/// What is not read any more after it was flushed so often: it takes bytes, and says so when it is flushed again.
 struct Unread {
     bytes: usize,
+    flushed: usize,
+    until: usize,
+}
+
+impl Unread {
+    fn after(until: usize) -> Self {
+        Self { bytes: 0, flushed: 0, until }
+    }
 }
 
 impl std::io::Write for Unread {
@@ -197,7 +205,37 @@ impl std::io::Write for Unread {
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        Err(std::io::ErrorKind::BrokenPipe.into())
+        self.flushed += 1;
+        if self.flushed > self.until { Err(std::io::ErrorKind::BrokenPipe.into()) } else { Ok(()) }
+    }
+}
+
+#[test]
+fn the_tracks_of_a_file_end_early_where_it_is_not_read_any_more() {
+    let data = tempfile::tempdir().unwrap();
+    let mut store = Store::open(data.path()).unwrap();
+    // In November, December and January.
+    for month in 0..3 {
+        let received = UtcTime::from_micros(i64::from(START_S + month * 30 * 86_400) * 1_000_000);
+        let header =
+            Header { timestamp: received.seconds(), src: Address(BOAT), src_ent: 2, ..Header::default() };
+        let packet = Packet::new(header, EstimatedState::default()).encode().unwrap();
+        store.accept(&Accepted { packet: &packet, received, transport: Transport::Tcp, link: None }).unwrap();
+    }
+    store.close().unwrap();
+    let read = |until: usize| {
+        let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread::after(until));
+        let wanted = DetectionsWanted { range: TimeRange::ALL, ..asked() };
+        let done = write(data.path(), &wanted, &names, &study, &file("geopackage"), &mut unread).map(drop);
+        (done, unread)
+    };
+    let (whole, asked) = read(usize::MAX);
+    whole.unwrap();
+    assert_eq!(asked.flushed, 7, "each month for latitudes and longitudes, and the end");
+    for until in 0..6 {
+        let (failed, unread) = read(until);
+        assert!(matches!(failed, Err(StoreError::Io { .. })), "{until}");
+        assert_eq!((unread.bytes, unread.flushed), (0, until + 1), "it is not made to its end");
     }
 }
 
@@ -223,7 +261,7 @@ fn a_file_that_is_made_at_its_end_ends_early_where_it_is_not_read_any_more() {
     }
     store.close().unwrap();
     for name in ["netcdf", "geopackage"] {
-        let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread { bytes: 0 });
+        let (names, study, mut unread) = (BTreeMap::new(), Study::default(), Unread::after(0));
         let failed = write(data.path(), &asked(), &names, &study, &file(name), &mut unread).unwrap_err();
         assert!(matches!(failed, StoreError::Io { .. }), "{name}: {failed}");
         assert_eq!(unread.bytes, 0, "{name} is not made to its end");

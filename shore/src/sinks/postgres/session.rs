@@ -3,9 +3,10 @@
 //! A session is given up after any error but one that a row causes; the next one looks at everything anew. A row of
 //! [`STATE`] counts the batches in the transaction of each, so that a database that was emptied or set back is known as such.
 
+mod view;
+
 use super::layout::{self, Table, TableId};
 use super::trouble::altered;
-use super::views;
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{AssertSqlSafe, ConnectOptions as _, Executor as _};
 use std::collections::BTreeMap;
@@ -220,25 +221,7 @@ impl Session {
             .await?;
         }
         self.need(TableId::Detections).await?;
-        let view = self.there.get("detections");
-        let lacks_place = postgis.is_some() && view.is_some_and(|columns| !columns.contains_key("place"));
-        if view.is_some() && !lacks_place {
-            return Ok(());
-        }
-        if postgis.is_some() {
-            match self.run(views::detections(&schema, postgis)).await {
-                Ok(()) => return self.run(views::comment(&schema)).await,
-                Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
-                    tracing::warn!("PostgreSQL: the view detections has no geometry: {error}");
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        if !self.there.contains_key("detections") {
-            self.run(views::detections(&schema, None)).await?;
-            self.run(views::comment(&schema)).await?;
-        }
-        Ok(())
+        self.make_view(postgis).await
     }
 
     /// Makes a table, or sees that it is as it must be, and makes what is copied to.

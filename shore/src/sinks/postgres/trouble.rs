@@ -16,6 +16,11 @@ pub(super) fn is_of_a_row(error: &Error) -> bool {
     code(error).is_some_and(|code| OF_ROWS.iter().any(|class| code.starts_with(class)) || code == RAISED)
 }
 
+/// Whether a view cannot be replaced because its columns differ: some go, or have another name, type or place.
+pub(super) fn is_of_columns(error: &Error) -> bool {
+    code(error).is_some_and(|code| code == "42P16")
+}
+
 fn code(error: &Error) -> Option<String> {
     error.as_database_error()?.code().map(std::borrow::Cow::into_owned)
 }

@@ -1,5 +1,6 @@
 //! What people ask: each detection once, with the vessel's name and its place, as a geometry where PostGIS is there.
 
+use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 
 /// What any of the reports may say.
@@ -42,10 +43,16 @@ pub(super) fn detections(schema: &str, postgis: Option<&str>) -> String {
     )
 }
 
-/// What people read of it in the database.
-pub(super) fn comment(schema: &str) -> String {
+/// What people read of it in the database, and by which definition it was made: so a later version of Lutra knows whether it has another.
+pub(super) fn comment(schema: &str, definition: &str) -> String {
     format!(
         "COMMENT ON VIEW \"{schema}\".detections IS 'Each detection of a tag once: time when the vessel reported it, heard by the \
-         receiver''s clock where that was set'"
+         receiver''s clock where that was set ({})'",
+        mark(definition)
     )
+}
+
+/// What stands in the comment of a view that was made by this definition.
+pub(super) fn mark(definition: &str) -> String {
+    format!("definition {}", &hex::encode(Sha256::digest(definition))[..16])
 }

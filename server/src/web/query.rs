@@ -1,0 +1,163 @@
+//! The query of an address as a type: each parameter once, or as often as there are values where the type has a list.
+//!
+//! `serde_urlencoded`, which axum uses, has no lists: a name that contains the separator of a list written as one text could not
+//! be asked for.
+
+use serde::de::value::{Error, MapDeserializer, SeqDeserializer};
+use serde::de::{self, DeserializeOwned, Deserializer, IntoDeserializer, Visitor};
+use serde::forward_to_deserialize_any;
+use std::str::FromStr;
+
+/// Reads what stands behind the `?` of an address.
+///
+/// # Errors
+/// A parameter is missing, unknown, given more than once where it has one value, or not what it must be.
+pub(super) fn read<T: DeserializeOwned>(query: &str) -> Result<T, Error> {
+    let mut parameters: Vec<(String, Values)> = Vec::new();
+    for (name, value) in form_urlencoded::parse(query.as_bytes()) {
+        match parameters.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, values)) => values.all.push(value.into_owned()),
+            None => parameters
+                .push((name.to_string(), Values { name: name.into_owned(), all: vec![value.into_owned()] })),
+        }
+    }
+    let pairs = parameters.into_iter();
+    T::deserialize(MapDeserializer::new(pairs))
+}
+
+/// All values of one parameter, in their order.
+struct Values {
+    name: String,
+    all: Vec<String>,
+}
+
+impl Values {
+    /// Its value, where it has one.
+    fn one(mut self) -> Result<String, Error> {
+        match (self.all.pop(), self.all.is_empty()) {
+            (Some(value), true) => Ok(value),
+            _ => Err(de::Error::custom(format!("{}: give it once", self.name))),
+        }
+    }
+
+    fn parsed<T: FromStr>(self, what: &str) -> Result<T, Error>
+    where
+        T::Err: std::fmt::Display,
+    {
+        let name = self.name.clone();
+        let value = self.one()?;
+        value.parse().map_err(|error| {
+            let shown: String = value.chars().take(60).collect();
+            de::Error::custom(format!("{name}: `{shown}` is not {what} ({error})"))
+        })
+    }
+}
+
+impl<'de> IntoDeserializer<'de, Error> for Values {
+    type Deserializer = Self;
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+/// A method that parses a number.
+macro_rules! number {
+    ($($method:ident $visit:ident $what:literal),* $(,)?) => {
+        $(fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+            visitor.$visit(self.parsed($what)?)
+        })*
+    };
+}
+
+impl<'de> Deserializer<'de> for Values {
+    type Error = Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_string(self.one()?)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        let Self { name, all } = self;
+        let each = all.into_iter().map(|value| Self { name: name.clone(), all: vec![value] });
+        visitor.visit_seq(SeqDeserializer::new(each))
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_enum(self.one()?.into_deserializer())
+    }
+
+    number!(
+        deserialize_bool visit_bool "true or false",
+        deserialize_u8 visit_u8 "a whole number",
+        deserialize_u16 visit_u16 "a whole number",
+        deserialize_u32 visit_u32 "a whole number",
+        deserialize_u64 visit_u64 "a whole number",
+        deserialize_i8 visit_i8 "a whole number",
+        deserialize_i16 visit_i16 "a whole number",
+        deserialize_i32 visit_i32 "a whole number",
+        deserialize_i64 visit_i64 "a whole number",
+        deserialize_f32 visit_f32 "a number",
+        deserialize_f64 visit_f64 "a number",
+    );
+
+    forward_to_deserialize_any! {
+        i128 u128 char str string bytes byte_buf unit unit_struct tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Asked {
+        from_us: i64,
+        flags: Option<bool>,
+        area: Option<String>,
+        #[serde(default)]
+        project: Vec<String>,
+    }
+
+    #[test]
+    fn a_list_has_as_many_values_as_were_given() {
+        let asked: Asked =
+            read("from_us=-5&project=Cod%3B+north&flags=true&project=&project=Salmon").unwrap();
+        let project = ["Cod; north", "", "Salmon"].map(str::to_owned).to_vec();
+        assert_eq!(asked, Asked { from_us: -5, flags: Some(true), area: None, project });
+        assert_eq!(read::<Asked>("from_us=1").unwrap().project, Vec::<String>::new());
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_the_name_of_the_parameter() {
+        for (query, said) in [
+            ("", "missing field `from_us`"),
+            ("from_us=1&from_us=2", "from_us: give it once"),
+            ("from_us=1&area=a&area=b", "area: give it once"),
+            ("from_us=1.5", "from_us: `1.5` is not a whole number"),
+            ("from_us=1&flags=yes", "flags: `yes` is not true or false"),
+            ("from_us=1&form_us=2", "unknown field `form_us`"),
+        ] {
+            let error = read::<Asked>(query).unwrap_err().to_string();
+            assert!(error.starts_with(said), "{query}: {error}");
+        }
+    }
+}

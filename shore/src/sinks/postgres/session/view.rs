@@ -1,0 +1,73 @@
+//! The view of detections in the database: made, and made anew where a later version of Lutra has another definition.
+
+use super::super::trouble::is_of_columns;
+use super::super::views;
+use super::{Session, Trouble, patiently};
+use sqlx::AssertSqlSafe;
+
+impl Session {
+    /// Makes the view of detections as this version of Lutra has it, or leaves the one that is so already.
+    pub(super) async fn make_view(&mut self, postgis: Option<&str>) -> Result<(), Trouble> {
+        const VIEW: &str = "SELECT c.relkind::text, coalesce(obj_description(c.oid, 'pg_class'), '') FROM pg_class c \
+                            JOIN pg_namespace n ON n.oid = c.relnamespace WHERE n.nspname = $1 AND c.relname = 'detections'";
+        let asked = sqlx::query_as(VIEW).bind(&self.schema).fetch_optional(&mut self.connection);
+        let there: Option<(String, String)> = patiently(asked).await?;
+        // A table of that name is a person's own.
+        if there.as_ref().is_some_and(|(kind, _)| kind != "v") {
+            return Ok(());
+        }
+        for postgis in [postgis, None].into_iter().skip(usize::from(postgis.is_none())) {
+            let view = views::detections(&self.schema, postgis);
+            if there.as_ref().is_some_and(|(_, comment)| comment.contains(&views::mark(&view))) {
+                return Ok(());
+            }
+            match self.replace_view(&view).await {
+                Err(Trouble::Sql(error)) if error.as_database_error().is_some() && postgis.is_some() => {
+                    tracing::warn!("PostgreSQL: the view detections has no geometry: {error}");
+                }
+                // What is recorded goes on without it.
+                Err(Trouble::Sql(error)) if error.as_database_error().is_some() && there.is_some() => {
+                    tracing::warn!(
+                        "PostgreSQL: the view detections stays as an earlier version of Lutra made it: {error}; drop it with all that \
+                         depends on it, and the next connection makes it anew"
+                    );
+                    return Ok(());
+                }
+                done => return done,
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes a view, or another in its place, with the rights that the old one gave, all or nothing.
+    async fn replace_view(&mut self, view: &str) -> Result<(), Trouble> {
+        let comment = views::comment(&self.schema, view);
+        // This keeps rights and views over it, and takes columns that are added at the end.
+        let replaced = self.at_once(&format!("{view}; {comment}")).await;
+        if !matches!(&replaced, Err(Trouble::Sql(error)) if is_of_columns(error)) {
+            return replaced;
+        }
+        let name = format!("\"{}\".detections", self.schema);
+        let rights = AssertSqlSafe(format!(
+            "SELECT 'GRANT ' || a.privilege_type || ' ON {name} TO ' || coalesce(quote_ident(r.rolname), 'PUBLIC') \
+             || CASE WHEN a.is_grantable THEN ' WITH GRANT OPTION' ELSE '' END \
+             FROM pg_class c, aclexplode(c.relacl) a LEFT JOIN pg_roles r ON r.oid = a.grantee \
+             WHERE c.oid = '{name}'::regclass AND a.grantee <> c.relowner"
+        ));
+        let rights: Vec<String> =
+            patiently(sqlx::query_scalar(rights).fetch_all(&mut self.connection)).await?;
+        let again: String = rights.iter().map(|right| format!("; {right}")).collect();
+        self.at_once(&format!("DROP VIEW {name}; {view}; {comment}{again}")).await
+    }
+
+    /// Statements in one transaction, after whose failure the session goes on.
+    async fn at_once(&mut self, sql: &str) -> Result<(), Trouble> {
+        match self.run(format!("BEGIN; {sql}; COMMIT")).await {
+            Err(Trouble::Sql(error)) if error.as_database_error().is_some() => {
+                self.run("ROLLBACK".to_owned()).await?;
+                Err(Trouble::Sql(error))
+            }
+            done => done,
+        }
+    }
+}
