@@ -4,7 +4,7 @@ use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, OfVessel, QueryParams, Remote, Who};
 use api::{
     Command, LeaseAction, LeaseRequest, Order as OrderWanted, OrderRequest, Ordered, PlanUnderWay,
-    PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent,
+    PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent, say,
 };
 use axum::Json;
 use axum::extract::State;
@@ -90,7 +90,7 @@ pub(crate) async fn one(
     let found = state.shore.commands.one(vessel, id).await?;
     found
         .map(Json)
-        .ok_or_else(|| ApiError::not_found("No such command; the latest 100 of a vessel are kept."))
+        .ok_or_else(|| ApiError::not_found(say("No such command; the latest 100 of a vessel are kept.")))
 }
 
 /// `GET /api/v1/vessels/{vessel}/plans`.

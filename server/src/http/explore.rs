@@ -5,7 +5,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
-use api::{DetectionsFileQuery, DetectionsSummary, DetectionsSummaryQuery, ExportSize};
+use api::{DetectionsFileQuery, DetectionsSummary, DetectionsSummaryQuery, ExportSize, say};
 use axum::Json;
 use axum::extract::State;
 use shore::history::explore::{self, FoundRanks, Prepared};
@@ -32,7 +32,9 @@ pub(crate) async fn summary(
     let vessels = export::list(query.vessel.as_deref());
     let may = move |vessel: u16| who.grants.on(vessel).is_some();
     if let Some(vessel) = export::addresses(&vessels).find(|vessel| !may(*vessel)) {
-        return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
+        return Err(ApiError::forbidden(
+            say("vessel: you may not see vessel {vessel}. Ask an admin.").with("vessel", vessel),
+        ));
     }
     let named = state.shore.people.vessels();
     let (_, study) = state.shore.register.study().await?;
@@ -115,7 +117,7 @@ pub(crate) async fn size(
 }
 
 fn still_reads() -> ApiError {
-    ApiError::busy_for(AGAIN_S, "The server still reads these detections; try again in a moment.")
+    ApiError::busy_for(AGAIN_S, say("The server still reads these detections; try again in a moment."))
 }
 
 /// The query that counts the detections of a file.

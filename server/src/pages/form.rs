@@ -2,7 +2,7 @@
 
 use super::frame::PageError;
 use crate::web::ApiError;
-use api::{Role, say};
+use api::{Role, Said, say};
 use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
@@ -16,8 +16,9 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Sent<T> {
     type Rejection = PageError;
     async fn from_request(request: Request, state: &S) -> Result<Self, PageError> {
         let form = axum::extract::Form::<T>::from_request(request, state).await;
-        let axum::extract::Form(sent) =
-            form.map_err(|error: FormRejection| ApiError::malformed(error.status(), error.body_text()))?;
+        let axum::extract::Form(sent) = form.map_err(|error: FormRejection| {
+            ApiError::malformed(error.status(), Said::as_is(error.body_text()))
+        })?;
         Ok(Self(sent))
     }
 }

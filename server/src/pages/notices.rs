@@ -7,6 +7,7 @@ use super::rules::{Refused, message_row};
 use super::words::worded;
 use crate::AppState;
 use crate::web::{ApiError, Remote, Who};
+use api::say;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use operations::alarms::Priority;
@@ -49,7 +50,7 @@ pub(super) async fn add(
     in_person(&who)?;
     let vessel = vessel(&wanted.vessel)?;
     let problem = match (Way::named(&wanted.way), Priority::named(&wanted.least)) {
-        (None, _) => "A message goes by mail or webhook.".to_owned(),
+        (None, _) => say("A message goes by mail or webhook."),
         (_, None) => NO_PRIORITY.to_owned(),
         (Some(way), Some(least)) => {
             let typed = wanted.typed(vessel, least);
@@ -148,6 +149,6 @@ pub(super) async fn remove(
 fn in_person(who: &Principal) -> Result<(), ApiError> {
     match who.via {
         Via::Session { .. } => Ok(()),
-        Via::Token { .. } => Err(ApiError::forbidden("A token makes no rules: log in with a browser.")),
+        Via::Token { .. } => Err(ApiError::forbidden(say("A token makes no rules: log in with a browser."))),
     }
 }

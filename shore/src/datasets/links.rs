@@ -2,7 +2,7 @@
 
 use super::rows::{Listed, Row, read, written};
 use crate::identity::{Fault, Request};
-use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind};
+use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -31,9 +31,7 @@ impl Request for Add {
         let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
         let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::refused(format!(
-                "{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more."
-            )));
+            return Err(Fault::refused(say("{n} links to the dataset are open, and no more may be. Revoke one that nobody needs any more.").with("n", SHARES)));
         }
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);

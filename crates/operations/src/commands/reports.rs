@@ -3,6 +3,7 @@
 //! A query commands nothing, so it needs no lease. The same query is sent once in [`AGAIN`], however many people
 //! ask. The memory is bounded by bytes; the vessel that reported last stays.
 
+use api::{Wording, say};
 use bytes::Bytes;
 use imc::entities::SAVED_SUFFIX;
 use imc::messages::{
@@ -141,13 +142,13 @@ impl Reports {
     ///
     /// # Errors
     /// Too much was asked within two seconds.
-    pub fn ask(&mut self, now: Now, vessel: Address, questions: &[Question]) -> Result<Vec<Bytes>, String> {
+    pub fn ask(&mut self, now: Now, vessel: Address, questions: &[Question]) -> Result<Vec<Bytes>, Wording> {
         let of = self.vessels.entry(vessel).or_default();
         of.asked.retain(|_, asked| now.mono.since(*asked) < AGAIN);
         let open = |question: &&Question| !of.asked.contains_key(*question);
         let new: Vec<Question> = questions.iter().filter(open).cloned().collect();
         if of.asked.len() + new.len() > QUESTIONS {
-            return Err(format!("more than {QUESTIONS} questions at once: ask again in two seconds"));
+            return Err(say("more than {n} questions at once: ask again in two seconds").with("n", QUESTIONS));
         }
         let mut packets = Vec::with_capacity(new.len());
         for question in new {

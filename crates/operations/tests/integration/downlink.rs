@@ -88,7 +88,7 @@ impl World {
 
     fn stage(&self, id: CommandId) -> (Stage, String) {
         let command = self.hub.orders().get(id).unwrap();
-        (command.stage(), command.steps.last().unwrap().in_full())
+        (command.stage(), command.steps.last().unwrap().in_full().to_string())
     }
 }
 
