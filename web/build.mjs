@@ -8,7 +8,7 @@ import { brotliCompressSync, gzipSync } from "node:zlib";
 import { existsSync } from "node:fs";
 import { fontPlugin } from "./scripts/fonts.mjs";
 import { openLayersPlugin } from "./scripts/openlayers.mjs";
-import { wordsByBundle, wordsPlugin } from "./scripts/words.mjs";
+import { OWN, SHARED, wordsByBundle, wordsPlugin } from "./scripts/words.mjs";
 
 /** What a page may load before it is used, packed, with the words of Bokmål. */
 const MOST_KB = 300;
@@ -16,9 +16,7 @@ const MOST_KB = 300;
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
 await mkdir(made);
-const PAGES = Object.fromEntries(
-  ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission", "nogo", "register", "explore", "datasets", "dataset"].map((page) => [page, `src/pages/${page}.ts${existsSync(`src/pages/${page}.tsx`) ? "x" : ""}`]),
-);
+const source = (page) => `src/pages/${page}.ts${existsSync(`src/pages/${page}.tsx`) ? "x" : ""}`;
 const shared = {
   bundle: true,
   minify: true,
@@ -41,10 +39,10 @@ const scripts = await build({
   entryPoints: ["src/main.ts", "src/offline.ts", "src/style/main.css"],
   plugins: [fontPlugin("src/style/tokens.css"), openLayersPlugin],
 });
-const bundles = await wordsByBundle(import.meta.dirname, scripts.metafile.inputs, Object.entries(PAGES));
+const bundles = await wordsByBundle(import.meta.dirname, scripts.metafile.inputs, source);
 const words = await build({
   ...shared,
-  entryPoints: Object.keys(bundles).filter((name) => name !== "refusals").map((name) => ({ in: `lutra:nb/${name}`, out: name === "all" ? "nb" : `nb-${name}` })),
+  entryPoints: Object.keys(bundles).filter((name) => name !== "refusals").map((name) => ({ in: `lutra:nb/${name}`, out: name === "others" ? "nb" : `nb-${name}` })),
   plugins: [wordsPlugin(import.meta.dirname, bundles)],
 });
 const metafile = { outputs: { ...scripts.metafile.outputs, ...words.metafile.outputs } };
@@ -94,11 +92,11 @@ const reach = (path, seen = new Set()) => {
 };
 const outputs = Object.entries(metafile.outputs);
 const of = (source) => outputs.find(([, output]) => output.entryPoint?.replace(/^lutra:lutra:/, "lutra:") === source)?.[0];
-for (const [page, source] of Object.entries(PAGES)) {
-  const loaded = new Set(["src/main.ts", source, "src/style/main.css"].flatMap((one) => [...reach(of(one))]));
+for (const page of [...OWN, ...SHARED]) {
+  const loaded = new Set(["src/main.ts", source(page), "src/style/main.css"].flatMap((one) => [...reach(of(one))]));
   for (const path of Object.keys(sizes)) if (/next-latin-wght.*woff2$/.test(path)) loaded.add(path);
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);
-  const words = Math.round([...reach(of(`lutra:nb/${page}`))].reduce((sum, path) => sum + sizes[path], 0) / 1024);
+  const words = Math.round([...reach(of(`lutra:nb/${OWN.includes(page) ? page : "others"}`))].reduce((sum, path) => sum + sizes[path], 0) / 1024);
   console.log(`web/dist: the page ${page} loads ${kB} kB; in Bokmål ${words} kB more`);
   if (kB + words > MOST_KB) throw new Error(`the page ${page} may weigh ${MOST_KB} kB at most`);
 }

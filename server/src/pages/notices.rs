@@ -50,8 +50,8 @@ pub(super) async fn add(
     in_person(&who)?;
     let vessel = vessel(&wanted.vessel)?;
     let problem = match (Way::named(&wanted.way), Priority::named(&wanted.least)) {
-        (None, _) => say("A message goes by mail or webhook."),
-        (_, None) => NO_PRIORITY.to_owned(),
+        (None, _) => frame.t("A message goes by mail or webhook.").to_string(),
+        (_, None) => no_priority(&frame),
         (Some(way), Some(least)) => {
             let typed = wanted.typed(vessel, least);
             let target = typed.clone().of(way).check_target(state.shore.notices.settings()).is_err();
@@ -75,7 +75,9 @@ pub(super) async fn add(
 }
 
 /// What is said where a priority is none.
-const NO_PRIORITY: &str = "Alarms are emergency, alarm, warning or caution.";
+fn no_priority(frame: &Frame) -> String {
+    frame.t("Alarms are emergency, alarm, warning or caution.").to_string()
+}
 
 /// `POST /account/notice/change`.
 pub(super) async fn change(
@@ -88,8 +90,7 @@ pub(super) async fn change(
     in_person(&who)?;
     let (id, vessel) = (wanted.id, vessel(&wanted.vessel)?);
     let Some(least) = Priority::named(&wanted.least) else {
-        return show(&state, &who, frame, Words { problem: NO_PRIORITY.to_owned(), ..Words::default() })
-            .await;
+        return show(&state, &who, frame, Words { problem: no_priority(&frame), ..Words::default() }).await;
     };
     let typed = wanted.typed(vessel, least);
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {

@@ -13,8 +13,8 @@ const CORRECTIONS: u32 = 100;
 /// Why a change that comes too late is refused.
 pub(crate) const NEWER: Fixed = fixed("Somebody changed this meanwhile: load it again, then change it.");
 /// Why a photo is refused that a note cannot have.
-pub(super) const HAS_PHOTO: &str =
-    "photo: this note has a photo, or was withdrawn. Write a new note for another photo.";
+pub(super) const HAS_PHOTO: Fixed =
+    fixed("photo: this note has a photo, or was withdrawn. Write a new note for another photo.");
 
 /// The content of a note.
 #[derive(Debug, Clone, PartialEq)]

@@ -48,14 +48,14 @@ const WORDS_MS = 2_000;
 
 /** Returns when the words of `says` are here, or do not come in time: then it is said in English. */
 export async function withWords(...says: readonly (Wording | undefined)[]): Promise<void> {
-  const lacks = ({ template, parts = {} }: Wording): boolean => /\p{L}/u.test(template.replace(/\{\w+\}/g, "")) && globalThis.lutraWords?.(template) === undefined || Object.values(parts).flat().some(lacks);
+  const lacks = ({ template, parts = {} }: Wording): boolean => /\p{L}/u.test(template.replace(/\{\w+\}/g, "")) && globalThis.lutraWords?.(template) === undefined || Object.values(parts).flatMap((texts) => texts ?? []).some(lacks);
   if (!globalThis.lutraMoreWords || !says.some((one) => one && lacks(one))) return;
   await Promise.race([globalThis.lutraMoreWords(), new Promise((late) => setTimeout(late, WORDS_MS))]);
 }
 
 /** A place holds a value, or texts with words of their own, each on a line. */
 function inWords({ template, values, parts = {} }: Wording): string {
-  const lines = Object.entries(parts).map(([name, texts]) => [name, texts.map(inWords).join("\n")]);
+  const lines = Object.entries(parts).map(([name, texts]) => [name, (texts ?? []).map(inWords).join("\n")]);
   return fromServer(template, { ...values, ...Object.fromEntries(lines) });
 }
 
