@@ -11,7 +11,7 @@ import { openLayersPlugin } from "./scripts/openlayers.mjs";
 import { OWN, SHARED, wordsByBundle, wordsPlugin } from "./scripts/words.mjs";
 
 /** What a page may load before it is used, packed, with the words of Bokmål. */
-const MOST_KB = 300;
+const MOST_KB = 256;
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
@@ -42,7 +42,7 @@ const scripts = await build({
 const bundles = await wordsByBundle(import.meta.dirname, scripts.metafile.inputs, source);
 const words = await build({
   ...shared,
-  entryPoints: Object.keys(bundles).filter((name) => name !== "refusals").map((name) => ({ in: `lutra:nb/${name}`, out: name === "others" ? "nb" : `nb-${name}` })),
+  entryPoints: Object.keys(bundles).filter((name) => name !== "rest").map((name) => ({ in: `lutra:nb/${name}`, out: name === "others" ? "nb" : `nb-${name}` })),
   plugins: [wordsPlugin(import.meta.dirname, bundles)],
 });
 const metafile = { outputs: { ...scripts.metafile.outputs, ...words.metafile.outputs } };

@@ -63,14 +63,24 @@ test("each page has its words in a bundle, and the server sends that one", async
   assert.deepEqual(bundles.sort(), [...OWN].sort());
 });
 
-test("what a page reaches is known, without what only other pages reach", () => {
+test("what is loaded with a page is known, without what it loads later", () => {
   const inputs = {
     "src/main.ts": { imports: [{ path: "a", kind: "import-statement" }, { path: "src/pages/x.ts", kind: "dynamic-import" }] },
     "src/pages/x.ts": { imports: [{ path: "b", kind: "import-statement" }, { path: "c", kind: "dynamic-import" }] },
     a: { imports: [] }, b: { imports: [{ path: "a", kind: "import-statement" }] }, c: { imports: [] },
   };
   assert.deepEqual([...reached(inputs, ["src/main.ts"])].sort(), ["a", "src/main.ts"]);
-  assert.deepEqual([...reached(inputs, ["src/main.ts", "src/pages/x.ts"])].sort(), ["a", "b", "c", "src/main.ts", "src/pages/x.ts"]);
+  assert.deepEqual([...reached(inputs, ["src/main.ts", "src/pages/x.ts"])].sort(), ["a", "b", "src/main.ts", "src/pages/x.ts"]);
+});
+
+test("a part that is loaded later waits for its words", async () => {
+  const at = [];
+  for (const name of await readdir(join(web, "src"), { recursive: true })) {
+    if (!/\.tsx?$/.test(name) || name === "main.ts") continue;
+    const source = await readFile(join(web, "src", name), "utf8");
+    for (const [call] of source.matchAll(/(?:\w+\(\(\) => )?\bimport\("[^"]*"\)/g)) if (!call.startsWith("later(() => ")) at.push(`${name}: ${call}`);
+  }
+  assert.deepEqual(at, [], "load it by later(() => import(…))");
 });
 
 test("only foreign words are said as they are", async () => {

@@ -2,7 +2,7 @@
 
 import { reason } from "../api/http";
 import { make, setText } from "../ui/dom";
-import { t } from "../words/words";
+import { later, t } from "../words/words";
 import type { ParameterNeeds, ParameterPanel } from "./panel";
 
 /** It is tried again after so long, ms. */
@@ -18,7 +18,7 @@ export function createParametersLater(root: HTMLElement, needs: ParameterNeeds):
     if (now < nextMs) return;
     nextMs = Infinity;
     setText(told, t("Reading …"));
-    import("./panel").then(
+    later(() => import("./panel")).then(
       ({ createParameters }) => {
         told.remove();
         panel = createParameters(root, needs);

@@ -7,7 +7,7 @@ import type { Wording } from "../api/types.gen";
 declare global {
   /** An English text in the page's language, put there by the bundle of a language; absent in English. */
   var lutraWords: ((english: string) => string | undefined) | undefined;
-  /** Fetches the words of refusals, once; it never fails. Absent in English. */
+  /** Fetches the words of refusals and of parts that are loaded later, once; it never fails. Absent in English. */
   var lutraMoreWords: (() => Promise<void>) | undefined;
 }
 
@@ -41,6 +41,12 @@ export function fromServer(english: string, values?: Readonly<Record<string, Val
 /** What the server says, by its wording; without one, a fixed sentence is its own. Not for what may be a vessel's own words. */
 export function worded({ text, says }: { readonly text: string; readonly says?: Wording | undefined }): string {
   return says ? inWords(says) : fromServer(text);
+}
+
+/** Loads a part of a page that few open, when its words are here: texts are made as soon as it is loaded. */
+export async function later<Part>(load: () => Promise<Part>): Promise<Part> {
+  await globalThis.lutraMoreWords?.();
+  return load();
 }
 
 /** A refusal waits this long for its words at most, ms. */
