@@ -108,7 +108,6 @@ impl Question {
     /// # Errors
     /// Which part is malformed.
     pub fn new(ask: &SeaRouteRequest, limits: GuardLimits) -> Result<Self> {
-        let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
         if !POINTS.contains(&ask.points.len()) {
             let (least, most) = POINTS.into_inner();
             return Err(malformed(
@@ -146,7 +145,7 @@ impl Question {
         }
         let alternatives = usize::from(ask.alternatives);
         let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
-        request.validate().map_err(|error| malformed(error.to_string()))?;
+        request.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
         let explain = ask.explain;
         Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
     }
@@ -318,6 +317,10 @@ fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, Said> {
     };
     let corners = corners.iter().copied().map(place).collect::<std::result::Result<Vec<_>, _>>()?;
     Zone::drawn(corners).map_err(|error| Said::as_is(error.to_string()))
+}
+
+fn malformed(text: impl Into<Said>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
 }
 
 fn not_a_place(lat: f64, lon: f64, error: impl std::fmt::Display) -> Wording {

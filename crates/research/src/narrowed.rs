@@ -32,7 +32,7 @@ impl Narrowed {
         area: Option<&str>,
         study: &Study,
     ) -> Result<Self, Said> {
-        let known = |name: &str| {
+        let known = |name: &str| -> Result<String, Said> {
             if name.trim().is_empty() {
                 return Err(say(
                     "project: a name is empty; give the project's name, or leave it out for all",
@@ -49,7 +49,7 @@ impl Narrowed {
         if area.is_some_and(|text| text.trim().is_empty()) {
             return Err(say("area: it is empty; give 3 to 100 corners as \"lat,lon;lat,lon;...\", or leave it out for everywhere").into());
         }
-        let area = area.map(|text| text.trim().parse()).transpose();
+        let area = area.map(|text| text.trim().parse::<Area>()).transpose();
         let area = area.map_err(|error| Said::as_is(error.to_string()).of_field("area"))?;
         Ok(Self { projects: projects.into_iter().map(known).collect::<Result<_, _>>()?, area })
     }

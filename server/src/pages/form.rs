@@ -48,5 +48,6 @@ pub(super) fn vessel(text: &str) -> Result<Option<u16>, ApiError> {
     if text.is_empty() {
         return Ok(None);
     }
-    vessels::address(text).map(Some).map_err(ApiError::bad_request)
+    let wrong = || say("{text} is not an IMC address; give one like 2068 or 0x0814.").with("text", text);
+    vessels::address(text).map(Some).map_err(|_| ApiError::bad_request(wrong()))
 }

@@ -90,7 +90,8 @@ pub(super) async fn change(
     in_person(&who)?;
     let (id, vessel) = (wanted.id, vessel(&wanted.vessel)?);
     let Some(least) = Priority::named(&wanted.least) else {
-        return show(&state, &who, frame, Words { problem: no_priority(&frame), ..Words::default() }).await;
+        let problem = no_priority(&frame);
+        return show(&state, &who, frame, Words { problem, ..Words::default() }).await;
     };
     let typed = wanted.typed(vessel, least);
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {
