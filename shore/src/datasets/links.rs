@@ -109,7 +109,7 @@ impl Request for Revoke {
                    WHERE id = ?2 AND dataset = ?1 AND revoked_us IS NULL";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.share).bind(self.by);
         let done = query.bind(self.now.micros()).execute(db).await?;
-        Fault::unless_changed(&done, "There is no such link any more, or it is revoked already.")
+        Fault::unless_changed(&done, say("There is no such link any more, or it is revoked already."))
     }
 }
 
