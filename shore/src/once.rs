@@ -91,7 +91,7 @@ mod tests {
         type Answer = i64;
 
         async fn run(self, _: &mut SqliteConnection) -> Result<i64, Fault> {
-            self.0.ok_or_else(|| Fault::refused(say("full")))
+            self.0.ok_or_else(|| Fault::refused(api::say("full")))
         }
     }
 
