@@ -132,8 +132,10 @@ fn understood(order: OrderWanted) -> Result<Order, ApiError> {
         OrderWanted::PlanStart { plan_id } => Order::StartPlan { plan_id },
         OrderWanted::PlanStop {} => Order::StopPlan,
         OrderWanted::Goto { lat_deg, lon_deg, speed_mps } => {
-            let place = LatLon::from_deg(lat_deg, lon_deg)
-                .map_err(|error| shore::Error::refused(error.to_string()))?;
+            let place = LatLon::from_deg(lat_deg, lon_deg).map_err(|error| {
+                let text = say("{lat}, {lon} is not a place: {error}");
+                shore::Error::refused(text.with("lat", lat_deg).with("lon", lon_deg).with("error", error))
+            })?;
             Order::Goto { place, speed_mps }
         }
         OrderWanted::PlanDelete { plan_id } => Order::Delete { plan_id },

@@ -17,7 +17,7 @@ const PASSWORD: &str = "lutra-link-password";
 
 impl From<ShareClosed> for ApiError {
     fn from(closed: ShareClosed) -> Self {
-        let text = closed.to_string();
+        let text = closed.said();
         match closed {
             ShareClosed::Unknown => Self::not_found(text),
             ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),

@@ -39,7 +39,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Numbered {
 
 /// Reads a role.
 pub(super) fn role(text: &str) -> Result<Role, ApiError> {
-    text.parse().map_err(|error: String| ApiError::bad_request(error))
+    text.parse().map_err(|error: String| ApiError::bad_request(Said::as_is(error)))
 }
 
 /// Reads a vessel's address; nothing means all vessels.
