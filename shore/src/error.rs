@@ -76,7 +76,7 @@ impl Error {
 
     /// The chart shows danger, by this verdict.
     pub(crate) fn grounding(guard: api::Guard) -> Self {
-        let text = format!("The chart shows danger: {}", guard.text);
+        let text = say("The chart shows danger: {text}").with("text", &guard.text);
         Self { detail: Some(Box::new(Detail::Guard(guard))), ..Self::new(ErrorKind::Grounding, text) }
     }
 
@@ -107,7 +107,13 @@ impl From<Fault> for Error {
                 ErrorKind::Busy,
                 say("Too many passwords are looked at: try again in some seconds."),
             ),
-            Fault::Hangs => Self::new(ErrorKind::Unavailable, fault.to_string()),
+            Fault::Hangs => {
+                let text = say(
+                    "app.db does not answer: does its disk hang, or has another program locked it? What was \
+                                asked may be done once it answers: look before asking again",
+                );
+                Self::new(ErrorKind::Unavailable, text)
+            }
             Fault::Stopped => Stopped.into(),
             fault => Self::internal(&fault),
         }
@@ -117,7 +123,7 @@ impl From<Fault> for Error {
 impl From<StoreError> for Error {
     fn from(error: StoreError) -> Self {
         match error {
-            StoreError::Query(text) => Self::new(ErrorKind::Malformed, text),
+            StoreError::Query(text) => Self::new(ErrorKind::Malformed, Said::as_is(text)),
             StoreError::Cancelled => Stopped.into(),
             error => no_room(&error).unwrap_or_else(|| Self::internal(&error)),
         }
@@ -132,7 +138,7 @@ fn no_room(error: &StoreError) -> Option<Error> {
         std::io::ErrorKind::StorageFull => ErrorKind::Unavailable,
         _ => return None,
     };
-    source.get_ref().map(|text| Error::new(kind, text.to_string()))
+    source.get_ref().map(|text| Error::new(kind, Said::as_is(text.to_string())))
 }
 
 impl From<operations::NotOrdered> for Error {
@@ -149,7 +155,8 @@ impl From<operations::NotOrdered> for Error {
 
 impl From<LeaseRefused> for Error {
     fn from(why: LeaseRefused) -> Self {
-        let text = why.to_string();
+        // A page makes its own words of the detail.
+        let text = Said::as_is(why.to_string());
         let control = match why {
             LeaseRefused::NotYours(NotYours::Free) => NoControl::Free,
             LeaseRefused::NotYours(NotYours::Held(by)) => NoControl::Held { by },

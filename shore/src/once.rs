@@ -5,6 +5,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{Fault, Request};
+use api::say;
 use sqlx::SqliteConnection;
 
 /// Most characters of a key.
@@ -36,7 +37,7 @@ impl Key {
     /// It is empty or too long.
     pub(crate) fn new(made: Made, person: i64, key: Option<String>) -> Result<Option<Self>> {
         if key.as_ref().is_some_and(|key| key.is_empty() || key.chars().count() > LETTERS) {
-            let text = format!("key: give 1 to {LETTERS} characters, or none");
+            let text = say("key: give 1 to {most} characters, or none").with("most", LETTERS);
             return Err(Error::new(ErrorKind::Malformed, text));
         }
         Ok(key.map(|text| Self { made, person, text }))
@@ -90,7 +91,7 @@ mod tests {
         type Answer = i64;
 
         async fn run(self, _: &mut SqliteConnection) -> Result<i64, Fault> {
-            self.0.ok_or_else(|| Fault::refused("full".to_owned()))
+            self.0.ok_or_else(|| Fault::refused(api::say("full")))
         }
     }
 

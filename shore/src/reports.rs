@@ -6,7 +6,7 @@ use crate::error::{Error, ErrorKind, Result, slow};
 use crate::history::{self, History};
 use crate::router::Router;
 use crate::{parameters, plans};
-use api::{PlanUnderWay, VesselParameters, VesselQuery, VesselQuerySent};
+use api::{PlanUnderWay, VesselParameters, VesselQuery, VesselQuerySent, say};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use operations::{Operations, Question};
@@ -52,7 +52,11 @@ impl Reports {
             && (!NAME.contains(&name.chars().count()) || name.chars().any(char::is_control))
         {
             let (least, most) = NAME.into_inner();
-            return Err(Error::refused(format!("plan_id: give {least} to {most} letters, none of control")));
+            return Err(Error::refused(
+                say("plan_id: give {least} to {most} letters, none of control")
+                    .with("least", least)
+                    .with("most", most),
+            ));
         }
         let send = move |operations: &mut Operations, now: Now| {
             let (questions, entities) = questions(operations, vessel, asked)?;
@@ -126,13 +130,14 @@ fn questions(
     known.sort_unstable();
     known.dedup();
     if known.is_empty() {
-        let text =
-            "The vessel has not reported which entities it has. It is asked for them as soon as it is heard.";
+        let text = say(
+            "The vessel has not reported which entities it has. It is asked for them as soon as it is heard.",
+        );
         return Err(Error::new(ErrorKind::UnknownEntities, text));
     }
     if let Some(one) = entities.iter().find(|one| !known.contains(one)) {
         let one: String = one.chars().take(*NAME.end()).collect();
-        return Err(Error::refused(format!("entities: the vessel has no entity {one:?}")));
+        return Err(Error::refused(say("entities: the vessel has no entity `{entity}`").with("entity", one)));
     }
     let asked = if entities.is_empty() { known } else { entities };
     Ok((asked.iter().cloned().map(Question::Parameters).collect(), asked))

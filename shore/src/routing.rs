@@ -7,8 +7,8 @@ use crate::charts::Set;
 use crate::charts::verdict::reason;
 use crate::error::{Error, ErrorKind, Result, slow};
 use api::{
-    SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
-    SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
+    Said, SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved,
+    SeaRoutePassable, SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind, Wording, say,
 };
 use charts::depth_index::{Restriction, Water};
 use guard::{GuardLimits, LegCheck, Reason, check_way};
@@ -75,7 +75,7 @@ impl Routing {
     ) -> Result<SeaRouteAnswer> {
         let question = Question::new(&ask, limits)?;
         let busy =
-            || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
+            || Error::new(ErrorKind::Busy, say("Too many routes are being planned; try again in a moment."));
         let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| busy())?;
         let working =
             Arc::clone(&self.working).acquire_owned().await.map_err(|error| Error::internal(&error))?;
@@ -108,26 +108,28 @@ impl Question {
     /// # Errors
     /// Which part is malformed.
     pub fn new(ask: &SeaRouteRequest, limits: GuardLimits) -> Result<Self> {
-        let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
         if !POINTS.contains(&ask.points.len()) {
             let (least, most) = POINTS.into_inner();
-            return Err(malformed(format!("points: there are {}; give {least} to {most}", ask.points.len())));
+            return Err(malformed(
+                say("points: there are {n}; give {least} to {most}")
+                    .with("n", ask.points.len())
+                    .with("least", least)
+                    .with("most", most),
+            ));
         }
         let place = |[lat, lon]: [f64; 2]| {
-            LatLon::from_deg(lat, lon)
-                .map_err(|error| malformed(format!("{lat}, {lon} is not a place: {error}")))
+            LatLon::from_deg(lat, lon).map_err(|error| malformed(not_a_place(lat, lon, error)))
         };
         let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
-        needs.validate().map_err(|error| malformed(error.to_string()))?;
+        needs.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
         if needs.clearance_m > MOST_CLEARANCE_M {
-            return Err(malformed(format!(
-                "clearance_m: {} is more than {MOST_CLEARANCE_M} m; draw an area to avoid around what is to be kept away from",
-                needs.clearance_m
-            )));
+            return Err(malformed(say("clearance_m: {asked} is more than {most} m; draw an area to avoid around what is to be kept away from").with("asked", needs.clearance_m).with("most", MOST_CLEARANCE_M)));
         }
         let speed_mps = ask.speed_mps.unwrap_or(SPEED_MPS);
         if !(0.05..=20.0).contains(&speed_mps) {
-            return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
+            return Err(malformed(
+                say("speed_mps: {speed_mps} is not within 0.05 to 20 m/s").with("speed_mps", speed_mps),
+            ));
         }
         let current = current(ask.current.as_ref()).map_err(malformed)?;
         let margin_m = needs.clearance_m.min(limits.half_width_m());
@@ -135,14 +137,15 @@ impl Question {
         let places: Vec<LatLon> = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
         let ends = Request::new(places[0], places[places.len() - 1]);
         if ask.alternatives > ALTERNATIVES {
-            return Err(malformed(format!(
-                "alternatives: {}; ask for 0 to {ALTERNATIVES}",
-                ask.alternatives
-            )));
+            return Err(malformed(
+                say("alternatives: {asked}; ask for 0 to {most}")
+                    .with("asked", ask.alternatives)
+                    .with("most", ALTERNATIVES),
+            ));
         }
         let alternatives = usize::from(ask.alternatives);
         let request = Request { turn_radius_m: ask.turn_radius_m, alternatives, ..ends };
-        request.validate().map_err(|error| malformed(error.to_string()))?;
+        request.validate().map_err(|error| malformed(Said::as_is(error.to_string())))?;
         let explain = ask.explain;
         Ok(Self { places, needs, request, limits, zones, speed_mps, current, explain })
     }
@@ -245,58 +248,83 @@ fn course_rad(leg: &RouteLeg) -> f64 {
     wrap_two_pi(LocalPoint::default().bearing_rad(LocalFrame::new(leg.from).to_local(leg.to)))
 }
 
-fn current(asked: Option<&SeaRouteCurrent>) -> std::result::Result<Current, String> {
+fn current(asked: Option<&SeaRouteCurrent>) -> std::result::Result<Current, Wording> {
     let Some(SeaRouteCurrent { set_deg, drift_mps }) = asked else { return Ok(Current::default()) };
     if !set_deg.is_finite() || !(0.0..=10.0).contains(drift_mps) {
-        return Err(format!(
-            "current: {set_deg}°, {drift_mps} m/s; give a direction in degrees and a speed of 0 to 10 m/s"
-        ));
+        return Err(say(
+            "current: {set_deg}°, {drift_mps} m/s; give a direction in degrees and a speed of 0 to 10 m/s",
+        )
+        .with("set_deg", set_deg)
+        .with("drift_mps", drift_mps));
     }
     Ok(Current { set_rad: set_deg.to_radians(), drift_mps: *drift_mps })
 }
 
 /// Reads the areas of a request; `None` if it has no areas.
-fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zones>, String> {
+fn zones(asked: &[SeaRouteZone], margin_m: f64) -> std::result::Result<Option<Zones>, Said> {
     if asked.is_empty() {
         return Ok(None);
     }
     if asked.len() > ZONES {
-        return Err(format!("zones: there are {}; give up to {ZONES}", asked.len()));
+        return Err(say("zones: there are {n}; give up to {most}")
+            .with("n", asked.len())
+            .with("most", ZONES)
+            .into());
     }
     let all: usize = asked.iter().map(|zone| zone.corners.len()).sum();
     if all > ALL_CORNERS {
-        return Err(format!("zones: they have {all} corners; give up to {ALL_CORNERS} in all"));
+        return Err(say("zones: they have {n} corners; give up to {most} in all")
+            .with("n", all)
+            .with("most", ALL_CORNERS)
+            .into());
     }
     let (mut within, mut avoid, mut borders_km) = (None, Vec::new(), 0.0);
     for (number, SeaRouteZone { kind, corners }) in asked.iter().enumerate() {
-        let zone = zone(corners).map_err(|text| format!("zones[{number}]: {text}"))?;
+        let zone = zone(corners).map_err(|text| text.of_field(&format!("zones[{number}]")))?;
         borders_km += zone.border_m() / 1e3;
         match kind {
             SeaRouteZoneKind::Avoid => avoid.push(zone),
             SeaRouteZoneKind::Within if within.is_none() => within = Some(zone),
             SeaRouteZoneKind::Within => {
-                return Err(format!("zones[{number}]: only one area can be to stay within"));
+                return Err(say("zones[{number}]: only one area can be to stay within")
+                    .with("number", number)
+                    .into());
             }
         }
     }
     if borders_km > ALL_BORDERS_KM {
-        return Err(format!(
-            "zones: their borders are {borders_km:.0} km long; give up to {ALL_BORDERS_KM:.0} km in all"
-        ));
+        return Err(say("zones: their borders are {km} km long; give up to {most_km} km in all")
+            .with("km", format!("{borders_km:.0}"))
+            .with("most_km", format!("{ALL_BORDERS_KM:.0}"))
+            .into());
     }
-    Zones::new(within, avoid, margin_m).map(Some).map_err(|error| format!("zones: {error}"))
+    Zones::new(within, avoid, margin_m)
+        .map(Some)
+        .map_err(|error| Said::as_is(error.to_string()).of_field("zones"))
 }
 
-fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, String> {
+fn zone(corners: &[[f64; 2]]) -> std::result::Result<Zone, Said> {
     if !CORNERS.contains(&corners.len()) {
         let (least, most) = CORNERS.into_inner();
-        return Err(format!("it has {} corners; give {least} to {most}", corners.len()));
+        return Err(say("it has {n} corners; give {least} to {most}")
+            .with("n", corners.len())
+            .with("least", least)
+            .with("most", most)
+            .into());
     }
     let place = |[lat, lon]: [f64; 2]| {
-        LatLon::from_deg(lat, lon).map_err(|error| format!("{lat}, {lon} is not a place: {error}"))
+        LatLon::from_deg(lat, lon).map_err(|error| Said::from(not_a_place(lat, lon, error)))
     };
     let corners = corners.iter().copied().map(place).collect::<std::result::Result<Vec<_>, _>>()?;
-    Zone::drawn(corners).map_err(|error| error.to_string())
+    Zone::drawn(corners).map_err(|error| Said::as_is(error.to_string()))
+}
+
+fn malformed(text: impl Into<Said>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
+}
+
+fn not_a_place(lat: f64, lon: f64, error: impl std::fmt::Display) -> Wording {
+    say("{lat}, {lon} is not a place: {error}").with("lat", lat).with("lon", lon).with("error", error)
 }
 
 /// What a way needs: what is asked for, else what the guard demands.

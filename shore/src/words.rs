@@ -54,9 +54,8 @@ pub fn said(language: Language, english: &str) -> &str {
 /// A text of which the server makes words here, and scripts in the browser: in `language` where the catalogue has it.
 pub fn worded(language: Language, text: &Said) -> String {
     match text.wording() {
-        Some(wording) => wording.filling(said(language, &wording.template)),
-        // A fixed sentence is its own wording.
-        None => said(language, text).to_owned(),
+        Some(wording) => wording.in_words(&|english| said(language, english)),
+        None => text.to_string(),
     }
 }
 
@@ -102,8 +101,8 @@ mod tests {
         let refused = api::Said::from(api::say("There is no person {name}.").with("name", "{name}"));
         assert_eq!(worded(Language::Bokmal, &refused), "Det er ingen person {name}.");
         assert_eq!(worded(Language::English, &refused), "There is no person {name}.");
-        assert_eq!(worded(Language::Bokmal, &"Fleet".into()), "Flåte");
-        assert_eq!(worded(Language::Bokmal, &"app.db has said this".into()), "app.db has said this");
+        assert_eq!(worded(Language::Bokmal, &api::fixed("Fleet").into()), "Flåte");
+        assert_eq!(worded(Language::Bokmal, &Said::as_is("Fleet")), "Fleet");
     }
 
     #[test]

@@ -51,6 +51,20 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Enter");
   await page.getByText("En annen plan heter nordkysten; velg et annet navn.").first().waitFor();
 
+  // A table with mistakes: each in Norwegian, a text within a text too. Its words come when they are first needed.
+  await page.goto(`${url}/register`);
+  await page.getByRole("button", { name: "Importer en tabell" }).click();
+  const table = { name: "tags.csv", mimeType: "text/csv", buffer: Buffer.from("protocol,tag_id,animal\nS256,101,Salmon 13\nS256,x,\n") };
+  const section = page.getByRole("region", { name: "Importer en tabell" });
+  await section.getByLabel("Fil").setInputFiles(table);
+  await section.getByText("`Salmon 13` finnes ikke i registeret (dyr); legg det inn i registeret først (dyr), eller la feltet stå tomt").waitFor();
+  await section.getByText("`x` er ikke et helt tall").waitFor();
+
+  // What is not there is said by a template too.
+  const gone = await page.request.get(`${url}/api/v1/missions/999`);
+  const { error } = await gone.json();
+  check(error.says?.template === error.text, `a refusal without a template: ${error.text}`);
+
   // What became of an order: each stage with its reason. English words of the server would be left in it.
   await page.goto(`${url}/vessels/${BOAT}?tab=Control`);
   await page.locator('body[data-link="up"]').waitFor();

@@ -70,8 +70,13 @@ export async function keysOfAlarms(root) {
   return keys;
 }
 
+/** Whether a template has words beside its places. */
+const hasWords = (template) => /\p{L}/u.test(template.replace(/\{\w+\}/g, ""));
+
+const matches = async (root, where, pattern) => (await readFile(`${root}/${where}`, "utf8")).matchAll(pattern);
+
 /** Where refusals and outcomes are worded, and which of these only the server's own pages say. */
-const WORDED = ["crates/operations/src", "crates/hub/src", "shore/src", "server/src"];
+const WORDED = ["crates/operations/src", "crates/hub/src", "crates/research/src", "shore/src", "server/src"];
 const ON_PAGES = /^shore\/src\/(identity|notices)\/|^server\/src\/(pages|transports)\//;
 
 /** Each `[text, where]` of what the server says of refusals and outcomes: `say("…")`, `fixed("…")`, why the downlink sends no order,
@@ -85,9 +90,12 @@ export async function keysOfSaid(root, { scripts = false } = {}) {
       if (!name.endsWith(".rs") || /tests?\b/.test(name) || where === "shore/src/notices/content.rs" || (scripts && ON_PAGES.test(where))) continue;
       const [text] = (await readFile(`${root}/${where}`, "utf8")).split(/^#\[cfg\(test\)\]\nmod tests \{/m);
       const said = where === "crates/hub/src/downlink.rs" ? "Refused" : "(?:say|fixed)";
-      for (const [, key] of text.matchAll(new RegExp(String.raw`\b${said}\(\s*${RUST}`, "gs"))) keys.push([unescaped(key), where]);
+      for (const [, key] of text.matchAll(new RegExp(String.raw`\b${said}\(\s*${RUST}`, "gs"))) if (hasWords(key)) keys.push([unescaped(key), where]);
     }
   }
+  const fields = "crates/research/src/fields.rs";
+  for (const [, key] of await matches(root, fields, new RegExp(String.raw`\bneeded\(\s*"\w+",\s*${RUST}`, "gs"))) keys.push([unescaped(key), fields]);
+  for (const [, key] of await matches(root, fields, new RegExp(String.raw`RegisterKind::\w+ => ${RUST}`, "g"))) keys.push([unescaped(key), fields]);
   const where = "crates/operations/src/teleop/mod.rs";
   const text = await readFile(`${root}/${where}`, "utf8");
   const part = text.slice(text.indexOf("pub fn text(self)"), text.indexOf("\n}\n", text.indexOf("pub fn remedy(self)")));

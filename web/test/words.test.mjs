@@ -3,11 +3,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { build } from "esbuild";
-import { mkdtemp, readFile } from "node:fs/promises";
+import { mkdtemp, readdir, readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { keysOfAlarms, keysOfSaid, keysOfScripts, keysOfServer, placesOf } from "../scripts/keys.mjs";
+import { OWN, reached, SHARED } from "../scripts/words.mjs";
 import { pack, unpack } from "../src/words/packed.mjs";
 
 const web = dirname(dirname(fileURLToPath(import.meta.url)));
@@ -31,6 +32,8 @@ test("texts are found in scripts, templates and the server's code", () => {
     ["There is no person {name}.", "shore/src/identity/persons.rs"],
     ["it came too late", "crates/hub/src/downlink.rs"],
     ["the vessel has it and does not answer", "crates/operations/src/commands/mod.rs"],
+    ["`{name}` stands in line {first} too; keep one", "crates/research/src/csv.rs"],
+    ["name of the receiver", "crates/research/src/fields.rs"],
     ["the dead-man was released", "crates/operations/src/teleop/mod.rs"],
     ["You asked for this message under your name on the pages, Messages about alarms.", "shore/src/notices/content.rs"],
   ]) {
@@ -49,6 +52,47 @@ test("alarms have the same words in scripts as in the server's mails and logs", 
 test("Bokmål has every text", () => {
   const missing = [...asked].filter(([key]) => !Object.hasOwn(nb, key)).map(([key, where]) => `${where}: ${key}`);
   assert.deepEqual(missing, [], "words/nb.json lacks these");
+});
+
+test("each page has its words in a bundle, and the server sends that one", async () => {
+  const main = await readFile(join(web, "src/main.ts"), "utf8");
+  const pages = [...main.matchAll(/import\("\.\/pages\/(\w+)"\)/g)].map(([, page]) => page);
+  assert.deepEqual([...OWN, ...SHARED].sort(), pages.sort());
+  const frame = await readFile(join(web, "../server/src/pages/frame.rs"), "utf8");
+  const bundles = [...frame.slice(frame.indexOf("fn bundle_of("), frame.indexOf("_ => return None")).matchAll(/=> "(\w+)",/g)].map(([, page]) => page);
+  assert.deepEqual(bundles.sort(), [...OWN].sort());
+});
+
+test("what is loaded with a page is known, without what it loads later", () => {
+  const inputs = {
+    "src/main.ts": { imports: [{ path: "a", kind: "import-statement" }, { path: "src/pages/x.ts", kind: "dynamic-import" }] },
+    "src/pages/x.ts": { imports: [{ path: "b", kind: "import-statement" }, { path: "c", kind: "dynamic-import" }] },
+    a: { imports: [] }, b: { imports: [{ path: "a", kind: "import-statement" }] }, c: { imports: [] },
+  };
+  assert.deepEqual([...reached(inputs, ["src/main.ts"])].sort(), ["a", "src/main.ts"]);
+  assert.deepEqual([...reached(inputs, ["src/main.ts", "src/pages/x.ts"])].sort(), ["a", "b", "src/main.ts", "src/pages/x.ts"]);
+});
+
+test("a part that is loaded later waits for its words", async () => {
+  const at = [];
+  for (const name of await readdir(join(web, "src"), { recursive: true })) {
+    if (!/\.tsx?$/.test(name) || name === "main.ts") continue;
+    const source = await readFile(join(web, "src", name), "utf8");
+    for (const [call] of source.matchAll(/(?:\w+\(\(\) => )?\bimport\("[^"]*"\)/g)) if (!call.startsWith("later(() => ")) at.push(`${name}: ${call}`);
+  }
+  assert.deepEqual(at, [], "load it by later(() => import(…))");
+});
+
+test("only foreign words are said as they are", async () => {
+  const own = [];
+  for (const folder of ["crates/api/src", "crates/operations/src", "crates/research/src", "shore/src", "server/src"]) {
+    for (const name of await readdir(join(web, "..", folder), { recursive: true })) {
+      if (!name.endsWith(".rs") || /tests?\b/.test(name)) continue;
+      const [text] = (await readFile(join(web, "..", folder, name), "utf8")).split(/^#\[cfg\(test\)\]\nmod tests \{/m);
+      for (const [call] of text.matchAll(/\bas_is\(\s*(?:"[^"]*"|&?format!\([^)]*\))/g)) own.push(`${folder}/${name}: ${call}`);
+    }
+  }
+  assert.deepEqual(own, [], "word these by say(\"…\") with values: Said::as_is is for what vessels, systems and other programs say");
 });
 
 test("Bokmål has no text that nobody asks for", () => {
@@ -84,6 +128,30 @@ test("a text is said in the page's language, its values put in once", async () =
     for (const inherited of ["constructor", "toString"]) assert.equal(t(inherited), inherited);
   } finally {
     delete globalThis.lutraWords;
+  }
+});
+
+test("a text within a text has its own words, and what has none stays as it is", async () => {
+  const outfile = join(await mkdtemp(join(tmpdir(), "lutra-worded-")), "words.mjs");
+  await build({ entryPoints: [join(web, "src/words/words.ts")], bundle: true, format: "esm", outfile, logLevel: "warning" });
+  const { worded, withWords } = await import(outfile);
+  const field = (name, template) => ({ template: "{field}: {text}", values: { field: name }, parts: { text: [{ template, values: { count: "3", most: "2" } }] } });
+  const says = { template: "{lines}", values: {}, parts: { lines: [field("tags", "there are {count}, {most} may be"), { template: "{text}", values: { text: "the disk says {text}" } }] } };
+  assert.equal(worded({ text: "", says }), "tags: there are 3, 2 may be\nthe disk says {text}");
+  let fetched = 0;
+  globalThis.lutraWords = () => undefined;
+  globalThis.lutraMoreWords = async () => {
+    fetched += 1;
+    globalThis.lutraWords = unpack(pack(nb));
+  };
+  try {
+    await withWords(undefined, says);
+    assert.equal(worded({ text: "", says }), "tags: det er 3, høyst 2 er tillatt\nthe disk says {text}");
+    await withWords(says);
+    assert.equal(fetched, 1, "nothing is fetched for what is known");
+  } finally {
+    delete globalThis.lutraWords;
+    delete globalThis.lutraMoreWords;
   }
 });
 

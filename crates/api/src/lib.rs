@@ -94,7 +94,7 @@ pub use routing::{
     SeaRoute, SeaRouteAnswer, SeaRouteClosed, SeaRouteCurrent, SeaRouteLeg, SeaRouteMoved, SeaRoutePassable,
     SeaRouteRefusal, SeaRouteRequest, SeaRouteZone, SeaRouteZoneKind,
 };
-pub use said::{Said, Wording, fixed, say};
+pub use said::{Fixed, Said, Wording, fixed, say};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,

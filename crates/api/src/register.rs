@@ -3,7 +3,7 @@
 //! One entry has one kind and one name, by which others refer to it. A text that is empty and a number that is null are not
 //! known. Times are µs since 1970 UTC.
 
-use crate::LogWord;
+use crate::{LogWord, Wording};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -321,6 +321,10 @@ pub struct RegisterProblem {
     pub column: String,
     /// What is wrong, and what to do.
     pub text: String,
+    /// Of what pages make `text` in their reader's language; absent where it is English only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub says: Option<Wording>,
 }
 
 /// The changes by one line of a file.

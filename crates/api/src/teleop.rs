@@ -4,6 +4,7 @@
 //! second with its state and with a stamp of its clock, which the next sample brings back: by it a sample's age is
 //! known without the browser's clock.
 
+use crate::Wording;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -91,7 +92,7 @@ pub enum TeleopPhase {
 
 /// What the server answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[cfg_attr(test, derive(ts_rs::TS))]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub struct TeleopStatus {
     /// The server's steady clock, µs, to be brought back by the next sample.
     #[cfg_attr(test, ts(type = "number"))]
@@ -100,8 +101,14 @@ pub struct TeleopStatus {
     pub phase: TeleopPhase,
     /// Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
     pub why: String,
+    /// Of what pages make `why` in their reader's language; absent where it is empty or the vessel's own words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_says: Option<Wording>,
     /// The remedy, in words; empty where the only one is to start over.
     pub remedy: String,
+    /// The same of `remedy`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remedy_says: Option<Wording>,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,
     /// Whether the vessel's own link is counted in: it is known for the vessel link alone.

@@ -178,7 +178,7 @@ impl Arbiter {
         let standing = match &self.running {
             _ if demand.settled => Standing::Settled,
             Some(running) if running.serves(source, &demand.remedy) => Standing::Holds,
-            _ if demand.remedy == Remedy::Stop => Standing::Holds,
+            _ if demand.remedy == Remedy::Stop || self.stop().is_some() => Standing::Holds,
             _ if !self.under_way => Standing::AtRest,
             _ => Standing::Waits(self.next_try),
         };
@@ -188,8 +188,17 @@ impl Arbiter {
     /// What runs in place of what a supervisor asked for, because it is as strong or stronger.
     pub(crate) fn instead(&self, source: Source) -> Option<&Remedy> {
         let demand = self.demands.get(&source).filter(|demand| !demand.settled)?;
+        if let Some(stop) = self.stop().filter(|stop| **stop != demand.remedy) {
+            return Some(stop);
+        }
         let running = self.running.as_ref().filter(|running| running.remedy != demand.remedy)?;
         running.serves(source, &demand.remedy).then_some(&running.remedy)
+    }
+
+    /// The stop that a supervisor demands. It is carried out without a run, and no other remedy runs beside it.
+    fn stop(&self) -> Option<&Remedy> {
+        let open = self.demands.values().filter(|demand| !demand.settled);
+        open.map(|demand| &demand.remedy).find(|remedy| **remedy == Remedy::Stop)
     }
 
     fn strongest(&self) -> Option<(Source, Remedy)> {
@@ -280,6 +289,15 @@ mod tests {
         );
         arbiter.ask(at(11), Source::LostComms, Remedy::Hold);
         assert_eq!(arbiter.instead(Source::LostComms), Some(&home()));
+        // A stop has no run; it is in force all the same.
+        arbiter.ask(at(12), Source::Limits, Remedy::Stop);
+        assert_eq!(arbiter.decide(at(12), running(2)), Some((Source::Limits, Remedy::Stop)));
+        assert_eq!(arbiter.decide(at(13), Picture { run: None, ..SAILING }), None);
+        assert_eq!(arbiter.standing(Source::LostComms), Some((&Remedy::Hold, Standing::Holds)));
+        assert_eq!(arbiter.instead(Source::LostComms), Some(&Remedy::Stop));
+        assert_eq!(arbiter.instead(Source::Limits), None, "its own stop is in force");
+        arbiter.withdraw(Source::Limits);
+        assert_eq!(arbiter.standing(Source::LostComms), Some((&Remedy::Hold, Standing::Waits(at(14)))));
         arbiter.stepped_in();
         assert_eq!(arbiter.instead(Source::LostComms), None);
     }

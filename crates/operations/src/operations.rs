@@ -141,7 +141,7 @@ impl Operations {
         now: Now,
         vessel: Address,
         asked: &OrderedBy,
-    ) -> Result<(CommandId, Option<Dispatched>), String> {
+    ) -> Result<(CommandId, Option<Dispatched>), Said> {
         let id = self.commands_mut().begin(now, vessel, asked, 0, Order::Stop)?;
         Ok((id, self.dispatch(now, id, None)))
     }

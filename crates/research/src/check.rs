@@ -1,8 +1,11 @@
 //! Errors of entries: each alone, and all of them together.
 
 use crate::column::{NAME_LETTERS, Rule, Slot, shown};
-use crate::fields::{columns, kind_of, kind_word, name_of, slots};
-use api::{RegisterAnimal, RegisterDeployment, RegisterKind, RegisterReceiver, RegisterRecord, RegisterTag};
+use crate::fields::{columns, kind_of, kind_said, name_of, slots};
+use api::{
+    RegisterAnimal, RegisterDeployment, RegisterKind, RegisterReceiver, RegisterRecord, RegisterTag, Wording,
+    say,
+};
 use std::collections::BTreeMap;
 use units::UtcTime;
 
@@ -14,7 +17,7 @@ pub struct Fault {
     /// Which field.
     pub column: &'static str,
     /// What, and what to do.
-    pub text: String,
+    pub text: Wording,
     /// Another one of the entries, which the text names.
     pub other: Option<usize>,
 }
@@ -24,7 +27,7 @@ const SUGGESTIONS: usize = 20;
 
 /// Trims the texts of an entry and gives it a name where it may have none; then all that is wrong with it by itself, as field
 /// and text.
-pub fn check(record: &mut RegisterRecord) -> Vec<(&'static str, String)> {
+pub fn check(record: &mut RegisterRecord) -> Vec<(&'static str, Wording)> {
     let mut wrong = Vec::new();
     let fields = columns(kind_of(record));
     for slot in slots(record) {
@@ -36,7 +39,7 @@ pub fn check(record: &mut RegisterRecord) -> Vec<(&'static str, String)> {
     name(record);
     for (column, slot) in fields.iter().zip(slots(record)) {
         if column.needed && slot.is_empty() {
-            wrong.push((column.name, format!("empty; write {}", column.about)));
+            wrong.push((column.name, say("empty; write {about}").with_said("about", column.meaning())));
         } else if let Some(text) = column.rule.wrong(&slot) {
             wrong.push((column.name, text));
         }
@@ -52,8 +55,7 @@ pub fn check_all(records: &[RegisterRecord]) -> Vec<Fault> {
     for (entry, record) in records.iter().enumerate() {
         let kind = kind_of(record);
         if named.insert((kind, folded(name_of(record))), entry).is_some() {
-            let text =
-                format!("another {} is called `{}`; choose another name", kind_word(kind), name_of(record));
+            let text = name_taken(kind, name_of(record));
             faults.push(Fault { entry, column: "name", text, other: None });
         }
     }
@@ -70,6 +72,12 @@ pub fn check_all(records: &[RegisterRecord]) -> Vec<Fault> {
 /// Names are the same in whatever case they are written.
 pub(crate) fn folded(name: &str) -> String {
     name.trim().to_lowercase()
+}
+
+/// Another entry of the kind has this name.
+pub fn name_taken(kind: RegisterKind, name: &str) -> Wording {
+    let text = say("another {kind} is called `{name}`; choose another name");
+    text.with_said("kind", kind_said(kind)).with("name", name)
 }
 
 /// A name where people gave none.
@@ -99,7 +107,7 @@ fn name(record: &mut RegisterRecord) {
 }
 
 /// Fields that belong together.
-fn pairs(record: &RegisterRecord) -> Vec<(&'static str, String)> {
+fn pairs(record: &RegisterRecord) -> Vec<(&'static str, Wording)> {
     let mut wrong = Vec::new();
     match record {
         RegisterRecord::Animal(RegisterAnimal {
@@ -116,11 +124,11 @@ fn pairs(record: &RegisterRecord) -> Vec<(&'static str, String)> {
                 ("release_lat_deg", release_lat_deg, release_lon_deg),
             ] {
                 if one.is_some() != other.is_some() {
-                    wrong.push((column, "a place has latitude and longitude: give both, or none".to_owned()));
+                    wrong.push((column, say("a place has latitude and longitude: give both, or none")));
                 }
             }
             if capture_us.zip(*release_us).is_some_and(|(capture, release)| release < capture) {
-                wrong.push(("release_time", "is before capture_time; look at both".to_owned()));
+                wrong.push(("release_time", say("is before capture_time; look at both")));
             }
         }
         RegisterRecord::Tag(RegisterTag {
@@ -133,10 +141,10 @@ fn pairs(record: &RegisterRecord) -> Vec<(&'static str, String)> {
             ..
         }) => {
             if interval_min_s.zip(*interval_max_s).is_some_and(|(least, most)| most < least) {
-                wrong.push(("interval_max_s", "is less than interval_min_s; look at both".to_owned()));
+                wrong.push(("interval_max_s", say("is less than interval_min_s; look at both")));
             }
             if sensor_slope.is_none() && sensor_intercept.is_some() {
-                wrong.push(("sensor_slope", "empty beside sensor_intercept; give both".to_owned()));
+                wrong.push(("sensor_slope", say("empty beside sensor_intercept; give both")));
             }
             wrong.extend(order(*from_us, *to_us));
         }
@@ -148,9 +156,9 @@ fn pairs(record: &RegisterRecord) -> Vec<(&'static str, String)> {
     wrong
 }
 
-fn order(from_us: Option<i64>, to_us: Option<i64>) -> Option<(&'static str, String)> {
+fn order(from_us: Option<i64>, to_us: Option<i64>) -> Option<(&'static str, Wording)> {
     let wrong = from_us.zip(to_us).is_some_and(|(from, to)| to <= from);
-    wrong.then(|| ("to_time", "is not after from_time; look at both".to_owned()))
+    wrong.then(|| ("to_time", say("is not after from_time; look at both")))
 }
 
 /// Names of other entries must be those of some.
@@ -168,13 +176,15 @@ fn references(
             continue;
         }
         let known = records.iter().filter(|one| kind_of(one) == kind).map(name_of);
-        let word = kind_word(kind);
         let alike = if faults.len() < SUGGESTIONS { suggest::alike(name, known) } else { Vec::new() };
         let remedy = match alike.as_slice() {
-            [] => format!("register the {word} first, or leave this empty"),
-            names => format!("did you mean `{}`?", names.join("` or `")),
+            [] => say("register the {kind} first, or leave this empty").with_said("kind", kind_said(kind)),
+            names => say("did you mean `{names}`?").with("names", names.join("` or `")),
         };
-        let text = format!("no {word} is called `{}`; {remedy}", shown(name));
+        let text = say("no {kind} is called `{name}`; {remedy}")
+            .with_said("kind", kind_said(kind))
+            .with("name", shown(name))
+            .with_said("remedy", remedy);
         faults.push(Fault { entry, column: column.name, text, other: None });
     }
 }
@@ -186,7 +196,9 @@ fn serials(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
             continue;
         };
         if let Some(other) = known.insert(*serial, name) {
-            let text = format!("{serial} is the serial number of `{other}` already; look at both");
+            let text = say("{serial} is the serial number of `{other}` already; look at both")
+                .with("serial", serial)
+                .with("other", other);
             faults.push(Fault { entry, column: "serial", text, other: None });
         }
     }
@@ -212,9 +224,7 @@ fn tags_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
             let same = |other: &Option<i64>| frequency.is_none() || other.is_none() || frequency == other;
             let other = spans[..at].iter().find(|(other, khz)| same(khz) && overlap(*other, *span));
             if let Some(((_, _, _, name), _)) = other {
-                let text = format!(
-                    "the tag `{name}` has this protocol and number ({id}) at the same time; end one by to_time before the other begins"
-                );
+                let text = say("the tag `{name}` has this protocol and number ({id}) at the same time; end one by to_time before the other begins").with("name", name).with("id", id);
                 faults.push(Fault { entry: span.2, column: "from_time", text, other: None });
             }
         }
@@ -232,9 +242,7 @@ fn deployments_apart(records: &[RegisterRecord], faults: &mut Vec<Fault>) {
     for spans in by_receiver.into_values() {
         for (at, span) in spans.iter().enumerate() {
             if let Some((_, _, other, name)) = spans[..at].iter().find(|other| overlap(**other, *span)) {
-                let text = format!(
-                    "the receiver is deployed as `{name}` at the same time; end that by to_time before this begins"
-                );
+                let text = say("the receiver is deployed as `{name}` at the same time; end that by to_time before this begins").with("name", name);
                 faults.push(Fault { entry: span.2, column: "from_time", text, other: Some(*other) });
             }
         }

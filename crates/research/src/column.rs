@@ -1,6 +1,6 @@
 //! A field of an entry: its name in files, its valid values, and its form in a cell.
 
-use api::RegisterKind;
+use api::{RegisterKind, Wording, say};
 use units::UtcTime;
 
 /// The valid values of a field.
@@ -37,6 +37,13 @@ pub struct Column {
     pub rule: Rule,
     /// Whether it must say something.
     pub needed: bool,
+}
+
+impl Column {
+    /// Its meaning, in words of any language.
+    pub fn meaning(&self) -> Wording {
+        say(self.about)
+    }
 }
 
 /// The place of a field's value in an entry.
@@ -81,26 +88,23 @@ impl Slot<'_> {
 
 impl Rule {
     /// The fault of a value, and the remedy; `None` where it is valid. References are checked elsewhere.
-    pub(crate) fn wrong(self, slot: &Slot<'_>) -> Option<String> {
+    pub(crate) fn wrong(self, slot: &Slot<'_>) -> Option<Wording> {
         match (self, slot) {
             (Self::Line(most) | Self::Text(most), Slot::Text(text)) => {
                 wrong_text(text, most, matches!(self, Self::Line(_)))
             }
             (Self::Name(_), Slot::Text(text)) => wrong_text(text, NAME_LETTERS, true),
             (Self::OneOf(words), Slot::Text(text)) => (!text.is_empty() && !words.contains(&text.as_str()))
-                .then(|| format!("`{}` is not one of {}; write one of them, or leave it empty", shown(text), words.join(", "))),
+                .then(|| say("`{text}` is not one of {words}; write one of them, or leave it empty").with("text", shown(text)).with("words", words.join(", "))),
             (Self::Orcid, Slot::Text(text)) => (!text.is_empty() && !crate::is_orcid(text)).then(|| {
-                format!(
-                    "`{}` is no ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org",
-                    shown(text)
-                )
+                say("`{text}` is no ORCID, or a digit of it is wrong; write it like 0000-0002-1825-0097, as it stands on orcid.org").with("text", shown(text))
             }),
             (Self::Real(from, to), Slot::Real(Some(value))) => (!(from..=to).contains(value))
-                .then(|| format!("{value} is not within {from} to {to}; look at its unit")),
+                .then(|| say("{value} is not within {from} to {to}; look at its unit").with("value", value).with("from", from).with("to", to)),
             (Self::Whole(from, to), Slot::Whole(Some(value))) => (!(from..=to).contains(value))
-                .then(|| format!("{value} is not within {from} to {to}")),
+                .then(|| say("{value} is not within {from} to {to}").with("value", value).with("from", from).with("to", to)),
             (Self::Time, Slot::Time(Some(value))) => (!TIMES_US.contains(value))
-                .then(|| format!("{value} is no time from 1970 to 2255; give µs since 1970 UTC")),
+                .then(|| say("{value} is no time from 1970 to 2255; give µs since 1970 UTC").with("value", value)),
             _ => None,
         }
     }
@@ -111,17 +115,21 @@ pub(crate) const NAME_LETTERS: usize = 80;
 /// Times that JavaScript holds exactly (µs since 1970 UTC).
 const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
-fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<String> {
+fn wrong_text(text: &str, most: usize, one_line: bool) -> Option<Wording> {
     let letters = text.chars().count();
     if letters > most {
-        return Some(format!("has {letters} letters, {most} may be: shorten it"));
+        return Some(
+            say("has {letters} letters, {most} may be: shorten it")
+                .with("letters", letters)
+                .with("most", most),
+        );
     }
     if one_line && text.contains(['\n', '\t']) {
-        return Some("has several lines: write one".to_owned());
+        return Some(say("has several lines: write one"));
     }
     text.chars()
         .any(|letter| letter.is_control() && letter != '\n' && letter != '\t')
-        .then(|| "has control characters in it: write it without them".to_owned())
+        .then(|| say("has control characters in it: write it without them"))
 }
 
 /// The beginning of a user's text, enough to find it by.

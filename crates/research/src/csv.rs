@@ -7,7 +7,7 @@
 use crate::check::{check, folded};
 use crate::column::{Slot, shown};
 use crate::fields::{blank, columns, kind_of, name_of, slots};
-use api::{RegisterKind, RegisterRecord};
+use api::{RegisterKind, RegisterRecord, Said, Wording, say};
 use std::collections::BTreeMap;
 use std::str::FromStr as _;
 use tables::Format;
@@ -26,7 +26,7 @@ const ABSENT: &str = "NA";
 /// The names of vessels.
 pub struct Names<'n> {
     /// The address of a vessel by its name or address.
-    pub address: &'n dyn Fn(&str) -> Result<u16, String>,
+    pub address: &'n dyn Fn(&str) -> Result<u16, Said>,
     /// Its name, or its address.
     pub name: &'n dyn Fn(u16) -> String,
 }
@@ -39,7 +39,7 @@ pub struct WrongCell {
     /// Column; empty where the line is meant.
     pub column: String,
     /// What is wrong, and what to do.
-    pub text: String,
+    pub text: Wording,
 }
 
 /// A line that was read.
@@ -169,16 +169,18 @@ impl Rows<'_> {
                 .collect::<Vec<_>>();
             wrong.extend(more);
             if cells.len() != self.places.len() {
-                let text = format!(
-                    "has {} cells, the header {}; look for a quote or a separator that is missing",
-                    cells.len(),
-                    self.places.len()
-                );
+                let text = say(
+                    "has {n} cells, the header {header}; look for a quote or a separator that is missing",
+                )
+                .with("n", cells.len())
+                .with("header", self.places.len());
                 wrong = vec![("", text)];
             } else if let Some(first) = lines.insert(name, *line).filter(|_| !name_of(&record).is_empty()) {
                 wrong.push((
                     "name",
-                    format!("`{}` stands in line {first} too; keep one", shown(name_of(&record))),
+                    say("`{name}` stands in line {first} too; keep one")
+                        .with("name", shown(name_of(&record)))
+                        .with("first", first),
                 ));
             }
             if wrong.is_empty() {
@@ -193,7 +195,7 @@ impl Rows<'_> {
     }
 
     /// The contents of a line alone.
-    fn row(&self, cells: &[String], wrong: &mut Vec<(&'static str, String)>) -> RegisterRecord {
+    fn row(&self, cells: &[String], wrong: &mut Vec<(&'static str, Wording)>) -> RegisterRecord {
         let mut record = blank(self.kind);
         let fields = columns(self.kind);
         let mut slots = slots(&mut record);
@@ -214,7 +216,7 @@ impl Rows<'_> {
         record
     }
 
-    fn cell(&self, slot: &mut Slot<'_>, text: &str) -> Result<(), String> {
+    fn cell(&self, slot: &mut Slot<'_>, text: &str) -> Result<(), Wording> {
         if let Slot::Text(value) = slot {
             // The guard against formulas.
             text.strip_prefix('\'').unwrap_or(text).clone_into(value);
@@ -224,35 +226,43 @@ impl Rows<'_> {
             Slot::Text(_) => {}
             Slot::Real(value) => **value = Some(self.number(text)?),
             Slot::Whole(value) => {
-                let number = text.parse().map_err(|_| format!("`{}` is no whole number", shown(text)))?;
+                let number =
+                    text.parse().map_err(|_| say("`{text}` is no whole number").with("text", shown(text)))?;
                 **value = Some(number);
             }
             Slot::Time(value) => {
-                let time = UtcTime::from_str(text).map_err(|error| format!("`{}`: {error}", shown(text)))?;
+                let time = UtcTime::from_str(text).map_err(|error| {
+                    say("`{text}`: {error}").with("text", shown(text)).with("error", error)
+                })?;
                 **value = Some(time.micros());
             }
-            Slot::Vessel(value) => **value = Some((self.names.address)(text)?),
+            Slot::Vessel(value) => {
+                **value =
+                    Some((self.names.address)(text).map_err(|said| say("{text}").with_said("text", said))?)
+            }
         }
         Ok(())
     }
 
-    fn number(&self, text: &str) -> Result<f64, String> {
+    fn number(&self, text: &str) -> Result<f64, Wording> {
         if self.decimal_comma && has_thousands(text) {
             let text = shown(text);
             let (whole, real) = (text.replace('.', ""), text.replacen('.', ",", 1));
-            return Err(format!("`{text}` can be {whole} or {real} here: write one of these"));
+            return Err(say("`{text}` can be {whole} or {real} here: write one of these")
+                .with("text", text)
+                .with("whole", whole)
+                .with("real", real));
         }
         let plain = if self.decimal_comma { text.replacen(',', ".", 1) } else { text.to_owned() };
         let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte));
         let number = plain.parse::<f64>().ok().filter(|number| number.is_finite() && digits(&plain));
         number.ok_or_else(|| {
             if text.contains(',') {
-                format!(
-                    "`{}` is no number here: write a decimal point, and nothing between thousands",
-                    shown(text)
-                )
+                say("`{text}` is no number here: write a decimal point, and nothing between thousands")
+                    .with("text", shown(text))
             } else {
-                format!("`{}` is no number; write digits and a decimal point, without the unit", shown(text))
+                say("`{text}` is no number; write digits and a decimal point, without the unit")
+                    .with("text", shown(text))
             }
         })
     }
@@ -289,26 +299,29 @@ fn has_thousands(text: &str) -> bool {
 fn places(kind: RegisterKind, table: &Table, wrong: &mut Vec<WrongCell>) -> Option<Vec<Option<usize>>> {
     let fields = columns(kind);
     let mut problem =
-        |column: &str, text: String| wrong.push(WrongCell { line: 1, column: shown(column), text });
+        |column: &str, text: Wording| wrong.push(WrongCell { line: 1, column: shown(column), text });
     let mut places = Vec::new();
     for cell in &table.header {
         let name = folded(cell);
         let at = fields.iter().position(|column| column.name == name);
         if at.is_some() && places.contains(&at) {
-            problem(cell, "stands in the header twice; keep one".to_owned());
+            problem(cell, say("stands in the header twice; keep one"));
         }
         if at.is_none() {
             let remedy = match suggest::alike(&name, fields.iter().map(|column| column.name)).as_slice() {
-                [] => format!("the columns are {}", header(kind).trim()),
-                names => format!("did you mean `{}`?", names.join("` or `")),
+                [] => say("the columns are {columns}").with("columns", header(kind).trim()),
+                names => say("did you mean `{names}`?").with("names", names.join("` or `")),
             };
-            problem(cell, format!("is no column of this table; {remedy}"));
+            problem(cell, say("is no column of this table; {remedy}").with_said("remedy", remedy));
         }
         places.push(at);
     }
     let missing = |at: &usize| fields[*at].needed && !places.contains(&Some(*at));
     for at in (0..fields.len()).filter(missing).collect::<Vec<_>>() {
-        problem(fields[at].name, format!("the header lacks this column: {}", fields[at].about));
+        problem(
+            fields[at].name,
+            say("the header lacks this column: {about}").with_said("about", fields[at].meaning()),
+        );
     }
     places.iter().any(Option::is_some).then_some(places)
 }
@@ -323,15 +336,15 @@ struct Table {
 
 impl Table {
     fn of(bytes: &[u8]) -> Result<Self, WrongCell> {
-        let whole = |line: usize, text: String| WrongCell { line: line as u32, column: String::new(), text };
+        let whole = |line: usize, text: Wording| WrongCell { line: line as u32, column: String::new(), text };
         let text = std::str::from_utf8(bytes).map_err(|error| {
             let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
             let line = 1 + before.matches('\n').count();
-            whole(line, "is not UTF-8 from here on; save the file as \"CSV UTF-8\"".to_owned())
+            whole(line, say("is not UTF-8 from here on; save the file as \"CSV UTF-8\""))
         })?;
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
         if text.contains('\0') {
-            return Err(whole(1, "this is no text; save the table as CSV".to_owned()));
+            return Err(whole(1, say("this is no text; save the table as CSV")));
         }
         let first = text.lines().next().unwrap_or_default();
         let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
@@ -340,26 +353,29 @@ impl Table {
         let too_many = |count: usize| {
             whole(
                 1,
-                format!(
-                    "the header has {count} cells, and a table at most {CELLS} columns; look at its separators"
-                ),
+                say("the header has {count} cells, and a table at most {most} columns; look at its separators")
+                    .with("count", count)
+                    .with("most", CELLS),
             )
         };
         if count(&separator) >= CELLS {
             return Err(too_many(count(&separator) + 1));
         }
         let mut lines = split(text, separator).map_err(|line| {
-            whole(line, "a quote that opens here is never closed; look for a `\"` too many".to_owned())
+            whole(line, say("a quote that opens here is never closed; look for a `\"` too many"))
         })?;
         if lines.is_empty() {
-            return Err(whole(1, "the file is empty; its first line names the columns".to_owned()));
+            return Err(whole(1, say("the file is empty; its first line names the columns")));
         }
         let (_, header) = lines.remove(0);
         if header.len() > CELLS {
             return Err(too_many(header.len()));
         }
         if lines.len() > ROWS {
-            return Err(whole(ROWS + 2, format!("has more than {ROWS} lines; divide the file")));
+            return Err(whole(
+                ROWS + 2,
+                say("has more than {most} lines; divide the file").with("most", ROWS),
+            ));
         }
         Ok(Self { separator, header, rows: lines })
     }

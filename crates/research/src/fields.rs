@@ -3,7 +3,7 @@
 use crate::column::{Column, Rule, Slot};
 use api::{
     RegisterAnimal, RegisterDeployment, RegisterKind, RegisterPerson, RegisterProject, RegisterReceiver,
-    RegisterRecord, RegisterTag,
+    RegisterRecord, RegisterTag, Wording, say,
 };
 
 /// All kinds; those that others refer to come first.
@@ -26,6 +26,11 @@ pub const fn kind_word(kind: RegisterKind) -> &'static str {
         RegisterKind::Receiver => "receiver",
         RegisterKind::Deployment => "deployment",
     }
+}
+
+/// The same, in words of any language.
+pub fn kind_said(kind: RegisterKind) -> Wording {
+    say(kind_word(kind))
 }
 
 /// The kind of an entry.

@@ -27,7 +27,7 @@ mod quality;
 mod study;
 mod template;
 
-pub use check::{Fault, check, check_all};
+pub use check::{Fault, check, check_all, name_taken};
 pub use column::{Column, Rule, Slot};
 pub use csv::{Difference, Names, ROWS, Read, ReadRow, WrongCell, differences, read_csv, write_csv};
 pub use dataset::{
@@ -36,7 +36,7 @@ pub use dataset::{
     r,
 };
 pub use explore::{Question, Rank, Ranks, Sightings, SightingsBuilder, ranks, summary};
-pub use fields::{KINDS, blank, columns, kind_of, kind_word, name_of, slots};
+pub use fields::{KINDS, blank, columns, kind_of, kind_said, kind_word, name_of, slots};
 pub use formats::{
     About, ColumnKind, DetectionColumn, FORMATS, Format, LUTRA, LUTRA_COLUMNS, Spool, TrackOf, Value, Writer,
     format, values, write_track,

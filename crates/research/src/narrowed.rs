@@ -1,7 +1,7 @@
 //! Detections of a part of the sea, and of some projects.
 
 use crate::study::{Heard, Study};
-use api::RegisterProject;
+use api::{RegisterProject, Said, say};
 use detections::Area;
 
 /// Filters of detections beyond time, vessels and tags; all of them by default.
@@ -19,7 +19,7 @@ impl Narrowed {
     ///
     /// # Errors
     /// There is no such project in the register, or the area is invalid; the text names the parameter and says what to do.
-    pub fn new(projects: &[String], area: Option<&str>, study: &Study) -> Result<Self, String> {
+    pub fn new(projects: &[String], area: Option<&str>, study: &Study) -> Result<Self, Said> {
         let names = projects.iter().flat_map(|text| match study.project_named(text.trim()) {
             Some(_) => vec![text.trim()],
             None => text.split(';').map(str::trim).filter(|name| !name.is_empty()).collect(),
@@ -35,27 +35,26 @@ impl Narrowed {
         projects: impl IntoIterator<Item = &'n str>,
         area: Option<&str>,
         study: &Study,
-    ) -> Result<Self, String> {
-        let known = |name: &str| {
+    ) -> Result<Self, Said> {
+        let known = |name: &str| -> Result<String, Said> {
             if name.trim().is_empty() {
-                return Err(
-                    "project: a name is empty; give the project's name, or leave it out for all".to_owned()
-                );
+                return Err(say(
+                    "project: a name is empty; give the project's name, or leave it out for all",
+                )
+                .into());
             }
             let found = study.project_named(name.trim()).map(|project| project.name.clone());
             found.ok_or_else(|| {
                 let shown: String = name.chars().take(60).collect();
-                format!(
-                    "project: the register has no project `{shown}`; look at /api/v1/register?kind=project, or `lutra-server register export project`"
-                )
+                let text = say("project: the register has no project `{name}`; look at /api/v1/register?kind=project, or `lutra-server register export project`");
+                text.with("name", shown).into()
             })
         };
         if area.is_some_and(|text| text.trim().is_empty()) {
-            return Err("area: it is empty; give 3 to 100 corners as \"lat,lon;lat,lon;...\", or leave it out for everywhere"
-                .to_owned());
+            return Err(say("area: it is empty; give 3 to 100 corners as \"lat,lon;lat,lon;...\", or leave it out for everywhere").into());
         }
-        let area = area.map(|text| text.trim().parse()).transpose();
-        let area = area.map_err(|error| format!("area: {error}"))?;
+        let area = area.map(|text| text.trim().parse::<Area>()).transpose();
+        let area = area.map_err(|error| Said::as_is(error.to_string()).of_field("area"))?;
         Ok(Self { projects: projects.into_iter().map(known).collect::<Result<_, _>>()?, area })
     }
 

@@ -2,7 +2,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
-use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveRequest};
+use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveRequest, say};
 use axum::Json;
 use axum::extract::State;
 use serde::Deserialize;
@@ -25,7 +25,9 @@ pub(crate) async fn history(
 ) -> Result<Json<AlarmHistory>, ApiError> {
     let count = extract::number("limit", query.limit, 200, 1..=1_000)?;
     if let Some(priority) = query.priority.as_deref().filter(|one| !PRIORITIES.contains(one)) {
-        let text = format!("priority: `{priority}` is not one of {}", PRIORITIES.join(", "));
+        let text = say("priority: `{priority}` is not one of {all}")
+            .with("priority", priority)
+            .with("all", PRIORITIES.join(", "));
         return Err(ApiError::bad_request(text));
     }
     let wanted = Notes {

@@ -4,7 +4,7 @@ use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Who};
 use api::{
     ChartAtQuery, ChartCorridor, ChartCorridorRequest, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
-    SeaRouteRequest,
+    SeaRouteRequest, say,
 };
 use axum::Json;
 use axum::extract::State;
@@ -41,7 +41,7 @@ pub(crate) async fn tile(
 ) -> Result<Response, ApiError> {
     let set = there(&state)?;
     if query.set.as_ref().is_some_and(|wanted| *wanted != set.digest) {
-        let text = "That chart set is no longer in force; GET /api/v1/chart tells which is.";
+        let text = say("That chart set is no longer in force; GET /api/v1/chart tells which is.");
         return Err(ApiError::new(StatusCode::GONE, "another_set", text));
     }
     // Cached for ever if the address names the set; else to be revalidated.
@@ -68,7 +68,7 @@ pub(crate) async fn tile(
 
 fn drawn(set: &Set, (z, x, y): (u8, u32, u32), packed: bool) -> Result<Bytes, ApiError> {
     let tile = set.tile(z, x, y).map_err(|undrawn| match undrawn {
-        TileError::None(why) => ApiError::not_found(format!("There is no such tile: {why}.")),
+        TileError::None(why) => ApiError::not_found(say("There is no such tile: {why}.").with("why", why)),
         TileError::Charts(why) => unreadable(&why),
     })?;
     if packed {
@@ -100,7 +100,10 @@ pub(crate) async fn corridor(
 ) -> Result<Json<ChartCorridor>, ApiError> {
     if !POINTS.contains(&points.len()) {
         let (least, most) = POINTS.into_inner();
-        let text = format!("points: there are {}; give {least} to {most}", points.len());
+        let text = say("points: there are {n}; give {least} to {most}")
+            .with("n", points.len())
+            .with("least", least)
+            .with("most", most);
         return Err(ApiError::bad_request(text));
     }
     let points: Vec<LatLon> =
@@ -110,7 +113,9 @@ pub(crate) async fn corridor(
     let work = move || {
         if charts::way_m(&points) > LONGEST_M {
             let km = LONGEST_M / 1e3;
-            return Err(ApiError::bad_request(format!("points: the way is longer than {km} km; divide it")));
+            return Err(ApiError::bad_request(
+                say("points: the way is longer than {km} km; divide it").with("km", km),
+            ));
         }
         charts::corridor(&set, &limits, &points, half_width_m).map_err(|why| unreadable(&why))
     };
@@ -125,7 +130,8 @@ pub(crate) async fn route(
 ) -> Result<Json<SeaRouteAnswer>, ApiError> {
     let set = there(&state)?;
     if let Some(missing) = state.shore.charts.not_closed() {
-        let text = format!("No route is planned, for the no-go areas are not in the chart: {missing}");
+        let text = say("No route is planned, for the no-go areas are not in the chart: {missing}")
+            .with("missing", missing);
         return Err(ApiError::unavailable(text));
     }
     let limits = state.shore.charts.strict(state.shore.grounding.limits(&who, ask.vessel).await);
@@ -138,25 +144,36 @@ fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {
         None => ApiError::new(
             StatusCode::NOT_FOUND,
             "no_chart",
-            "There is no chart yet; `lutra-server chart import` brings one in.",
+            say("There is no chart yet; `lutra-server chart import` brings one in."),
         ),
     })
 }
 
 fn unreadable(why: &str) -> ApiError {
-    ApiError::unavailable(format!("The chart cannot be read: {why}"))
+    ApiError::unavailable(say("The chart cannot be read: {why}").with("why", why))
 }
 
 fn place(lat_deg: f64, lon_deg: f64) -> Result<LatLon, ApiError> {
-    LatLon::from_deg(lat_deg, lon_deg)
-        .map_err(|error| ApiError::bad_request(format!("{lat_deg}, {lon_deg} is not a place: {error}")))
+    LatLon::from_deg(lat_deg, lon_deg).map_err(|error| {
+        ApiError::bad_request(
+            say("{lat_deg}, {lon_deg} is not a place: {error}")
+                .with("lat_deg", lat_deg)
+                .with("lon_deg", lon_deg)
+                .with("error", error),
+        )
+    })
 }
 
 fn length(name: &str, value_m: f64, most_m: f64) -> Result<f64, ApiError> {
     if (0.0..=most_m).contains(&value_m) {
         return Ok(value_m);
     }
-    Err(ApiError::bad_request(format!("{name}: {value_m} is not within 0 to {most_m} m")))
+    Err(ApiError::bad_request(
+        say("{name}: {value_m} is not within 0 to {most_m} m")
+            .with("name", name)
+            .with("value_m", value_m)
+            .with("most_m", most_m),
+    ))
 }
 
 /// Runs work of some milliseconds, which must not block other tasks.

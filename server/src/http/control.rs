@@ -4,7 +4,7 @@ use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, OfVessel, QueryParams, Remote, Who};
 use api::{
     Command, LeaseAction, LeaseRequest, Order as OrderWanted, OrderRequest, Ordered, PlanUnderWay,
-    PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent,
+    PlansAboard, StopQuery, VesselParameters, VesselQuery, VesselQuerySent, say,
 };
 use axum::Json;
 use axum::extract::State;
@@ -90,7 +90,7 @@ pub(crate) async fn one(
     let found = state.shore.commands.one(vessel, id).await?;
     found
         .map(Json)
-        .ok_or_else(|| ApiError::not_found("No such command; the latest 100 of a vessel are kept."))
+        .ok_or_else(|| ApiError::not_found(say("No such command; the latest 100 of a vessel are kept.")))
 }
 
 /// `GET /api/v1/vessels/{vessel}/plans`.
@@ -132,8 +132,10 @@ fn understood(order: OrderWanted) -> Result<Order, ApiError> {
         OrderWanted::PlanStart { plan_id } => Order::StartPlan { plan_id },
         OrderWanted::PlanStop {} => Order::StopPlan,
         OrderWanted::Goto { lat_deg, lon_deg, speed_mps } => {
-            let place = LatLon::from_deg(lat_deg, lon_deg)
-                .map_err(|error| shore::Error::refused(error.to_string()))?;
+            let place = LatLon::from_deg(lat_deg, lon_deg).map_err(|error| {
+                let text = say("{lat}, {lon} is not a place: {error}");
+                shore::Error::refused(text.with("lat", lat_deg).with("lon", lon_deg).with("error", error))
+            })?;
             Order::Goto { place, speed_mps }
         }
         OrderWanted::PlanDelete { plan_id } => Order::Delete { plan_id },

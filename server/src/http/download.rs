@@ -7,6 +7,7 @@
 
 use crate::AppState;
 use crate::web::ApiError;
+use api::say;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
@@ -54,7 +55,7 @@ impl Download {
     /// The answer to a request with these headers.
     pub(super) async fn answer(self, state: &AppState, asked: &HeaderMap) -> Result<Response, ApiError> {
         let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
-            return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
+            return Err(ApiError::busy(say("As many exports as may are running; try again in a moment.")));
         };
         self.answer_in(Box::new(place), state, asked).await
     }

@@ -5,7 +5,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
-use api::{DetectionsFileQuery, DetectionsSummary, DetectionsSummaryQuery, ExportSize};
+use api::{DetectionsFileQuery, DetectionsSummary, DetectionsSummaryQuery, ExportSize, Wording, say};
 use axum::Json;
 use axum::extract::State;
 use shore::history::explore::{self, FoundRanks, Prepared};
@@ -32,7 +32,9 @@ pub(crate) async fn summary(
     let vessels = export::list(query.vessel.as_deref());
     let may = move |vessel: u16| who.grants.on(vessel).is_some();
     if let Some(vessel) = export::addresses(&vessels).find(|vessel| !may(*vessel)) {
-        return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
+        return Err(ApiError::forbidden(
+            say("vessel: you may not see vessel {vessel}. Ask an admin.").with("vessel", vessel),
+        ));
     }
     let named = state.shore.people.vessels();
     let (_, study) = state.shore.register.study().await?;
@@ -54,7 +56,7 @@ async fn counted<R: Send + 'static>(
     count: impl FnOnce() -> R + Send + 'static,
 ) -> Result<R, ApiError> {
     let place =
-        place(counts, "As many count detections as may; it is your turn in a moment, ask again then.")
+        place(counts, say("As many count detections as may; it is your turn in a moment, ask again then."))
             .await?;
     let count = move || {
         let _place = place;
@@ -63,7 +65,7 @@ async fn counted<R: Send + 'static>(
     Ok(tokio::task::spawn_blocking(count).await.map_err(|_| StoreError::Cancelled)?)
 }
 
-async fn place(places: &Places, busy: &str) -> Result<OwnedSemaphorePermit, ApiError> {
+async fn place(places: &Places, busy: Wording) -> Result<OwnedSemaphorePermit, ApiError> {
     places.take().await.ok_or_else(|| ApiError::busy_for(AGAIN_S, busy))
 }
 
@@ -83,7 +85,8 @@ pub(crate) async fn size(
     let file = HeardFile::new(query.format.as_deref(), query.spreadsheet.as_deref())?;
     let asked = summary_of(query);
     let history = state.shore.history.clone();
-    let place = place(&history.sizes, "As many sizes as may are looked at; ask again in a moment.").await?;
+    let place =
+        place(&history.sizes, say("As many sizes as may are looked at; ask again in a moment.")).await?;
     let explorer = history.explorer.clone();
     let prepare = move |reader: &mut Reader| {
         let systems = export::systems(reader, &vessels, &named, &may)?;
@@ -115,7 +118,7 @@ pub(crate) async fn size(
 }
 
 fn still_reads() -> ApiError {
-    ApiError::busy_for(AGAIN_S, "The server still reads these detections; try again in a moment.")
+    ApiError::busy_for(AGAIN_S, say("The server still reads these detections; try again in a moment."))
 }
 
 /// The query that counts the detections of a file.

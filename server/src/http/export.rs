@@ -3,7 +3,7 @@
 use super::download::Download;
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
-use api::{DetectionsFileQuery, ExportQuery, ExportSize, LogQuery, Role};
+use api::{DetectionsFileQuery, ExportQuery, ExportSize, LogQuery, Role, say};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -142,9 +142,10 @@ pub(super) fn may(
     let may = move |vessel: u16| who.grants.on(vessel) >= Some(Role::Researcher);
     match export::addresses(vessels).find(|vessel| !may(*vessel)) {
         None => Ok(may),
-        Some(vessel) => Err(ApiError::forbidden(format!(
-            "vessel: exporting data of vessel {vessel} takes the role researcher there. Ask an admin."
-        ))),
+        Some(vessel) => Err(ApiError::forbidden(
+            say("vessel: exporting data of vessel {vessel} takes the role researcher there. Ask an admin.")
+                .with("vessel", vessel),
+        )),
     }
 }
 

@@ -5,7 +5,7 @@ use crate::web::{ApiError, OfVessel, QueryParams, Who, extract};
 use api::{
     At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery,
     FleetDetectionsQuery, Gap, GapsQuery, LogBook, Recorded, RecordedDay, Samples, SamplesQuery, Series,
-    SeriesQuery, System, TrackPoint, TrackQuery,
+    SeriesQuery, System, TrackPoint, TrackQuery, say,
 };
 use axum::Json;
 use axum::extract::State;
@@ -92,7 +92,9 @@ pub(crate) async fn samples(
     let source = source(vessel, query.entity, &query.message)?;
     let fields = export::list(query.fields.as_deref());
     if fields.len() > FIELDS {
-        return Err(ApiError::bad_request(format!("fields: more than {FIELDS}; ask for fewer")));
+        return Err(ApiError::bad_request(
+            say("fields: more than {most}; ask for fewer").with("most", FIELDS),
+        ));
     }
     let ask = move |reader: &mut store::Reader| history::samples(reader, &source, &fields, range, page);
     Ok(Json(state.shore.history.ask(ask).await?))
@@ -211,7 +213,9 @@ pub(crate) async fn fleet_detections(
     let may = move |vessel: u16| who.grants.on(vessel).is_some();
     let named = state.shore.people.vessels();
     if let Some(vessel) = export::addresses(&vessels).find(|vessel| !may(*vessel)) {
-        return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
+        return Err(ApiError::forbidden(
+            say("vessel: you may not see vessel {vessel}. Ask an admin.").with("vessel", vessel),
+        ));
     }
     let (_, study) = state.shore.register.study().await?;
     let narrowed = history::explore::narrowed(&query.project, query.area.as_deref(), &study)?;

@@ -5,7 +5,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
-use api::{Import, ImportQuery};
+use api::{Import, ImportQuery, say};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
@@ -33,7 +33,7 @@ pub(crate) async fn one(
     InPath(id): InPath<u32>,
 ) -> Result<Json<Import>, ApiError> {
     let import = state.shore.imports.get(id).map(Json);
-    import.ok_or_else(|| ApiError::not_found("There is no such import; GET /api/v1/import lists them."))
+    import.ok_or_else(|| ApiError::not_found(say("There is no such import; GET /api/v1/import lists them.")))
 }
 
 /// `POST /api/v1/import/{id}/cancel`.
@@ -43,12 +43,12 @@ pub(crate) async fn cancel(
     remote: Remote,
     InPath(id): InPath<u32>,
 ) -> Result<Json<Import>, ApiError> {
-    let missing = || ApiError::not_found("There is no such import; GET /api/v1/import lists them.");
+    let missing = || ApiError::not_found(say("There is no such import; GET /api/v1/import lists them."));
     let import = state.shore.imports.get(id).ok_or_else(missing)?;
     let subject = format!("{} (import {id})", import.name);
     state.shore.people.record(vec![line(&who, remote, "log.import.cancel", subject)], ASK_PATIENCE).await?;
     if !state.shore.imports.cancel(id, who.name) {
-        let text = "This import is at its end: GET /api/v1/import tells how it went.";
+        let text = say("This import is at its end: GET /api/v1/import tells how it went.");
         return Err(ApiError::new(StatusCode::CONFLICT, "import_ended", text));
     }
     state.shore.imports.get(id).map(Json).ok_or_else(missing)
@@ -66,7 +66,11 @@ pub(crate) async fn upload(
     let name = query.name;
     if !NAME.contains(&name.chars().count()) || name.chars().any(char::is_control) {
         let (least, most) = NAME.into_inner();
-        return Err(ApiError::bad_request(format!("name: give the file's name, {least} to {most} letters")));
+        return Err(ApiError::bad_request(
+            say("name: give the file's name, {least} to {most} letters")
+                .with("least", least)
+                .with("most", most),
+        ));
     }
     let most = state.config.http.max_upload_mib << 20;
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
@@ -75,7 +79,7 @@ pub(crate) async fn upload(
     }
     let upload = state.shore.imports.upload().map_err(|error| ApiError::internal(&error))?;
     let Some(upload) = upload else {
-        let text = "Another log is being uploaded or imported: GET /api/v1/import tells how far it is.";
+        let text = say("Another log is being uploaded or imported: GET /api/v1/import tells how far it is.");
         return Err(ApiError::new(StatusCode::CONFLICT, "import_running", text));
     };
     let room = upload.room_bytes()?;
@@ -105,8 +109,9 @@ async fn receive(mut upload: Upload, body: Body, most: u64) -> Result<Upload, Ap
         let chunk = chunks.next().await;
         let ended = chunk.is_none();
         if let Some(chunk) = chunk {
-            let cut =
-                |_| ApiError::bad_request("The upload was cut off; nothing was imported. Upload it again.");
+            let cut = |_| {
+                ApiError::bad_request(say("The upload was cut off; nothing was imported. Upload it again."))
+            };
             block.extend_from_slice(&chunk.map_err(cut)?);
         }
         let bytes = upload.bytes + block.len() as u64;
@@ -114,7 +119,7 @@ async fn receive(mut upload: Upload, body: Body, most: u64) -> Result<Upload, Ap
             return Err(too_long(most));
         }
         if begun.elapsed() > Duration::from_secs(60 + bytes / SLOWEST) {
-            let text = "The upload is too slow; import the file by `lutra-server import` on the server.";
+            let text = say("The upload is too slow; import the file by `lutra-server import` on the server.");
             return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "too_slow", text));
         }
         if block.len() >= BLOCK || ended {
@@ -148,28 +153,23 @@ fn write(mut upload: Upload, block: &[u8], look: bool) -> Result<Upload, ApiErro
 
 fn no_log(start: &[u8]) -> ApiError {
     let what = match start {
-        [] => "The upload is empty.",
-        [b'B', b'Z', b'h', ..] => "This is packed by bzip2: unpack it with `bunzip2` first.",
-        [b'P', b'K', 3, 4, ..] => "This is a zip archive: unpack it and upload the logs in it one by one.",
-        [0xFD, b'7', b'z', b'X', b'Z', ..] => "This is packed by xz: unpack it with `unxz` first.",
-        _ => "This is no IMC log: there is no packet in its first MiB. Upload Data.lsf or Data.lsf.gz.",
+        [] => say("The upload is empty."),
+        [b'B', b'Z', b'h', ..] => say("This is packed by bzip2: unpack it with `bunzip2` first."),
+        [b'P', b'K', 3, 4, ..] => {
+            say("This is a zip archive: unpack it and upload the logs in it one by one.")
+        }
+        [0xFD, b'7', b'z', b'X', b'Z', ..] => say("This is packed by xz: unpack it with `unxz` first."),
+        _ => say("This is no IMC log: there is no packet in its first MiB. Upload Data.lsf or Data.lsf.gz."),
     };
     ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "no_log", what)
 }
 
 fn too_long(most: u64) -> ApiError {
-    let text = format!(
-        "The upload is larger than {} MiB (http.max_upload_mib); import it by `lutra-server import` on the server.",
-        most >> 20
-    );
+    let text = say("The upload is larger than {most} MiB (http.max_upload_mib); import it by `lutra-server import` on the server.").with("most", most >> 20);
     ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", text)
 }
 
 fn no_room(room: u64) -> ApiError {
-    let text = format!(
-        "The server's disk has room for {} MiB of uploads; {} MiB more are kept for recording. Make room first.",
-        room >> 20,
-        RESERVED_BYTES >> 20
-    );
+    let text = say("The server's disk has room for {room} MiB of uploads; {reserve} MiB more are kept for recording. Make room first.").with("room", room >> 20).with("reserve", RESERVED_BYTES >> 20);
     ApiError::new(StatusCode::INSUFFICIENT_STORAGE, "no_room", text)
 }

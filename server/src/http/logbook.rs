@@ -4,7 +4,7 @@ use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who, extract};
 use api::{
     LogNote, LogNoteChange, LogNoteQuery, LogNoteRequest, LogNoteRevision, LogNotes, LogNotesFileQuery,
-    LogNotesQuery, Role,
+    LogNotesQuery, Role, Said, say,
 };
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -96,7 +96,9 @@ pub(super) fn filter(
     let LogNotesFileQuery { vessel, general, from_us, to_us, text, withdrawn } = query;
     let vessels = export::vessels(vessel.as_deref(), named)?;
     if let Some(vessel) = vessels.iter().find(|vessel| who.grants.on(**vessel) < Some(least)) {
-        let text = format!("vessel: this takes the role {least} on vessel {vessel}. Ask an admin.");
+        let text = say("vessel: this takes the role {least} on vessel {vessel}. Ask an admin.")
+            .with("least", least)
+            .with("vessel", vessel);
         return Err(ApiError::forbidden(text));
     }
     let (from_us, to_us) = match (from_us, to_us) {
@@ -108,7 +110,9 @@ pub(super) fn filter(
     };
     let text = text.unwrap_or_default().trim().to_owned();
     if text.chars().count() > SEARCH {
-        return Err(ApiError::bad_request(format!("text: search for {SEARCH} characters at most")));
+        return Err(ApiError::bad_request(
+            say("text: search for {most} characters at most").with("most", SEARCH),
+        ));
     }
     let all = who.grants.everywhere() >= Some(least);
     let seen = (!all).then(|| who.grants.vessels_with(least).collect());
@@ -174,9 +178,9 @@ pub(crate) async fn add_photo(
     let bytes = body.map_err(|error| match error.status() {
         StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
             StatusCode::PAYLOAD_TOO_LARGE,
-            "photo: it has more than 4 MiB. Make it smaller and send it again.",
+            say("photo: it has more than 4 MiB. Make it smaller and send it again."),
         ),
-        status => ApiError::malformed(status, error.body_text()),
+        status => ApiError::malformed(status, Said::as_is(error.body_text())),
     })?;
     let from = remote.address.to_string();
     Ok(Json(state.shore.logbook.add_photo(&who, from, id, bytes.into()).await?))

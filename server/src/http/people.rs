@@ -2,7 +2,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, Who};
-use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
+use api::{AuditEntry, Me, NewToken, Person, Role, Said, Session, Token, TokenMade, say};
 use axum::Json;
 use axum::extract::State;
 use axum::extract::rejection::JsonRejection;
@@ -40,9 +40,10 @@ pub(crate) async fn token_make(
 ) -> Result<Json<TokenMade>, ApiError> {
     if matches!(who.via, Via::Token { .. }) {
         // Otherwise an expiring token could be extended by another.
-        return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
+        return Err(ApiError::forbidden(say("A token cannot make tokens: log in with a browser.")));
     }
-    let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
+    let Json(new) =
+        new.map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))?;
     let subject = new.label.clone();
     let make = tokens::Make { person: who.person, new, now: state.shore.clock.utc() };
     Ok(Json(state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, make).await?))
@@ -60,7 +61,7 @@ pub(crate) async fn token_revoke(
         && person.is_some()
         && own != id
     {
-        return Err(ApiError::forbidden("A token can revoke itself alone: log in with a browser."));
+        return Err(ApiError::forbidden(say("A token can revoke itself alone: log in with a browser.")));
     }
     let revoke = tokens::Revoke { id, person };
     state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), revoke).await?;
@@ -86,7 +87,7 @@ pub(crate) async fn session_end(
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
     if matches!(who.via, Via::Token { .. }) && person.is_some() {
         // A stolen token must not be able to lock its person out.
-        return Err(ApiError::forbidden("A token cannot end sessions: log in with a browser."));
+        return Err(ApiError::forbidden(say("A token cannot end sessions: log in with a browser.")));
     }
     let end = sessions::End { id, person };
     Ok(state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), end).await?)

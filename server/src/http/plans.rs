@@ -88,10 +88,9 @@ pub(crate) async fn save(
         let judged = plan.clone();
         let check = slow(move || plans::check(&judged, now)).await?;
         if let Some(first) = check.problems.first() {
-            let place = first.maneuver.as_ref().map_or_else(String::new, |name| format!("{name}: "));
             let count = check.problems.len();
             let text = say("The plan has {count} problems and stays a draft: {first}");
-            return Err(refused(text.with("count", count).with("first", format!("{place}{}", first.text))));
+            return Err(refused(text.with("count", count).with_said("first", plans::said(first))));
         }
     }
     let subject = plan.name.clone();
@@ -204,8 +203,8 @@ pub(crate) async fn export(
 ) -> Result<Response, ApiError> {
     let row = find(&state, &who, id, None).await?;
     let format = Format::named(&query.format)
-        .ok_or_else(|| ApiError::bad_request("format: give imc, geojson or gpx"))?;
-    let text = plans::write(&row.plan, format).map_err(refused)?;
+        .ok_or_else(|| ApiError::bad_request(say("format: give imc, geojson or gpx")))?;
+    let text = plans::write(&row.plan, format).map_err(|why| refused(Said::as_is(why)))?;
     let (media, ending) = format.kind();
     let disposition = format!("attachment; filename=\"{}.{ending}\"", extract::file_name(&row.plan.name));
     Ok(([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], text)
@@ -223,12 +222,18 @@ pub(crate) async fn import(
     let file = query.name;
     if !FILE_NAME.contains(&file.chars().count()) || file.chars().any(char::is_control) {
         let (least, most) = FILE_NAME.into_inner();
-        return Err(ApiError::bad_request(format!("name: give the file's name, {least} to {most} letters")));
+        return Err(ApiError::bad_request(
+            say("name: give the file's name, {least} to {most} letters")
+                .with("least", least)
+                .with("most", most),
+        ));
     }
-    let bytes = body.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
+    let bytes = body.map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))?;
     let told = file.clone();
     let read = slow(move || plans::read(&bytes, &file)).await?;
-    let (plan, notes) = read.map_err(|text| refused(format!("{told} was not imported: {text}")))?;
+    let (plan, notes) = read.map_err(|text| {
+        refused(say("{file} was not imported: {text}").with("file", told).with("text", text))
+    })?;
     let stored = keep_new(&state, &who, remote, "plan.import", plan).await?;
     Ok(Json(ImportedPlan { stored, notes }))
 }
@@ -294,7 +299,8 @@ fn refused(text: impl Into<Said>) -> ApiError {
 }
 
 fn taken<T>(sent: Sent<T>) -> Result<T, ApiError> {
-    sent.map(|Json(sent)| sent).map_err(|error| ApiError::malformed(error.status(), error.body_text()))
+    sent.map(|Json(sent)| sent)
+        .map_err(|error| ApiError::malformed(error.status(), Said::as_is(error.body_text())))
 }
 
 /// Checking a long plan takes some milliseconds, which must not block other tasks.

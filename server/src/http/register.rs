@@ -4,7 +4,7 @@ use crate::AppState;
 use crate::web::{ApiError, InBody, InPath, QueryParams, Remote, Who};
 use api::{
     RegisterAnswer, RegisterChange, RegisterDeleteQuery, RegisterEntry, RegisterImport, RegisterImportQuery,
-    RegisterQuery, RegisterRecord,
+    RegisterQuery, RegisterRecord, Said, say,
 };
 use axum::Json;
 use axum::body::Bytes;
@@ -86,9 +86,9 @@ pub(crate) async fn import(
     let file = file.map_err(|error| match error.status() {
         StatusCode::PAYLOAD_TOO_LARGE => ApiError::malformed(
             StatusCode::PAYLOAD_TOO_LARGE,
-            "file: it has more than 4 MiB. Divide it and send the parts.",
+            say("file: it has more than 4 MiB. Divide it and send the parts."),
         ),
-        status => ApiError::malformed(status, error.body_text()),
+        status => ApiError::malformed(status, Said::as_is(error.body_text())),
     })?;
     let from = remote.address.to_string();
     Ok(Json(state.shore.register.import(&who, from, file.to_vec(), query).await?))

@@ -3,7 +3,7 @@
 use super::datasets::download;
 use crate::AppState;
 use crate::web::{ApiError, InPath, QueryParams, Remote, cookie_name, plain_cookie};
-use api::{DatasetFileQuery, ShareVisitKind};
+use api::{DatasetFileQuery, ShareVisitKind, say};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -17,7 +17,7 @@ const PASSWORD: &str = "lutra-link-password";
 
 impl From<ShareClosed> for ApiError {
     fn from(closed: ShareClosed) -> Self {
-        let text = closed.to_string();
+        let text = closed.said();
         match closed {
             ShareClosed::Unknown => Self::not_found(text),
             ShareClosed::Revoked => Self::new(StatusCode::GONE, "revoked", text),
@@ -46,17 +46,16 @@ async fn given(
         let password =
             headers.get(PASSWORD).map(|given| String::from_utf8_lossy(given.as_bytes()).into_owned());
         let password = password.ok_or_else(|| {
-            let text = "This link has a password: open its page and give it there, or send it in the header \
-                        Lutra-Link-Password.";
+            let text =
+                say("This link has a password: open its page and give it there, or send it in the header \
+                        Lutra-Link-Password.");
             ApiError::new(StatusCode::FORBIDDEN, "password_needed", text)
         })?;
         datasets.unlock(&open, password, remote.address).await?;
     }
     if open.embargo_us.is_some() {
-        let text = format!(
-            "The data are under embargo until {}, 00:00 UTC. Come back then.",
-            open.version.embargo_until
-        );
+        let text = say("The data are under embargo until {day}, 00:00 UTC. Come back then.")
+            .with("day", &open.version.embargo_until);
         return Err(ApiError::new(StatusCode::FORBIDDEN, "embargo", text));
     }
     Ok(open)

@@ -7,7 +7,7 @@ use super::rules::{MessageRow, Refused, RuleForm, RuleRow, message_row, new_rule
 use super::words::{t, worded};
 use crate::AppState;
 use crate::web::{ApiError, Remote, Who};
-use api::{NewToken, Vessel};
+use api::{NewToken, Vessel, say};
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -196,9 +196,9 @@ pub(super) async fn language(
     let code = &*chosen.language;
     let language = Language::by_code(code);
     if language.is_none() && !code.is_empty() {
-        return Err(ApiError::bad_request(format!(
-            "language: no pages speak {code:?}: give en, nb or nothing"
-        ))
+        return Err(ApiError::bad_request(
+            say("language: no pages speak `{code}`: give en, nb or nothing").with("code", code),
+        )
         .into());
     }
     state.shore.people.change(language::Choose { person: who.person, language }).await?;
@@ -240,7 +240,7 @@ pub(super) async fn token_make(
     Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
     if matches!(who.via, Via::Token { .. }) {
-        return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser.").into());
+        return Err(ApiError::forbidden(say("A token cannot make tokens: log in with a browser.")).into());
     }
     let new = NewToken {
         role: role(&wanted.role)?,

@@ -2,7 +2,7 @@
 
 use super::frame::PageError;
 use crate::web::ApiError;
-use api::{Role, say};
+use api::{Role, Said, say};
 use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
@@ -16,8 +16,9 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Sent<T> {
     type Rejection = PageError;
     async fn from_request(request: Request, state: &S) -> Result<Self, PageError> {
         let form = axum::extract::Form::<T>::from_request(request, state).await;
-        let axum::extract::Form(sent) =
-            form.map_err(|error: FormRejection| ApiError::malformed(error.status(), error.body_text()))?;
+        let axum::extract::Form(sent) = form.map_err(|error: FormRejection| {
+            ApiError::malformed(error.status(), Said::as_is(error.body_text()))
+        })?;
         Ok(Self(sent))
     }
 }
@@ -38,7 +39,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Numbered {
 
 /// Reads a role.
 pub(super) fn role(text: &str) -> Result<Role, ApiError> {
-    text.parse().map_err(|error: String| ApiError::bad_request(error))
+    text.parse().map_err(|error: String| ApiError::bad_request(Said::as_is(error)))
 }
 
 /// Reads a vessel's address; nothing means all vessels.
@@ -47,5 +48,6 @@ pub(super) fn vessel(text: &str) -> Result<Option<u16>, ApiError> {
     if text.is_empty() {
         return Ok(None);
     }
-    vessels::address(text).map(Some).map_err(ApiError::bad_request)
+    let wrong = || say("{text} is not an IMC address; give one like 2068 or 0x0814.").with("text", text);
+    vessels::address(text).map(Some).map_err(|_| ApiError::bad_request(wrong()))
 }

@@ -48,7 +48,7 @@ impl Frame {
         Self {
             language,
             chosen: who.and_then(|who| who.language),
-            words: words_path(language),
+            words: words_path(language, path),
             name: who.map(|who| who.name.clone()).unwrap_or_default(),
             csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
             palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
@@ -71,9 +71,35 @@ impl Frame {
     }
 }
 
-/// The script with the words of a language; empty for English, which the others have.
-fn words_path(language: Language) -> String {
-    if language == Language::Bokmal { asset_path("nb.js") } else { String::new() }
+/// The script with the words of a language for the page at this path; empty for English, which the other scripts have.
+fn words_path(language: Language, path: &str) -> String {
+    match (language, bundle_of(path)) {
+        (Language::English, _) => String::new(),
+        (Language::Bokmal, Some(bundle)) => asset_path(&format!("nb-{bundle}.js")),
+        (Language::Bokmal, None) => asset_path("nb.js"),
+    }
+}
+
+/// The words of a page with many texts of its own, which `web/scripts/words.mjs` has by the same name; other pages share
+/// theirs.
+fn bundle_of(path: &str) -> Option<&'static str> {
+    let mut parts = path.split('/').skip(1);
+    Some(match (parts.next().unwrap_or_default(), parts.next()) {
+        ("", None) => "fleet",
+        ("vessels", Some(_)) => "vessel",
+        ("plans", Some(_)) => "plan",
+        ("no-go-areas", None) => "nogo",
+        ("detections", None) => "detections",
+        ("data", None) => "data",
+        ("explore", None) => "explore",
+        ("register", None) => "register",
+        ("logbook", None) => "logbook",
+        ("missions", None) => "missions",
+        ("missions", Some(_)) => "mission",
+        ("datasets", None) => "datasets",
+        ("datasets", Some(_)) => "dataset",
+        _ => return None,
+    })
 }
 
 /// The vessels that somebody may stop, for the script.
@@ -202,7 +228,7 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
         return Redirect::to("/account").into_response();
     }
     let language = language::current();
-    let frame = Frame { language, words: words_path(language), ..Frame::new(&HeaderMap::new(), None, "/") };
+    let frame = Frame { language, words: words_path(language, "/"), ..Frame::new(&HeaderMap::new(), None, "/") };
     let title = words::said(language, title(error.status)).to_owned();
     let text = words::worded(language, &error.text);
     let mut response = html(&ErrorPage { frame, title, text });
@@ -213,6 +239,22 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_page_gets_its_own_words_and_others_share_theirs() {
+        for (path, wanted) in [
+            ("/", Some("fleet")),
+            ("/vessels/2068", Some("vessel")),
+            ("/plans/7", Some("plan")),
+            ("/plans", None),
+            ("/datasets/3", Some("dataset")),
+            ("/admin/vessels", None),
+            ("", Some("fleet")),
+        ] {
+            assert_eq!(bundle_of(path), wanted, "{path}");
+        }
+        assert_eq!(words_path(Language::English, "/"), "");
+    }
 
     #[test]
     fn nobody_is_sent_elsewhere_after_login() {

@@ -5,6 +5,7 @@
 use super::frame::{Frame, PageError, html};
 use crate::AppState;
 use crate::web::ApiError;
+use api::say;
 use askama::Template;
 use axum::extract::{Path, Query, State};
 use axum::http::header;
@@ -147,11 +148,11 @@ fn show(book: &Book, frame: Frame, at: usize) -> Result<Response, PageError> {
 }
 
 fn no_chapter() -> ApiError {
-    ApiError::not_found("The manual has no such chapter. Its contents are at /help.")
+    ApiError::not_found(say("The manual has no such chapter. Its contents are at /help."))
 }
 
 fn no_picture() -> ApiError {
-    ApiError::not_found("The manual has no such picture.")
+    ApiError::not_found(say("The manual has no such picture."))
 }
 
 #[cfg(test)]

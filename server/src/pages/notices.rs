@@ -7,6 +7,7 @@ use super::rules::{Refused, message_row};
 use super::words::worded;
 use crate::AppState;
 use crate::web::{ApiError, Remote, Who};
+use api::say;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use operations::alarms::Priority;
@@ -49,8 +50,8 @@ pub(super) async fn add(
     in_person(&who)?;
     let vessel = vessel(&wanted.vessel)?;
     let problem = match (Way::named(&wanted.way), Priority::named(&wanted.least)) {
-        (None, _) => "A message goes by mail or webhook.".to_owned(),
-        (_, None) => NO_PRIORITY.to_owned(),
+        (None, _) => frame.t("A message goes by mail or webhook.").to_string(),
+        (_, None) => no_priority(&frame),
         (Some(way), Some(least)) => {
             let typed = wanted.typed(vessel, least);
             let target = typed.clone().of(way).check_target(state.shore.notices.settings()).is_err();
@@ -74,7 +75,9 @@ pub(super) async fn add(
 }
 
 /// What is said where a priority is none.
-const NO_PRIORITY: &str = "Alarms are emergency, alarm, warning or caution.";
+fn no_priority(frame: &Frame) -> String {
+    frame.t("Alarms are emergency, alarm, warning or caution.").to_string()
+}
 
 /// `POST /account/notice/change`.
 pub(super) async fn change(
@@ -87,8 +90,8 @@ pub(super) async fn change(
     in_person(&who)?;
     let (id, vessel) = (wanted.id, vessel(&wanted.vessel)?);
     let Some(least) = Priority::named(&wanted.least) else {
-        return show(&state, &who, frame, Words { problem: NO_PRIORITY.to_owned(), ..Words::default() })
-            .await;
+        let problem = no_priority(&frame);
+        return show(&state, &who, frame, Words { problem, ..Words::default() }).await;
     };
     let typed = wanted.typed(vessel, least);
     match state.shore.notices.change(&who, remote.address.to_string(), id, typed.clone()).await {
@@ -148,6 +151,6 @@ pub(super) async fn remove(
 fn in_person(who: &Principal) -> Result<(), ApiError> {
     match who.via {
         Via::Session { .. } => Ok(()),
-        Via::Token { .. } => Err(ApiError::forbidden("A token makes no rules: log in with a browser.")),
+        Via::Token { .. } => Err(ApiError::forbidden(say("A token makes no rules: log in with a browser."))),
     }
 }

@@ -6,7 +6,7 @@
 //! loopback or the VPN; `allow` restricts it to declared addresses.
 
 use super::Access;
-use api::say;
+use api::{Said, say};
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
@@ -85,7 +85,7 @@ pub(super) async fn serve(
             if let Err(reason) = peer(stream, from, router.clone(), stop).await {
                 tracing::info!(peer = %from, %reason, "an IMCProxy peer is gone");
                 let whose = Whose::Peer(from.to_string());
-                router.ledger().failed(Transport::Proxy, whose, reason.to_string());
+                router.ledger().failed(Transport::Proxy, whose, Said::as_is(reason.to_string()));
             }
             drop(permit);
         });

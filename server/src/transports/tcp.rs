@@ -4,7 +4,7 @@
 //! while either side stalls TCP keeps the bytes, and a new stream would lose them. So a node that is silent for [`SILENCE`]
 //! is only reported, and a new connection is made only if its computer does not answer for [`DEAD_AFTER`].
 
-use api::{Said, fixed, say};
+use api::{Fixed, Said, fixed, say};
 use bytes::Bytes;
 use hub::{Incoming, Peer, Role, Sources, Transport};
 use imc::{Deframer, Frame};
@@ -54,7 +54,9 @@ pub(super) async fn keep_connected(node: String, router: Router, stop: Cancellat
         let outcome = stop.run_until_cancelled(attempt).await;
         let Some(outcome) = outcome else { return };
         if let Err(reason) = outcome {
-            router.ledger().failed(Transport::Tcp, Whose::Peer(node.clone()), reason.to_string());
+            let own = reason.downcast_ref::<Fixed>().copied();
+            let what = own.map_or_else(|| Said::as_is(reason.to_string()), Said::from);
+            router.ledger().failed(Transport::Tcp, Whose::Peer(node.clone()), what);
             // Said once, not at each attempt of a night in harbour.
             if !told {
                 tracing::warn!(%node, %reason, "not connected; trying again");

@@ -4,6 +4,7 @@
 //! change is visible without compiling.
 
 use super::error::ApiError;
+use api::say;
 use axum::extract::Path;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
@@ -34,7 +35,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         Some("png") => "image/png",
         Some("woff2") => "font/woff2",
         Some("txt") => "text/plain; charset=utf-8",
-        _ => return Err(ApiError::not_found("There is no such file.")),
+        _ => return Err(ApiError::not_found(say("There is no such file."))),
     };
     let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or("");
     // The smaller one first; browsers accept Brotli only over TLS and from localhost.
@@ -46,7 +47,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         .find_map(|(coding, suffix)| Some((Dist::get(&format!("{name}.{suffix}"))?, Some(coding))));
     let whole = || Dist::get(&name).map(|file| (file, None));
     let (file, coding) =
-        packed.or_else(whole).ok_or_else(|| ApiError::not_found("There is no such file."))?;
+        packed.or_else(whole).ok_or_else(|| ApiError::not_found(say("There is no such file.")))?;
     let body = match file.data {
         Cow::Borrowed(bytes) => axum::body::Body::from(bytes),
         Cow::Owned(bytes) => axum::body::Body::from(bytes),
@@ -68,7 +69,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
 
 /// `GET /worker.js`: its name is fixed, so that browsers check for a new version.
 pub(crate) async fn worker() -> Result<Response, ApiError> {
-    let file = Dist::get("worker.js").ok_or_else(|| ApiError::not_found("There is no such file."))?;
+    let file = Dist::get("worker.js").ok_or_else(|| ApiError::not_found(say("There is no such file.")))?;
     let kind =
         [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, "no-cache")];
     Ok((kind, file.data.into_owned()).into_response())

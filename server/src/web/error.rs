@@ -64,7 +64,8 @@ impl ApiError {
     }
 
     pub(crate) fn not_logged_in() -> Self {
-        let text = "Log in at /login, or send Authorization: Bearer TOKEN with a token that has not ended.";
+        let text =
+            say("Log in at /login, or send Authorization: Bearer TOKEN with a token that has not ended.");
         Self::new(StatusCode::UNAUTHORIZED, "not_logged_in", text)
     }
 

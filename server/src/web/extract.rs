@@ -2,6 +2,7 @@
 
 use super::error::ApiError;
 use super::query;
+use api::{Said, say};
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, PathRejection};
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
@@ -29,7 +30,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T>
     type Rejection = ApiError;
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         query::read(parts.uri.query().unwrap_or_default()).map(Self).map_err(|error| {
-            ApiError::bad_request(format!("{error}; /api/v1/openapi.json lists all parameters"))
+            ApiError::bad_request(say("{error}; /api/v1/openapi.json lists all parameters").with("error", error))
         })
     }
 }
@@ -42,8 +43,9 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for InPath<
     type Rejection = ApiError;
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
         let path = Path::<T>::from_request_parts(parts, state).await;
-        path.map(|Path(path)| Self(path))
-            .map_err(|error: PathRejection| ApiError::malformed(error.status(), error.body_text()))
+        path.map(|Path(path)| Self(path)).map_err(|error: PathRejection| {
+            ApiError::malformed(error.status(), Said::as_is(error.body_text()))
+        })
     }
 }
 
@@ -56,9 +58,13 @@ pub(crate) fn time(name: &str, time_us: i64) -> Result<i64, ApiError> {
         return Ok(time_us);
     }
     let (first, last) = TIMES_US.into_inner();
-    Err(ApiError::bad_request(format!(
-        "{name}: {time_us} is not a time: give µs since 1970 UTC, {first} to {last}"
-    )))
+    Err(ApiError::bad_request(
+        say("{name}: {time_us} is not a time: give µs since 1970 UTC, {first} to {last}")
+            .with("name", name)
+            .with("time_us", time_us)
+            .with("first", first)
+            .with("last", last),
+    ))
 }
 
 /// A range of time.
@@ -70,7 +76,7 @@ pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
         time(name, time_us)?;
     }
     if to_us < from_us {
-        return Err(ApiError::bad_request("to_us: is before from_us"));
+        return Err(ApiError::bad_request(say("to_us: is before from_us")));
     }
     Ok(TimeRange { from_us, to_us })
 }
@@ -96,7 +102,13 @@ pub(crate) fn number(
         return Ok(number as usize);
     }
     let (first, last) = bounds.into_inner();
-    Err(ApiError::bad_request(format!("{name}: {number} is not within {first} to {last}")))
+    Err(ApiError::bad_request(
+        say("{name}: {number} is not within {first} to {last}")
+            .with("name", name)
+            .with("number", number)
+            .with("first", first)
+            .with("last", last),
+    ))
 }
 
 /// Order of an answer in time.
@@ -107,7 +119,7 @@ pub(crate) fn order(order: Option<&str>) -> Result<Order, ApiError> {
     match order {
         None | Some("oldest") => Ok(Order::Oldest),
         Some("newest") => Ok(Order::Newest),
-        Some(_) => Err(ApiError::bad_request("order: give `oldest` or `newest`, which comes first")),
+        Some(_) => Err(ApiError::bad_request(say("order: give `oldest` or `newest`, which comes first"))),
     }
 }
 
@@ -130,7 +142,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for InBody<T> {
         body.map(|Json(body)| Self(body)).map_err(|error: JsonRejection| {
             ApiError::malformed(
                 error.status(),
-                format!("{}; /api/v1/openapi.json tells all", error.body_text()),
+                say("{error}; /api/v1/openapi.json lists all parameters").with("error", error.body_text()),
             )
         })
     }

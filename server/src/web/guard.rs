@@ -206,7 +206,7 @@ async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
     let vessel = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
     let vessel = vessel.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
     shore::identity::vessels::address(vessel)
-        .map_err(|error| ApiError::bad_request(format!("vessel in the path: {error}")))
+        .map_err(|error| ApiError::bad_request(say("vessel in the path: {error}").with("error", error)))
 }
 
 /// Refuses changes and sockets that another site's page requests with our cookie.

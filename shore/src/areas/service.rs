@@ -242,7 +242,7 @@ impl NoGoAreas {
 
     async fn find(&self, id: i64) -> Result<Row> {
         let none = || {
-            let text = "There is no such area; GET /api/v1/no-go-areas lists them.";
+            let text = say("There is no such area; GET /api/v1/no-go-areas lists them.");
             Error::new(ErrorKind::NotFound, text)
         };
         self.people.ask(One(id)).await?.ok_or_else(none)

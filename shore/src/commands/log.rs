@@ -53,7 +53,7 @@ impl Commands {
 fn of_command(event: CommandEvent) -> Line {
     let CommandEvent { vessel, by, verb, subject, step } = event;
     let stage = step.stage.name();
-    let text = step.in_full();
+    let text = step.in_full().to_string();
     tracing::info!(%vessel, actor = by.actor, verb, subject, stage, text, "command");
     let outcome = if text.is_empty() { stage.to_owned() } else { format!("{stage}: {text}") };
     let subject = format!("{vessel} {subject}");

@@ -14,7 +14,7 @@ use super::{Commands, Helm, Helms, Issuer};
 use crate::identity::{Line, Principal};
 use crate::links::Links;
 use crate::router::Stopped;
-use api::{TeleopPhase, TeleopSample, TeleopStatus, TeleopStop};
+use api::{Said, TeleopPhase, TeleopSample, TeleopStatus, TeleopStop, say};
 use hub::CommandId;
 use imc::Address;
 use operations::{Operations, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, WARN_OVER, Why};
@@ -49,7 +49,7 @@ pub struct Steering {
     /// Stick positions that the vessel got too late or never, counted by its link.
     late: u64,
     /// Why it has not begun, or has ended, and the remedy.
-    said: (String, &'static str),
+    said: (Said, Said),
 }
 
 /// The hub's answer to a request to steer.
@@ -57,14 +57,14 @@ struct Answer {
     may: bool,
     running: bool,
     heard: bool,
-    begun: Option<(Stage, String)>,
+    begun: Option<(Stage, Said)>,
 }
 
 impl Steering {
     /// Nothing is steered before [`Steering::begin`].
     pub fn new(commands: Commands, links: Links, helms: Helms, vessel: Address, by: Issuer) -> Self {
         let late = links.late_sticks(vessel);
-        let (teleop, phase, said) = (Teleop::new(), Phase::Idle, (String::new(), ""));
+        let (teleop, phase, said) = (Teleop::new(), Phase::Idle, (Said::default(), Said::default()));
         Self { commands, links, helms, vessel, by, teleop, phase, helm: None, late, said }
     }
 
@@ -98,13 +98,14 @@ impl Steering {
     /// The person ends it.
     pub async fn end(&mut self) {
         self.teleop.interrupt(Why::Person);
-        self.finish("the person ended it", "").await;
+        self.finish(say("the person ended it").into(), Said::default()).await;
     }
 
     /// The connection is closed.
     pub async fn close(mut self, why: &str) {
         self.teleop.interrupt(Why::Person);
-        self.finish(why, "").await;
+        // The window is gone: this goes to the logs alone.
+        self.finish(Said::as_is(why), Said::default()).await;
     }
 
     fn now(&self) -> Now {
@@ -118,16 +119,18 @@ impl Steering {
         }
         if !self.teleop.may_begin() {
             let trip = self.teleop.round_trip();
-            let ms = trip.map_or_else(|| "unknown".to_owned(), |trip| format!("{} ms", trip.as_millis()));
-            self.said = (
-                format!("Not begun: the round trip is {ms}; it may be 1000 ms."),
-                "Try again when the network is faster, or send the vessel by a plan.",
-            );
+            let why = match trip {
+                Some(trip) => say("Not begun: the round trip is {ms} ms; it may be 1000 ms.")
+                    .with("ms", trip.as_millis()),
+                None => say("Not begun: the round trip is not known yet; it may be 1000 ms."),
+            };
+            let remedy = say("Try again when the network is faster, or send the vessel by a plan.");
+            self.said = (why.into(), remedy.into());
             return;
         }
         let Some(helm) = self.helms.take(self.vessel) else {
-            let why = "Not begun: another window of yours steers this vessel.".to_owned();
-            self.said = (why, "End it there first.");
+            let why = say("Not begun: another window of yours steers this vessel.");
+            self.said = (why.into(), say("End it there first.").into());
             return;
         };
         self.by.window = window;
@@ -135,9 +138,11 @@ impl Steering {
         match self.commands.issue(self.vessel, &self.by, order).await {
             Ok(command) => {
                 (self.phase, self.helm) = (Phase::Starting(CommandId(command.id)), Some(helm));
-                self.said = (String::new(), "");
+                self.said = (Said::default(), Said::default());
             }
-            Err(error) => self.said = (format!("Not begun: {}", error.text), ""),
+            Err(error) => {
+                self.said = (say("Not begun: {why}").with_said("why", error.text).into(), Said::default());
+            }
         }
     }
 
@@ -183,18 +188,24 @@ impl Steering {
         let (why, remedy) = match (phase, self.teleop.why(), self.teleop.hinders()) {
             (TeleopPhase::Idle, ..) => self.said.clone(),
             (TeleopPhase::Starting | TeleopPhase::Steering, ..) | (_, Why::Begun, None) => {
-                (String::new(), "")
+                (Said::default(), Said::default())
             }
-            (_, Why::Begun, Some(now)) => (now.text().to_owned(), now.remedy()),
-            (_, why, None) => (why.text().to_owned(), why.remedy()),
-            (_, why, Some(now)) => (format!("{}; now {}", why.text(), now.text()), now.remedy()),
+            (_, Why::Begun, Some(now)) => (now.said(), now.remedy_said()),
+            (_, why, None) => (why.said(), why.remedy_said()),
+            (_, why, Some(now)) => {
+                let both = say("{why}; now {now}").with_said("why", why.said()).with_said("now", now.said());
+                (both.into(), now.remedy_said())
+            }
         };
         let trip = self.teleop.round_trip();
+        let ((why, why_says), (remedy, remedy_says)) = (why.into_parts(), remedy.into_parts());
         TeleopStatus {
             stamp_us: now.micros(),
             phase,
             why,
-            remedy: remedy.to_owned(),
+            why_says,
+            remedy,
+            remedy_says,
             round_trip_ms: trip.map(|trip| trip.as_secs_f64() * 1e3),
             with_vessel,
             slow: trip.is_some_and(|trip| trip > WARN_OVER),
@@ -236,29 +247,41 @@ impl Steering {
     }
 
     /// Continues with the hub's answer.
-    async fn follow(&mut self, may: bool, running: bool, begun: Option<(Stage, String)>) {
+    async fn follow(&mut self, may: bool, running: bool, begun: Option<(Stage, Said)>) {
         match (self.phase, begun) {
             (Phase::Idle, _) => {}
             _ if !may => {
                 self.noting(|teleop| teleop.interrupt(Why::Lease));
                 self.let_go().await;
-                let remedy = "The vessel's motors stand still, and it is not steered by hand any more. Take control \
-                              again if you still need it.";
-                self.over(Why::Lease.text(), remedy);
+                let remedy = say(
+                    "The vessel's motors stand still, and it is not steered by hand any more. Take control \
+                              again if you still need it.",
+                );
+                self.over(Why::Lease.said(), remedy.into());
             }
             (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {
                 self.teleop.begin();
                 self.phase = Phase::Live;
             }
             (Phase::Starting(_), Some((stage, text))) if stage.is_last() => {
-                self.over(&format!("the vessel did not begin: {}: {text}", stage.name()), "");
+                let stage = match stage {
+                    Stage::Refused => say("refused"),
+                    Stage::Expired => say("expired"),
+                    _ => say("timed out without an effect"),
+                };
+                let why = say("the vessel did not begin: {stage}: {why}").with_said("stage", stage);
+                self.over(why.with_said("why", text).into(), Said::default());
             }
-            (Phase::Starting(_), None) => self.over("the order to begin was forgotten", ""),
+            (Phase::Starting(_), None) => {
+                self.over(say("the order to begin was forgotten").into(), Said::default());
+            }
             (Phase::Live, _) if !running => {
                 self.noting(|teleop| teleop.interrupt(Why::Person));
-                let remedy =
-                    "Somebody pressed STOP, or it does something else: see the commands and the log book.";
-                self.over("the vessel says that it is not steered by hand any more", remedy);
+                let remedy = say(
+                    "Somebody pressed STOP, or it does something else: see the commands and the log book.",
+                );
+                let why = say("the vessel says that it is not steered by hand any more");
+                self.over(why.into(), remedy.into());
             }
             (Phase::Starting(_) | Phase::Live, _) => {}
         }
@@ -279,12 +302,13 @@ impl Steering {
     }
 
     /// Returns to idle, with the reason and remedy.
-    fn rest(&mut self, why: &str, remedy: &'static str) {
-        (self.phase, self.helm, self.said) = (Phase::Idle, None, (format!("Ended: {why}."), remedy));
+    fn rest(&mut self, why: Said, remedy: Said) {
+        let ended = say("Ended: {why}.").with_said("why", why);
+        (self.phase, self.helm, self.said) = (Phase::Idle, None, (ended.into(), remedy));
     }
 
     /// Ends without a message to the vessel, which did not or would not accept it, and logs that.
-    fn over(&mut self, why: &str, remedy: &'static str) {
+    fn over(&mut self, why: Said, remedy: Said) {
         self.commands.people.note(Line {
             actor: self.by.who.actor(),
             address: self.by.from.clone(),
@@ -306,7 +330,7 @@ impl Steering {
     }
 
     /// Sends the vessel a stop and the end of teleoperation.
-    async fn finish(&mut self, why: &str, remedy: &'static str) {
+    async fn finish(&mut self, why: Said, remedy: Said) {
         if matches!(self.phase, Phase::Idle) {
             return;
         }
@@ -327,9 +351,9 @@ impl Steering {
         };
         if !self.commands.router.ask(finish).await.unwrap_or(true) {
             // The vessel would not accept an order from here.
-            return self.over(Why::Lease.text(), Why::Lease.remedy());
+            return self.over(Why::Lease.said(), Why::Lease.remedy_said());
         }
-        let order = Order::EndTeleoperation { why: why.to_owned() };
+        let order = Order::EndTeleoperation { why: why.to_string() };
         match self.commands.issue(self.vessel, &self.by, order).await {
             // A refusal is in the audit log too.
             Ok(_) => self.rest(why, remedy),

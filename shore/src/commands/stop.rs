@@ -98,7 +98,7 @@ impl Commands {
                 Some(Dispatched::Waits(transports)) => (!transports.is_empty(), true),
                 Some(Dispatched::Refused(_)) | None => (false, false),
             };
-            Ok::<_, String>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
+            Ok::<_, api::Said>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
         };
         self.people.note(Line {
             actor: by.who.actor(),

@@ -52,7 +52,7 @@ pub fn command(command: &Command) -> api::Command {
     let step = |step: &operations::Step| api::CommandStep {
         stage: step.stage.name().to_owned(),
         time_us: step.at.micros(),
-        text: step.in_full(),
+        text: step.in_full().into(),
         says: step.text.wording().cloned(),
         late: step.late,
         leg: (step.stage == Stage::Refused).then(|| verdict::of_words(&step.text)).flatten(),

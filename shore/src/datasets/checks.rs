@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::History;
 use crate::identity::Principal;
-use api::{DatasetCheck, DatasetContent, DatasetVersion};
+use api::{DatasetCheck, DatasetContent, DatasetVersion, say};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{Semaphore, watch};
@@ -102,7 +102,7 @@ impl Task {
 }
 
 fn busy() -> Error {
-    Error::new(ErrorKind::Busy, "As many files as may are being checked; try again in a moment.")
+    Error::new(ErrorKind::Busy, say("As many files as may are being checked; try again in a moment."))
 }
 
 /// Compares the published content with the present one.

@@ -3,7 +3,7 @@
 use crate::error::{Error, ErrorKind, Result};
 use crate::history::heard::{self, HeardFile};
 use crate::history::{History, export};
-use api::{DatasetContent, DatasetShare, DatasetVersion};
+use api::{DatasetContent, DatasetShare, DatasetVersion, Said, say};
 use imc::Address;
 use research::{About, LUTRA, Limits, Narrowed, Study};
 use std::collections::BTreeMap;
@@ -36,18 +36,16 @@ impl Frozen {
         format: Option<&str>,
         (register, study): (i64, Study),
     ) -> Result<Self> {
-        let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
+        let malformed = |text: Said| Error::new(ErrorKind::Malformed, text);
         let mut file = HeardFile::new(format, None)?;
         if !file.format.is_of_detections() {
-            let text = format!(
-                "format: {} is of the whole register, not of a dataset; take it from /api/v1/detections.csv",
-                file.format.name
-            );
-            return Err(malformed(text));
+            let text = say("format: {name} is of the whole register, not of a dataset; take it from /api/v1/detections.csv").with("name", file.format.name);
+            return Err(malformed(text.into()));
         }
         let query = &version.query;
-        file.narrowed = Narrowed::new(&query.projects, Some(&query.area), &study)
-            .map_err(|text| Error::refused(format!("The archive has changed since: {text}")))?;
+        file.narrowed = Narrowed::new(&query.projects, Some(&query.area), &study).map_err(|text| {
+            Error::refused(say("The archive has changed since: {text}").with_said("text", text))
+        })?;
         file.without.clone_from(&query.without);
         // Otherwise detections after publication, or outside of a link's part, would change rows as neighbours.
         file.is_closed = true;
@@ -145,7 +143,7 @@ fn about(version: &DatasetVersion) -> About {
 /// What a file has. It takes the place of an export while it is computed, and ends when nobody waits for it.
 pub(super) async fn content_of(history: &History, frozen: Frozen) -> Result<DatasetContent> {
     let Ok(place) = Arc::clone(&history.exports).try_acquire_owned() else {
-        let text = "As many exports as may are running; try again in a moment.";
+        let text = say("As many exports as may are running; try again in a moment.");
         return Err(Error::new(ErrorKind::Busy, text));
     };
     let given_up = CancellationToken::new();

@@ -2,7 +2,7 @@
 
 use super::rows::{Listed, Row, read, written};
 use crate::identity::{Fault, Request};
-use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind};
+use api::{DatasetShare, LogWord, ShareVisit, ShareVisitKind, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -34,9 +34,7 @@ impl Request for Add {
         let query = sqlx::query_scalar(sql).bind(self.dataset).bind(self.share.made.time_us);
         let count: i64 = query.fetch_one(&mut *db).await?;
         if count >= SHARES {
-            return Err(Fault::refused(format!(
-                "{SHARES} links to the dataset are open, and no more may be. Revoke one that nobody needs any more."
-            )));
+            return Err(Fault::refused(say("{n} links to the dataset are open, and no more may be. Revoke one that nobody needs any more.").with("n", SHARES)));
         }
         let sql = "INSERT INTO dataset_share (dataset, hash, password, expires_us, body) VALUES (?1, ?2, ?3, ?4, ?5)";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.hash.to_vec()).bind(self.password);
@@ -129,7 +127,7 @@ impl Request for Revoke {
                    WHERE id = ?2 AND dataset = ?1 AND revoked_us IS NULL";
         let query = sqlx::query(sql).bind(self.dataset).bind(self.share).bind(self.by);
         let done = query.bind(self.now.micros()).execute(db).await?;
-        Fault::unless_changed(&done, "There is no such link any more, or it is revoked already.")
+        Fault::unless_changed(&done, say("There is no such link any more, or it is revoked already."))
     }
 }
 

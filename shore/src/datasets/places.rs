@@ -3,6 +3,7 @@
 use super::Datasets;
 use super::shares::OpenShare;
 use crate::error::{Error, ErrorKind, Result};
+use api::say;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -54,7 +55,7 @@ impl Datasets {
     /// This link, or all links together, have reached their limit.
     pub fn place(&self, open: &OpenShare) -> Result<LinkPlace> {
         self.places.take(open.share.id).ok_or_else(|| {
-            let text = "A file is being downloaded by this link already, or as many by links as may be; try again in a moment.";
+            let text = say("A file is being downloaded by this link already, or as many by links as may be; try again in a moment.");
             Error::new(ErrorKind::Busy, text)
         })
     }

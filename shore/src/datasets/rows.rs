@@ -2,7 +2,7 @@
 
 use crate::identity::{Fault, Request};
 use crate::logbook::NEWER;
-use api::{DatasetDraft, DatasetVersion};
+use api::{DatasetDraft, DatasetVersion, say};
 use serde::de::DeserializeOwned;
 use sqlx::SqliteConnection;
 use std::collections::BTreeMap;
@@ -87,7 +87,9 @@ impl Request for Create {
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let count: i64 = sqlx::query_scalar("SELECT count(*) FROM dataset").fetch_one(&mut *db).await?;
         if count >= DATASETS {
-            return Err(Fault::refused(format!("There are {DATASETS} datasets: no more can be kept.")));
+            return Err(Fault::refused(
+                say("There are {n} datasets: no more can be kept.").with("n", DATASETS),
+            ));
         }
         let sql = "INSERT INTO dataset (revision, draft, by, made_us) VALUES (1, ?1, ?2, ?3)";
         let query = sqlx::query(sql).bind(written(&self.draft)?).bind(self.by).bind(self.now.micros());
@@ -127,7 +129,7 @@ impl Request for Publish {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         if self.version.number as usize > VERSIONS {
-            let text = format!("The dataset has {VERSIONS} versions: make another dataset.");
+            let text = say("The dataset has {n} versions: make another dataset.").with("n", VERSIONS);
             return Err(Fault::refused(text));
         }
         let sql = "UPDATE dataset SET draft = NULL, revision = revision + 1

@@ -15,7 +15,8 @@ use crate::logbook::{NEWER, check_text};
 use crate::register::Register;
 use api::{
     Dataset, DatasetAuthor, DatasetChange, DatasetContent, DatasetDraft, DatasetQuery, DatasetShare,
-    DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, LogWord, Role,
+    DatasetState, DatasetVersion, DatasetVessel, DatasetWithdrawal, DatasetWithdrawn, LogWord, Role, Said,
+    Wording, say,
 };
 use research::{Study, check_draft, citation, lacking};
 
@@ -54,7 +55,7 @@ impl Datasets {
     pub async fn one(&self, who: &Principal, id: i64) -> Result<Dataset> {
         let row = self.people.ask(Listed(Some(id))).await?.into_iter().next();
         row.and_then(|row| told(who, row)).ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, "There is no such dataset; GET /api/v1/datasets lists them.")
+            Error::new(ErrorKind::NotFound, say("There is no such dataset; GET /api/v1/datasets lists them."))
         })
     }
 
@@ -96,7 +97,7 @@ impl Datasets {
     ) -> Result<Dataset> {
         let dataset = self.mine(who, id, change.revision).await?;
         if dataset.draft.is_none() {
-            let text = "What is published never changes. Make a new version, and change that.";
+            let text = say("What is published never changes. Make a new version, and change that.");
             return Err(Error::refused(text));
         }
         let (_, study) = self.register.study().await?;
@@ -121,10 +122,11 @@ impl Datasets {
     ) -> Result<Dataset> {
         let dataset = self.mine(who, id, revision).await?;
         if dataset.draft.is_some() {
-            return Err(Error::refused("There is a draft already: change or publish that."));
+            return Err(Error::refused(say("There is a draft already: change or publish that.")));
         }
         let version = dataset.versions.first();
-        let version = version.ok_or_else(|| Error::refused("It has no version yet: publish it first."))?;
+        let version =
+            version.ok_or_else(|| Error::refused(say("It has no version yet: publish it first.")))?;
         let draft = draft_of(version);
         let subject = format!("{id} {}", draft.title);
         self.act(who, from, "dataset.version", subject, SetDraft { id, revision, draft }).await?;
@@ -138,7 +140,7 @@ impl Datasets {
     pub async fn publish(&self, who: &Principal, from: String, id: i64, revision: u32) -> Result<Dataset> {
         let dataset = self.mine(who, id, revision).await?;
         let draft = dataset.draft.ok_or_else(|| {
-            Error::refused("Nothing of it waits for publication. Make a new version first.")
+            Error::refused(say("Nothing of it waits for publication. Make a new version first."))
         })?;
         let (register, study) = self.register.study().await?;
         let draft = checked(draft, &study)?;
@@ -151,7 +153,7 @@ impl Datasets {
         let frozen = Frozen::new(&version, None, Some(CANONICAL), (register, study))?;
         version.content = content_of(&self.history, frozen).await?;
         if version.content.rows == 0 {
-            let text = "It has no detections. Choose a longer time, more vessels, or all tags.";
+            let text = say("It has no detections. Choose a longer time, more vessels, or all tags.");
             return Err(Error::refused(text));
         }
         version.citation = citation(&version);
@@ -174,7 +176,7 @@ impl Datasets {
             query.vessels = recorded(&self.history).await?;
         }
         if query.vessels.is_empty() {
-            return Err(Error::refused("Nothing is recorded yet that could be published."));
+            return Err(Error::refused(say("Nothing is recorded yet that could be published.")));
         }
         query.to_us = Some(query.to_us.map_or(now_us, |to_us| to_us.min(now_us)));
         let named = self.people.vessels();
@@ -268,7 +270,7 @@ impl Datasets {
         if dataset.may_change {
             return Ok(dataset);
         }
-        let text = "This takes the role researcher on all vessels of the dataset. Ask an admin.";
+        let text = say("This takes the role researcher on all vessels of the dataset. Ask an admin.");
         Err(Error::new(ErrorKind::Forbidden, text))
     }
 
@@ -287,17 +289,22 @@ pub(super) fn find_version(versions: &[DatasetVersion], number: u32) -> Result<&
     versions.iter().find(|version| version.number == number).ok_or_else(|| {
         Error::new(
             ErrorKind::NotFound,
-            "The dataset has no such version; GET /api/v1/datasets/{id} lists them.",
+            say("The dataset has no such version; GET /api/v1/datasets/{id} lists them."),
         )
     })
 }
 
 pub(super) fn is_not_withdrawn(dataset: &Dataset, version: Option<&DatasetVersion>) -> Result<()> {
     let Some(withdrawn) = &dataset.withdrawn else { return Ok(()) };
-    let mut text = format!("The dataset was withdrawn: {}", withdrawn.reason);
-    if let Some(DatasetVersion { title, citation, .. }) = version {
-        text = format!("{text}\nTitle: {title}\nCitation: {citation}");
-    }
+    let text = match version {
+        None => say("The dataset was withdrawn: {reason}"),
+        Some(DatasetVersion { title, citation, .. }) => {
+            say("The dataset was withdrawn: {reason}\nTitle: {title}\nCitation: {citation}")
+                .with("title", title)
+                .with("citation", citation)
+        }
+    };
+    let text = text.with("reason", &withdrawn.reason);
     Err(Error::new(ErrorKind::Gone, text))
 }
 
@@ -307,8 +314,8 @@ fn checked(mut draft: DatasetDraft, study: &Study) -> Result<DatasetDraft> {
     if wrong.is_empty() { Ok(draft) } else { Err(malformed(told_wrong(wrong))) }
 }
 
-fn told_wrong(wrong: Vec<(&str, String)>) -> String {
-    wrong.into_iter().map(|(field, text)| format!("{field}: {text}")).collect::<Vec<_>>().join("\n")
+fn told_wrong(wrong: Vec<(&str, Wording)>) -> Said {
+    Said::lines(wrong.into_iter().map(|(field, text)| Said::from(text).of_field(field)))
 }
 
 /// The draft with which a next version begins.
@@ -339,9 +346,11 @@ fn may(who: &Principal, vessels: &[u16]) -> Result<()> {
         return Ok(());
     }
     let text = if vessels.is_empty() {
-        "vessels: a dataset of all vessels takes the role researcher on all of them; name those of which you are researcher"
+        say(
+            "vessels: a dataset of all vessels takes the role researcher on all of them; name those of which you are researcher",
+        )
     } else {
-        "vessels: this takes the role researcher on each of the dataset's vessels. Ask an admin."
+        say("vessels: this takes the role researcher on each of the dataset's vessels. Ask an admin.")
     };
     Err(Error::new(ErrorKind::Forbidden, text))
 }
@@ -378,6 +387,6 @@ fn told(who: &Principal, row: Row) -> Option<Dataset> {
     Some(Dataset { id, revision, state, made, draft, versions, withdrawn, may_change })
 }
 
-pub(super) fn malformed(text: impl Into<api::Said>) -> Error {
+pub(super) fn malformed(text: impl Into<Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }

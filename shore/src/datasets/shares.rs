@@ -8,7 +8,7 @@ use super::links::{By, Led, Visit};
 use super::{Datasets, find_version};
 use crate::error::Result;
 use crate::identity::{Refused, Secret, same};
-use api::{DatasetCheck, DatasetShare, DatasetVersion, ShareVisit, ShareVisitKind};
+use api::{DatasetCheck, DatasetShare, DatasetVersion, Said, ShareVisit, ShareVisitKind, say};
 use research::embargo_us;
 use std::net::IpAddr;
 use std::time::Duration;
@@ -37,6 +37,24 @@ pub enum ShareClosed {
     /// Links were opened too often from this address.
     #[error("Links are opened too often from your network. Try again in {} s.", .0.as_secs() + 1)]
     Wait(Duration),
+}
+
+impl ShareClosed {
+    /// The same with its wording.
+    pub fn said(&self) -> Said {
+        match self {
+            Self::Unknown => {
+                say("There is no link with this address. Look whether all of it was copied, or ask for a new one.")
+            }
+            Self::Revoked => say("This link was revoked by those who made it. Ask them for a new one."),
+            Self::Expired => say("This link has ended. Ask those who made it for a new one."),
+            Self::Withdrawn(reason) => say("The dataset was withdrawn: {reason}").with("reason", reason),
+            Self::WithdrawnUntold => say("The dataset was withdrawn. Ask those who sent you this link."),
+            Self::Wait(wait) => say("Links are opened too often from your network. Try again in {n} s.")
+                .with("n", wait.as_secs() + 1),
+        }
+        .into()
+    }
 }
 
 /// A valid link.

@@ -8,7 +8,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::identity::{Principal, Secret, password};
 use crate::logbook::check_text;
 use api::{
-    DatasetContent, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetVersion, LogWord, ShareVisit,
+    DatasetContent, DatasetShare, DatasetShareMade, DatasetShareRequest, DatasetVersion, LogWord, Said,
+    ShareVisit, say,
 };
 use research::Limits;
 
@@ -54,12 +55,12 @@ impl Datasets {
         is_not_withdrawn(&dataset, None)?;
         let newest = dataset.versions.first().map(|version| version.number);
         let number = asked.version.or(newest);
-        let number = number.ok_or_else(|| Error::refused("It has no version yet: publish it first."))?;
+        let number = number.ok_or_else(|| Error::refused(say("It has no version yet: publish it first.")))?;
         let version = find_version(&dataset.versions, number)?;
         let mut share = self.checked_share(who, &asked, version)?;
         share.content = self.shared_content(version, &share).await?;
         if share.content.rows == 0 {
-            return Err(Error::refused("The link would give no detections: leave out less."));
+            return Err(Error::refused(say("The link would give no detections: leave out less.")));
         }
         // The link's page compares with the present archive: earlier changes are reported too.
         let check = self.check_now(id, version).await?;
@@ -71,7 +72,7 @@ impl Datasets {
         let add = links::Add { dataset: id, hash: secret.hash(), password: kept, share };
         let number = self.act(who, from, "dataset.share", subject, add).await?;
         let share = self.people.ask(links::Of(id)).await?.into_iter().find(|share| share.id == number);
-        let share = share.ok_or_else(|| Error::new(ErrorKind::NotFound, "The link is gone."))?;
+        let share = share.ok_or_else(|| Error::new(ErrorKind::NotFound, say("The link is gone.")))?;
         Ok(DatasetShareMade { share, path: format!("/s/{}", secret.text()) })
     }
 
@@ -84,31 +85,38 @@ impl Datasets {
     ) -> Result<DatasetShare> {
         let label = check_text("label", &asked.label, 1..=LABEL)?;
         if !(1..=DAYS).contains(&asked.days) {
-            return Err(malformed(format!("days: a link opens 1 to {DAYS} days")));
+            return Err(malformed(say("days: a link opens 1 to {days} days").with("days", DAYS)));
         }
         if !asked.password.is_empty() {
             password::check_new("lutra", &asked.password, PASSWORD)
-                .map_err(|text| malformed(format!("password: {text}")))?;
+                .map_err(|text| malformed(text.of_field("password")))?;
         }
         for (field, time) in [("from_us", asked.from_us), ("to_us", asked.to_us)] {
             if time.is_some_and(|time| !(0..=9_007_199_254_740_991).contains(&time)) {
-                return Err(malformed(format!(
-                    "{field}: is no time from 1970 to 2255; give µs since 1970 UTC"
-                )));
+                return Err(malformed(
+                    Said::from(say("is no time from 1970 to 2255; give µs since 1970 UTC")).of_field(field),
+                ));
             }
         }
         if asked.from_us.zip(asked.to_us).is_some_and(|(from, to)| to <= from) {
-            return Err(malformed("to_us: the end is not after the beginning"));
+            return Err(malformed(say("to_us: the end is not after the beginning")));
         }
         let tags: Vec<String> =
             asked.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
         if tags.len() > 200 {
-            return Err(malformed(format!("tags: there are {}, 200 may be", tags.len())));
+            return Err(malformed(
+                Said::from(
+                    say("there are {count}, {most} may be").with("count", tags.len()).with("most", 200),
+                )
+                .of_field("tags"),
+            ));
         }
         Limits::new(&tags, &asked.area, asked.precision_m, false).map_err(malformed)?;
         if asked.precision_m.is_some() && !version.query.area.trim().is_empty() {
-            let text = "precision_m: the version is of an area, and what is given would tell on which side of its border an animal was. \
-                        Publish a version without an area, and give the area to the link.";
+            let text = say(
+                "precision_m: the version is of an area, and what is given would tell on which side of its border an animal was. \
+                        Publish a version without an area, and give the area to the link.",
+            );
             return Err(malformed(text));
         }
         let now_us = self.clock.utc().micros();
@@ -154,7 +162,7 @@ impl Datasets {
     pub async fn revoke(&self, who: &Principal, from: String, id: i64, share: i64) -> Result<()> {
         self.changeable(who, id).await?;
         let known = self.people.ask(links::Of(id)).await?.into_iter().find(|one| one.id == share);
-        let known = known.ok_or_else(|| Error::new(ErrorKind::NotFound, "There is no such link."))?;
+        let known = known.ok_or_else(|| Error::new(ErrorKind::NotFound, say("There is no such link.")))?;
         let subject = format!("{id}, link {share} for {}", known.label);
         let revoke = links::Revoke { dataset: id, share, by: who.name.clone(), now: self.clock.utc() };
         self.act(who, from, "dataset.share.revoke", subject, revoke).await

@@ -295,7 +295,7 @@ pub fn question(
 /// # Errors
 /// There is no such project, or the area is not valid.
 pub fn narrowed(projects: &[String], area: Option<&str>, study: &Study) -> store::Result<Narrowed> {
-    Narrowed::new(projects, area, study).map_err(StoreError::Query)
+    Narrowed::new(projects, area, study).map_err(|text| StoreError::Query(text.into()))
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub enum Fault {
     Folder(String, std::io::Error),
     /// A token that is not valid yet; the text says why.
     #[error("{0}")]
-    NotYet(String),
+    NotYet(Said),
     /// It does not answer.
     #[error(
         "app.db does not answer: does its disk hang, or has another program locked it? What was asked may be done once it \

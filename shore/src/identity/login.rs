@@ -75,7 +75,8 @@ impl Refused {
             Self::Wait(wait) => {
                 say("Too many attempts. Try again in {n} s.").with("n", wait.as_secs() + 1).into()
             }
-            Self::Fault(fault) => fault.to_string().into(),
+            Self::Fault(Fault::Refused(why) | Fault::NotYet(why)) => why.clone(),
+            Self::Fault(fault) => Said::as_is(fault.to_string()),
         }
     }
 }

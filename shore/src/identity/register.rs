@@ -12,7 +12,7 @@ use super::roles::{Grants, Principal, Via};
 use super::secret::Secret;
 use super::sessions::Lifetime;
 use super::tokens::{API_PREFIX, LINK_PREFIX};
-use api::{Role, Vessel};
+use api::{Role, Said, Vessel, say};
 use sqlx::SqliteConnection;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicI64, Ordering};
@@ -33,7 +33,7 @@ pub(crate) enum Found<T> {
     /// Found, with a use to be recorded, if that is due.
     Known(T, Option<Use>),
     /// It is known but not valid, for this reason.
-    Refused(String),
+    Refused(Said),
     /// It has expired.
     Over,
     /// It is not in the register. It may be newer.
@@ -185,11 +185,11 @@ impl Register {
             return Found::Over;
         }
         if person.must_change_password {
-            return Found::Refused(format!(
-                "This token acts for {}, who still has a one-time password: log in as {} with a browser and choose a \
-                 password first.",
-                person.name, person.name
-            ));
+            let text = say(
+                "This token acts for {name}, who still has a one-time password: log in as {name} with a \
+                            browser and choose a password first.",
+            );
+            return Found::Refused(text.with("name", &person.name).into());
         }
         let via = Via::Token { id: token.id, label: token.label.clone() };
         let (name, grants) = (person.name.clone(), person.grants.limited(vessel, role));

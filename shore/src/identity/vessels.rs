@@ -101,9 +101,10 @@ pub async fn named(db: &mut SqliteConnection, text: &str) -> Result<u16, Fault> 
         return Ok(vessel.address);
     }
     address(text).map_err(|_| {
-        Fault::refused(format!(
-            "There is no vessel {text}; see `lutra-server vessel list`, or give its address."
-        ))
+        Fault::refused(
+            say("There is no vessel {text}; see `lutra-server vessel list`, or give its address.")
+                .with("text", text),
+        )
     })
 }
 

@@ -6,6 +6,7 @@ use super::{Event, Out};
 use crate::charts::{ChartPackage, ChartsAboard};
 use crate::recorder::Recorder;
 use crate::router::{Connection, Router, Whose};
+use api::Said;
 use bytes::Bytes;
 use hub::{
     CommandId, Delivery, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Transport, Urgency,
@@ -245,7 +246,7 @@ impl Task {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
                         let whose = Whose::Vessel(self.vessel);
-                        self.router.ledger().failed(Transport::Link, whose, reason.clone());
+                        self.router.ledger().failed(Transport::Link, whose, Said::as_is(reason.clone()));
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);

@@ -3,6 +3,7 @@
 //! They are not in app.db, which has a single writing thread and is copied whole by each backup.
 
 use crate::error::{Error, ErrorKind, Result};
+use api::{Wording, say};
 use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -36,15 +37,15 @@ pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
 /// # Errors
 /// It is too large, or not a photo.
 pub(super) fn check(bytes: &[u8]) -> Result<&'static str> {
-    let wrong = |text: String| Error::new(ErrorKind::Malformed, text);
+    let wrong = |text: Wording| Error::new(ErrorKind::Malformed, text);
     if bytes.len() > PHOTO_BYTES {
-        return Err(wrong(format!(
-            "photo: it has more than {} MiB. Make it smaller and send it again.",
-            PHOTO_BYTES >> 20
-        )));
+        return Err(wrong(
+            say("photo: it has more than {most} MiB. Make it smaller and send it again.")
+                .with("most", PHOTO_BYTES >> 20),
+        ));
     }
-    let none = "photo: not a JPEG, PNG or WebP file; choose one of these kinds.";
-    media(bytes).ok_or_else(|| wrong(none.to_owned()))
+    let none = say("photo: not a JPEG, PNG or WebP file; choose one of these kinds.");
+    media(bytes).ok_or_else(|| wrong(none))
 }
 
 /// The files.

@@ -1,7 +1,7 @@
 //! Notes in app.db.
 
 use crate::identity::{Fault, Request};
-use api::{LogNoteRevision, LogWord, fixed, say};
+use api::{Fixed, LogNoteRevision, LogWord, fixed, say};
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use units::UtcTime;
 
@@ -11,10 +11,10 @@ const NOTES: i64 = 1_000_000;
 const CORRECTIONS: u32 = 100;
 
 /// Why a change that comes too late is refused.
-pub(crate) const NEWER: &str = fixed("Somebody changed this meanwhile: load it again, then change it.");
+pub(crate) const NEWER: Fixed = fixed("Somebody changed this meanwhile: load it again, then change it.");
 /// Why a photo is refused that a note cannot have.
-pub(super) const HAS_PHOTO: &str =
-    "photo: this note has a photo, or was withdrawn. Write a new note for another photo.";
+pub(super) const HAS_PHOTO: Fixed =
+    fixed("photo: this note has a photo, or was withdrawn. Write a new note for another photo.");
 
 /// The content of a note.
 #[derive(Debug, Clone, PartialEq)]
@@ -205,7 +205,7 @@ impl Request for Correct {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let Self { id, revision, said, by, now } = self;
         if revision > CORRECTIONS {
-            let text = format!("This note was corrected {CORRECTIONS} times: write a new one.");
+            let text = say("This note was corrected {n} times: write a new one.").with("n", CORRECTIONS);
             return Err(Fault::refused(text));
         }
         let sql = "INSERT INTO log_note_before

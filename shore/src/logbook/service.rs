@@ -72,7 +72,7 @@ impl Logbook {
             let (time_us, id) = text.split_once('.')?;
             Some((time_us.parse().ok()?, id.parse().ok()?))
         };
-        read().ok_or_else(|| malformed("before: give `next` of the page before"))
+        read().ok_or_else(|| malformed(say("before: give `next` of the page before")))
     }
 
     /// Earlier revisions of a note, the newest first.
@@ -169,10 +169,7 @@ impl Logbook {
             return Err(Error::refused(HAS_PHOTO));
         }
         if self.people.ask(PhotoBytes).await? + bytes.len() as u64 > ALL_BYTES {
-            let text = format!(
-                "photo: the log book holds {} GiB of photos and takes no more. The note is kept without it; ask an admin.",
-                ALL_BYTES >> 30
-            );
+            let text = say("photo: the log book holds {most} GiB of photos and takes no more. The note is kept without it; ask an admin.").with("most", ALL_BYTES >> 30);
             return Err(Error::refused(text));
         }
         let (photos, length) = (self.photos.clone(), bytes.len());
@@ -193,12 +190,12 @@ impl Logbook {
     /// # Errors
     /// No photo that this person may see.
     pub async fn photo(&self, who: &Principal, id: i64) -> Result<Photo> {
-        let none = || Error::new(ErrorKind::NotFound, "This note has no photo.");
+        let none = || Error::new(ErrorKind::NotFound, say("This note has no photo."));
         let media = self.find(who, id).await?.photo.ok_or_else(none)?;
         let photos = self.photos.clone();
         let bytes = slow(move || photos.read(id)).await?.map_err(|error| {
             tracing::error!(%error, note = id, "a photo of the log book cannot be read");
-            Error::new(ErrorKind::NotFound, "The photo's file cannot be read: a backup may have it.")
+            Error::new(ErrorKind::NotFound, say("The photo's file cannot be read: a backup may have it."))
         })?;
         Ok(Photo { media, bytes })
     }
@@ -211,7 +208,7 @@ impl Logbook {
     async fn find(&self, who: &Principal, id: i64) -> Result<Row> {
         let row = self.people.ask(One(id)).await?.filter(|row| sees(who, row.vessel));
         row.ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, "There is no such note; GET /api/v1/logbook lists them.")
+            Error::new(ErrorKind::NotFound, say("There is no such note; GET /api/v1/logbook lists them."))
         })
     }
 
@@ -219,10 +216,11 @@ impl Logbook {
     async fn changeable(&self, who: &Principal, id: i64) -> Result<Row> {
         let row = self.find(who, id).await?;
         if !may_change(who, &row) {
-            let text = format!(
-                "{} may not change this note: its author {} may, while operator there, or an admin.",
-                who.name, row.by
-            );
+            let text = say(
+                "{name} may not change this note: its author {by} may, while operator there, or an admin.",
+            )
+            .with("name", &who.name)
+            .with("by", &row.by);
             return Err(Error::new(ErrorKind::Forbidden, text));
         }
         if let (Some(by), Some(_)) = (&row.withdrawn_by, row.withdrawn_us) {
@@ -275,11 +273,11 @@ pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
     if role(who, vessel) >= Some(Role::Operator) {
         return Ok(());
     }
-    let place = vessel.map_or_else(|| "any vessel".to_owned(), |vessel| format!("vessel {vessel}"));
-    let text = format!(
-        "vessel: {} may not write here: it takes the role operator on {place}. Ask an admin.",
-        who.name
-    );
+    let place =
+        vessel.map_or_else(|| say("any vessel"), |vessel| say("vessel {vessel}").with("vessel", vessel));
+    let text = say("vessel: {name} may not write here: it takes the role operator on {place}. Ask an admin.")
+        .with("name", &who.name)
+        .with_said("place", place);
     Err(Error::new(ErrorKind::Forbidden, text))
 }
 
@@ -360,7 +358,9 @@ fn unkept(error: &std::io::Error) -> Error {
     match error.kind() {
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => Error::new(
             ErrorKind::Unavailable,
-            "photo: the server's disk is full. The note is kept without it; make room, then add the photo again.",
+            say(
+                "photo: the server's disk is full. The note is kept without it; make room, then add the photo again.",
+            ),
         ),
         _ => Error::internal(error),
     }

@@ -154,8 +154,9 @@ impl Missions {
     async fn find(&self, who: &Principal, id: i64) -> Result<Row> {
         let row = self.people.ask(One(id)).await?;
         let seen = |row: &Row| row.mission.vessels.iter().any(|vessel| who.grants.on(*vessel).is_some());
-        let none =
-            || Error::new(ErrorKind::NotFound, "There is no such mission; GET /api/v1/missions lists them.");
+        let none = || {
+            Error::new(ErrorKind::NotFound, say("There is no such mission; GET /api/v1/missions lists them."))
+        };
         row.filter(seen).ok_or_else(none)
     }
 

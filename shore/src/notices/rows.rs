@@ -4,7 +4,7 @@ use super::content::Content;
 use super::judge::{Draft, Held, Notified};
 use super::rule::{PER_HOUR, Rule, RuleRequest, SigningKey, Way};
 use crate::identity::{Fault, Language, Request, persons};
-use api::say;
+use api::{Fixed, fixed, say};
 use operations::alarms::Priority;
 use sqlx::SqliteConnection;
 use std::time::Duration;
@@ -21,7 +21,7 @@ const FORGOTTEN_US: i64 = 30 * 24 * HOUR_US;
 const HELD_BACK: &str = "held back: many within an hour";
 
 /// The error for a rule of another person, or one that does not exist.
-pub(super) const NO_RULE: &str = "You have no such rule.";
+pub(super) const NO_RULE: Fixed = fixed("You have no such rule.");
 
 type FoundDelivery = (i64, i64, String, Option<String>, String);
 type FoundLanguage = Option<Option<String>>;
@@ -140,7 +140,7 @@ impl Request for Change {
         let update = sqlx::query(sql).bind(id).bind(person).bind(ask.target).bind(ask.least.name());
         let update = update.bind(ask.vessel).bind(ask.after.as_secs().cast_signed()).bind(ask.also_over);
         let changed = update.execute(db).await?.rows_affected();
-        if changed == 0 { Err(Fault::refused(NO_RULE.to_owned())) } else { Ok(()) }
+        if changed == 0 { Err(Fault::refused(NO_RULE)) } else { Ok(()) }
     }
 }
 
@@ -157,7 +157,7 @@ impl Request for Remove {
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         let sql = "DELETE FROM notice_rule WHERE id = ?1 AND person = ?2";
         let gone = sqlx::query(sql).bind(self.id).bind(self.person).execute(db).await?.rows_affected();
-        if gone == 0 { Err(Fault::refused(NO_RULE.to_owned())) } else { Ok(()) }
+        if gone == 0 { Err(Fault::refused(NO_RULE)) } else { Ok(()) }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Rules: which alarms a person wants to be notified of, and their validation.
 
 use super::settings::{Settings, Webhooks};
+use api::{Wording, say};
 use hyper::Uri;
 use operations::alarms::Priority;
 use std::time::Duration;
@@ -129,9 +130,9 @@ impl RuleRequest {
     ///
     /// # Errors
     /// What is wrong, with the remedy.
-    pub fn check(&self, settings: &Settings) -> Result<(), String> {
+    pub fn check(&self, settings: &Settings) -> Result<(), Wording> {
         if self.after > LONGEST {
-            return Err("An alarm may wait for an acknowledgement for 24 hours at most.".to_owned());
+            return Err(say("An alarm may wait for an acknowledgement for 24 hours at most."));
         }
         self.check_target(settings)
     }
@@ -140,39 +141,37 @@ impl RuleRequest {
     ///
     /// # Errors
     /// What is wrong, with the remedy.
-    pub fn check_target(&self, settings: &Settings) -> Result<(), String> {
+    pub fn check_target(&self, settings: &Settings) -> Result<(), Wording> {
         if self.target.chars().count() > TARGET_CHARS {
-            return Err(format!("Where to: {TARGET_CHARS} letters at most."));
+            return Err(say("Where to: {most} letters at most.").with("most", TARGET_CHARS));
         }
         match self.way {
-            Way::Mail if settings.mail.host.is_empty() => {
-                Err("This server sends no mail: its configuration names no mail server (notices.mail.host)."
-                    .to_owned())
-            }
+            Way::Mail if settings.mail.host.is_empty() => Err(say(
+                "This server sends no mail: its configuration names no mail server (notices.mail.host).",
+            )),
             Way::Mail => match self.target.parse::<lettre::Address>() {
                 Ok(_) => Ok(()),
-                Err(_) => {
-                    Err(format!("{:?} is no address of mail; give one like name@example.org.", self.target))
-                }
+                Err(_) => Err(say("\"{text}\" is no address of mail; give one like name@example.org.")
+                    .with("text", &self.target)),
             },
             Way::Webhook => self.check_url(settings.webhooks),
         }
     }
 
-    fn check_url(&self, webhooks: Webhooks) -> Result<(), String> {
+    fn check_url(&self, webhooks: Webhooks) -> Result<(), Wording> {
         let url = self.target.parse::<Uri>();
         let Some(url) = url.ok().filter(|url| url.host().is_some() && url.scheme().is_some()) else {
-            return Err(format!("{:?} is no URL; give one like https://example.org/hook.", self.target));
+            return Err(
+                say("\"{text}\" is no URL; give one like https://example.org/hook.").with("text", &self.target)
+            );
         };
         if url.authority().is_some_and(|authority| authority.as_str().contains('@')) {
-            return Err(
-                "A URL with a password in it is not kept: leave out what stands before the @.".to_owned()
-            );
+            return Err(say("A URL with a password in it is not kept: leave out what stands before the @."));
         }
         match (webhooks, url.scheme_str()) {
-            (Webhooks::Off, _) => Err("This server sends no webhooks (notices.webhooks).".to_owned()),
+            (Webhooks::Off, _) => Err(say("This server sends no webhooks (notices.webhooks).")),
             (_, Some("https")) | (Webhooks::Any, Some("http")) => Ok(()),
-            _ => Err("A webhook's URL begins with https://.".to_owned()),
+            _ => Err(say("A webhook's URL begins with https://.")),
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::alarms::Alarms;
 use crate::clock::Clock;
 use crate::error::{Error, Result};
 use crate::identity::{People, Principal, Secret};
+use api::say;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -145,7 +146,7 @@ impl Notices {
     fn check(&self, who: &Principal, ask: &RuleRequest) -> Result<()> {
         ask.check(&self.settings).map_err(Error::refused)?;
         if ask.vessel.is_some_and(|vessel| who.grants.on(vessel).is_none()) {
-            return Err(Error::refused("You may not see that vessel."));
+            return Err(Error::refused(say("You may not see that vessel.")));
         }
         Ok(())
     }
@@ -181,7 +182,7 @@ impl Notices {
         }
         let mine = self.mine(who).await?;
         let newest = mine.messages.into_iter().find(|one| one.rule == id);
-        newest.ok_or_else(|| Error::refused("The rule was removed meanwhile."))
+        newest.ok_or_else(|| Error::refused(say("The rule was removed meanwhile.")))
     }
 
     /// Sends messages about active alarms until the server ends.

@@ -1,8 +1,8 @@
 //! Cost and problems of a plan, checked as vessels check it.
 
 use super::translate::{degrees_of, place, specification};
-use super::trouble::{of_problem, of_warning, too_long, too_many_row_points};
-use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
+use super::trouble::{of_problem, of_warning, said, too_long, too_many_row_points};
+use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble, Said, say};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::{Cost, Maneuver, Plan, PlanStatistics, PlanWarning, VehicleModel};
@@ -22,33 +22,36 @@ const PLACES: usize = 50_000;
 ///
 /// # Errors
 /// A limit is exceeded, or the plan has no name.
-pub fn limits(plan: &PlanDocument) -> Result<(), String> {
+pub fn limits(plan: &PlanDocument) -> Result<(), Said> {
     let good = |name: &str| {
         (1..=LONGEST_PLAN_NAME).contains(&name.len())
             && name.trim() == name
             && !name.chars().any(char::is_control)
     };
-    let rule = format!("1 to {LONGEST_PLAN_NAME} bytes, without blanks around it");
+    let rule = say("1 to {most} bytes, without blanks around it").with("most", LONGEST_PLAN_NAME);
     if !good(&plan.name) {
-        return Err(format!("A plan's name has {rule}."));
+        return Err(say("A plan's name has {rule}.").with_said("rule", rule).into());
     }
     if plan.description.chars().count() > DESCRIPTION {
-        return Err(format!("A plan's description has up to {DESCRIPTION} letters."));
+        return Err(say("A plan's description has up to {most} letters.").with("most", DESCRIPTION).into());
     }
     if matches!(plan.vessel, Some(0 | 0xFFFF)) {
-        return Err("0 and 0xFFFF are no vessel's address.".to_owned());
+        return Err(say("0 and 0xFFFF are no vessel's address.").into());
     }
     let count = plan.maneuvers.len();
     if count > MANEUVERS {
-        return Err(format!("The plan has {count} maneuvers; {MANEUVERS} are the most. Divide it."));
+        let text = say("The plan has {count} maneuvers; {most} are the most. Divide it.");
+        return Err(text.with("count", count).with("most", MANEUVERS).into());
     }
     if let Some(step) = plan.maneuvers.iter().find(|step| !good(&step.id)) {
         let name: String = step.id.chars().take(30).collect();
-        return Err(format!("{name:?} cannot be a maneuver's name: it has {rule}."));
+        let text = say("`{name}` cannot be a maneuver's name: it has {rule}.");
+        return Err(text.with("name", name).with_said("rule", rule).into());
     }
     let points: usize = plan.maneuvers.iter().map(|step| places(&step.task).len()).sum();
     if points > POINTS {
-        return Err(format!("The plan has {points} points; {POINTS} are the most. Divide it."));
+        let text = say("The plan has {count} points; {most} are the most. Divide it.");
+        return Err(text.with("count", points).with("most", POINTS).into());
     }
     Ok(())
 }
@@ -105,12 +108,8 @@ pub fn check_with(
 ///
 /// # Errors
 /// It has problems; the error is the first of them.
-pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
-    let first = |problems: &[PlanTrouble]| {
-        let place = problems.first().and_then(|one| one.maneuver.as_ref());
-        let text = problems.first().map_or_else(String::new, |one| one.text.clone());
-        place.map_or_else(|| text.clone(), |name| format!("{name}: {text}"))
-    };
+pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, Said> {
+    let first = |problems: &[PlanTrouble]| problems.first().map(said).unwrap_or_default();
     match check(plan, now).problems.as_slice() {
         [] => specification(plan).map_err(|problems| first(&problems)),
         problems => Err(first(problems)),

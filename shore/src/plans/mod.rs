@@ -18,3 +18,4 @@ pub use files::{Format, read, write};
 pub use route::route;
 pub use store::{Change, Create, Delete, List, Load, Restore, Revisions, Row, Save};
 pub use translate::{document, specification};
+pub use trouble::said;

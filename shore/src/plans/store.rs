@@ -3,7 +3,7 @@
 
 use super::files::free;
 use crate::identity::{Fault, Request};
-use api::{PlanDocument, PlanRevision, say};
+use api::{PlanDocument, PlanRevision, Said, say};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -282,7 +282,7 @@ async fn insert(
     plan: &PlanDocument,
     change: &Change,
 ) -> Result<(), Fault> {
-    let body = serde_json::to_string(plan).map_err(|error| Fault::refused(error.to_string()))?;
+    let body = serde_json::to_string(plan).map_err(|error| Fault::refused(Said::as_is(error.to_string())))?;
     let query = sqlx::query("INSERT INTO plan_revision VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
     let query = query.bind(id).bind(revision).bind(&change.author).bind(change.now.micros());
     query.bind(change.draft).bind(body).execute(db).await?;

@@ -1,6 +1,6 @@
 //! Problems and warnings of a plan, by code and figures, so that pages can show them in the reader's language.
 
-use api::PlanTrouble;
+use api::{PlanTrouble, Said, Wording, say};
 use mission::{PlanProblem, PlanWarning, ProblemKind, SpeedLimits};
 
 /// Code of a problem that has only a text.
@@ -103,4 +103,52 @@ pub(crate) fn of_warning(warning: &PlanWarning) -> PlanTrouble {
             trouble(None, warning.to_string())
         }
     }
+}
+
+/// A problem as a text for people, with the maneuver that has it.
+pub fn said(trouble: &PlanTrouble) -> Said {
+    let text = worded(trouble).map_or_else(|| Said::as_is(trouble.text.clone()), Said::from);
+    match &trouble.maneuver {
+        Some(maneuver) => text.of_field(maneuver),
+        None => text,
+    }
+}
+
+/// The words of a code, which are those of `web/src/state/plantrouble.ts`; `None` for one that has only a text.
+fn worded(trouble: &PlanTrouble) -> Option<Wording> {
+    let figure = |name: &str| trouble.values.get(name).copied().unwrap_or(f64::NAN);
+    let whole = |name: &str| format!("{:.0}", figure(name));
+    Some(match trouble.code.as_str() {
+        "no-name" => say("The plan has no name"),
+        "empty" => say("The plan has no maneuvers yet"),
+        "too-many-maneuvers" => say("{count} maneuvers; {most} are allowed")
+            .with("count", whole("count"))
+            .with("most", whole("most")),
+        "bad-name" => say("A maneuver needs a name other than _done_"),
+        "name-twice" => say("This name is used twice"),
+        "unreachable" => say("No transition leads to it"),
+        "unsupported" => say("The vessel does not sail maneuvers of the kind {kind}")
+            .with("kind", trouble.about.as_deref().unwrap_or_default()),
+        "too-deep" => say("A depth of {depth} m is asked for; {most} m is possible")
+            .with("depth", format!("{:.1}", figure("depth_m")))
+            .with("most", format!("{:.1}", figure("most_m"))),
+        "no-place" => say("This is not a place: latitude −90 to 90°, longitude −180 to 180°"),
+        "null-island" => say("The position is 0, 0: nobody filled it in"),
+        "outside-area" => say("It leaves the area of operation by {distance} m").with("distance", whole("by_m")),
+        "speed" => {
+            say("This speed is not possible. Choose one above 0 and up to {mps} m/s, {rpm} rpm or {percent} %.")
+                .with("mps", format!("{:.2}", figure("mps")))
+                .with("rpm", whole("rpm"))
+                .with("percent", whole("percent"))
+        }
+        "too-many-points" => {
+            say("{count} points; {most} are allowed").with("count", whole("count")).with("most", whole("most"))
+        }
+        "too-many-row-points" => {
+            say("Its rows have more than {most} points together: put more distance between rows, or divide the plan")
+                .with("most", whole("most"))
+        }
+        "too-long" => say("The plan is too long for one message: divide it"),
+        _ => return None,
+    })
 }

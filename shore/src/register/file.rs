@@ -35,7 +35,7 @@ impl Request for TakeFile {
             look(self.kind, &self.bytes, (version, &rows), &called.names(), &|_| None, &|_| true)
         };
         if self.apply.is_some_and(|seen| seen != version) {
-            return Err(Fault::refused(NEWER.to_owned()));
+            return Err(Fault::refused(NEWER));
         }
         if self.apply.is_some() && answer.problems.is_empty() {
             if !steps.is_empty() {

@@ -3,6 +3,7 @@
 use super::rows::{Row, Step, told_to};
 use api::{
     RegisterFieldChange, RegisterImport, RegisterImportChange, RegisterKind, RegisterProblem, RegisterRecord,
+    Said,
 };
 use research::{Names, Read, blank, check_all, differences, kind_of, name_of, read_csv};
 
@@ -16,7 +17,7 @@ pub(super) fn look(
     bytes: &[u8],
     (version, rows): (i64, &[Row]),
     names: &Names<'_>,
-    may: &dyn Fn(&RegisterRecord) -> Option<String>,
+    may: &dyn Fn(&RegisterRecord) -> Option<Said>,
     sees: &dyn Fn(&RegisterRecord) -> bool,
 ) -> (RegisterImport, Vec<Step>) {
     let known: Vec<&Row> =
@@ -29,7 +30,11 @@ pub(super) fn look(
         added: 0,
         changed: 0,
         same: 0,
-        problems: read.wrong.iter().map(problem).collect(),
+        problems: read
+            .wrong
+            .iter()
+            .map(|wrong| problem(Some(wrong.line), &wrong.column, wrong.text.clone()))
+            .collect(),
         changes: Vec::new(),
     };
     let mut steps = Vec::new();
@@ -53,7 +58,7 @@ pub(super) fn look(
         }
         let refused = may(&row.record).or_else(|| before.and_then(|before| may(&before.record)));
         if let Some(text) = refused {
-            answer.problems.push(RegisterProblem { line: Some(row.line), column: String::new(), text });
+            answer.problems.push(problem(Some(row.line), "", text));
         }
         let fields = fields.into_iter().map(|field| RegisterFieldChange {
             column: field.column.to_owned(),
@@ -74,8 +79,9 @@ pub(super) fn look(
     (answer, steps)
 }
 
-fn problem(wrong: &research::WrongCell) -> RegisterProblem {
-    RegisterProblem { line: Some(wrong.line), column: wrong.column.clone(), text: wrong.text.clone() }
+fn problem(line: Option<u32>, column: &str, text: impl Into<Said>) -> RegisterProblem {
+    let (text, says) = text.into().into_parts();
+    RegisterProblem { line, column: column.to_owned(), text, says }
 }
 
 /// Problems of the resulting register, at the lines that cause them.
@@ -102,7 +108,7 @@ fn together(
     let told = faults.filter_map(|fault| {
         let line = lines.get(fault.entry).copied().flatten();
         let text = told_to(&is_hidden, &records, &fault, line.is_none())?;
-        Some(RegisterProblem { line, column: fault.column.to_owned(), text })
+        Some(problem(line, fault.column, text))
     });
     told.collect()
 }

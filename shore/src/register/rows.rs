@@ -2,8 +2,8 @@
 
 use crate::identity::{Fault, Principal, Request};
 use crate::logbook::NEWER;
-use api::{RegisterKind, RegisterRecord};
-use research::{KINDS, Study, check_all, kind_of, kind_word, name_of};
+use api::{RegisterKind, RegisterRecord, Said, say};
+use research::{KINDS, Study, check_all, kind_of, kind_said, kind_word, name_of, name_taken};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -63,17 +63,23 @@ pub(super) fn told_to(
     records: &[RegisterRecord],
     fault: &research::Fault,
     names_entry: bool,
-) -> Option<String> {
+) -> Option<Said> {
     let record = records.get(fault.entry)?;
     let text = if is_hidden(fault.entry) || fault.other.is_some_and(is_hidden) {
-        "the receiver is deployed elsewhere at the same time; choose another time, or ask an admin"
+        say("the receiver is deployed elsewhere at the same time; choose another time, or ask an admin")
     } else {
-        &fault.text
+        fault.text.clone()
     };
     if names_entry && !is_hidden(fault.entry) {
-        return Some(format!("{} `{}`: {text}", kind_word(kind_of(record)), name_of(record)));
+        return Some(
+            say("{kind} `{name}`: {text}")
+                .with_said("kind", kind_said(kind_of(record)))
+                .with("name", name_of(record))
+                .with_said("text", text)
+                .into(),
+        );
     }
-    Some(text.to_owned())
+    Some(text.into())
 }
 
 /// The register, for looking up detections.
@@ -111,7 +117,7 @@ impl Request for Write {
     async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
         let (version, mut rows) = All.run(&mut *db).await?;
         if self.version.is_some_and(|wanted| wanted != version) {
-            return Err(Fault::refused(NEWER.to_owned()));
+            return Err(Fault::refused(NEWER));
         }
         let mut last = 0;
         for step in &self.steps {
@@ -169,11 +175,9 @@ impl Write {
         }
         match rows.iter().find(is_other) {
             None => Ok(()),
-            Some(other) => Err(Fault::refused(format!(
-                "name: another {} is called `{}`; choose another name",
-                kind_word(kind),
-                name_of(&other.record)
-            ))),
+            Some(other) => {
+                Err(Fault::refused(Said::from(name_taken(kind, name_of(&other.record))).of_field("name")))
+            }
         }
     }
 
@@ -190,7 +194,7 @@ impl Write {
 
 fn find(rows: &mut [Row], id: i64, revision: u32) -> Result<&mut Row, Fault> {
     let row = rows.iter_mut().find(|row| row.id == id && row.revision == revision);
-    row.ok_or_else(|| Fault::refused(NEWER.to_owned()))
+    row.ok_or_else(|| Fault::refused(NEWER))
 }
 
 /// Refuses a register that is not valid as a whole.
@@ -198,7 +202,9 @@ fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fau
     let records: Vec<RegisterRecord> = rows.iter().map(|row| row.record.clone()).collect();
     let count = |kind: RegisterKind| records.iter().filter(|record| kind_of(record) == kind).count();
     if let Some(kind) = KINDS.into_iter().find(|kind| count(*kind) > ENTRIES) {
-        let text = format!("There would be more than {ENTRIES} entries of the kind {}.", kind_word(kind));
+        let text = say("There would be more than {most} entries of the kind {kind}.")
+            .with("most", ENTRIES)
+            .with_said("kind", kind_said(kind));
         return Err(Fault::refused(text));
     }
     let faults = check_all(&records);
@@ -207,9 +213,9 @@ fn holds(rows: &[Row], sees: &dyn Fn(&RegisterRecord) -> bool) -> Result<(), Fau
     }
     let is_hidden = |at: usize| records.get(at).is_some_and(|record| !sees(record));
     let told = faults.iter().take(TOLD).filter_map(|fault| {
-        told_to(&is_hidden, &records, fault, true).map(|text| format!("{}: {text}", fault.column))
+        told_to(&is_hidden, &records, fault, true).map(|text| text.of_field(fault.column))
     });
-    Err(Fault::refused(told.collect::<Vec<_>>().join("\n")))
+    Err(Fault::refused(Said::lines(told)))
 }
 
 fn folded(record: &RegisterRecord) -> String {

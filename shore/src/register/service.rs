@@ -12,10 +12,10 @@ use crate::identity::{People, Principal, vessels};
 use crate::logbook::NEWER;
 use api::{
     LogWord, RegisterAnswer, RegisterChange, RegisterEntry, RegisterImport, RegisterImportQuery,
-    RegisterKind, RegisterRecord, Role, Vessel,
+    RegisterKind, RegisterRecord, Role, Said, Vessel, say,
 };
 use imc::Address;
-use research::{KINDS, Names, check, differences, kind_of, kind_word, name_of, write_csv};
+use research::{KINDS, Names, check, differences, kind_of, kind_said, kind_word, name_of, write_csv};
 use std::collections::BTreeMap;
 
 /// Bytes of a file of entries.
@@ -44,7 +44,11 @@ impl Register {
         let found = KINDS.into_iter().find(|kind| kind_word(*kind) == word.trim());
         found.ok_or_else(|| {
             let shown: String = word.chars().take(40).collect();
-            malformed(format!("kind: `{shown}` is not one of {words}; give one of them"))
+            malformed(
+                say("kind: `{kind}` is not one of {kinds}; give one of them")
+                    .with("kind", shown)
+                    .with("kinds", words),
+            )
         })
     }
 
@@ -110,10 +114,8 @@ impl Register {
         let row = self.find(who, id).await?;
         let record = checked(change.record)?;
         if kind_of(&record) != kind_of(&row.record) {
-            let text = format!(
-                "kind: this entry is of the kind {}; add another one",
-                kind_word(kind_of(&row.record))
-            );
+            let text = say("kind: this entry is of the kind {kind}; add another one")
+                .with_said("kind", kind_said(kind_of(&row.record)));
             return Err(malformed(text));
         }
         may(who, &row.record)?;
@@ -165,7 +167,7 @@ impl Register {
         let asked = who.clone();
         let looked = crate::error::slow(move || {
             let called = Called::new(&named);
-            let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text.into());
+            let refusal = |record: &RegisterRecord| may(&asked, record).err().map(|error| error.text);
             import::look(kind, &bytes, (version, &rows), &called.names(), &refusal, &|record| {
                 sees(&asked, record)
             })
@@ -175,7 +177,9 @@ impl Register {
             return Ok(answer);
         }
         let Some(seen) = query.version else {
-            let text = "version: give that of the answer which told what would be changed; ask for that without apply";
+            let text = say(
+                "version: give that of the answer which told what would be changed; ask for that without apply",
+            );
             return Err(malformed(text));
         };
         if seen != version {
@@ -217,13 +221,13 @@ impl Register {
         let (_, rows) = self.people.ask(All).await?;
         let row = rows.into_iter().find(|row| row.id == id).filter(|row| sees(who, &row.record));
         row.ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, "There is no such entry; GET /api/v1/register lists them.")
+            Error::new(ErrorKind::NotFound, say("There is no such entry; GET /api/v1/register lists them."))
         })
     }
 }
 
 /// The address of a vessel by its name or address.
-type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, String> + Send>;
+type FindVessel = Box<dyn Fn(&str) -> std::result::Result<u16, Said> + Send>;
 
 /// Names of vessels, in both directions.
 pub struct Called {
@@ -243,7 +247,10 @@ impl Called {
         };
         let address = move |text: &str| match vessels::address(text) {
             Ok(address) => Ok(address),
-            Err(_) => store::system(&known, text).map(|address| address.0).map_err(|error| error.to_string()),
+            Err(_) => {
+                let found = store::system(&known, text);
+                found.map(|address| address.0).map_err(|error| Said::as_is(error.to_string()))
+            }
         };
         Self { name: Box::new(name), address: Box::new(address) }
     }
@@ -260,8 +267,8 @@ fn checked(mut record: RegisterRecord) -> Result<RegisterRecord> {
     if wrong.is_empty() {
         return Ok(record);
     }
-    let told: Vec<String> = wrong.into_iter().map(|(column, text)| format!("{column}: {text}")).collect();
-    Err(malformed(told.join("\n")))
+    let told = wrong.into_iter().map(|(column, text)| Said::from(text).of_field(column));
+    Err(malformed(Said::lines(told)))
 }
 
 /// Checks that a user may make this entry.
@@ -269,16 +276,17 @@ fn may(who: &Principal, record: &RegisterRecord) -> Result<()> {
     let (role, place) = match record {
         RegisterRecord::Deployment(one) if one.vessel.is_some() => {
             let vessel = one.vessel.unwrap_or_default();
-            (who.grants.on(vessel), format!("vessel {vessel}"))
+            (who.grants.on(vessel), say("vessel {vessel}").with("vessel", vessel))
         }
-        _ => (who.grants.everywhere(), "all vessels".to_owned()),
+        _ => (who.grants.everywhere(), say("all vessels")),
     };
     if role >= Some(Role::Researcher) {
         return Ok(());
     }
-    let word = kind_word(kind_of(record));
-    let text =
-        format!("{}: changing a {word} takes the role researcher on {place}. Ask an admin.", name_of(record));
+    let text = say("{name}: changing a {kind} takes the role researcher on {place}. Ask an admin.")
+        .with("name", name_of(record))
+        .with_said("kind", kind_said(kind_of(record)))
+        .with_said("place", place);
     Err(Error::new(ErrorKind::Forbidden, text))
 }
 
@@ -295,20 +303,23 @@ fn subject(record: &RegisterRecord) -> String {
 }
 
 /// Why a file is refused.
-fn problems(answer: &RegisterImport) -> String {
-    let told = answer.problems.iter().take(TOLD).map(|one| {
-        let line = one.line.map_or_else(|| "the register".to_owned(), |line| format!("line {line}"));
-        let column = if one.column.is_empty() { String::new() } else { format!(", {}", one.column) };
-        format!("{line}{column}: {}", one.text)
-    });
+fn problems(answer: &RegisterImport) -> Said {
     let count = answer.problems.len();
-    let all = if count > TOLD { format!("\n… and {} more", count - TOLD) } else { String::new() };
-    format!(
-        "Nothing was taken of the file, which has {count} problems:\n{}{all}",
-        told.collect::<Vec<_>>().join("\n")
-    )
+    let told = answer.problems.iter().take(TOLD).map(|one| {
+        let text = one.says.clone().map_or_else(|| Said::as_is(one.text.clone()), Said::from);
+        let text = if one.column.is_empty() { text } else { text.of_field(&one.column) };
+        match one.line {
+            Some(line) => say("line {line}, {text}").with("line", line).with_said("text", text).into(),
+            None => say("the register, {text}").with_said("text", text).into(),
+        }
+    });
+    let more = (count > TOLD).then(|| say("… and {n} more").with("n", count - TOLD).into());
+    say("Nothing was taken of the file, which has {count} problems:\n{problems}")
+        .with("count", count)
+        .with_lines("problems", told.chain(more))
+        .into()
 }
 
-fn malformed(text: impl Into<api::Said>) -> Error {
+fn malformed(text: impl Into<Said>) -> Error {
     Error::new(ErrorKind::Malformed, text)
 }

@@ -141,9 +141,9 @@ mod tests {
     #[test]
     fn refusals_are_counted_and_texts_from_outside_bounded() {
         let ledger = Ledger::new(Clock::real());
-        ledger.refused(Transport::Udp, [10, 0, 0, 7].into(), "not in transports.udp.allow");
-        ledger.refused(Transport::Udp, [10, 0, 0, 8].into(), "x".repeat(1_000));
-        ledger.failed(Transport::Udp, Whose::Peer("y".repeat(1_000)), "gone");
+        ledger.refused(Transport::Udp, [10, 0, 0, 7].into(), say("not in transports.udp.allow"));
+        ledger.refused(Transport::Udp, [10, 0, 0, 8].into(), Said::as_is("x".repeat(1_000)));
+        ledger.failed(Transport::Udp, Whose::Peer("y".repeat(1_000)), Said::as_is("gone"));
         let record = ledger.of(Transport::Udp);
         let TransportEvent { whose, what, .. } = record.error.unwrap();
         assert_eq!((record.refused, whose, what.as_str()), (2, Whose::Peer("y".repeat(LETTERS)), "gone"));

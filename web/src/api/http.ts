@@ -1,7 +1,7 @@
 // Asking the server for JSON, and telling it to do something.
 
 import { refusalText } from "../state/refusal";
-import { t } from "../words/words";
+import { t, withWords } from "../words/words";
 import { inTurn, question, type Rank } from "./traffic";
 import type { Ordered, Refusal as RefusalAnswer, RefusalReason } from "./types.gen";
 
@@ -129,6 +129,7 @@ async function refused(response: Response): Promise<Refusal> {
   const waitS = Number(response.headers.get("retry-after")) || 0;
   try {
     const answer = (await response.json()) as RefusalAnswer;
+    await withWords(answer.error.says);
     return new Refusal(response.status, answer.error, answer, waitS);
   } catch {
     return new Refusal(response.status, { code: "unknown", text: t("The server answered {status}.", { status: response.status }) });

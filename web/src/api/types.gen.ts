@@ -3582,7 +3582,11 @@ column: string,
 /**
  * What is wrong, and what to do.
  */
-text: string, };
+text: string, 
+/**
+ * Of what pages make `text` in their reader's language; absent where it is English only.
+ */
+says?: Wording, };
 
 export type RegisterProject = { 
 /**
@@ -4286,9 +4290,17 @@ phase: TeleopPhase,
  */
 why: string, 
 /**
+ * Of what pages make `why` in their reader's language; absent where it is empty or the vessel's own words.
+ */
+why_says?: Wording, 
+/**
  * The remedy, in words; empty where the only one is to start over.
  */
 remedy: string, 
+/**
+ * The same of `remedy`.
+ */
+remedy_says?: Wording, 
 /**
  * From the browser to the vessel and back, ms; null while unknown.
  */
@@ -4491,4 +4503,8 @@ template: string,
 /**
  * What is put in the places, by their names.
  */
-values: { [key in string]?: string }, };
+values: { [key in string]?: string }, 
+/**
+ * Places that hold texts with words of their own, each text on a line; absent where there are none.
+ */
+parts?: { [key in string]?: Array<Wording> }, };

@@ -4,7 +4,7 @@ import { useRef, useState } from "preact/hooks";
 import { postJson, reason } from "../api/http";
 import type { RegisterImport as Told, RegisterKind } from "../api/types.gen";
 import { importText } from "../state/register";
-import { t, tn } from "../words/words";
+import { t, tn, withWords, worded } from "../words/words";
 
 const PATIENCE_MS = 60_000;
 /** Lines that are shown; the counts are of all. */
@@ -30,6 +30,7 @@ export function RegisterImport({ kind, taken, close }: Needs) {
     const query = new URLSearchParams({ kind, ...(version === undefined ? {} : { apply: "true", version: String(version) }) });
     try {
       const answer = await postJson<Told>(`/api/v1/register/import?${query}`, PATIENCE_MS, chosen);
+      await withWords(...answer.problems.map(({ says }) => says));
       tell(answer);
       if (answer.applied) taken();
     } catch (error) {
@@ -62,7 +63,7 @@ function Problems({ told: { problems } }: { readonly told: Told }) {
       <div class="wide" tabIndex={0} role="region" aria-label={t("What is wrong")}>
         <table class="compact">
           <thead><tr>{[t("Line"), t("Column"), t("What is wrong")].map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
-          <tbody>{problems.slice(0, SHOWN).map(({ line, column, text }, at) => <tr key={at}><td class="num">{line ?? ""}</td><td><code>{column}</code></td><td>{text}</td></tr>)}</tbody>
+          <tbody>{problems.slice(0, SHOWN).map(({ line, column, text, says }, at) => <tr key={at}><td class="num">{line ?? ""}</td><td><code>{column}</code></td><td>{worded({ text, says })}</td></tr>)}</tbody>
         </table>
       </div>
     </div>

@@ -7,7 +7,7 @@
 import type { TeleopMessage, TeleopStop, TeleopStatus } from "../api/types.gen";
 import { type Guard, isNeutral, offNeutral, type Pad, padText, standing, tripText } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
-import { fromServer, t } from "../words/words";
+import { t, worded } from "../words/words";
 import type { Confirm } from "./confirm";
 import { createGuard } from "./guard";
 import { createHands, type HandsSource } from "./hands";
@@ -116,8 +116,8 @@ class HelmView {
     const out = this.leftOut();
     const now = standing(fresh, before, neutral, device && !out ? offNeutral(device) : "");
     setText(this.state, now.state);
-    setText(this.why, fromServer(now.why));
-    setText(this.remedy, fromServer(now.remedy));
+    setText(this.why, now.why);
+    setText(this.remedy, now.remedy);
     setAttribute(this.helm, "data-phase", fresh?.phase ?? (before ? "lost" : "idle"));
     setText(this.trip, tripText(fresh));
     setAttribute(this.trip, "data-slow", fresh?.slow ? "" : null);
@@ -252,7 +252,7 @@ class Helm implements TeleopPanel {
       this.asked = true;
       this.say({ begin: { window: this.needs.key } });
     } else if (this.asked && what.phase === "idle" && what.why) {
-      this.close([what.why, what.remedy].filter(Boolean).map((one) => fromServer(one)).join(" "));
+      this.close([worded({ text: what.why, says: what.why_says }), worded({ text: what.remedy, says: what.remedy_says })].filter(Boolean).join(" "));
     }
   }
 }

@@ -1,7 +1,7 @@
 // Steering by hand, decided without a screen: what a person's hands say, and the words for how it stands.
 
 import type { TeleopStatus } from "../api/types.gen";
-import { t } from "../words/words";
+import { t, worded } from "../words/words";
 import { partValues } from "./partvalues";
 import { entities, type Labels, type Values } from "./vitals";
 
@@ -168,7 +168,7 @@ export function standing(told: TeleopStatus | undefined, heard: boolean, neutral
   }
   const { phase } = told;
   const next = phase === "locked" ? stuck || PASS_NEUTRAL : phase === "ready" ? stuck || HOLD : "";
-  return { state: phase === "steering" && neutral ? HELD : STATES[phase], why: told.why && phase !== "steering" ? t("It stopped: {why}.", { why: told.why }) : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
+  return { state: phase === "steering" && neutral ? HELD : STATES[phase], why: told.why && phase !== "steering" ? t("It stopped: {why}.", { why: worded({ text: told.why, says: told.why_says }) }) : "", remedy: [worded({ text: told.remedy, says: told.remedy_says }), next].filter(Boolean).join(" ") };
 }
 
 /** The round trip in words. */

@@ -1,7 +1,7 @@
-// Help: keys of the page and words of the field, opened by `?` or from the top bar.
+// Help: keys of the page and words of the field, opened by `?` or from the top bar. It is loaded when it is first opened.
 
-import { GLOSSARY, KEYS } from "../state/helpwords";
-import { t } from "../words/words";
+import { reason } from "../api/http";
+import { later, t } from "../words/words";
 import { make } from "./dom";
 
 /** `?` opens it, on every page; Escape closes it, as of any dialog. */
@@ -11,10 +11,16 @@ export function createHelp(): void {
   const button = make("button", { type: "button", class: "help-button", "aria-label": t("Help"), title: t("Help: keys and words. ?") }, "?");
   place.prepend(button);
   let dialog: HTMLDialogElement | undefined;
+  const show = (shown: HTMLDialogElement): void => {
+    if (!shown.isConnected) document.body.append(shown);
+    if (!shown.open) shown.showModal();
+  };
   const open = (): void => {
-    dialog ??= build();
-    if (!dialog.isConnected) document.body.append(dialog);
-    if (!dialog.open) dialog.showModal();
+    if (dialog) return show(dialog);
+    later(() => import("./helpdialog")).then(
+      ({ createHelpDialog }) => show((dialog ??= createHelpDialog())),
+      (error: unknown) => show(make("dialog", { class: "help", "aria-label": t("Help") }, make("p", { role: "alert" }, reason(error)), make("form", { method: "dialog" }, make("button", {}, t("Close"))))),
+    );
   };
   button.addEventListener("click", open);
   document.addEventListener("keydown", (event) => {
@@ -23,28 +29,4 @@ export function createHelp(): void {
     event.preventDefault();
     open();
   });
-}
-
-function build(): HTMLDialogElement {
-  const search = make("input", { type: "text", "aria-label": t("Search in help"), placeholder: t("Search") });
-  // In the order of the page's language, whose last letters are æ, ø and å.
-  const sorted = [...GLOSSARY].sort(([one], [other]) => one.localeCompare(other, document.documentElement.lang));
-  const terms = sorted.map(([term, meaning]) => ({ text: `${term} ${meaning}`.toLowerCase(), row: make("div", {}, make("dt", {}, term), make("dd", {}, meaning)) }));
-  const here = KEYS.filter(({ where }) => where === "" || document.querySelector(where));
-  const keys = here.map(({ keys, does }) => ({ text: `${keys} ${does}`.toLowerCase(), row: make("div", {}, make("dt", {}, ...keys.split(" ").map((key) => make("kbd", {}, key))), make("dd", {}, does)) }));
-  const none = make("p", { hidden: "" }, t("No matching help topics."));
-  search.addEventListener("input", () => {
-    const wanted = search.value.trim().toLowerCase();
-    for (const { text, row } of [...terms, ...keys]) row.hidden = !text.includes(wanted);
-    none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
-  });
-  const close = make("button", { type: "button" }, t("Close"));
-  const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
-    make("div", { class: "row" }, make("h2", { id: "help-title" }, t("Help")), search, close),
-    make("p", {}, make("a", { href: "/help" }, t("The manual: guides, and what to do about each alarm"))),
-    none,
-    make("h3", {}, t("Keys on this page")), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
-    make("h3", {}, t("Words")), make("dl", {}, ...terms.map(({ row }) => row)));
-  close.addEventListener("click", () => dialog.close());
-  return dialog;
 }

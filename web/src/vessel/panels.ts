@@ -10,7 +10,7 @@ import { createControl } from "../control/panel";
 import { createRefused } from "../map/danger";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
-import { createParameters } from "../params/panel";
+import { createParametersLater } from "../params/later";
 import { createPlots, type PlotHandlers } from "../plot/panel";
 import type { Source } from "../plot/model";
 import { wayToWrite, withNotes } from "../state/notes";
@@ -95,7 +95,7 @@ export function createPanels(needs: PanelNeeds) {
     refusedOnMap: createRefused(map),
     drawRoute: (places) => (places ? route.update([], places) : route.clear()),
   });
-  const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
+  const parameters = createParametersLater(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
   const readiness = createMount(boxes.panels.Entities);
   const links = createMount(boxes.panels["Link loss"]);
   return { plots, values, readiness: (now: Readiness | null) => readiness(now && h(ReadinessList, now)), parts: createEntities(boxes.panels.Entities), links: (now: LinkStatus | undefined, linked: boolean) => links(h(LinkTable, { rows: wayRows(now, linked) })), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };

@@ -1,12 +1,14 @@
 // The words of the pages in the reader's language. The English text is the key: code stays readable, and what the catalogue
-// lacks is shown in English. `words/nb.json` has the words of scripts and of the server's templates; its bundle (`nb.ts`)
-// comes before the others where a person reads Bokmål, so that texts may be made as soon as a module is loaded.
+// lacks is shown in English. `words/nb.json` has the words of scripts and of the server's templates; a page's bundle of them
+// (`nb.ts`) comes before the others where a person reads Bokmål, so that texts may be made as soon as a module is loaded.
 
 import type { Wording } from "../api/types.gen";
 
 declare global {
   /** An English text in the page's language, put there by the bundle of a language; absent in English. */
   var lutraWords: ((english: string) => string | undefined) | undefined;
+  /** Fetches the words of refusals and of parts that are loaded later, once; it never fails. Absent in English. */
+  var lutraMoreWords: (() => Promise<void>) | undefined;
 }
 
 /** The places for values in a text: `"{n} of {all}"` has `n` and `all`. */
@@ -38,7 +40,29 @@ export function fromServer(english: string, values?: Readonly<Record<string, Val
 
 /** What the server says, by its wording; without one, a fixed sentence is its own. Not for what may be a vessel's own words. */
 export function worded({ text, says }: { readonly text: string; readonly says?: Wording | undefined }): string {
-  return says ? fromServer(says.template, says.values) : fromServer(text);
+  return says ? inWords(says) : fromServer(text);
+}
+
+/** Loads a part of a page that few open, when its words are here: texts are made as soon as it is loaded. */
+export async function later<Part>(load: () => Promise<Part>): Promise<Part> {
+  await globalThis.lutraMoreWords?.();
+  return load();
+}
+
+/** A refusal waits this long for its words at most, ms. */
+const WORDS_MS = 2_000;
+
+/** Returns when the words of `says` are here, or do not come in time: then it is said in English. */
+export async function withWords(...says: readonly (Wording | undefined)[]): Promise<void> {
+  const lacks = ({ template, parts = {} }: Wording): boolean => /\p{L}/u.test(template.replace(/\{\w+\}/g, "")) && globalThis.lutraWords?.(template) === undefined || Object.values(parts).flatMap((texts) => texts ?? []).some(lacks);
+  if (!globalThis.lutraMoreWords || !says.some((one) => one && lacks(one))) return;
+  await Promise.race([globalThis.lutraMoreWords(), new Promise((late) => setTimeout(late, WORDS_MS))]);
+}
+
+/** A place holds a value, or texts with words of their own, each on a line. */
+function inWords({ template, values, parts = {} }: Wording): string {
+  const lines = Object.entries(parts).map(([name, texts]) => [name, (texts ?? []).map(inWords).join("\n")]);
+  return fromServer(template, { ...values, ...Object.fromEntries(lines) });
 }
 
 function said(english: string): string {

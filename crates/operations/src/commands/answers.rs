@@ -64,11 +64,11 @@ impl Commands {
     }
 
     /// The vessel answered: it has the command and does it.
-    fn works(&mut self, now: Now, id: CommandId, text: &str) {
+    fn works(&mut self, now: Now, id: CommandId, text: Said) {
         if let Some(command) = self.all.get_mut(&id) {
             command.answered = true;
         }
-        self.advance(now, id, Stage::Received, "");
+        self.advance(now, id, Stage::Received, Said::default());
         self.advance(now, id, Stage::Executing, text);
     }
 
@@ -82,8 +82,10 @@ impl Commands {
         let info = answer.info.to_str_lossy();
         for id in self.open(vessel, |one| one.request_id == request && wanted(one)) {
             match answer.r#type {
-                PlanControlType::Success | PlanControlType::InProgress => self.works(now, id, &info),
-                PlanControlType::Failure => self.refused(now, id, info.clone().into_owned()),
+                PlanControlType::Success | PlanControlType::InProgress => {
+                    self.works(now, id, Said::as_is(&*info))
+                }
+                PlanControlType::Failure => self.refused(now, id, Said::as_is(info.clone().into_owned())),
                 PlanControlType::Request | PlanControlType::Unlisted(_) => {}
             }
         }
@@ -112,7 +114,7 @@ impl Commands {
             } else {
                 say("no plan is executed")
             };
-            self.works(now, id, "");
+            self.works(now, id, Said::default());
             self.advance(now, id, Stage::EffectSeen, text);
         }
     }
@@ -122,7 +124,7 @@ impl Commands {
         let stop =
             |one: &Command| one.effect == Effect::Aborts && one.sent.is_some() && one.listens(now.mono);
         for id in self.open(vessel, stop) {
-            self.works(now, id, "");
+            self.works(now, id, Said::default());
             self.advance(now, id, Stage::EffectSeen, say("the vessel says that it aborted"));
         }
     }
@@ -175,10 +177,10 @@ impl Commands {
         let info = answer.info.to_str_lossy().into_owned();
         for id in self.open(vessel, wanted) {
             match answer.r#type {
-                PlanDBType::InProgress => self.works(now, id, &info),
-                PlanDBType::Failure => self.refused(now, id, info.clone()),
+                PlanDBType::InProgress => self.works(now, id, Said::as_is(&*info)),
+                PlanDBType::Failure => self.refused(now, id, Said::as_is(info.clone())),
                 PlanDBType::Success => {
-                    self.works(now, id, &info);
+                    self.works(now, id, Said::as_is(&*info));
                     self.done(now, id, answer);
                 }
                 PlanDBType::Request | PlanDBType::Unlisted(_) => {}
@@ -234,8 +236,8 @@ impl Commands {
             }
             let words: Vec<String> =
                 command.refusals.iter().map(|(name, why)| format!("{name}: {why}")).collect();
-            self.works(now, id, "");
-            self.refused(now, id, words.join("; "));
+            self.works(now, id, Said::default());
+            self.refused(now, id, Said::as_is(words.join("; ")));
         }
     }
 
@@ -262,10 +264,10 @@ impl Commands {
             let refused = (!told.is_empty())
                 .then(|| say("not taken: {parameters}").with("parameters", told.join(", ")));
             command.answer = Some(Answer::Parameters(values.clone()));
-            self.works(now, id, "");
+            self.works(now, id, Said::default());
             match refused {
                 Some(why) => self.refused(now, id, why),
-                None => self.advance(now, id, Stage::EffectSeen, ""),
+                None => self.advance(now, id, Stage::EffectSeen, Said::default()),
             }
             self.forget(vessel);
         }

@@ -111,12 +111,12 @@ pub struct Step {
 }
 
 impl Step {
-    /// The same in English, with whether it is late: for logs and scripts.
-    pub fn in_full(&self) -> String {
-        match (self.late, self.text.as_str()) {
-            (false, text) => text.to_owned(),
-            (true, "") => "late".to_owned(),
-            (true, text) => format!("late: {text}"),
+    /// The same, with whether it is late.
+    pub fn in_full(&self) -> Said {
+        match (self.late, self.text.is_empty()) {
+            (false, _) => self.text.clone(),
+            (true, true) => say("late").into(),
+            (true, false) => say("late: {why}").with_said("why", self.text.clone()).into(),
         }
     }
 }
@@ -416,8 +416,8 @@ impl Commands {
                 };
                 self.advance(now, id, Stage::TimedOut, text);
             }
-            Receipt::Received => self.advance(now, id, Stage::Received, ""),
-            Receipt::Refused(why) => self.advance(now, id, Stage::Refused, why),
+            Receipt::Received => self.advance(now, id, Stage::Received, Said::default()),
+            Receipt::Refused(why) => self.advance(now, id, Stage::Refused, Said::as_is(why)),
             Receipt::Expired => {
                 let text = say("the vessel was not reached in time; it will not get it any more");
                 self.advance(now, id, Stage::Expired, text);

@@ -3,6 +3,7 @@
 //! A query commands nothing, so it needs no lease. The same query is sent once in [`AGAIN`], however many people
 //! ask. The memory is bounded by bytes; the vessel that reported last stays.
 
+use api::{Said, say};
 use bytes::Bytes;
 use imc::entities::SAVED_SUFFIX;
 use imc::messages::{
@@ -141,13 +142,15 @@ impl Reports {
     ///
     /// # Errors
     /// Too much was asked within two seconds.
-    pub fn ask(&mut self, now: Now, vessel: Address, questions: &[Question]) -> Result<Vec<Bytes>, String> {
+    pub fn ask(&mut self, now: Now, vessel: Address, questions: &[Question]) -> Result<Vec<Bytes>, Said> {
         let of = self.vessels.entry(vessel).or_default();
         of.asked.retain(|_, asked| now.mono.since(*asked) < AGAIN);
         let open = |question: &&Question| !of.asked.contains_key(*question);
         let new: Vec<Question> = questions.iter().filter(open).cloned().collect();
         if of.asked.len() + new.len() > QUESTIONS {
-            return Err(format!("more than {QUESTIONS} questions at once: ask again in two seconds"));
+            return Err(say("more than {n} questions at once: ask again in two seconds")
+                .with("n", QUESTIONS)
+                .into());
         }
         let mut packets = Vec::with_capacity(new.len());
         for question in new {
@@ -158,8 +161,9 @@ impl Reports {
                 dst: vessel,
                 dst_ent: u8::MAX,
             };
-            let packet =
-                Packet::new(header, message(&question)).encode().map_err(|error| error.to_string())?;
+            let packet = Packet::new(header, message(&question))
+                .encode()
+                .map_err(|error| Said::as_is(error.to_string()))?;
             packets.push(packet.into());
             if let Question::Parameters(entity) = &question
                 && let Some(entity) = of.entities.get_mut(entity)

@@ -29,7 +29,7 @@ impl Bench {
         let id = self.commands.begin(at(seconds), BOAT, &nils(), 7, order).unwrap();
         let out = self.commands.accepted(at(seconds), id, ran.map(str::to_owned)).unwrap();
         assert_eq!(out.tag.epoch, 7);
-        self.commands.sent(at(seconds), id, "link");
+        self.commands.sent(at(seconds), id, say("by {transports}").with("transports", "link"));
         let packet = Packet::decode(&out.packet).unwrap();
         assert_eq!((packet.header.src, packet.header.dst), (SHORE, BOAT));
         (id, packet.message().unwrap().clone())
@@ -62,7 +62,7 @@ impl Bench {
 
     fn last(&self, id: CommandId) -> (Stage, String) {
         let step = self.commands.get(id).unwrap().steps.last().unwrap();
-        (step.stage, step.in_full())
+        (step.stage, step.in_full().to_string())
     }
 }
 

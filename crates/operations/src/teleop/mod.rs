@@ -31,6 +31,7 @@
 #[cfg(test)]
 mod tests;
 
+use api::{Said, say};
 use std::time::Duration;
 use units::{MonoTime, Now};
 
@@ -153,6 +154,17 @@ impl Why {
             Self::Unreached => "what the hands did came to the vessel too late",
             Self::Lease => "control of the vessel was lost",
         }
+    }
+
+    /// The same, in words of any language.
+    pub fn said(self) -> Said {
+        say(self.text()).into()
+    }
+
+    /// The remedy, in words of any language.
+    pub fn remedy_said(self) -> Said {
+        let remedy = self.remedy();
+        if remedy.is_empty() { Said::default() } else { say(remedy).into() }
     }
 
     /// The remedy, beyond passing neutral; empty if passing neutral is enough.

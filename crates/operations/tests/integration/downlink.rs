@@ -88,7 +88,7 @@ impl World {
 
     fn stage(&self, id: CommandId) -> (Stage, String) {
         let command = self.hub.orders().get(id).unwrap();
-        (command.stage(), command.steps.last().unwrap().in_full())
+        (command.stage(), command.steps.last().unwrap().in_full().to_string())
     }
 }
 
@@ -395,7 +395,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);
     // A start that the vessel refuses does not count.
-    world.hub.orders_mut().refused(at(41_000), begin, "no such plan".to_owned());
+    world.hub.orders_mut().refused(at(41_000), begin, api::Said::as_is("no such plan"));
     world.heard(80_000, udp);
     assert_eq!(world.ids(udp), [stop]);
     // By another console as well.
@@ -525,7 +525,7 @@ fn of_the_last_stop_it_stays_known_whether_it_arrived() {
     }
     for number in 0..300 {
         let (question, _) = world.order(21_000 + number, Order::List);
-        world.hub.orders_mut().refused(at(21_000 + number), question, "no".to_owned());
+        world.hub.orders_mut().refused(at(21_000 + number), question, api::Said::as_is("no"));
     }
     world.drain();
     world.heard(30_000, udp);
@@ -589,7 +589,7 @@ fn a_start_that_is_refused_ends_nothing_that_was_started_before_it() {
     world.order(1_000, Order::Stop);
     world.order(2_000, start());
     let (refused, _) = world.order(3_000, start());
-    world.hub.orders_mut().refused(at(3_500), refused, "no such plan".to_owned());
+    world.hub.orders_mut().refused(at(3_500), refused, api::Said::as_is("no such plan"));
     world.drain();
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);

@@ -3,11 +3,11 @@ use crate::fields::KINDS;
 use api::{RegisterAnimal, RegisterTag};
 use proptest::prelude::*;
 
-fn address(text: &str) -> Result<u16, String> {
+fn address(text: &str) -> Result<u16, Said> {
     if text == "otter-1" {
         Ok(0x0814)
     } else {
-        text.parse().map_err(|_| format!("no vessel is called `{text}`"))
+        text.parse().map_err(|_| Said::as_is(format!("no vessel is called `{text}`")))
     }
 }
 
@@ -150,7 +150,7 @@ fn vessels_are_named() {
     let text = "receiver,vessel,from_time\nr,otter-1,2026-05-01\nr,7,2026-05-02\nr,boat,2026-05-03";
     let read = read(RegisterKind::Deployment, text);
     assert_eq!(read.wrong.len(), 1);
-    assert!(read.wrong[0].line == 4 && read.wrong[0].text.contains("boat"), "{:?}", read.wrong);
+    assert!(read.wrong[0].line == 4 && read.wrong[0].text.to_string().contains("boat"), "{:?}", read.wrong);
     let records: Vec<RegisterRecord> = read.rows.into_iter().map(|row| row.record).collect();
     let written = String::from_utf8(write_csv(RegisterKind::Deployment, &records, &NAMES)).unwrap();
     assert!(written.contains("r 2026-05-01T00:00Z,r,otter-1,,2026-05-01T00:00:00Z,,,\n"), "{written}");

@@ -2,7 +2,7 @@
 
 use crate::column::shown;
 use crate::study::Study;
-use api::{DatasetAuthor, DatasetDraft, DatasetVersion};
+use api::{DatasetAuthor, DatasetDraft, DatasetVersion, Wording, say};
 use detections::{Area, TagFilter};
 use units::{Civil, UtcTime};
 
@@ -31,7 +31,7 @@ const NAMES: usize = 200;
 const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
 /// What is wrong with a field, and what to do.
-type Wrong = (&'static str, String);
+type Wrong = (&'static str, Wording);
 
 /// Tidies a draft, and returns what is wrong with its fields; nothing where it can be stored. What it still lacks for
 /// publication is reported by [`lacking`].
@@ -55,10 +55,15 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     ] {
         let letters = text.chars().count();
         if letters > most {
-            wrong.push((field, format!("has {letters} letters, {most} may be: shorten it")));
+            wrong.push((
+                field,
+                say("has {letters} letters, {most} may be: shorten it")
+                    .with("letters", letters)
+                    .with("most", most),
+            ));
         }
         if text.chars().any(|letter| letter.is_control() && letter != '\n' && letter != '\t') {
-            wrong.push((field, "has control characters in it: write it without them".to_owned()));
+            wrong.push((field, say("has control characters in it: write it without them")));
         }
     }
     match doi(&draft.doi) {
@@ -66,7 +71,8 @@ pub fn check_draft(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         Err(text) => wrong.push(("doi", text)),
     }
     if !draft.embargo_until.is_empty() && embargo_us(&draft.embargo_until).is_none() {
-        let text = format!("`{}` is no day; write it like 2027-01-31", shown(&draft.embargo_until));
+        let text =
+            say("`{text}` is no day; write it like 2027-01-31").with("text", shown(&draft.embargo_until));
         wrong.push(("embargo_until", text));
     }
     wrong.extend(wrong_authors(draft, study));
@@ -79,18 +85,31 @@ fn wrong_authors(draft: &mut DatasetDraft, study: &Study) -> Option<Wrong> {
     for name in draft.authors.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
         let Some(person) = study.person_named(name) else {
             let near = suggest::nearest(name, study.people_names());
-            let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-            let text = format!("the register has no person `{}`{near} Add them at /register", shown(name));
+            let text = match near {
+                Some(near) => {
+                    say("the register has no person `{name}`; did you mean `{near}`? Add them at /register")
+                        .with("near", near)
+                }
+                None => say("the register has no person `{name}`. Add them at /register"),
+            };
+            let text = text.with("name", shown(name));
             return Some(("authors", text));
         };
         if names.contains(&person.name) {
-            return Some(("authors", format!("`{}` is named twice; once is enough", shown(name))));
+            return Some((
+                "authors",
+                say("`{name}` is named twice; once is enough").with("name", shown(name)),
+            ));
         }
         names.push(person.name.clone());
     }
     draft.authors = names;
-    (draft.authors.len() > AUTHORS)
-        .then(|| ("authors", format!("there are {}, {AUTHORS} may be", draft.authors.len())))
+    (draft.authors.len() > AUTHORS).then(|| {
+        (
+            "authors",
+            say("there are {count}, {most} may be").with("count", draft.authors.len()).with("most", AUTHORS),
+        )
+    })
 }
 
 fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
@@ -98,11 +117,11 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     let mut wrong: Vec<Wrong> = Vec::new();
     for (field, time) in [("from_us", query.from_us), ("to_us", query.to_us)] {
         if time.is_some_and(|time| !TIMES_US.contains(&time)) {
-            wrong.push((field, "is no time from 1970 to 2255; give µs since 1970 UTC".to_owned()));
+            wrong.push((field, say("is no time from 1970 to 2255; give µs since 1970 UTC")));
         }
     }
     if query.from_us.zip(query.to_us).is_some_and(|(from, to)| to <= from) {
-        wrong.push(("to_us", "the end is not after the beginning".to_owned()));
+        wrong.push(("to_us", say("the end is not after the beginning")));
     }
     query.vessels.sort_unstable();
     query.vessels.dedup();
@@ -112,19 +131,22 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
         [("vessels", query.vessels.len()), ("tags", query.tags.len()), ("projects", query.projects.len())]
     {
         if count > NAMES {
-            wrong.push((field, format!("there are {count}, {NAMES} may be")));
+            wrong.push((
+                field,
+                say("there are {count}, {most} may be").with("count", count).with("most", NAMES),
+            ));
         }
     }
     query.tags = query.tags.iter().map(|tag| tag.trim().to_owned()).filter(|tag| !tag.is_empty()).collect();
     if let Some((tag, error)) = query.tags.iter().find_map(|tag| Some((tag, tag.parse::<TagFilter>().err()?)))
     {
-        wrong.push(("tags", format!("`{}`: {error}", shown(tag))));
+        wrong.push(("tags", say("`{tag}`: {error}").with("tag", shown(tag)).with("error", error)));
     }
     let unknown = query.projects.iter().find(|name| study.project_named(name).is_none());
     if let Some(name) = unknown {
         wrong.push((
             "projects",
-            format!("the register has no project `{}`; add it at /register", shown(name)),
+            say("the register has no project `{name}`; add it at /register").with("name", shown(name)),
         ));
     }
     let area = query.area.trim().to_owned();
@@ -132,7 +154,7 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
     if !query.area.is_empty()
         && let Err(error) = query.area.parse::<Area>()
     {
-        wrong.push(("area", error.to_string()));
+        wrong.push(("area", say("{error}").with("error", error)));
     }
     wrong
 }
@@ -141,12 +163,16 @@ fn wrong_query(draft: &mut DatasetDraft, study: &Study) -> Vec<Wrong> {
 pub fn lacking(draft: &DatasetDraft) -> Vec<Wrong> {
     let mut wrong = Vec::new();
     for (field, is_lacking, text) in [
-        ("title", draft.title.is_empty(), "a dataset needs a title: write one"),
-        ("publisher", draft.publisher.is_empty(), "a citation names who publishes it: write the institution"),
-        ("authors", draft.authors.is_empty(), "a citation names its authors: choose one or more"),
+        ("title", draft.title.is_empty(), say("a dataset needs a title: write one")),
+        (
+            "publisher",
+            draft.publisher.is_empty(),
+            say("a citation names who publishes it: write the institution"),
+        ),
+        ("authors", draft.authors.is_empty(), say("a citation names its authors: choose one or more")),
     ] {
         if is_lacking {
-            wrong.push((field, text.to_owned()));
+            wrong.push((field, text));
         }
     }
     wrong
@@ -156,7 +182,7 @@ pub fn lacking(draft: &DatasetDraft) -> Vec<Wrong> {
 ///
 /// # Errors
 /// The text is not a DOI.
-pub fn doi(text: &str) -> Result<String, String> {
+pub fn doi(text: &str) -> Result<String, Wording> {
     let text = text.trim();
     let start = ["https://doi.org/", "http://doi.org/", "https://dx.doi.org/", "http://dx.doi.org/", "doi:"]
         .into_iter()
@@ -179,7 +205,8 @@ pub fn doi(text: &str) -> Result<String, String> {
     if is_good {
         return Ok(bare.to_owned());
     }
-    Err(format!("`{}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty", shown(text)))
+    Err(say("`{text}` is no DOI; write it like 10.5281/zenodo.1234, or leave it empty")
+        .with("text", shown(text)))
 }
 
 /// When an embargo ends (µs since 1970 UTC): at the beginning of the day; `None` where the text is not a day.

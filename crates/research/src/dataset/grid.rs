@@ -7,6 +7,7 @@
 //! Cells are 0.001, 0.01 or 0.1 degrees of latitude high. In longitude they are as many degrees wide up to 60 degrees of latitude, and
 //! twice, four and eight times as many from 60, 75 and 83 degrees on, where meridians draw together.
 
+use api::{Wording, say};
 use units::LatLon;
 
 /// Sizes that there are: about how long a side is (m).
@@ -27,12 +28,15 @@ impl Grid {
     ///
     /// # Errors
     /// There is no such size; the text says which there are.
-    pub fn new(precision_m: u32) -> Result<Self, String> {
+    pub fn new(precision_m: u32) -> Result<Self, Wording> {
         let step = match precision_m {
             100 => PARTS / 1_000,
             1_000 => PARTS / 100,
             10_000 => PARTS / 10,
-            _ => return Err(format!("{precision_m} m is not a size of cells: choose 100, 1000 or 10000 m")),
+            _ => {
+                return Err(say("{precision_m} m is not a size of cells: choose 100, 1000 or 10000 m")
+                    .with("precision_m", precision_m));
+            }
         };
         Ok(Self { step })
     }
@@ -93,7 +97,7 @@ mod tests {
             let (lat, lon) = middle_of(10_000, lat, lon);
             assert!(lat.abs() < 90.0 && lon.abs() < 180.0);
         }
-        assert!(Grid::new(500).unwrap_err().contains("100, 1000 or 10000 m"));
+        assert!(Grid::new(500).unwrap_err().to_string().contains("100, 1000 or 10000 m"));
     }
 
     proptest! {

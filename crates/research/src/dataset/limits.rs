@@ -2,6 +2,7 @@
 
 use super::grid::Grid;
 use crate::study::Heard;
+use api::{Said, say};
 use detections::{Area, Detection, Effort, Pose, TagFilter};
 use std::borrow::Cow;
 
@@ -44,13 +45,21 @@ impl Limits {
         area: &str,
         precision_m: Option<u32>,
         is_part_of_time: bool,
-    ) -> Result<Self, String> {
-        let tag = |text: &String| text.parse().map_err(|error| format!("tags: `{text}`: {error}"));
+    ) -> Result<Self, Said> {
+        let tag = |text: &String| {
+            text.parse().map_err(|error| {
+                let wrong = say("`{tag}`: {error}").with("tag", text).with("error", error);
+                Said::from(wrong).of_field("tags")
+            })
+        };
         let area = Some(area.trim()).filter(|text| !text.is_empty()).map(str::parse::<Area>).transpose();
         Ok(Self {
             tags: tags.iter().map(tag).collect::<Result<_, _>>()?,
-            area: area.map_err(|error| format!("area: {error}"))?,
-            grid: precision_m.map(Grid::new).transpose().map_err(|text| format!("precision_m: {text}"))?,
+            area: area.map_err(|error| Said::as_is(error.to_string()).of_field("area"))?,
+            grid: precision_m
+                .map(Grid::new)
+                .transpose()
+                .map_err(|text| Said::from(text).of_field("precision_m"))?,
             precision_m,
             is_part_of_time,
         })

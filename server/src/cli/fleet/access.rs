@@ -158,9 +158,9 @@ impl Request for Revoke {
         let known = vessels::List.run(db).await?.into_iter().find(|vessel| vessel.name == name);
         let has_key = files.names().map_err(|error| state::refused(&error))?.contains(&name);
         if known.is_none() && !has_key {
-            return Err(Fault::refused(format!(
-                "There is no vessel {name}; see `lutra-server vessel list`."
-            )));
+            return Err(Fault::refused(
+                api::say("There is no vessel {name}; see `lutra-server vessel list`.").with("name", name),
+            ));
         }
         let tokens = match known {
             Some(vessel) => {

@@ -105,5 +105,5 @@ pub(super) fn new_key() -> anyhow::Result<VpnKey> {
 
 /// A file error within a change of app.db, which rolls the change back.
 pub(super) fn refused(error: &anyhow::Error) -> Fault {
-    Fault::refused(format!("{error:#}"))
+    Fault::refused(api::Said::as_is(format!("{error:#}")))
 }

@@ -219,7 +219,7 @@ mod tests {
         let at = UtcTime::from_micros(0);
         let event = |whose, what: api::Said| Some(TransportEvent { at, whose, what });
         let record = TransportRecord {
-            error: event(Whose::Vessel(imc::Address(0x2810)), "closed by it".into()),
+            error: event(Whose::Vessel(imc::Address(0x2810)), api::Said::as_is("closed by it")),
             refusal: event(
                 Whose::Peer("10.0.0.7".to_owned()),
                 api::say("not in transports.udp.allow").into(),

@@ -5,6 +5,7 @@ use crate::AppState;
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::web::{ApiError, Remote, Who};
+use api::say;
 use askama::Template;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -158,7 +159,7 @@ pub(in crate::pages) async fn token(
     let encrypted = remote.encrypted;
     let known = state.shore.people.vessels();
     let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
-    let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
+    let vessel = vessel.ok_or_else(|| ApiError::not_found(say("There is no such vessel.")))?;
     let (label, now) = (vessel.name.clone(), state.shore.clock.utc());
     let make = tokens::MakeLink { label, vessel: address, days: None, now };
     let secret = match act(&state, (&who, remote), "token.make", &vessel.name, make).await? {

@@ -26,7 +26,7 @@ impl<R: Request> Request for Fails<R> {
 
     async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
         self.0.run(db).await?;
-        Err(Fault::refused("no".to_owned()))
+        Err(Fault::refused(api::Said::as_is("no")))
     }
 }
 

@@ -1,0 +1,61 @@
+// The words of Bokmål for the browser, divided by page: of the catalogue a page gets what its own scripts say, and what became
+// of orders. Why the server refused something, and what parts say that are loaded later, comes when it is first needed
+// (`src/words/nb.ts`).
+
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import { keysOfAlarms, keysOfSaid, keysOfScripts } from "./keys.mjs";
+import { pack } from "../src/words/packed.mjs";
+
+/** Pages with words of their own, as `bundle_of` in `server/src/pages/frame.rs` has them, and those that share theirs. */
+export const OWN = ["fleet", "vessel", "plan", "nogo", "detections", "data", "explore", "register", "logbook", "missions", "mission", "datasets", "dataset"];
+export const SHARED = ["import", "plans", "style"];
+
+/** Where what comes over the live sockets is worded: no request fails there, after which words could be fetched. */
+const OUTCOMES = /^crates\/(operations|hub)\/|^shore\/src\/(commands\/|router\/|error\.rs)|^server\/src\/http\/(live|teleop)/;
+
+/** The sources that are loaded with `sources`, by the metafile of a bundle. */
+export function reached(inputs, sources) {
+  const seen = new Set();
+  const visit = (source) => {
+    if (seen.has(source)) return;
+    seen.add(source);
+    for (const { path, kind } of inputs[source]?.imports ?? []) if (kind !== "dynamic-import") visit(path);
+  };
+  sources.forEach(visit);
+  return seen;
+}
+
+/** The texts of the catalogue by bundle: for each of {@link OWN} pages, those of `others`, and the `rest`. `source` of a page. */
+export async function wordsByBundle(web, inputs, source) {
+  const root = join(web, "..");
+  const nb = JSON.parse(await readFile(join(root, "words/nb.json"), "utf8"));
+  const scripts = keysOfScripts(web).keys;
+  const said = await keysOfSaid(root, { scripts: true });
+  const always = [...(await keysOfAlarms(root)), ...said.filter(([, where]) => OUTCOMES.test(where))];
+  const words = (keys) => Object.fromEntries(keys.filter(([key]) => Object.hasOwn(nb, key)).map(([key]) => [key, nb[key]]));
+  const first = reached(inputs, ["src/main.ts", ...[...OWN, ...SHARED].map(source)]);
+  const ofPages = (pages) => {
+    const sources = reached(inputs, ["src/main.ts", ...pages.map(source)]);
+    return words([...scripts.filter(([, where]) => sources.has(where)), ...always]);
+  };
+  return { ...Object.fromEntries(OWN.map((page) => [page, ofPages([page])])), others: ofPages(SHARED), rest: words([...said, ...scripts.filter(([, where]) => !first.has(where))]) };
+}
+
+/** For esbuild: `lutra:nb/NAME` says the words of that bundle, `lutra:words/NAME` holds them. */
+export function wordsPlugin(web, bundles) {
+  return {
+    name: "words",
+    setup({ onResolve, onLoad }) {
+      onResolve({ filter: /^lutra:(nb|words)\// }, ({ path }) => ({ path, namespace: "lutra" }));
+      onLoad({ filter: /^lutra:nb\//, namespace: "lutra" }, ({ path }) => ({
+        contents: `import { speak } from "./src/words/nb";
+import words from "${path.replace("nb", "words")}";
+speak(words, async () => (await import("lutra:words/rest")).default);`,
+        loader: "ts",
+        resolveDir: web,
+      }));
+      onLoad({ filter: /^lutra:words\//, namespace: "lutra" }, ({ path }) => ({ contents: JSON.stringify(pack(bundles[path.slice("lutra:words/".length)])), loader: "json" }));
+    },
+  };
+}
