@@ -12,12 +12,12 @@ use tempfile::TempDir;
 use testkit::{Need, absent};
 
 /// A data folder and a fleet file beside it.
-struct Ashore {
+pub(crate) struct Ashore {
     folder: TempDir,
 }
 
 impl Ashore {
-    fn new(fleet: &str) -> Self {
+    pub(crate) fn new(fleet: &str) -> Self {
         let ashore = Self { folder: TempDir::new().unwrap() };
         ashore.says(fleet);
         ashore
@@ -28,7 +28,7 @@ impl Ashore {
         Self::new(&fs::read_to_string(testkit::repository().join("deploy/fleet.example.toml")).unwrap())
     }
 
-    fn says(&self, fleet: &str) {
+    pub(crate) fn says(&self, fleet: &str) {
         fs::write(self.file(), fleet).unwrap();
     }
 
@@ -36,8 +36,13 @@ impl Ashore {
         self.folder.path().join("fleet.toml")
     }
 
-    fn data(&self) -> PathBuf {
-        self.folder.path().join("data")
+    pub(crate) fn data(&self) -> PathBuf {
+        self.beside("data")
+    }
+
+    /// A place beside the data folder.
+    pub(crate) fn beside(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
     }
 
     fn try_to(&self, arguments: &[&str]) -> Output {
@@ -52,7 +57,7 @@ impl Ashore {
         said
     }
 
-    fn apply(&self, more: &[&str]) -> String {
+    pub(crate) fn apply(&self, more: &[&str]) -> String {
         let file = self.file();
         self.run(&[&["fleet", "apply", file.to_str().unwrap()], more].concat())
     }
@@ -63,7 +68,7 @@ impl Ashore {
     }
 
     /// The bundle of a vessel and its passphrase.
-    fn bundle(&self, name: &str) -> (PathBuf, String) {
+    pub(crate) fn bundle(&self, name: &str) -> (PathBuf, String) {
         let file = self.folder.path().join(format!("{name}.bundle"));
         let output = self.try_to(&["fleet", "bundle", name, "-o", file.to_str().unwrap()]);
         assert!(output.status.success(), "{}", said(&output));
@@ -71,7 +76,7 @@ impl Ashore {
     }
 }
 
-fn said(output: &Output) -> String {
+pub(crate) fn said(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
@@ -283,7 +288,7 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
 }
 
 /// A root on which the agent's package is installed.
-fn boat() -> TempDir {
+pub(crate) fn boat() -> TempDir {
     let root = TempDir::new().unwrap();
     install(root.path());
     root
@@ -298,7 +303,13 @@ fn install(root: &Path) {
     fs::write(root.join("etc/passwd"), format!("lutra-agent:x:{user}:{group}:::\n")).unwrap();
 }
 
-fn provision(program: &Path, bundle: &Path, passphrase: &str, root: &Path, more: &[&str]) -> Output {
+pub(crate) fn provision(
+    program: &Path,
+    bundle: &Path,
+    passphrase: &str,
+    root: &Path,
+    more: &[&str],
+) -> Output {
     let secret = root.join("passphrase");
     fs::write(&secret, passphrase).unwrap();
     let mut command = Command::new(program);

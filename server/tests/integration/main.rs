@@ -25,6 +25,7 @@ mod proxy;
 mod prune;
 mod recordings;
 mod recovery;
+mod season;
 mod stop;
 mod support;
 mod teleop;
