@@ -92,6 +92,8 @@ where
             let mut request = as_before(request);
             request.extensions_mut().insert(peer);
             let response = answer(router, request.map(Body::new)).await;
+            // Its body is not asked for before the client's window has room.
+            stream.is_waiting(Some(Instant::now()));
             Ok::<_, Infallible>(response.map(|body| Watched { body, stream }))
         }
     });
@@ -284,9 +286,19 @@ mod tests {
     }
 
     async fn client(patience: Patience, stop: &CancellationToken) -> (SendRequest<Empty<Bytes>>, Serving) {
+        client_with(patience, stop, 1 << 20).await
+    }
+
+    /// A client whose window for each answer is so wide.
+    async fn client_with(
+        patience: Patience,
+        stop: &CancellationToken,
+        window_bytes: u32,
+    ) -> (SendRequest<Empty<Bytes>>, Serving) {
         let (stream, serving) = serve(patience, stop);
         let made = hyper::client::conn::http2::Builder::new(TokioExecutor::new())
             .timer(TokioTimer::new())
+            .initial_stream_window_size(window_bytes)
             .handshake(TokioIo::new(stream));
         let (sender, connection) = made.await.unwrap();
         tokio::spawn(connection);
@@ -340,10 +352,13 @@ mod tests {
 
     #[tokio::test]
     async fn an_answer_that_is_not_taken_ends_its_connection_and_is_not_complete() {
-        let (mut client, serving) = client(SHORT, &CancellationToken::new()).await;
-        let stalled = client.send_request(ask("/large")).await.unwrap();
-        serving.await.unwrap().ok();
-        assert!(stalled.into_body().collect().await.is_err());
+        // A client that takes some of it, and one whose window is closed from the beginning.
+        for window_bytes in [1 << 20, 0] {
+            let (mut client, serving) = client_with(SHORT, &CancellationToken::new(), window_bytes).await;
+            let stalled = client.send_request(ask("/large")).await.unwrap();
+            serving.await.unwrap().ok();
+            assert!(stalled.into_body().collect().await.is_err(), "{window_bytes}");
+        }
     }
 
     #[tokio::test]

@@ -1,7 +1,9 @@
 //! Certificates that are renewed and replaced under a running server, with a real vessel that trusts one authority.
 
 use crate::support::ashore::archived_bytes;
-use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_program, link_token, run, until};
+use crate::support::program::{
+    Agent, Line, Process, SERVER, Server, add_admin, agent_program, link_token, run, until,
+};
 use crate::support::trusting::{Trusting, ask_on};
 use std::fs;
 use std::path::Path;
@@ -133,6 +135,26 @@ fn an_encrypted_server_speaks_http2_to_who_offers_it_and_sockets_stay_with_http1
         assert_eq!(curl(&told), "2 200");
         assert_eq!(curl(&[&told[..], &["--http1.1"]].concat()), "1.1 200");
     }
+    server.process.terminate();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pages_come_by_http2_in_a_browser_and_the_vessel_is_live() {
+    let Some(program) = agent_program() else { return };
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, aboard) = (at("data"), at("aboard"));
+    fs::create_dir(&aboard).unwrap();
+    let token = link_token(&data, "otter-1", "0x2810");
+    add_admin(&data, "nils", "seven small boats");
+    let mut server = serve(&data);
+    let authority = data.join("tls/ca.pem");
+    let _agent = Agent::start_encrypted(&program, &aboard, server.web, &token, &authority);
+    let url = format!("https://127.0.0.1:{}", server.web.port());
+    testkit::browser::run("encrypted.mjs", &[&url, "nils", "seven small boats"], |_| {});
     server.process.terminate();
 }
 
