@@ -51,16 +51,16 @@ impl Boat {
     }
 
     fn kill(&mut self) {
-        self.agent.take().expect("it runs").process.kill();
+        self.agent.take().unwrap().process.kill();
         self.kills += 1;
     }
 
     fn end(&mut self) {
-        self.agent.take().expect("it runs").process.terminate();
+        self.agent.take().unwrap().process.terminate();
     }
 
     fn errors(&self) -> String {
-        self.agent.as_ref().expect("it runs").errors()
+        self.agent.as_ref().unwrap().errors()
     }
 
     /// Waits until more of it is in the archive.
