@@ -16,6 +16,7 @@ use imc::messages::{
 };
 use imc::{Address, PacketView};
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -92,13 +93,15 @@ fn fleet_file(lines: &[Vec<Line>]) -> String {
                     server_address = \"10.77.0.1\"\n[common]\nprofile = \"Simulation\"\n"
         .to_owned();
     for (place, ((name, address, ways), lines)) in FLEET.iter().zip(lines).enumerate() {
-        text.push_str(&format!(
+        write!(
+            text,
             "[[vessel]]\nname = \"{name}\"\nimc_address = {address}\nvpn_address = \"10.77.0.{}\"\n",
             place + 11
-        ));
+        )
+        .unwrap();
         for (way, line) in ways.iter().zip(lines) {
             let url = format!("ws://{}/link", line.address);
-            text.push_str(&format!("[[vessel.ways]]\nname = \"{way}\"\nurl = \"{url}\"\n"));
+            write!(text, "[[vessel.ways]]\nname = \"{way}\"\nurl = \"{url}\"\n").unwrap();
         }
     }
     text
@@ -225,6 +228,7 @@ fn count(data: &Path, boat: &Boat, ended_s: f64) -> Count {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "takes minutes: scripts/season runs it"]
+#[allow(clippy::too_many_lines, reason = "a season, step after step")]
 async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
     let Some(program) = agent_program() else { return };
     let (began, disk) = (Instant::now(), Disk::mount());

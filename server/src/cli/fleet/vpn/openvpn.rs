@@ -14,6 +14,7 @@ use anyhow::Context as _;
 use provision::openvpn::{self, Aboard, Shore};
 use provision::{Fleet, INTERFACE, Part, Vessel, authority_validity};
 use shore::clock;
+use std::fmt::Write as _;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use units::UtcTime;
@@ -101,7 +102,10 @@ impl OpenVpn<'_> {
 
     /// Writes the list, signed.
     fn keep_revoked(&self, shore: &Shore, revoked: &[Revoked], now: UtcTime) -> anyhow::Result<()> {
-        let mut text: String = revoked.iter().map(|one| format!("# {one}\n")).collect();
+        let mut text = String::new();
+        for one in revoked {
+            writeln!(text, "# {one}").ok();
+        }
         text.push_str(&certificates::list(&shore.authority, revoked, now)?);
         files::write(&self.revoked_path(), text.as_bytes())
     }
