@@ -112,7 +112,7 @@ pub fn static_key(random: &[u8; 256]) -> String {
         text.push_str(&hex::encode(line));
         text.push('\n');
     }
-    write!(text, "-----END {STATIC_KEY}-----\n").ok();
+    writeln!(text, "-----END {STATIC_KEY}-----").ok();
     text
 }
 
