@@ -73,6 +73,9 @@ pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
         [folder, name] if HISTORIES.contains(folder) => {
             !is_folder && (name.contains(".sqlite") || *name == "refused")
         }
+        ["vpn", "openvpn"] => is_folder,
+        ["vpn", "openvpn", name] => is_folder == (*name == "lutra.ccd"),
+        ["vpn", "openvpn", "lutra.ccd", _] => !is_folder,
         [folder, _] => !is_folder && FOLDERS.contains(folder),
         _ => false,
     }
@@ -167,5 +170,14 @@ mod tests {
             check(folder.path()).unwrap_err();
         }
         check(&at("letter.txt")).unwrap_err();
+    }
+
+    #[test]
+    fn files_of_openvpn_are_ours_and_what_lies_among_them_is_not() {
+        assert!(is_ours(&["vpn", "openvpn"], true) && is_ours(&["vpn", "openvpn", "lutra.ccd"], true));
+        assert!(is_ours(&["vpn", "openvpn", "lutra.crl"], false));
+        assert!(is_ours(&["vpn", "openvpn", "lutra.ccd", "otter-01"], false));
+        assert!(!is_ours(&["vpn", "openvpn", "letters"], true) && !is_ours(&["vpn", "letters"], true));
+        assert!(!is_ours(&["vpn", "openvpn", "lutra.ccd", "letters"], true));
     }
 }

@@ -5,7 +5,8 @@
 //! none of the agent's parameters but the few that [`overlay`] writes.
 //!
 //! [`Fleet`] is the contents of a fleet file, read strictly, with every [`Problem`] at once. [`overlay`] makes a vessel's
-//! agent settings from it. [`VpnKey`], [`wireguard`] and [`nftables`] are the VPN. [`Bundle`] holds the files for a
+//! agent settings from it. [`VpnKey`] and [`wireguard`], or [`openvpn`], with [`nftables`] are
+//! the VPN. [`Bundle`] holds the files for a
 //! vessel; [`Bundle::seal`] and [`Bundle::open`] encrypt and decrypt it. [`authority_validity`] says how long a
 //! certificate lasts.
 //!
@@ -25,7 +26,7 @@ pub use bundle::{
 pub use certificate::{Validity, authority_validity};
 pub use fleet::{
     Device, Door, Doors, Fleet, Limits, MAX_FILE_BYTES, MAX_VESSELS, Network, Problem, Profile, Protocol,
-    Server, Setting, Vessel, Vpn, Way,
+    Server, Setting, Vessel, Vpn, VpnKind, Way,
 };
 pub use overlay::{BASE_FILE, overlay};
-pub use vpn::{INTERFACE, Peer, VpnKey, nftables, wireguard};
+pub use vpn::{INTERFACE, Peer, VpnKey, nftables, openvpn, wireguard};

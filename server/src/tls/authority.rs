@@ -5,7 +5,7 @@
 //! finds and the next command moves into place. Vessels and browsers trust `ca.pem`, which stays.
 
 use super::x509::{Facts, first_in};
-use super::{DAY_US, days_left, pair};
+use super::{DAY_US, day, days_left, pair};
 use crate::config::Tls;
 use anyhow::{Context as _, bail, ensure};
 use rcgen::{
@@ -281,13 +281,9 @@ fn authority_parameters(now: UtcTime) -> anyhow::Result<CertificateParams> {
 }
 
 /// From yesterday, as clocks differ, until the day of `until`.
-fn lasts(parameters: &mut CertificateParams, now: UtcTime, until: UtcTime) {
-    let day = |time: UtcTime| {
-        let civil = time.civil();
-        rcgen::date_time_ymd(civil.year as i32, civil.month, civil.day)
-    };
-    parameters.not_before = day(UtcTime::from_micros(now.micros() - DAY_US));
-    parameters.not_after = day(until);
+pub(crate) fn lasts(parameters: &mut CertificateParams, now: UtcTime, until: UtcTime) {
+    parameters.not_before = day(UtcTime::from_micros(now.micros() - DAY_US), rcgen::date_time_ymd);
+    parameters.not_after = day(until, rcgen::date_time_ymd);
 }
 
 /// Writes a file whole or not at all.

@@ -6,6 +6,7 @@
 
 use super::pair::Pair;
 use crate::config::Tls;
+use crate::web::http2;
 use anyhow::bail;
 use operations::alarms::CertificateState;
 use rustls::ServerConfig;
@@ -71,7 +72,7 @@ impl Keeper {
             .with_safe_default_protocol_versions()?
             .with_no_client_auth()
             .with_cert_resolver(self.clone());
-        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        config.alpn_protocols = vec![http2::ALPN.to_vec(), b"http/1.1".to_vec()];
         Ok(TlsAcceptor::from(Arc::new(config)))
     }
 

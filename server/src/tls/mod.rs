@@ -19,6 +19,12 @@ use units::UtcTime;
 pub(crate) const TOLD_DAYS: i64 = 30;
 pub(crate) const DAY_US: i64 = 86_400_000_000;
 
+/// The day of a time (UTC), as rcgen takes it by `rcgen::date_time_ymd`.
+pub(crate) fn day<T>(time: UtcTime, make: impl FnOnce(i32, u8, u8) -> T) -> T {
+    let civil = time.civil();
+    make(civil.year as i32, civil.month, civil.day)
+}
+
 /// Whole days until then; negative once it is over.
 pub(crate) fn days_left(until: UtcTime, now: UtcTime) -> i64 {
     until.micros().saturating_sub(now.micros()).div_euclid(DAY_US)

@@ -1,9 +1,11 @@
-//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until stopped.
+//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until stopped; HTTP/2 where the TLS handshake agreed on
+//! it ([`super::http2`]).
 //!
 //! The number of open connections is limited ([`super::connections`]); further ones wait in the kernel's queue. A peer that
 //! does not complete its TLS handshake or its request's head in ten seconds is dropped.
 
 use super::connections::{Placed, Places};
+use super::http2;
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
@@ -24,7 +26,7 @@ const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long requests that are being answered may take to end once the server stops.
 const DRAIN: Duration = Duration::from_secs(8);
 /// Most bytes of a request's head.
-const HEAD_BYTES: usize = 32 * 1024;
+pub(super) const HEAD_BYTES: usize = 32 * 1024;
 
 /// The other end of a connection.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +104,14 @@ async fn shake_hands(
     stop: CancellationToken,
 ) {
     match tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await {
-        Ok(Ok(stream)) => converse(stream, Peer { address, encrypted: true }, router, stop).await,
+        Ok(Ok(stream)) => {
+            let peer = Peer { address, encrypted: true };
+            if stream.get_ref().1.alpn_protocol() == Some(http2::ALPN) {
+                tell_end(peer, http2::converse(stream, peer, router, stop).await);
+            } else {
+                converse(stream, peer, router, stop).await;
+            }
+        }
         Ok(Err(error)) => tracing::debug!(%address, %error, "no TLS handshake"),
         Err(_) => tracing::debug!(%address, "TLS handshake took too long"),
     }
@@ -131,12 +140,16 @@ where
             connection.await
         }
     };
+    tell_end(peer, outcome);
+}
+
+fn tell_end(peer: Peer, outcome: hyper::Result<()>) {
     if let Err(error) = outcome {
         tracing::debug!(address = %peer.address, %error, "connection ended");
     }
 }
 
-async fn answer(router: Router, request: Request<Body>) -> axum::response::Response {
+pub(super) async fn answer(router: Router, request: Request<Body>) -> axum::response::Response {
     match router.oneshot(request).await {
         Ok(response) => response,
         Err(never) => match never {},

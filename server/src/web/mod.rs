@@ -11,6 +11,7 @@ pub(crate) mod error;
 pub(crate) mod extract;
 pub(crate) mod guard;
 pub(crate) mod headers;
+pub(crate) mod http2;
 pub(crate) mod language;
 pub(crate) mod listen;
 pub(crate) mod measure;

@@ -5,6 +5,7 @@ use crate::support::program::{Agent, Server, agent_program, link_token, until};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 /// Metrics that appear only after a fault or with a certain configuration: checked only against the source.
 const RARE: [&str; 11] = [
@@ -83,9 +84,14 @@ async fn the_dashboard_asks_for_figures_that_the_server_tells() {
     }
     let asked = asked();
     assert!(asked.len() > 20, "{asked:?}");
-    for (name, labels) in &asked {
-        let has = source.get(name).unwrap_or_else(|| panic!("nobody tells {name}"));
+    let known = |name: &str, has: &BTreeSet<String>, labels: &BTreeSet<String>| {
         assert!(labels.is_subset(has), "{name} has the labels {has:?}, the dashboard wants {labels:?}");
+    };
+    for (name, labels) in &asked {
+        match source.get(name) {
+            Some(has) => known(name, has, labels),
+            None => assert!(name.starts_with("lutra_way_"), "nobody tells {name}"),
+        }
     }
     let Some(program) = agent_program() else { return };
     let scratch = tempfile::tempdir().unwrap();
@@ -93,7 +99,14 @@ async fn the_dashboard_asks_for_figures_that_the_server_tells() {
     fs::create_dir(&aboard).unwrap();
     let token = link_token(&data, "otter-1", "0x2810");
     let mut server = Server::start(&data);
-    let _agent = Agent::start(&program, &aboard, server.web, &token);
+    // A vessel with several ways: each has its figures, whose labels are looked for in what the server tells.
+    let way = |name: &str| {
+        let section = format!("\n[Transports.LutraWay/{name}]\nEnabled = Always\nEntity Label = {name}\n");
+        format!("{section}URL = ws://{}/link\n", server.web)
+    };
+    let ways = way("radio") + &way("4G");
+    let command = Command::new(&program);
+    let _agent = Agent::start_with(command, &aboard, server.web, &token, &ways);
     let usual =
         asked.keys().filter(|name| !RARE.contains(&name.as_str()) && !CONFIGURED.contains(&name.as_str()));
     let usual: BTreeSet<String> = usual.cloned().collect();
@@ -116,6 +129,18 @@ async fn the_dashboard_asks_for_figures_that_the_server_tells() {
     let (_, figures) = ask(server.web, "/metrics");
     for quantile in ["lutra_http_request_seconds{route=", "lutra_commit_packets{quantile=\"0.99\"}"] {
         assert!(figures.contains(quantile), "{quantile} is not in\n{figures}");
+    }
+    for (name, labels) in asked.iter().filter(|(name, _)| name.starts_with("lutra_way_")) {
+        for way in ["radio", "4G"] {
+            let ours = |line: &&str| {
+                line.starts_with(&format!("{name}{{")) && line.contains(&format!("way=\"{way}\""))
+            };
+            let line = figures.lines().find(ours).unwrap_or_else(|| panic!("no {name} of {way}"));
+            let (_, rest) = line.split_once('{').unwrap();
+            let (told, _) = rest.split_once('}').unwrap();
+            let has = told.split(',').map(|label| label.split('=').next().unwrap().to_owned()).collect();
+            known(name, &has, labels);
+        }
     }
     server.process.terminate();
 }

@@ -12,12 +12,12 @@ use tempfile::TempDir;
 use testkit::{Need, absent};
 
 /// A data folder and a fleet file beside it.
-struct Ashore {
+pub(crate) struct Ashore {
     folder: TempDir,
 }
 
 impl Ashore {
-    fn new(fleet: &str) -> Self {
+    pub(crate) fn new(fleet: &str) -> Self {
         let ashore = Self { folder: TempDir::new().unwrap() };
         ashore.says(fleet);
         ashore
@@ -28,7 +28,7 @@ impl Ashore {
         Self::new(&fs::read_to_string(testkit::repository().join("deploy/fleet.example.toml")).unwrap())
     }
 
-    fn says(&self, fleet: &str) {
+    pub(crate) fn says(&self, fleet: &str) {
         fs::write(self.file(), fleet).unwrap();
     }
 
@@ -36,8 +36,13 @@ impl Ashore {
         self.folder.path().join("fleet.toml")
     }
 
-    fn data(&self) -> PathBuf {
-        self.folder.path().join("data")
+    pub(crate) fn data(&self) -> PathBuf {
+        self.beside("data")
+    }
+
+    /// A place beside the data folder.
+    pub(crate) fn beside(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
     }
 
     fn try_to(&self, arguments: &[&str]) -> Output {
@@ -52,7 +57,7 @@ impl Ashore {
         said
     }
 
-    fn apply(&self, more: &[&str]) -> String {
+    pub(crate) fn apply(&self, more: &[&str]) -> String {
         let file = self.file();
         self.run(&[&["fleet", "apply", file.to_str().unwrap()], more].concat())
     }
@@ -63,7 +68,7 @@ impl Ashore {
     }
 
     /// The bundle of a vessel and its passphrase.
-    fn bundle(&self, name: &str) -> (PathBuf, String) {
+    pub(crate) fn bundle(&self, name: &str) -> (PathBuf, String) {
         let file = self.folder.path().join(format!("{name}.bundle"));
         let output = self.try_to(&["fleet", "bundle", name, "-o", file.to_str().unwrap()]);
         assert!(output.status.success(), "{}", said(&output));
@@ -71,7 +76,7 @@ impl Ashore {
     }
 }
 
-fn said(output: &Output) -> String {
+pub(crate) fn said(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
@@ -283,7 +288,7 @@ fn secrets_are_rotated_with_a_grace_and_revoked_at_once() {
 }
 
 /// A root on which the agent's package is installed.
-fn boat() -> TempDir {
+pub(crate) fn boat() -> TempDir {
     let root = TempDir::new().unwrap();
     install(root.path());
     root
@@ -298,7 +303,13 @@ fn install(root: &Path) {
     fs::write(root.join("etc/passwd"), format!("lutra-agent:x:{user}:{group}:::\n")).unwrap();
 }
 
-fn provision(program: &Path, bundle: &Path, passphrase: &str, root: &Path, more: &[&str]) -> Output {
+pub(crate) fn provision(
+    program: &Path,
+    bundle: &Path,
+    passphrase: &str,
+    root: &Path,
+    more: &[&str],
+) -> Output {
     let secret = root.join("passphrase");
     fs::write(&secret, passphrase).unwrap();
     let mut command = Command::new(program);
@@ -477,17 +488,99 @@ async fn a_provisioned_agent_comes_in_through_the_tunnel_of_the_fleet_and_reache
         absent(Need::Nftables, "apt-get install nftables");
     }
 
-    let beyond = ["--set", "http.plain_beyond_loopback=true"];
-    let mut server =
-        Server::start_by(Cable::inside(&cable.shore(), SERVER), &ashore.data(), "10.77.0.1:8080", &beyond);
-    let mut agent = Cable::inside(&cable.vessel(), program.to_str().unwrap());
-    let config = root.path().join("etc/lutra/vessel.ini");
-    agent.arg("run").arg(&config).args(["--quiet", "--data"]).arg(root.path().join("sailing"));
-    let _agent = Process(agent.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
-    until("the link stands", || server.log().contains("the link stands").then_some(())).await;
+    let (mut server, _agent) = link(&cable, &ashore, &program, root.path()).await;
     if firewall {
         assert!(is_let_through(&cable, 8080), "the link's door is open");
         assert!(!is_let_through(&cable, 8081), "no other is");
     }
     server.process.terminate();
+}
+
+/// Starts the server in the shore's namespace and the provisioned agent in the vessel's; the link stands.
+async fn link(cable: &Cable, ashore: &Ashore, program: &Path, root: &Path) -> (Server, Process) {
+    let beyond = ["--set", "http.plain_beyond_loopback=true"];
+    let server =
+        Server::start_by(Cable::inside(&cable.shore(), SERVER), &ashore.data(), "10.77.0.1:8080", &beyond);
+    let mut agent = Cable::inside(&cable.vessel(), program.to_str().unwrap());
+    agent.arg("run").arg(root.join("etc/lutra/vessel.ini"));
+    agent.args(["--quiet", "--data"]).arg(root.join("sailing"));
+    let agent = Process(agent.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    until("the link stands", || server.log().contains("the link stands").then_some(())).await;
+    (server, agent)
+}
+
+/// The folder of OpenVPN's files as root copies it, with the name of the tunnel's interface that is unique on this computer.
+fn put_openvpn(cable: &Cable, side: char, from: &Path, to: &Path) {
+    for (path, bytes) in files(from) {
+        let to = to.join(path.strip_prefix(from).unwrap());
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let tunnel = cable.tunnel(side);
+        let text = text.replace("\ndev lutra\n", &format!("\ndev {tunnel}\n"));
+        fs::write(to, text.replace("\"lutra\"", &format!("\"{tunnel}\""))).unwrap();
+    }
+}
+
+/// Starts OpenVPN by the configuration `lutra.conf` in this folder; its log is beside it.
+fn openvpn(namespace: &str, folder: &Path) -> Process {
+    let arguments = ["--cd", folder.to_str().unwrap(), "--config", "lutra.conf"];
+    daemon(namespace, "openvpn", &arguments, &folder.join("log"))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn by_openvpn_a_provisioned_agent_comes_in_and_a_replaced_certificate_does_not() {
+    let Some(program) = agent_program() else { return };
+    if !is_there("openvpn") || !is_there("nft") {
+        absent(Need::Openvpn, "apt-get install openvpn nftables");
+        return;
+    }
+    let Some(cable) = Cable::lay("provisioned") else { return };
+    let (ashore, root) = (Ashore::new(&TWO.replace("[vpn]", "[vpn]\nkind = \"openvpn\"")), boat());
+    let told = ashore.apply(&[]);
+    assert!(told.contains("openvpn-server@lutra") && !told.contains("wg-quick"), "{told}");
+    assert!(ashore.apply(&[]).contains("nothing to do"));
+    let bring = || {
+        let (bundle, passphrase) = ashore.bundle("otter-1");
+        let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    bring();
+    let (shore, boat) = (ashore.folder.path().join("shore"), ashore.folder.path().join("boat"));
+    let (from, aboard) = (ashore.data().join("vpn/openvpn"), root.path().join("etc/openvpn/client"));
+    let log = |folder: &Path| fs::read_to_string(folder.join("log")).unwrap();
+    put_openvpn(&cable, 's', &from, &shore);
+    put_openvpn(&cable, 'v', &aboard, &boat);
+    let _shore = openvpn(&cable.shore(), &shore);
+    let up = |folder: &Path| log(folder).contains("Initialization Sequence Completed").then_some(());
+    until("OpenVPN up ashore", || up(&shore)).await;
+    let vessel = openvpn(&cable.vessel(), &boat);
+    until("OpenVPN up aboard", || up(&boat)).await;
+    let own = ip(&format!("-n {} -o addr show dev {}", cable.vessel(), cable.tunnel('v'))).unwrap();
+    assert!(own.contains("10.77.0.11/24"), "{own}");
+
+    let (mut server, agent) = link(&cable, &ashore, &program, root.path()).await;
+    assert!(is_let_through(&cable, 8080), "the link's door is open");
+    assert!(!is_let_through(&cable, 8081), "no other is");
+    drop(agent);
+    server.process.terminate();
+
+    // The vessel gets a new certificate. OpenVPN takes the new list as it is, and refuses the old one by it.
+    drop(vessel);
+    ashore.run(&["fleet", "rotate", "otter-1", "--vpn"]);
+    put_openvpn(&cable, 's', &from, &shore);
+    let vessel = openvpn(&cable.vessel(), &boat);
+    until("refused", || log(&shore).contains("certificate revoked").then_some(())).await;
+    drop(vessel);
+    bring();
+    put_openvpn(&cable, 'v', &aboard, &boat);
+    let _vessel = openvpn(&cable.vessel(), &boat);
+    until("up with the new certificate", || up(&boat)).await;
+
+    // A vessel whose access is taken has no place any more.
+    ashore.run(&["fleet", "revoke", "otter-1"]);
+    let places = files(&from.join("lutra.ccd"));
+    assert_eq!(places.len(), 1);
+    assert!(places[0].0.ends_with("otter-2") && places[0].1 == b"ifconfig-push 10.77.0.12 255.255.255.0\n");
+    let list = fs::read_to_string(from.join("lutra.crl")).unwrap();
+    assert_eq!(list.matches(" otter-1\n").count(), 2, "both of its certificates are revoked: {list}");
 }

@@ -26,6 +26,7 @@ mod proxy;
 mod prune;
 mod recordings;
 mod recovery;
+mod season;
 mod stop;
 mod support;
 mod teleop;

@@ -1,7 +1,9 @@
 //! Certificates that are renewed and replaced under a running server, with a real vessel that trusts one authority.
 
 use crate::support::ashore::archived_bytes;
-use crate::support::program::{Agent, Line, Process, SERVER, Server, agent_program, link_token, run, until};
+use crate::support::program::{
+    Agent, Line, Process, SERVER, Server, add_admin, agent_program, link_token, run, until,
+};
 use crate::support::trusting::{Trusting, ask_on};
 use std::fs;
 use std::path::Path;
@@ -98,6 +100,61 @@ async fn a_vessel_takes_a_renewed_certificate_as_it_is_and_refuses_a_foreign_one
     hang_up(&server.process);
     until("served with the own one", || served(&ours)).await;
     until("ashore again", || (archived_bytes(&data) > refused_at).then_some(())).await;
+    server.process.terminate();
+}
+
+/// As browsers do: requests by HTTP/2, the live socket on a connection by HTTP/1.1 alone. Clients that offer neither, such as
+/// vessels, get HTTP/1.1.
+#[test]
+fn an_encrypted_server_speaks_http2_to_who_offers_it_and_sockets_stay_with_http1() {
+    let scratch = tempfile::tempdir().unwrap();
+    let data = scratch.path().join("data");
+    let mut server = serve(&data);
+    let authority = data.join("tls/ca.pem");
+    let ours = Trusting::new(&authority);
+    let chosen = |offered: &[&str]| ours.protocol(server.web, "localhost", offered);
+    assert_eq!(chosen(&["h2", "http/1.1"]).as_deref(), Some("h2"));
+    assert_eq!(chosen(&["http/1.1"]).as_deref(), Some("http/1.1"));
+    assert_eq!(chosen(&[]), None);
+    let mut kept = ours.connect(server.web, "localhost").unwrap();
+    assert_eq!(ask_on(&mut kept, "/readyz"), "200");
+    let upgrade = "GET /api/live HTTP/1.1\r\nupgrade: websocket\r\nconnection: upgrade\r\nsec-websocket-version: 13\r\n\
+                   sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    let (head, _) = ours.ask(server.web, "localhost", upgrade, b"").unwrap();
+    assert!(head.contains("401"), "it is asked who it is, as before: {head}");
+    // With a real client, where there is one that knows HTTP/2.
+    let curl = |arguments: &[&str]| {
+        let mut command = Command::new("curl");
+        command.args(["--silent", "--cacert"]).arg(&authority).args(arguments);
+        command.arg(format!("https://localhost:{}/readyz", server.web.port()));
+        String::from_utf8(command.output().unwrap().stdout).unwrap()
+    };
+    let knows = Command::new("curl").arg("--version").output();
+    if knows.is_ok_and(|about| String::from_utf8_lossy(&about.stdout).contains("HTTP2")) {
+        let told = ["--output", "/dev/null", "--write-out", "%{http_version} %{http_code}"];
+        assert_eq!(curl(&told), "2 200");
+        assert_eq!(curl(&[&told[..], &["--http1.1"]].concat()), "1.1 200");
+    }
+    server.process.terminate();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pages_come_by_http2_in_a_browser_and_the_vessel_is_live() {
+    let Some(program) = agent_program() else { return };
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, aboard) = (at("data"), at("aboard"));
+    fs::create_dir(&aboard).unwrap();
+    let token = link_token(&data, "otter-1", "0x2810");
+    add_admin(&data, "nils", "seven small boats");
+    let mut server = serve(&data);
+    let authority = data.join("tls/ca.pem");
+    let _agent = Agent::start_encrypted(&program, &aboard, server.web, &token, &authority);
+    let url = format!("https://127.0.0.1:{}", server.web.port());
+    testkit::browser::run("encrypted.mjs", &[&url, "nils", "seven small boats"], |_| {});
     server.process.terminate();
 }
 

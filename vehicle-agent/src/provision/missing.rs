@@ -14,22 +14,23 @@ const CLOCK_KEEPERS: [&str; 4] = [
 ];
 
 pub(super) fn look(bundle: &Bundle, root: &Path) -> Vec<Finding> {
-    let mut findings = vec![vpn(root), clock(root), chart(bundle, root)];
+    let mut findings = vec![vpn(bundle, root), clock(root), chart(bundle, root)];
     if bundle.manifest.profile == "Hardware" {
         findings.extend(bundle.manifest.devices.iter().map(|port| device(port, root)));
     }
     findings
 }
 
-fn vpn(root: &Path) -> Finding {
-    if root.join("usr/bin/wg-quick").exists() {
-        return Finding::ok("VPN", "WireGuard is installed");
+/// Checks that the program of the bundle's VPN is installed.
+fn vpn(bundle: &Bundle, root: &Path) -> Finding {
+    let (name, program, remedy) = match bundle.file(Part::OpenVpn) {
+        Some(_) => ("OpenVPN", "usr/sbin/openvpn", "sudo apt install openvpn"),
+        None => ("WireGuard", "usr/bin/wg-quick", "sudo apt install wireguard-tools"),
+    };
+    if root.join(program).exists() {
+        return Finding::ok("VPN", format!("{name} is installed"));
     }
-    Finding::warn(
-        "VPN",
-        "WireGuard is not installed, so the shore is not reached",
-        "sudo apt install wireguard-tools",
-    )
+    Finding::warn("VPN", format!("{name} is not installed, so the shore is not reached"), remedy)
 }
 
 fn clock(root: &Path) -> Finding {

@@ -18,7 +18,7 @@ use crate::say::{complain, say};
 use anyhow::{Context as _, bail, ensure};
 use clap::Args;
 use place::Destination;
-use provision::{Bundle, BundleError, passphrase_in, sealed_bytes};
+use provision::{Bundle, BundleError, Part, passphrase_in, sealed_bytes};
 use std::fs::{self, File};
 use std::io::{self, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
@@ -71,16 +71,22 @@ pub(crate) fn provision(arguments: &ProvisionArguments) -> anyhow::Result<()> {
     }
     print(&missing::look(&bundle, root), false);
     if !check && !due.is_empty() {
-        tell_next();
+        tell_next(&bundle, root);
     }
     Ok(())
 }
 
-fn tell_next() {
+fn tell_next(bundle: &Bundle, root: &Path) {
+    let (wireguard, openvpn) = ("wg-quick@lutra", "openvpn-client@lutra");
+    let (unit, other, others_file) = match bundle.file(Part::OpenVpn) {
+        Some(_) => (openvpn, wireguard, "etc/wireguard/lutra.conf"),
+        None => (wireguard, openvpn, "etc/openvpn/client/lutra.conf"),
+    };
     say!("next, aboard:");
-    say!(
-        "  sudo systemctl daemon-reload && sudo systemctl enable wg-quick@lutra && sudo systemctl restart wg-quick@lutra"
-    );
+    if root.join(others_file).exists() {
+        say!("  sudo systemctl disable --now {other} && sudo rm /{others_file}    # the VPN before this one");
+    }
+    say!("  sudo systemctl daemon-reload && sudo systemctl enable {unit} && sudo systemctl restart {unit}");
     say!("  sudo -u lutra-agent lutra-agent doctor /etc/lutra/vessel.ini --data /var/lib/lutra-agent");
     say!(
         "  sudo systemctl enable lutra-agent && sudo systemctl restart lutra-agent    # the motors may turn"

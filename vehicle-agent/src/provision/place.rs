@@ -52,6 +52,7 @@ pub(super) fn destinations(bundle: &Bundle, root: &Path) -> anyhow::Result<Vec<D
             Part::Token => (format!("etc/lutra/{}", part.name()), 0o640, owners.shared, 0o755),
             Part::Authority => (format!("etc/lutra/{}", part.name()), 0o644, owners.root, 0o755),
             Part::Vpn => (format!("etc/wireguard/{INTERFACE}.conf"), 0o600, owners.root, 0o700),
+            Part::OpenVpn => (format!("etc/openvpn/client/{INTERFACE}.conf"), 0o600, owners.root, 0o755),
             Part::Chart => {
                 // The shore may have sent a newer one.
                 if root.join(CHART).exists() {

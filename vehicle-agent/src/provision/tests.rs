@@ -172,3 +172,27 @@ fn what_the_boat_lacks_is_told() {
     assert!(bad.iter().any(|text| text.contains("hydrophone at /dev/lutra/hydrophone is not there")));
     assert!(!bad.iter().any(|text| text.contains("compass")), "{bad:?}");
 }
+
+#[test]
+fn a_bundle_for_openvpn_goes_where_its_unit_looks_and_lacks_openvpn() {
+    let root = installed();
+    let wireguard_bundle = bundle_of("ntnu-otter-01", MADE, Vec::new());
+    let files = vec![
+        (Part::Overlay, wireguard_bundle.file(Part::Overlay).unwrap().to_vec()),
+        (Part::Token, b"lutra_link_00\n".to_vec()),
+        (Part::OpenVpn, b"client\n".to_vec()),
+    ];
+    let bundle = Bundle::new(wireguard_bundle.manifest.clone(), files);
+    bring(&bundle, root.path(), MADE, false).unwrap();
+    let path = root.path().join("etc/openvpn/client/lutra.conf");
+    assert_eq!(fs::read(&path).unwrap(), b"client\n");
+    assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+    assert!(!root.path().join("etc/wireguard").exists());
+    let vpn = |bundle: &Bundle| missing::look(bundle, root.path()).remove(0);
+    let is_told = |bundle: &Bundle, what: &str| format!("{:?}", vpn(bundle)).contains(what);
+    assert!(vpn(&bundle).status == Status::Warn && is_told(&bundle, "apt install openvpn"));
+    fs::create_dir_all(root.path().join("usr/sbin")).unwrap();
+    fs::write(root.path().join("usr/sbin/openvpn"), "").unwrap();
+    assert_eq!(vpn(&bundle).status, Status::Ok);
+    assert!(is_told(&wireguard_bundle, "apt install wireguard-tools"), "the other VPN is not missed");
+}

@@ -12,15 +12,18 @@ pub enum Part {
     Token,
     /// The certificate of the authority that the server's is checked by.
     Authority,
-    /// The VPN's configuration.
+    /// WireGuard's configuration.
     Vpn,
+    /// OpenVPN's configuration.
+    OpenVpn,
     /// The sea chart's index.
     Chart,
 }
 
 impl Part {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Overlay, Self::Token, Self::Authority, Self::Vpn, Self::Chart];
+    pub const ALL: [Self; 6] =
+        [Self::Overlay, Self::Token, Self::Authority, Self::Vpn, Self::OpenVpn, Self::Chart];
 
     /// As the manifest calls it.
     pub const fn name(self) -> &'static str {
@@ -29,6 +32,7 @@ impl Part {
             Self::Token => "lutra.token",
             Self::Authority => "ca.pem",
             Self::Vpn => "lutra.conf",
+            Self::OpenVpn => "openvpn.conf",
             Self::Chart => "chart.lutra-index",
         }
     }
@@ -43,7 +47,7 @@ impl Part {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// The format, [`crate::FORMAT`].
+    /// The format, at most [`crate::FORMAT`].
     pub format: u16,
     /// The vessel's name.
     pub vessel: String,

@@ -14,8 +14,10 @@ pub use seal::{MAX_BUNDLE_BYTES, Randomness, passphrase_in, passphrase_is_good, 
 
 use thiserror::Error;
 
-/// The format that is written, and the newest that is read.
-pub const FORMAT: u16 = 1;
+/// The newest format that is read.
+pub const FORMAT: u16 = 2;
+/// The first format, which agents of all versions read.
+const FIRST: u16 = 1;
 
 /// A vessel's files with what they are for.
 #[derive(Clone, PartialEq, Eq)]
@@ -27,8 +29,11 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// A bundle of these files; what `manifest` says of files is made of them.
+    /// A bundle of these files; what `manifest` says of files and format is made of them. Only a bundle for OpenVPN has the
+    /// second format, so that an older agent says that it must be updated.
     pub fn new(mut manifest: Manifest, files: Vec<(Part, Vec<u8>)>) -> Self {
+        let is_second = files.iter().any(|(part, _)| *part == Part::OpenVpn);
+        manifest.format = if is_second { FORMAT } else { FIRST };
         manifest.files = files.iter().map(|(part, bytes)| Item::of(*part, bytes)).collect();
         Self { manifest, files }
     }

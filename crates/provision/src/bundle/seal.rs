@@ -93,7 +93,7 @@ impl Bundle {
             return Err(BundleError::TooLarge(whole));
         }
         let mut bytes = MAGIC.to_vec();
-        bytes.extend_from_slice(&FORMAT.to_le_bytes());
+        bytes.extend_from_slice(&self.manifest.format.to_le_bytes());
         bytes.extend_from_slice(&((plain.len() + TAG_BYTES) as u64).to_le_bytes());
         bytes.extend_from_slice(&random.0);
         let (key, nonce) = (key(passphrase, &bytes[SALT_AT..NONCE_AT])?, nonce(&bytes)?);

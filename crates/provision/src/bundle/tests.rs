@@ -72,7 +72,7 @@ fn a_wrong_passphrase_a_damaged_and_a_cut_copy_are_told_apart() {
 fn other_files_newer_formats_and_huge_ones_are_refused_by_their_first_bytes() {
     assert_eq!(sealed_bytes(b"PK\x03\x04"), Err(BundleError::NotABundle));
     assert_eq!(sealed_bytes(b""), Err(BundleError::NotABundle));
-    assert_eq!(sealed_bytes(b"LUTRABDL\x02\x00"), Err(BundleError::NewerFormat(2)));
+    assert_eq!(sealed_bytes(b"LUTRABDL\x03\x00"), Err(BundleError::NewerFormat(3)));
     let huge = [&b"LUTRABDL\x01\x00"[..], &[0xFF; 8]].concat();
     assert_eq!(sealed_bytes(&huge), Err(BundleError::TooLarge(u64::MAX)));
     assert!(matches!(sealed_bytes(b"LUTRABDL\x01\x00\x05"), Err(BundleError::CutShort { .. })));
@@ -111,4 +111,20 @@ fn names_lengths_and_digests_that_no_bundle_has_are_refused() {
         assert!(Bundle::unpack(&whole[..cut]).is_err(), "{cut}");
     }
     assert!(Bundle::unpack(&[&whole[..], b"x"].concat()).is_err());
+}
+
+#[test]
+fn only_a_bundle_for_openvpn_needs_an_agent_that_knows_it() {
+    let format = |sealed: &[u8]| u16::from_le_bytes([sealed[8], sealed[9]]);
+    let first = bundle().seal(PASSPHRASE, RANDOM).unwrap();
+    assert_eq!((format(&first), bundle().manifest.format), (1, 1));
+    let files = vec![
+        (Part::Overlay, b"[Require agent.ini]\n".to_vec()),
+        (Part::Token, b"lutra_link_secret\n".to_vec()),
+        (Part::OpenVpn, b"client\n".to_vec()),
+    ];
+    let openvpn = Bundle::new(manifest(), files);
+    let sealed = openvpn.seal(PASSPHRASE, RANDOM).unwrap();
+    assert_eq!((format(&sealed), openvpn.manifest.format), (2, 2));
+    assert_eq!(Bundle::open(sealed, PASSPHRASE), Ok(openvpn));
 }

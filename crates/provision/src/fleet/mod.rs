@@ -47,9 +47,41 @@ pub struct Server {
     pub doors: Doors,
 }
 
+/// The program that makes the VPN.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VpnKind {
+    /// WireGuard.
+    WireGuard,
+    /// OpenVPN 2.5 or later, over UDP.
+    OpenVpn,
+}
+
+impl VpnKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::WireGuard, Self::OpenVpn];
+
+    /// As the fleet file calls it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::WireGuard => "wireguard",
+            Self::OpenVpn => "openvpn",
+        }
+    }
+
+    /// Its usual UDP port.
+    const fn port(self) -> u16 {
+        match self {
+            Self::WireGuard => 51_820,
+            Self::OpenVpn => 1_194,
+        }
+    }
+}
+
 /// The VPN.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vpn {
+    /// The program that makes it.
+    pub kind: VpnKind,
     /// Where all its addresses are.
     pub network: Network,
     /// The server's.

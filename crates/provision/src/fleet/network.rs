@@ -39,6 +39,11 @@ impl Network {
         address > base && address < base | !mask(self.bits)
     }
 
+    /// The bits that all its addresses share, as a mask such as 255.255.255.0.
+    pub fn mask(self) -> Ipv4Addr {
+        mask(self.bits).into()
+    }
+
     /// Bits that all its addresses share.
     pub const fn bits(self) -> u8 {
         self.bits

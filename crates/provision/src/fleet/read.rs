@@ -3,7 +3,9 @@
 use super::fields::{Fields, Found, Report, ip_of, is_host, is_plain, line};
 use super::rules::{self, Placed};
 use super::ways::{Way, ways};
-use super::{Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn};
+use super::{
+    Device, Door, Doors, Fleet, Limits, Network, Problem, Profile, Server, Setting, Vessel, Vpn, VpnKind,
+};
 use std::net::Ipv4Addr;
 use toml::de::DeTable;
 
@@ -14,7 +16,7 @@ pub const MAX_VESSELS: usize = 1_000;
 
 const FILE: [&str; 4] = ["server", "vpn", "common", "vessel"];
 const SERVER: [&str; 4] = ["public_name", "link_port", "encrypted", "doors"];
-const VPN: [&str; 4] = ["network", "server_address", "port", "keepalive_s"];
+const VPN: [&str; 5] = ["kind", "network", "server_address", "port", "keepalive_s"];
 const COMMON: [&str; 6] = ["profile", "hull", "devices", "limits", "ways", "settings"];
 const VESSEL: [&str; 9] =
     ["name", "imc_address", "vpn_address", "profile", "hull", "devices", "limits", "ways", "settings"];
@@ -113,6 +115,15 @@ fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
     let vpn = Fields::new(report, table, "vpn".to_owned(), &VPN);
     vpn.require(report, "network", "\"10.8.0.0/24\"");
     vpn.require(report, "server_address", "\"10.8.0.1\"");
+    let kind = vpn.text(report, "kind").and_then(|found| {
+        let kind = VpnKind::ALL.into_iter().find(|kind| kind.name() == found.value);
+        if kind.is_none() {
+            let text = format!("{:?} is no VPN that Lutra sets up", found.value);
+            vpn.wrong(report, found.at, "kind", text, "take \"wireguard\" or \"openvpn\"");
+        }
+        kind
+    });
+    let kind = kind.unwrap_or(VpnKind::WireGuard);
     let network = vpn.text(report, "network").and_then(|found| match Network::parse(found.value) {
         Ok(network) => Some(network),
         Err(remedy) => {
@@ -121,10 +132,10 @@ fn vpn(report: &mut Report<'_>, file: &Fields<'_, '_>) -> Option<(Vpn, usize)> {
         }
     });
     let server = ip(report, &vpn, "server_address");
-    let port = vpn.whole(report, "port", 1..=u16::MAX).map_or(51_820, |found| found.value);
+    let port = vpn.whole(report, "port", 1..=u16::MAX).map_or(kind.port(), |found| found.value);
     let keepalive_s = vpn.whole(report, "keepalive_s", 1..=300_u16).map_or(25, |found| found.value);
     let (network, server) = (network?, server?);
-    Some((Vpn { network, server_address: server.value, port, keepalive_s }, server.at))
+    Some((Vpn { kind, network, server_address: server.value, port, keepalive_s }, server.at))
 }
 
 fn vessels(report: &mut Report<'_>, file: &Fields<'_, '_>, common: &Outfit, encrypted: bool) -> Vec<Placed> {

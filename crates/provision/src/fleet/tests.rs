@@ -167,6 +167,39 @@ fn each_mistake_is_told_in_words() {
 }
 
 #[test]
+fn the_vpn_is_wireguard_unless_the_file_says_openvpn() {
+    let silent = EXAMPLE.replace("kind = \"wireguard\"", "").replace("port = 51820", "");
+    let fleet = Fleet::read(&silent).unwrap();
+    assert_eq!((fleet.vpn.kind, fleet.vpn.port), (VpnKind::WireGuard, 51_820));
+    let openvpn = EXAMPLE.replace("\"wireguard\"", "\"openvpn\"");
+    assert_eq!(Fleet::read(&openvpn).unwrap().vpn.port, 51_820, "the file says which port");
+    let usual = openvpn.replace("port = 51820", "");
+    let vpn = Fleet::read(&usual).unwrap().vpn;
+    assert_eq!(
+        (vpn.kind, vpn.port, vpn.network.mask()),
+        (VpnKind::OpenVpn, 1_194, [255, 255, 255, 0].into())
+    );
+    // All that is wrong is told at once, each with its line.
+    let wrong = openvpn.replace("\"openvpn\"", "\"ipsec\"").replace("10.8.0.12", "10.9.0.12");
+    let problems = Fleet::read(&wrong).unwrap_err();
+    let line = |what: &str| wrong.lines().position(|line| line.contains(what)).unwrap() + 1;
+    let told: Vec<_> = problems.iter().map(|one| (one.line, one.text.as_str())).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].0 == line("kind = \"ipsec\"") && told[0].1.contains("is no VPN that Lutra sets up"), "{told:?}");
+    assert_eq!(told[1].0, line("10.9.0.12"));
+    let reserved = openvpn.replace("\"ntnu-otter-02\"", "\"DEFAULT\"");
+    let problems = Fleet::read(&reserved).unwrap_err();
+    assert!(
+        problems.len() == 1
+            && problems[0].line == reserved.lines().position(|line| line.contains("DEFAULT")).unwrap() + 1
+    );
+    assert!(
+        Fleet::read(&EXAMPLE.replace("\"ntnu-otter-02\"", "\"DEFAULT\"")).is_ok(),
+        "WireGuard has no such name"
+    );
+}
+
+#[test]
 fn what_is_absent_is_told_once_each() {
     let problems = Fleet::read("").unwrap_err();
     let told: Vec<String> = problems.iter().map(ToString::to_string).collect();

@@ -3,12 +3,13 @@
 //! It is a table of its own and drops only: what other tables refuse stays refused, and what is not from the VPN's interface
 //! passes it by.
 
-use super::{INTERFACE, Peer};
+use super::INTERFACE;
 use crate::fleet::{Door, Fleet, Protocol};
 use std::fmt::Write as _;
+use std::net::Ipv4Addr;
 
-/// Lets the vessels reach the server's ports, and neither each other nor any host beyond it.
-pub fn nftables(fleet: &Fleet, peers: &[Peer]) -> String {
+/// Lets the vessels at these addresses reach the server's ports, and neither each other nor any host beyond it.
+pub fn nftables(fleet: &Fleet, vessels: &[Ipv4Addr]) -> String {
     let mut text = format!(
         "# Written by `lutra-server fleet apply`: change the fleet file.\n\
          # Vessels reach the doors of this server and nothing else: not each other, not what lies behind it.\n\
@@ -18,7 +19,7 @@ pub fn nftables(fleet: &Fleet, peers: &[Peer]) -> String {
          \t\tiifname \"{INTERFACE}\" jump vessels\n\t}}\n\n\
          \tchain vessels {{\n"
     );
-    let addresses: Vec<String> = peers.iter().map(|peer| peer.address.to_string()).collect();
+    let addresses: Vec<String> = vessels.iter().map(ToString::to_string).collect();
     let server = fleet.vpn.server_address;
     if !addresses.is_empty() {
         writeln!(text, "\t\tip saddr != {{ {} }} drop", addresses.join(", ")).ok();

@@ -1,4 +1,4 @@
-//! Keys and files of the VPN. Whether `wg` and `nft` take the files is tested where the server writes them.
+//! Keys and files of the VPN. Whether `wg`, `openvpn` and `nft` take the files is tested where the server writes them.
 
 use super::*;
 use crate::fleet::{Fleet, Vessel};
@@ -51,11 +51,78 @@ fn each_side_lets_through_what_is_for_the_other_alone() {
 fn the_firewall_opens_the_doors_and_nothing_else() {
     let text = EXAMPLE.replace("doors = []", "doors = [\"udp/6001\", \"tcp/9090\"]");
     let fleet = Fleet::read(&text).unwrap();
-    let peers: Vec<Peer> = fleet.vessels.iter().map(|vessel| peer(vessel, "")).collect();
-    let rules = nftables(&fleet, &peers[..2]);
+    let vessels: Vec<_> = fleet.vessels.iter().map(|vessel| vessel.vpn_address).collect();
+    let rules = nftables(&fleet, &vessels[..2]);
     assert!(rules.contains("ip daddr 10.8.0.1 tcp dport { 8080, 9090 } accept"), "{rules}");
     assert!(rules.contains("ip daddr 10.8.0.1 udp dport { 6001 } accept"), "{rules}");
     assert!(rules.contains("ip saddr != { 10.8.0.11, 10.8.0.12 } drop"), "{rules}");
     let closed = nftables(&fleet, &[]);
     assert!(!closed.contains("accept\n\t\tip") && !closed.contains("dport"), "{closed}");
+}
+
+fn pem(label: &str, body: &str) -> String {
+    format!("-----BEGIN {label}-----\n{body}\n-----END {label}-----\n")
+}
+
+fn identity(body: &str) -> openvpn::Identity {
+    openvpn::Identity {
+        certificate: pem("CERTIFICATE", body),
+        key: pem("PRIVATE KEY", &format!("{body}+secret")),
+    }
+}
+
+fn shore() -> openvpn::Shore {
+    openvpn::Shore {
+        authority: identity("authority"),
+        server: identity("server"),
+        shield: openvpn::static_key(&[0xAB; 256]),
+    }
+}
+
+#[test]
+fn openvpn_gives_each_side_its_own_secrets_and_not_those_of_the_authority() {
+    let text = EXAMPLE.replace("\"wireguard\"", "\"openvpn\"").replace("port = 51820", "");
+    let fleet = Fleet::read(&text).unwrap();
+    let (shore, vessel) = (shore(), &fleet.vessels[0]);
+    let own = openvpn::Aboard { identity: identity("boat"), authority: shore.authority.certificate.clone() };
+    let ashore = openvpn::ashore(&fleet, &shore);
+    let aboard = openvpn::aboard(&fleet, vessel, &own, &shore.shield);
+    for line in [
+        "port 1194",
+        "ifconfig 10.8.0.1 255.255.255.0",
+        "keepalive 25 75",
+        "ccd-exclusive",
+        "crl-verify lutra.crl",
+        "tls-version-min 1.2",
+        "server+secret",
+    ] {
+        assert!(ashore.lines().any(|one| one == line), "{line} in {ashore}");
+    }
+    for line in ["remote lutra.example.org 1194", "verify-x509-name lutra-server name", "boat+secret"] {
+        assert!(aboard.lines().any(|one| one == line), "{line} in {aboard}");
+    }
+    assert!(!format!("{ashore}{aboard}").contains("authority+secret") && !aboard.contains("server+secret"));
+    let place = openvpn::place(fleet.vpn.network, vessel.vpn_address);
+    assert_eq!(place, "ifconfig-push 10.8.0.11 255.255.255.0\n");
+}
+
+#[test]
+fn openvpn_secrets_are_read_as_they_were_written_and_do_not_show_themselves() {
+    let shore = shore();
+    assert_eq!(openvpn::Shore::parse(&shore.written()), Some(shore.clone()));
+    let aboard = openvpn::Aboard { identity: identity("boat"), authority: pem("CERTIFICATE", "authority") };
+    assert_eq!(openvpn::Aboard::parse(&format!("10.8.0.11\n{}", aboard.written())), Some(aboard.clone()));
+    let shown = format!("{shore:?} {aboard:?} {:?}", shore.server);
+    assert!(!shown.contains("secret") && !shown.contains("abab"), "{shown}");
+    let (shore, aboard) = (shore.written(), aboard.written());
+    for text in ["", "words", &shore[..shore.len() - 9], &aboard, &shore.replace("PRIVATE", "PUBLIC")] {
+        assert!(openvpn::Shore::parse(text).is_none(), "{text}");
+    }
+    for text in ["", &aboard[..aboard.len() / 2], &shore] {
+        assert!(openvpn::Aboard::parse(text).is_none(), "{text}");
+    }
+    // As `openvpn --genkey secret` writes it: 16 lines of 32 digits.
+    let key = openvpn::static_key(&[7; 256]);
+    let digits: Vec<_> = key.lines().filter(|line| !line.starts_with("-----")).collect();
+    assert!(digits.len() == 16 && digits.iter().all(|line| *line == "07".repeat(16)), "{key}");
 }

@@ -1,14 +1,16 @@
 //! `lutra-server fleet rotate` and `revoke`: new link tokens and VPN keys for a vessel, or an end to its access.
 
-use super::files::{Files, VpnAccess};
-use super::vpn::{tell_next, write_vpn};
+use super::files::Files;
+use super::vpn::{self, tell_next, write_vpn};
 use super::{Place, RotateArguments, state};
 use crate::cli::Common;
 use crate::cli::say::say;
 use anyhow::Context as _;
+use provision::VpnKind;
 use shore::clock;
 use shore::identity::audit::Record;
 use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, within_transaction};
+use std::net::Ipv4Addr;
 use std::path::Path;
 use units::UtcTime;
 
@@ -27,10 +29,7 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
     let grace_days = arguments.grace_days;
     let until = UtcTime::from_micros(now.micros() + i64::from(grace_days) * DAY_US);
     let older = if grace_days > 0 { Older::Until(until) } else { Older::End };
-    let vpn = match arguments.vpn.then(state::new_key) {
-        Some(key) => Some(VpnAccess { key: key?, address: vessel.vpn_address }),
-        None => None,
-    };
+    let vpn = arguments.vpn.then_some((fleet.vpn.kind, vessel.vpn_address));
     if vpn.is_some() {
         // Logged before it is done: a kill in between leaves a superfluous line, not an unlogged key.
         let line = (now, state::line("fleet.rotate", &format!("{name}: VPN key")));
@@ -59,7 +58,7 @@ pub(super) fn rotate(common: &Common, arguments: &RotateArguments) -> anyhow::Re
             "{name} has a new VPN key: the boat is off the VPN from the restart below until it is provisioned again"
         );
         if write_vpn(&files, &fleet)? {
-            tell_next(&files);
+            tell_next(fleet.vpn.kind, &files)?;
         }
     }
     say!("bring it aboard: lutra-server fleet bundle {name}");
@@ -74,7 +73,7 @@ pub(super) fn revoke(common: &Common, name: &str, place: &Place) -> anyhow::Resu
     take(&config.data, &files, name)?;
     if let Some(fleet) = fleet {
         if write_vpn(&files, &fleet)? {
-            tell_next(&files);
+            tell_next(fleet.vpn.kind, &files)?;
         }
         if fleet.vessel(name).is_some() {
             say!(
@@ -110,7 +109,8 @@ struct Rotate {
     vessel: u16,
     /// `Some` for a new token.
     token: Option<Older>,
-    vpn: Option<VpnAccess>,
+    /// `Some` for a new key in the VPN of this kind, at this address.
+    vpn: Option<(VpnKind, Ipv4Addr)>,
     files: Files,
     now: UtcTime,
 }
@@ -132,8 +132,9 @@ impl Request for Rotate {
             files.keep_token(&name, &made.secret).map_err(|error| state::refused(&error))?;
             lines.push((now, state::line("fleet.rotate", &format!("{name}: link token"))));
         }
-        if let Some(access) = vpn {
-            files.keep_vpn_access(&name, &access).map_err(|error| state::refused(&error))?;
+        if let Some((kind, address)) = vpn {
+            let given = vpn::of(kind, &files).give(&name, address, true, now);
+            given.map_err(|error| state::refused(&error))?;
         }
         Record(lines).run(db).await
     }
@@ -156,7 +157,7 @@ impl Request for Revoke {
     async fn run(self, db: &mut Connection) -> Result<Revoked, Fault> {
         let Self { name, files, now } = self;
         let known = vessels::List.run(db).await?.into_iter().find(|vessel| vessel.name == name);
-        let has_key = files.names().map_err(|error| state::refused(&error))?.contains(&name);
+        let has_key = has_key(&files, &name).map_err(|error| state::refused(&error))?;
         if known.is_none() && !has_key {
             return Err(Fault::refused(
                 api::say("There is no vessel {name}; see `lutra-server vessel list`.").with("name", name),
@@ -169,7 +170,26 @@ impl Request for Revoke {
             None => 0,
         };
         Record(vec![(now, state::line("fleet.revoke", &name))]).run(db).await?;
-        let had_key = files.forget(&name).map_err(|error| state::refused(&error))?;
+        let had_key = forget(&files, &name, now).map_err(|error| state::refused(&error))?;
         Ok(Revoked { tokens, had_key })
     }
+}
+
+/// Whether a vessel has a key in a VPN of either kind.
+pub(super) fn has_key(files: &Files, name: &str) -> anyhow::Result<bool> {
+    for kind in VpnKind::ALL {
+        if vpn::of(kind, files).names()?.iter().any(|known| known == name) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Deletes a vessel's secrets, of the VPNs of both kinds. Returns whether there were any.
+fn forget(files: &Files, name: &str, now: UtcTime) -> anyhow::Result<bool> {
+    let mut forgotten = files.forget_token(name)?;
+    for kind in VpnKind::ALL {
+        forgotten |= vpn::of(kind, files).forget(name, now)?;
+    }
+    Ok(forgotten)
 }

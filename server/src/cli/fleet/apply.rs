@@ -5,14 +5,14 @@
 //! be there twice. Each step is atomic, and the next run checks each again: after any interruption, the same command
 //! finishes the work.
 
-use super::files::{self, Files, VpnAccess};
+use super::files::{self, Files};
 use super::state::{self, Known};
-use super::vpn::{tell_next, write_vpn};
+use super::vpn::{self, Tunnel, tell_next, write_vpn};
 use super::{ApplyArguments, access, look};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
 use anyhow::ensure;
-use provision::{Fleet, Vessel, nftables, wireguard};
+use provision::{Fleet, Vessel};
 use shore::clock;
 use shore::identity::audit::Record;
 use shore::identity::{Connection, Fault, Request, links, tokens, vessels, with, within_transaction};
@@ -29,16 +29,17 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let (fleet, text) = look::read(&arguments.file)?;
     let files = Files::new(&config.data, arguments.place.vpn_dir.as_deref());
     let known = Known::look(&config.data, &files, &fleet, clock::now())?;
-    refuse(&conflicts(&files, &fleet, &known, &arguments.revoke)?)?;
-    let plan = Plan::make(&files, &fleet, &text, &known)?;
-    for doubt in look::doubts(&fleet, &config) {
+    let tunnel = vpn::of(fleet.vpn.kind, &files);
+    refuse(&conflicts(&files, &*tunnel, &fleet, &known, &arguments.revoke)?)?;
+    let plan = Plan::make(&files, &*tunnel, &fleet, &text, &known)?;
+    for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
-    tell_left(&files, &fleet, &known, &arguments.revoke)?;
+    tell_left(&*tunnel, &fleet, &known, &arguments.revoke)?;
     for name in &arguments.revoke {
         say!("will take the access of {name}");
     }
-    plan.tell(&files);
+    plan.tell(&files, &*tunnel);
     if plan.is_empty() && arguments.revoke.is_empty() {
         say!("nothing to do: all is as {} says", arguments.file.display());
         return Ok(());
@@ -53,7 +54,7 @@ pub(super) fn apply(common: &Common, arguments: &ApplyArguments) -> anyhow::Resu
     let changed = plan.carry_out(&config.data, &files, &fleet, &text)?;
     say!("done");
     if changed || !arguments.revoke.is_empty() {
-        tell_next(&files);
+        tell_next(fleet.vpn.kind, &files)?;
     }
     Ok(())
 }
@@ -68,7 +69,13 @@ fn refuse(conflicts: &[String]) -> anyhow::Result<()> {
 }
 
 /// Contradictions between the file and the present state.
-fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<Vec<String>> {
+fn conflicts(
+    files: &Files,
+    tunnel: &dyn Tunnel,
+    fleet: &Fleet,
+    known: &Known,
+    revoke: &[String],
+) -> anyhow::Result<Vec<String>> {
     let mut conflicts = Vec::new();
     for Vessel { name, imc_address, .. } in &fleet.vessels {
         for there in &known.vessels {
@@ -82,23 +89,23 @@ fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> 
             }
         }
     }
-    for name in state::left(files, fleet)? {
-        let Some(access) = files.vpn_access(&name)?.filter(|_| !revoke.contains(&name)) else { continue };
-        let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == access.address);
+    for name in state::left(tunnel, fleet)? {
+        let Some(address) = tunnel.address(&name)?.filter(|_| !revoke.contains(&name)) else { continue };
+        let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == address);
         let by = taken.map(|vessel| vessel.name.as_str());
-        let by = by.or_else(|| (fleet.vpn.server_address == access.address).then_some("the server"));
+        let by = by.or_else(|| (fleet.vpn.server_address == address).then_some("the server"));
         if let Some(by) = by {
             conflicts.push(format!(
                 "{} is given to {by}, and {name}, which is no longer in the file, still has it: --revoke {name}, or take \
                  another address",
-                access.address
+                address
             ));
         }
     }
     for name in revoke {
         if fleet.vessel(name).is_some() {
             conflicts.push(format!("--revoke {name}: it is in the file; take it out of the file first"));
-        } else if !files.names()?.contains(name) && known.vessels.iter().all(|vessel| vessel.name != *name) {
+        } else if !access::has_key(files, name)? && known.vessels.iter().all(|vessel| vessel.name != *name) {
             conflicts.push(format!("--revoke {name}: nobody knows such a vessel"));
         }
     }
@@ -106,8 +113,8 @@ fn conflicts(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> 
 }
 
 /// Reports vessels that are known and no longer in the file.
-fn tell_left(files: &Files, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<()> {
-    let keys = files.names()?;
+fn tell_left(tunnel: &dyn Tunnel, fleet: &Fleet, known: &Known, revoke: &[String]) -> anyhow::Result<()> {
+    let keys = tunnel.names()?;
     let mut names: Vec<&str> = known.vessels.iter().map(|vessel| vessel.name.as_str()).collect();
     names.extend(
         keys.iter().map(String::as_str).filter(|name| known.vessels.iter().all(|one| one.name != *name)),
@@ -154,29 +161,28 @@ struct Plan {
 }
 
 impl Plan {
-    fn make(files: &Files, fleet: &Fleet, text: &str, known: &Known) -> anyhow::Result<Self> {
+    fn make(
+        files: &Files,
+        tunnel: &dyn Tunnel,
+        fleet: &Fleet,
+        text: &str,
+        known: &Known,
+    ) -> anyhow::Result<Self> {
         let address = |vessel: &Vessel| (vessel.name.clone(), vessel.imc_address);
         let unnamed = |vessel: &&Vessel| known.vessels.iter().all(|there| there.name != vessel.name);
         let mut keys = Vec::new();
         for vessel in &fleet.vessels {
-            let access = files.vpn_access(&vessel.name)?;
-            if access.as_ref().is_none_or(|access| access.address != vessel.vpn_address) {
+            let present = tunnel.address(&vessel.name)?;
+            if present != Some(vessel.vpn_address) {
                 keys.push(KeyStep {
                     name: vessel.name.clone(),
                     address: vessel.vpn_address,
-                    new: access.is_none(),
+                    new: present.is_none(),
                 });
             }
         }
-        let server_key = files.server_key()?;
-        let vpn = match &server_key {
-            Some(key) if keys.is_empty() => {
-                let peers = state::peers(files, fleet)?;
-                files::read(&files.wireguard())? != Some(wireguard::ashore(fleet, key, &peers))
-                    || files::read(&files.firewall())? != Some(nftables(fleet, &peers))
-            }
-            _ => true,
-        };
+        let server_key = !tunnel.has_shore()?;
+        let vpn = server_key || !keys.is_empty() || vpn::differs(tunnel, fleet)?;
         Ok(Self {
             names: fleet.vessels.iter().filter(unnamed).map(address).collect(),
             tokens: fleet
@@ -185,7 +191,7 @@ impl Plan {
                 .filter(|vessel| !known.good.contains(&vessel.name))
                 .map(address)
                 .collect(),
-            server_key: server_key.is_none(),
+            server_key,
             keys,
             vpn,
             copy: files::read(&files.applied())?.as_deref() != Some(text),
@@ -201,7 +207,7 @@ impl Plan {
             && !self.copy
     }
 
-    fn tell(&self, files: &Files) {
+    fn tell(&self, files: &Files, tunnel: &dyn Tunnel) {
         for (name, address) in &self.names {
             say!("will name vessel 0x{address:04X} {name}");
         }
@@ -216,7 +222,7 @@ impl Plan {
             say!("will {what} for {name} at {address}; the boat needs a bundle");
         }
         if self.vpn {
-            say!("will write {} and {}", files.wireguard().display(), files.firewall().display());
+            say!("will write the files of the VPN in {}", tunnel.folder().display());
         }
         if self.copy {
             say!("will keep the file as {}", files.applied().display());
@@ -232,15 +238,12 @@ impl Plan {
         if !lines.is_empty() {
             with(data, async |db| within_transaction(db, Record(lines)).await)?;
         }
+        let tunnel = vpn::of(fleet.vpn.kind, files);
         if self.server_key {
-            files.keep_server_key(&state::new_key()?)?;
+            tunnel.make_shore(now)?;
         }
-        for KeyStep { name, address, .. } in &self.keys {
-            let key = match files.vpn_access(name)? {
-                Some(access) => access.key,
-                None => state::new_key()?,
-            };
-            files.keep_vpn_access(name, &VpnAccess { key, address: *address })?;
+        for KeyStep { name, address, new } in &self.keys {
+            tunnel.give(name, *address, *new, now)?;
         }
         let change = Change { names: self.names, tokens: self.tokens, files: files.clone(), now };
         with(data, async |db| within_transaction(db, change).await)?;

@@ -2,14 +2,14 @@
 
 use super::files::{self, Files};
 use super::state::{self, Known};
-use super::{BundleArguments, look};
+use super::{BundleArguments, look, vpn};
 use crate::cli::Common;
 use crate::cli::say::{complain, say};
 use crate::config::Config;
 use anyhow::{Context as _, bail, ensure};
 use provision::{
     Bundle, FORMAT, Fleet, MAX_BUNDLE_BYTES, Manifest, Part, Port, Randomness, Vessel, authority_validity,
-    overlay, passphrase_in, passphrase_is_good, wireguard,
+    overlay, passphrase_in, passphrase_is_good,
 };
 use shore::clock;
 use shore::identity::audit::Record;
@@ -30,7 +30,8 @@ pub(super) fn bundle(common: &Common, arguments: &BundleArguments) -> anyhow::Re
     let vessel = fleet
         .vessel(&arguments.name)
         .with_context(|| format!("the fleet file that was applied last has no vessel {}", arguments.name))?;
-    for doubt in look::doubts(&fleet, &config) {
+    let tunnel = vpn::of(fleet.vpn.kind, &files);
+    for doubt in look::doubts(&fleet, &config).into_iter().chain(tunnel.doubts(clock::now())?) {
         complain!("note: {doubt}");
     }
     let name = vessel.name.as_str();
@@ -86,17 +87,14 @@ fn parts(
     let known = Known::look(&config.data, files, fleet, clock::now())?;
     let token = files.token(name)?.filter(|_| known.good.contains(&vessel.name));
     let token = token.with_context(|| format!("{name} has no link token that is good: {apply}"))?;
-    let access = files.vpn_access(name)?.with_context(|| format!("{name} has no VPN key: {apply}"))?;
-    let server =
-        files.server_key()?.with_context(|| format!("there is no VPN key of the server: {apply}"))?;
     let authority = if fleet.server.encrypted { Some(authority(config, arguments)?) } else { None };
     let overlay =
         overlay(fleet, vessel, Part::Token.name(), authority.is_some().then_some(Part::Authority.name()));
-    let vpn = wireguard::aboard(fleet, vessel, &access.key, &server.public());
+    let (vpn, configuration) = vpn::of(fleet.vpn.kind, files).aboard(fleet, vessel)?;
     let mut parts = vec![
         (Part::Overlay, overlay.into_bytes()),
         (Part::Token, token.into_bytes()),
-        (Part::Vpn, vpn.into_bytes()),
+        (vpn, configuration.into_bytes()),
     ];
     parts.extend(authority.map(|pem| (Part::Authority, pem.into_bytes())));
     parts.extend(chart(config, arguments)?.map(|bytes| (Part::Chart, bytes)));

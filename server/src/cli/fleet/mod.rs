@@ -1,7 +1,7 @@
 //! `lutra-server fleet`: a fleet from one file: vessels, link tokens, keys and files of the VPN, and a bundle for each boat.
 //!
 //! `files` has the fleet's files in the data folder, `state` reads their state and that of app.db, `apply` makes both match
-//! the fleet file, `vpn` writes the files of the VPN, `bundle` makes the file that is carried aboard, `access` renews and
+//! the fleet file, `vpn` has its keys and files, by WireGuard or OpenVPN, `bundle` makes the file that is carried aboard, `access` renews and
 //! revokes a vessel's credentials, `look` reads the fleet file and compares it with the server's and the agent's
 //! configuration.
 
@@ -90,7 +90,7 @@ pub(super) struct RotateArguments {
     /// A new link token. The old one stays good for --grace-days, so that the boat is reached until it has the new one.
     #[arg(long, group = "what")]
     token: bool,
-    /// A new VPN key. WireGuard knows one key for an address: the boat is off the VPN until it is provisioned again.
+    /// A new VPN key. The old one opens nothing any more: the boat is off the VPN until it is provisioned again.
     #[arg(long, group = "what")]
     vpn: bool,
     /// Days for which the old token stays good; 0 ends it at once.

@@ -1,9 +1,10 @@
 //! State of app.db and of the fleet's folder, before anything is changed.
 
 use super::files::Files;
+use super::vpn::{Member, Tunnel};
 use anyhow::{Context as _, bail};
 use api::Vessel;
-use provision::{Fleet, Peer, VpnKey};
+use provision::Fleet;
 use shore::identity::{Fault, Line, Request as _, links, vessels, with};
 use std::path::Path;
 use units::UtcTime;
@@ -60,29 +61,23 @@ pub(super) fn applied(files: &Files) -> anyhow::Result<Fleet> {
     }
 }
 
-/// The peers of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
-pub(super) fn peers(files: &Files, fleet: &Fleet) -> anyhow::Result<Vec<Peer>> {
-    let mut peers = Vec::new();
+/// The members of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
+pub(super) fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Member>> {
+    let mut members = Vec::new();
     for vessel in &fleet.vessels {
-        if let Some(access) = files.vpn_access(&vessel.name)? {
-            peers.push(Peer {
-                name: vessel.name.clone(),
-                address: vessel.vpn_address,
-                public: access.key.public(),
-            });
+        if tunnel.address(&vessel.name)?.is_some() {
+            members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
         }
     }
-    for name in left(files, fleet)? {
-        if let Some(access) = files.vpn_access(&name)? {
-            peers.push(Peer { name, address: access.address, public: access.key.public() });
-        }
+    for name in left(tunnel, fleet)? {
+        members.extend(tunnel.address(&name)?.map(|address| Member { name, address }));
     }
-    Ok(peers)
+    Ok(members)
 }
 
 /// Vessels that have a key of the VPN and are no longer in the file.
-pub(super) fn left(files: &Files, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
-    let mut names = files.names()?;
+pub(super) fn left(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
+    let mut names = tunnel.names()?;
     names.retain(|name| fleet.vessels.iter().all(|vessel| vessel.name != *name));
     Ok(names)
 }
@@ -93,14 +88,19 @@ pub(super) fn line(action: &'static str, subject: &str) -> Line {
     Line { actor: by(), address: by(), action, subject: subject.to_owned(), outcome: "done".to_owned() }
 }
 
-/// A new key of the VPN.
+/// Random bytes.
 ///
 /// # Errors
-/// The kernel gives no random bytes.
-pub(super) fn new_key() -> anyhow::Result<VpnKey> {
-    let mut bytes = [0; 32];
+/// The kernel gives none.
+pub(super) fn random<const BYTES: usize>() -> anyhow::Result<[u8; BYTES]> {
+    let mut bytes = [0; BYTES];
     getrandom::fill(&mut bytes).context("the kernel gives no randomness")?;
-    Ok(VpnKey::from_random(bytes))
+    Ok(bytes)
+}
+
+/// What to say where a key of the VPN is absent.
+pub(super) fn no_key(name: &str) -> String {
+    format!("{name} has no VPN key that is good: `lutra-server fleet apply` makes another")
 }
 
 /// A file error within a change of app.db, which rolls the change back.

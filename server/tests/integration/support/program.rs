@@ -203,16 +203,22 @@ impl Agent {
     }
 
     /// Starts one by a command that ends in the program, with these settings of its link, and what follows them.
-    fn start_by_link(mut command: Command, profile: &str, folder: &Path, token: &str, link: &str) -> Self {
+    fn start_by_link(command: Command, profile: &str, folder: &Path, token: &str, link: &str) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
         let link = format!("\n[Transports.Lutra]\nEnabled = Always\nToken File = lutra.token\n{link}");
         let config = folder.join("otter.ini");
         std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
+        Self::run(command, profile, &config, folder)
+    }
+
+    /// Starts one by a command that ends in the program, with a configuration that lies ready and this data folder.
+    pub(crate) fn run(mut command: Command, profile: &str, config: &Path, folder: &Path) -> Self {
+        std::fs::create_dir_all(folder).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
         let mut child = command
             .arg("run")
-            .arg(&config)
+            .arg(config)
             .args(["--profile", profile, "--quiet", "--bind", "127.0.0.1", "--data"])
             .arg(folder)
             .args(["--udp-port", "0", "--tcp-port", "0", "--announce-port", "0"])

@@ -51,6 +51,14 @@ impl Trusting {
         Ok(StreamOwned::new(session, socket))
     }
 
+    /// The protocol that the server chooses of these, which the client offers in this order.
+    pub(crate) fn protocol(&self, to: SocketAddr, name: &str, offered: &[&str]) -> Option<String> {
+        let mut config = (*self.config).clone();
+        config.alpn_protocols = offered.iter().map(|one| one.as_bytes().to_vec()).collect();
+        let stream = Self { config: Arc::new(config), from: self.from }.connect(to, name).unwrap();
+        stream.conn.alpn_protocol().map(|one| String::from_utf8_lossy(one).into_owned())
+    }
+
     /// The server's certificate.
     pub(crate) fn certificate(&self, to: SocketAddr, name: &str) -> std::io::Result<CertificateDer<'static>> {
         let stream = self.connect(to, name)?;

@@ -1,0 +1,389 @@
+//! A season in fast motion: a fleet file is applied, three vessels are provisioned from their bundles and sail, links are cut,
+//! each program is killed in turn, a vessel's disk is full, and the shore is lost and restored from a backup in another folder.
+//! At the end every packet that a spool took is ashore exactly once, counted by the numbers of the record lanes and
+//! compared with the logs aboard.
+//!
+//! `scripts/season` runs it and shows the table: a minute or two, or `scripts/season long`. Links go through relays on loopback, so that it
+//! needs no namespaces; a disk that fills needs root, and is left out with a note elsewhere.
+
+use crate::disk_full::Disk;
+use crate::fleet::{Ashore, boat, provision, said};
+use crate::support::ashore::{SAID_BEFORE_S, bytes_of, link_streams, logged_is_ashore, newest_of, now_s};
+use crate::support::program::{Agent, Line, Server, agent_program, run, until};
+use crate::support::{CONSOLE, Client, PATIENCE, archived_packets, packet};
+use imc::messages::{
+    EstimatedState, Goto, Message, PlanControl, PlanControlOp, PlanControlType, SpeedUnits, ZUnits,
+};
+use imc::{Address, PacketView};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+use store::{Gap, Reader, TimeRange};
+use tempfile::TempDir;
+use testkit::so_many;
+
+const EARTH_RADIUS_M: f64 = 6_371_000.0;
+/// How far from its start each vessel has to come at least (m). A vessel that is killed begins at its start again.
+const SAILED_M: f64 = 5.0;
+/// Bytes of a vessel that have to come ashore before the next thing happens.
+const MORE_BYTES: u64 = 15_000;
+
+/// A provisioned vessel, its ways ashore and what happened to it.
+struct Boat {
+    name: &'static str,
+    address: Address,
+    /// The root of its file system, with what the bundle brought.
+    root: TempDir,
+    /// Its spool and logs.
+    data: PathBuf,
+    lines: Vec<Line>,
+    agent: Option<Agent>,
+    cuts: usize,
+    kills: usize,
+    full: usize,
+}
+
+impl Boat {
+    fn start(&mut self, program: &Path) {
+        let config = self.root.path().join("etc/lutra/vessel.ini");
+        self.agent = Some(Agent::run(Command::new(program), "Simulation", &config, &self.data));
+    }
+
+    fn kill(&mut self) {
+        self.agent.take().unwrap().process.kill();
+        self.kills += 1;
+    }
+
+    fn end(&mut self) {
+        self.agent.take().unwrap().process.terminate();
+    }
+
+    fn errors(&self) -> String {
+        self.agent.as_ref().unwrap().errors()
+    }
+
+    /// Waits until more of it is in the archive.
+    async fn more(&self, data: &Path) {
+        let more = bytes_of(data, self.address) + MORE_BYTES;
+        until(&format!("more of {} ashore", self.name), || {
+            (bytes_of(data, self.address) > more).then_some(())
+        })
+        .await;
+    }
+
+    /// Waits until its newest packet in the archive is younger than this moment.
+    async fn is_current(&self, data: &Path) {
+        let now_s = now_s();
+        until(&format!("{} current ashore", self.name), || {
+            (newest_of(data, self.address) > now_s).then_some(())
+        })
+        .await;
+    }
+}
+
+/// The three vessels with their addresses, and the names of their ways.
+const FLEET: [(&str, u16, &[&str]); 3] =
+    [("otter-1", 0x2810, &["radio", "4G"]), ("otter-2", 0x2811, &["4G"]), ("otter-3", 0x2812, &["4G"])];
+
+/// The fleet file, with a relay for each way.
+fn fleet_file(lines: &[Vec<Line>]) -> String {
+    let mut text = "[server]\npublic_name = \"192.0.2.1\"\n[vpn]\nnetwork = \"10.77.0.0/24\"\n\
+                    server_address = \"10.77.0.1\"\n[common]\nprofile = \"Simulation\"\n"
+        .to_owned();
+    for (place, ((name, address, ways), lines)) in FLEET.iter().zip(lines).enumerate() {
+        write!(
+            text,
+            "[[vessel]]\nname = \"{name}\"\nimc_address = {address}\nvpn_address = \"10.77.0.{}\"\n",
+            place + 11
+        )
+        .unwrap();
+        for (way, line) in ways.iter().zip(lines) {
+            let url = format!("ws://{}/link", line.address);
+            write!(text, "[[vessel.ways]]\nname = \"{way}\"\nurl = \"{url}\"\n").unwrap();
+        }
+    }
+    text
+}
+
+/// Orders a vessel to a place 600 m away, by a console, until it says that it goes.
+async fn sail(server: &Server, to: Address, request_id: u16) {
+    let mut console = Client::connect(server.proxy).await;
+    let goto = Goto {
+        lat: 63.4515_f64.to_radians(),
+        lon: 10.345_f64.to_radians(),
+        z_units: ZUnits::Depth,
+        speed: 1.5,
+        speed_units: SpeedUnits::MetersPs,
+        timeout: 3_000,
+        ..Goto::default()
+    };
+    let request = PlanControl {
+        r#type: PlanControlType::Request,
+        op: PlanControlOp::Start,
+        request_id,
+        plan_id: "season".into(),
+        arg: Some(Message::from(goto)).into(),
+        ..PlanControl::default()
+    };
+    let end = Instant::now() + 2 * PATIENCE;
+    let mut told = String::new();
+    while Instant::now() < end {
+        console.say(&packet(CONSOLE, to, now_s(), request.clone())).await;
+        let answer = async {
+            loop {
+                let heard = console.hear().await;
+                let view = PacketView::new(&heard).unwrap();
+                if let Some(answer) = imc::decode::<PlanControl>(&view).unwrap()
+                    && (answer.request_id, view.src()) == (request_id, to)
+                    && matches!(answer.r#type, PlanControlType::Success | PlanControlType::Failure)
+                {
+                    return answer;
+                }
+            }
+        };
+        match tokio::time::timeout(PATIENCE / 10, answer).await {
+            Ok(answer) if answer.r#type == PlanControlType::Success => return,
+            // Such as while it has no position yet.
+            Ok(answer) => {
+                told = answer.info.to_str_lossy().into_owned();
+                tokio::time::sleep(std::time::Duration::from_millis(500)).await;
+            }
+            Err(_) => {}
+        }
+    }
+    panic!("{to:?} does not sail: {told}");
+}
+
+/// The farthest that a vessel was from where it began (m), by its own estimates in the archive.
+fn sailed_m(data: &Path, address: Address) -> f64 {
+    let states = archived_packets(data, address);
+    let states = states.iter().filter_map(|one| {
+        let state = imc::decode::<EstimatedState>(&PacketView::new(one).unwrap()).ok()??;
+        let north_m = state.lat * EARTH_RADIUS_M + f64::from(state.x);
+        Some((north_m, state.lon * EARTH_RADIUS_M * state.lat.cos() + f64::from(state.y)))
+    });
+    let places: Vec<(f64, f64)> = states.collect();
+    let Some(first) = places.first() else { return 0.0 };
+    places.iter().map(|one| (one.0 - first.0).hypot(one.1 - first.1)).fold(0.0, f64::max)
+}
+
+fn step(began: Instant, what: &str) {
+    println!("{:5.1} s  {what}", began.elapsed().as_secs_f64());
+}
+
+/// What a vessel's spool took, and what is ashore of it.
+#[derive(Debug, Default)]
+struct Count {
+    took: u64,
+    ashore: u64,
+    twice: u64,
+    /// Numbers that did not come and were not declared.
+    lost: Vec<u64>,
+    declared: u64,
+    compared: usize,
+    sailed_m: f64,
+}
+
+impl Count {
+    /// Adds the numbers of a lane that came, and those that the vessel declared that it does not have.
+    fn add(&mut self, numbers: &[u64], declared: &BTreeSet<u64>) {
+        let came: BTreeSet<u64> = numbers.iter().copied().collect();
+        let (Some(first), Some(last)) = (came.first(), came.last()) else { return };
+        self.took += last - first + 1;
+        self.ashore += came.len() as u64;
+        self.twice += (numbers.len() - came.len()) as u64;
+        let missing = (*first..=*last).filter(|number| !came.contains(number));
+        let (declared, lost): (Vec<u64>, Vec<u64>) = missing.partition(|number| declared.contains(number));
+        self.declared += declared.len() as u64;
+        self.lost.extend(lost);
+    }
+}
+
+#[test]
+fn a_number_that_came_twice_or_not_at_all_is_counted() {
+    let mut count = Count::default();
+    count.add(&[3, 4, 4, 6, 9], &BTreeSet::from([5, 6]));
+    assert_eq!((count.took, count.ashore, count.twice, count.declared), (7, 4, 1, 1));
+    assert_eq!(count.lost, [7, 8]);
+}
+
+fn count(data: &Path, boat: &Boat, ended_s: f64) -> Count {
+    let gaps = Reader::open(data).unwrap().gaps(Some(boat.address), TimeRange::ALL).unwrap();
+    let mut count = Count { sailed_m: sailed_m(data, boat.address), ..Count::default() };
+    for (stream, (system, numbers)) in link_streams(data) {
+        if system != boat.address {
+            continue;
+        }
+        let runs = gaps.iter().filter_map(|gap| gap.numbers).filter(|run| run.stream == stream);
+        count.add(&numbers, &runs.flat_map(|run| run.from..run.to).collect());
+    }
+    let covers =
+        |gap: &Gap, at_s: f64| (gap.from.seconds() - SAID_BEFORE_S..gap.to.seconds()).contains(&at_s);
+    let exempt = |said_s: f64| said_s >= ended_s || gaps.iter().any(|gap| covers(gap, said_s));
+    count.compared = logged_is_ashore(data, &boat.data, boat.address, exempt);
+    count
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes a minute: scripts/season runs it"]
+#[allow(clippy::too_many_lines, reason = "a season, step after step")]
+async fn a_season_in_fast_motion_loses_nothing_and_doubles_nothing() {
+    let Some(program) = agent_program() else { return };
+    let (began, disk) = (Instant::now(), Disk::mount());
+    let ashore = Ashore::new("");
+    let (data, back) = (ashore.data(), ashore.beside("back"));
+    std::fs::create_dir_all(&data).unwrap();
+    let mut server = Server::start(&data);
+    let mut lines = Vec::new();
+    for (_, _, ways) in FLEET {
+        let mut of_one = Vec::new();
+        for _ in ways {
+            of_one.push(Line::to(server.web).await);
+        }
+        lines.push(of_one);
+    }
+    ashore.says(&fleet_file(&lines));
+    step(began, "the fleet file is applied, three bundles are made and brought aboard");
+    ashore.apply(&[]);
+    let mut boats = Vec::new();
+    for ((name, address, _), lines) in FLEET.into_iter().zip(lines) {
+        let ((bundle, passphrase), root) = (ashore.bundle(name), boat());
+        let output = provision(&program, &bundle, &passphrase, root.path(), &[]);
+        assert!(output.status.success(), "{}", said(&output));
+        let on_disk = disk.as_ref().filter(|_| name == "otter-3");
+        let data = on_disk.map_or_else(|| root.path().join("sailing"), |disk| disk.data());
+        let (address, agent) = (Address(address), None);
+        boats.push(Boat { name, address, root, data, lines, agent, cuts: 0, kills: 0, full: 0 });
+    }
+    for boat in &mut boats {
+        boat.start(&program);
+    }
+    for (place, boat) in boats.iter().enumerate() {
+        boat.more(&data).await;
+        sail(&server, boat.address, 900 + place as u16).await;
+    }
+    step(began, "three vessels sail");
+
+    for round in 0..so_many(3, 20) {
+        for place in 0..boats.len() {
+            // Silence as behind a skerry, with the vessel killed in it; all of its ways at once.
+            let boat = &mut boats[place];
+            boat.lines.iter().for_each(Line::silent);
+            boat.cuts += 1;
+            boats[(place + 1) % FLEET.len()].more(&data).await;
+            let boat = &mut boats[place];
+            boat.kill();
+            boat.start(&program);
+            boat.lines.iter().for_each(|line| line.passes(server.web));
+            boat.is_current(&data).await;
+            step(began, &format!("round {}: {} was cut off, killed and is back", round + 1, boat.name));
+        }
+        // One of two ways alone.
+        boats[0].lines[0].cut();
+        boats[0].cuts += 1;
+        boats[0].more(&data).await;
+        boats[0].lines[0].passes(server.web);
+        step(began, "otter-1 went on by its other way");
+
+        server.process.kill();
+        server = Server::start(&data);
+        for boat in &boats {
+            boat.lines.iter().for_each(|line| line.passes(server.web));
+        }
+        for boat in &boats {
+            boat.is_current(&data).await;
+        }
+        step(began, "the server was killed and is back");
+
+        if let Some(disk) = &disk {
+            let boat = &mut boats[2];
+            let is_told = |boat: &Boat| boat.errors().matches("the disk does not take the spool").count();
+            let before = is_told(boat);
+            until("told aboard", || {
+                disk.fill();
+                (is_told(boat) > before).then_some(())
+            })
+            .await;
+            disk.make_room();
+            boat.full += 1;
+            boat.is_current(&data).await;
+            step(began, "the disk of otter-3 was full and has room again");
+        }
+        for (place, boat) in boats.iter().enumerate() {
+            sail(&server, boat.address, 1_000 + round * 10 + place as u16).await;
+        }
+    }
+
+    // The computer ashore is lost with its power; what its disk has is backed up and restored on another.
+    server.process.kill();
+    boats[1].kill();
+    boats[1].start(&program);
+    let backup = ashore.beside("backup");
+    run(&data, &["backup", backup.to_str().unwrap()]);
+    run(&back, &["restore", backup.to_str().unwrap()]);
+    let mut server = Server::start(&back);
+    for boat in &boats {
+        boat.lines.iter().for_each(|line| line.passes(server.web));
+    }
+    for (place, boat) in boats.iter().enumerate() {
+        boat.is_current(&back).await;
+        sail(&server, boat.address, 910 + place as u16).await;
+    }
+    step(began, "the shore was lost; restored into another folder it goes on with all vessels");
+
+    // They end in order; their last packets arrive after the next start.
+    let ended_s = now_s();
+    for boat in &mut boats {
+        boat.end();
+        boat.start(&program);
+    }
+    for boat in &boats {
+        until("complete", || (newest_of(&back, boat.address) > ended_s + 1.0).then_some(())).await;
+    }
+    boats.iter_mut().for_each(Boat::end);
+    server.process.terminate();
+    step(began, "all vessels have ended in order");
+
+    println!(
+        "\n{:8} {:>4} {:>5} {:>9} {:>9} {:>9} {:>5} {:>8} {:>4} {:>13} {:>8}",
+        "vessel",
+        "cuts",
+        "kills",
+        "disk full",
+        "accepted",
+        "ashore",
+        "twice",
+        "declared",
+        "lost",
+        "same as logs",
+        "sailed m"
+    );
+    let mut counts = Vec::new();
+    for boat in &boats {
+        let count = count(&back, boat, ended_s);
+        println!(
+            "{:8} {:>4} {:>5} {:>9} {:>9} {:>9} {:>5} {:>8} {:>4} {:>13} {:>8.0}",
+            boat.name,
+            boat.cuts,
+            boat.kills,
+            boat.full,
+            count.took - count.declared,
+            count.ashore,
+            count.twice,
+            count.declared,
+            count.lost.len(),
+            count.compared,
+            count.sailed_m
+        );
+        counts.push(count);
+    }
+    println!(
+        "accepted: packets that the vessel's spool took; declared: the vessel said itself that it does not have them\n"
+    );
+    for (boat, count) in boats.iter().zip(&counts) {
+        assert!(count.lost.is_empty() && count.twice == 0, "{}: {count:?}", boat.name);
+        assert!(count.compared > 300 && count.sailed_m > SAILED_M, "{}: {count:?}", boat.name);
+    }
+}
