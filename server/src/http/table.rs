@@ -2,7 +2,7 @@
 
 use crate::AppState;
 use crate::web::{ApiError, QueryParams, Who, extract};
-use api::{Next, TableChoice, TableDetectionsQuery, TableQuery, TableSeriesQuery};
+use api::{Next, TableChoice, TableDetectionsQuery, TableQuery, TableSeriesQuery, say};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -27,9 +27,9 @@ pub(crate) async fn rows(
     let form = Form::asked(query.format.as_deref(), &headers)?;
     let names = table::several(&query.series);
     if names.is_empty() {
-        return Err(ApiError::bad_request(
+        return Err(ApiError::bad_request(say(
             "series: name one, such as Voltage.2.value; /api/v1/table/series lists them",
-        ));
+        )));
     }
     let asked = table::Asked {
         series: names.iter().map(|name| SeriesName::new(name)).collect::<Result<_, _>>()?,
@@ -123,7 +123,7 @@ fn degrees(angles: Option<&str>) -> Result<bool, ApiError> {
     match angles.unwrap_or_default() {
         "" | "rad" => Ok(false),
         "deg" => Ok(true),
-        _ => Err(ApiError::bad_request("angles: give `rad` or `deg`")),
+        _ => Err(ApiError::bad_request(say("angles: give `rad` or `deg`"))),
     }
 }
 
@@ -141,9 +141,9 @@ impl Vessels {
         let asked = table::several(texts);
         let hidden = export::addresses(&asked).find(|vessel| who.grants.on(*vessel).is_none());
         if let Some(vessel) = hidden {
-            return Err(ApiError::forbidden(format!(
-                "vessel: you may not see vessel {vessel}. Ask an admin."
-            )));
+            return Err(ApiError::forbidden(
+                say("vessel: you may not see vessel {vessel}. Ask an admin.").with("vessel", vessel),
+            ));
         }
         Ok(Self { asked, named: state.shore.people.vessels(), who })
     }
@@ -172,7 +172,7 @@ impl Form {
             "json" => Ok(Self::Json),
             "csv" => Ok(Self::Csv),
             "" => Ok(Self::accepted(headers)),
-            _ => Err(ApiError::bad_request("format: give `json` or `csv`")),
+            _ => Err(ApiError::bad_request(say("format: give `json` or `csv`"))),
         }
     }
 
