@@ -92,7 +92,7 @@ pub enum TeleopPhase {
 
 /// What the server answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct TeleopStatus {
     /// The server's steady clock, µs, to be brought back by the next sample.
     #[cfg_attr(test, ts(type = "number"))]
@@ -103,11 +103,13 @@ pub struct TeleopStatus {
     pub why: String,
     /// Of what pages make `why` in their reader's language; absent where it is empty or the vessel's own words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
     pub why_says: Option<Wording>,
     /// The remedy, in words; empty where the only one is to start over.
     pub remedy: String,
     /// The same of `remedy`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
     pub remedy_says: Option<Wording>,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,

@@ -79,9 +79,12 @@ async fn a_plan_with_problems_is_kept_but_not_saved() {
     let (status, refused) = one.ask("PUT", &path, &json!({"revision": 1, "draft": false, "plan": bad})).await;
     assert_eq!(status, StatusCode::UNPROCESSABLE_ENTITY);
     assert!(
-        refused["error"]["text"].as_str().unwrap().contains("b: a speed of 99 m/s is not possible"),
+        refused["error"]["text"].as_str().unwrap().contains("b: This speed is not possible."),
         "{refused}"
     );
+    let first = &refused["error"]["says"]["parts"]["first"][0];
+    let template = first["parts"]["text"][0]["template"].as_str().unwrap();
+    assert!(template.starts_with("This speed is not possible. Choose one above 0"), "{refused}");
     let (status, kept) = one.ask("PUT", &path, &json!({"revision": 1, "draft": true, "plan": bad})).await;
     assert_eq!((status, &kept["check"]["problems"][0]["maneuver"]), (StatusCode::OK, &json!("b")));
     let (status, check) = one.ask("POST", "/api/v1/plans/check", &bad).await;
