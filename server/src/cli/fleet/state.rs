@@ -105,5 +105,6 @@ pub(super) fn no_key(name: &str) -> String {
 
 /// A file error within a change of app.db, which rolls the change back.
 pub(super) fn refused(error: &anyhow::Error) -> Fault {
-    Fault::refused(api::Said::as_is(format!("{error:#}")))
+    let with_causes = format!("{error:#}");
+    Fault::refused(api::Said::as_is(with_causes))
 }
