@@ -65,7 +65,8 @@ impl Host {
         let is_short =
             |percent: f64| reading.disk_free_percent < percent && reading.disk_free_mib < PLENTY_MIB;
         if is_short(settings.disk_free_percent) {
-            faults.push(format!("disk: {:.0} MiB left; the log stops when it is full", reading.disk_free_mib));
+            faults
+                .push(format!("disk: {:.0} MiB left; the log stops when it is full", reading.disk_free_mib));
         }
         if reading.memory_mib > settings.memory_mib {
             faults.push(format!("this program's memory at {:.0} MiB", reading.memory_mib));
@@ -76,7 +77,8 @@ impl Host {
         if faults.is_empty() {
             states.set(bus, Entity::Host, Condition::Normal, words(&reading, mean));
         } else {
-            let condition = if is_short(settings.disk_error_percent) { Condition::Error } else { Condition::Fault };
+            let condition =
+                if is_short(settings.disk_error_percent) { Condition::Error } else { Condition::Fault };
             states.set(bus, Entity::Host, condition, faults.join("; "));
         }
     }

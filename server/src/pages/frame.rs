@@ -228,7 +228,8 @@ pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Respon
         return Redirect::to("/account").into_response();
     }
     let language = language::current();
-    let frame = Frame { language, words: words_path(language, "/"), ..Frame::new(&HeaderMap::new(), None, "/") };
+    let frame =
+        Frame { language, words: words_path(language, "/"), ..Frame::new(&HeaderMap::new(), None, "/") };
     let title = words::said(language, title(error.status)).to_owned();
     let text = words::worded(language, &error.text);
     let mut response = html(&ErrorPage { frame, title, text });

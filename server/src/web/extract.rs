@@ -30,7 +30,9 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for QueryParams<T>
     type Rejection = ApiError;
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         query::read(parts.uri.query().unwrap_or_default()).map(Self).map_err(|error| {
-            ApiError::bad_request(say("{error}; /api/v1/openapi.json lists all parameters").with("error", error))
+            ApiError::bad_request(
+                say("{error}; /api/v1/openapi.json lists all parameters").with("error", error),
+            )
         })
     }
 }

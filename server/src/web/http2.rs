@@ -1,7 +1,7 @@
 //! HTTP/2 on an encrypted connection: its limits, and requests as the rest of the server knows them from HTTP/1.1.
 //!
 //! One connection carries many requests. Bounds: [`STREAMS`] at once, and the client waits with more; a client that takes back
-//! [`RESETS`] requests before they are begun is sent away (rapid reset, CVE-2023-44487); heads of [`super::listen::HEAD_BYTES`];
+//! [`RESETS`] requests before they are begun is sent away (rapid reset, CVE-2023-44487); heads of [`super::exchange::HEAD_BYTES`];
 //! a little buffer for each answer. A client may also stop reading an answer by its window alone, while its socket is
 //! drained, which [`super::connections`] cannot see: [`Streams`] does. A connection with such an answer, or without requests for a
 //! while, takes no more requests, and is cut when those that it has had their time.
@@ -9,7 +9,7 @@
 //! WebSockets stay with HTTP/1.1: extended CONNECT (RFC 8441) is not offered, so browsers open a connection of their own for
 //! the live socket, which the other requests then cannot delay.
 
-use super::listen::{HEAD_BYTES, Peer, answer};
+use super::exchange::{HEAD_BYTES, Peer, answer};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderValue, Request, Uri, header};

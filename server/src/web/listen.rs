@@ -5,6 +5,7 @@
 //! does not complete its TLS handshake or its request's head in ten seconds is dropped.
 
 use super::connections::{Placed, Places};
+use super::exchange::{HEAD_BYTES, Peer, answer};
 use super::http2;
 use axum::Router;
 use axum::body::Body;
@@ -19,23 +20,11 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
-use tower::ServiceExt as _;
 
 /// How long a peer may take for its handshake, and again for a request's head.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long requests that are being answered may take to end once the server stops.
 const DRAIN: Duration = Duration::from_secs(8);
-/// Most bytes of a request's head.
-pub(super) const HEAD_BYTES: usize = 32 * 1024;
-
-/// The other end of a connection.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Peer {
-    /// Its address, or that of the last proxy before us.
-    pub(crate) address: SocketAddr,
-    /// Whether the connection is encrypted up to this process.
-    pub(crate) encrypted: bool,
-}
 
 /// The listener and its settings.
 pub(crate) struct Web {
@@ -146,12 +135,5 @@ where
 fn tell_end(peer: Peer, outcome: hyper::Result<()>) {
     if let Err(error) = outcome {
         tracing::debug!(address = %peer.address, %error, "connection ended");
-    }
-}
-
-pub(super) async fn answer(router: Router, request: Request<Body>) -> axum::response::Response {
-    match router.oneshot(request).await {
-        Ok(response) => response,
-        Err(never) => match never {},
     }
 }

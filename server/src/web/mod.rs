@@ -8,6 +8,7 @@ pub(crate) mod connections;
 pub(crate) mod cors;
 pub(crate) mod csrf;
 pub(crate) mod error;
+pub(crate) mod exchange;
 pub(crate) mod extract;
 pub(crate) mod guard;
 pub(crate) mod headers;

@@ -161,9 +161,8 @@ impl RuleRequest {
     fn check_url(&self, webhooks: Webhooks) -> Result<(), Wording> {
         let url = self.target.parse::<Uri>();
         let Some(url) = url.ok().filter(|url| url.host().is_some() && url.scheme().is_some()) else {
-            return Err(
-                say("\"{text}\" is no URL; give one like https://example.org/hook.").with("text", &self.target)
-            );
+            return Err(say("\"{text}\" is no URL; give one like https://example.org/hook.")
+                .with("text", &self.target));
         };
         if url.authority().is_some_and(|authority| authority.as_str().contains('@')) {
             return Err(say("A URL with a password in it is not kept: leave out what stands before the @."));

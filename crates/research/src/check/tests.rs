@@ -125,7 +125,10 @@ fn a_reference_is_to_something_that_is_there() {
     let faults = check_all(&[project.clone(), person]);
     assert_eq!(faults.len(), 1);
     assert!(
-        faults[0].text.to_string().contains("no person is called `Kari Nordman`; did you mean `Kari Nordmann`?"),
+        faults[0]
+            .text
+            .to_string()
+            .contains("no person is called `Kari Nordman`; did you mean `Kari Nordmann`?"),
         "{faults:?}"
     );
     assert!(check_all(&[project])[0].text.to_string().contains("register the person first"));
@@ -173,6 +176,7 @@ fn similar_names_are_looked_for_as_long_as_that_helps() {
     let salmon = RegisterAnimal { name: "Salmon".to_owned(), ..RegisterAnimal::default() };
     records.push(RegisterRecord::Animal(salmon));
     let faults = check_all(&records);
-    let meant = faults.iter().filter(|fault| fault.text.to_string().contains("did you mean `Salmon`")).count();
+    let meant =
+        faults.iter().filter(|fault| fault.text.to_string().contains("did you mean `Salmon`")).count();
     assert_eq!((faults.len(), meant), (30, SUGGESTIONS));
 }

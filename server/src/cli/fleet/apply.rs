@@ -89,7 +89,7 @@ fn conflicts(
             }
         }
     }
-    for name in state::left(tunnel, fleet)? {
+    for name in vpn::left(tunnel, fleet)? {
         let Some(address) = tunnel.address(&name)?.filter(|_| !revoke.contains(&name)) else { continue };
         let taken = fleet.vessels.iter().find(|vessel| vessel.vpn_address == address);
         let by = taken.map(|vessel| vessel.name.as_str());

@@ -1,7 +1,6 @@
 //! State of app.db and of the fleet's folder, before anything is changed.
 
 use super::files::Files;
-use super::vpn::{Member, Tunnel};
 use anyhow::{Context as _, bail};
 use api::Vessel;
 use provision::Fleet;
@@ -59,27 +58,6 @@ pub(super) fn applied(files: &Files) -> anyhow::Result<Fleet> {
             bail!("{} cannot be read ({first}): apply the fleet file again", path.display())
         }
     }
-}
-
-/// The members of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
-pub(super) fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Member>> {
-    let mut members = Vec::new();
-    for vessel in &fleet.vessels {
-        if tunnel.address(&vessel.name)?.is_some() {
-            members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
-        }
-    }
-    for name in left(tunnel, fleet)? {
-        members.extend(tunnel.address(&name)?.map(|address| Member { name, address }));
-    }
-    Ok(members)
-}
-
-/// Vessels that have a key of the VPN and are no longer in the file.
-pub(super) fn left(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
-    let mut names = tunnel.names()?;
-    names.retain(|name| fleet.vessels.iter().all(|vessel| vessel.name != *name));
-    Ok(names)
 }
 
 /// A line of the audit log.

@@ -6,7 +6,6 @@ mod openvpn;
 mod wireguard;
 
 use super::files::{self, Files};
-use super::state;
 use provision::{Fleet, Part, Vessel, VpnKind, nftables};
 use std::fs;
 use std::io::ErrorKind;
@@ -85,9 +84,30 @@ pub(super) fn firewall(folder: &Path) -> PathBuf {
     folder.join(format!("{}.nft", provision::INTERFACE))
 }
 
+/// The members of the VPN: vessels of the fleet that have a key, then those that are no longer in the file and not revoked.
+fn members(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<Member>> {
+    let mut members = Vec::new();
+    for vessel in &fleet.vessels {
+        if tunnel.address(&vessel.name)?.is_some() {
+            members.push(Member { name: vessel.name.clone(), address: vessel.vpn_address });
+        }
+    }
+    for name in left(tunnel, fleet)? {
+        members.extend(tunnel.address(&name)?.map(|address| Member { name, address }));
+    }
+    Ok(members)
+}
+
+/// Vessels that have a key of the VPN and are no longer in the file.
+pub(super) fn left(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<String>> {
+    let mut names = tunnel.names()?;
+    names.retain(|name| fleet.vessels.iter().all(|vessel| vessel.name != *name));
+    Ok(names)
+}
+
 /// Every file of the VPN with its text.
 fn wanted(tunnel: &dyn Tunnel, fleet: &Fleet) -> anyhow::Result<Vec<(PathBuf, String)>> {
-    let members = state::members(tunnel, fleet)?;
+    let members = members(tunnel, fleet)?;
     let addresses: Vec<Ipv4Addr> = members.iter().map(|member| member.address).collect();
     let mut wanted = tunnel.texts(fleet, &members)?;
     wanted.push((firewall(&tunnel.folder()), nftables(fleet, &addresses)));
